@@ -1,0 +1,1 @@
+"""What is read off a Record: metrics, figures, files for other programs."""

@@ -1,0 +1,54 @@
+"""SI numbers as a person reads them: millimetres for travel, micrometres for errors, turns a minute for spindles.
+
+Inside the program everything is SI; this is the edge. Powers of ten only, except rpm and degrees.
+"""
+
+from __future__ import annotations
+
+import math
+
+_STEPS: dict[str, tuple[tuple[float, str], ...]] = {
+    "m": ((1e-3, "mm"), (1e-6, "um"), (1e-9, "nm")),
+    "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "um/s")),
+    "m/s^2": ((1.0, "m/s^2"), (1e-3, "mm/s^2")),
+    "m^2": ((1e-6, "mm^2"), (1e-12, "um^2")),
+    "m^2*s": ((1e-6, "mm^2*s"),),
+    "m^3": ((1e-6, "cm^3"), (1e-9, "mm^3")),
+    "m^3/s": ((1e-6, "cm^3/s"), (1e-9, "mm^3/s")),
+    "s": ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")),
+    "N": ((1e3, "kN"), (1.0, "N"), (1e-3, "mN")),
+    "N*m": ((1.0, "N*m"), (1e-3, "mN*m")),
+    "V": ((1.0, "V"), (1e-3, "mV"), (1e-6, "uV")),
+    "A": ((1.0, "A"), (1e-3, "mA")),
+    "W": ((1e3, "kW"), (1.0, "W"), (1e-3, "mW")),
+    "J": ((1e3, "kJ"), (1.0, "J"), (1e-3, "mJ")),
+    "Pa": ((1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
+    "rad/s": ((2.0 * math.pi / 60.0, "rpm"),),
+    "V/m": ((1e3, "V/mm"), (1.0, "V/m")),
+    "N/m": ((1e6, "N/um"), (1e3, "N/mm"), (1.0, "N/m")),
+}
+
+
+def display_unit(unit: str, largest: float) -> tuple[float, str]:
+    """Give what one display unit is in the SI ``unit``, and its name, such that ``largest`` reads between 1 and 1000.
+
+    ``display_unit("m", 0.0006)`` gives ``(1e-6, "um")``; metres begin at millimetres, as in drawings. A unit without a choice is kept.
+    """
+    steps = _STEPS.get(unit)
+    if steps is None:
+        return 1.0, "" if unit == "1" else unit
+    if largest == 0.0 or not math.isfinite(largest):
+        plain = [step for step in steps if step[0] == 1.0]
+        return plain[0] if plain else steps[0]
+    for factor, name in steps:
+        if abs(largest) >= 0.9995 * factor:
+            return factor, name
+    return steps[-1]
+
+
+def shown_with_unit(value: float, unit: str, digits: int = 4) -> str:
+    """Give an SI value with its display unit: ``"0.6845 mm"``, ``"18.48 s"``. Metres under 0.1 mm go to micrometres."""
+    if not math.isfinite(value):
+        return f"{value} {unit}".strip()
+    factor, name = display_unit(unit, value * 10.0 if unit == "m" else value)
+    return f"{value / factor:.{digits}g} {name}".strip()

@@ -1,0 +1,105 @@
+"""How the figures look: colours, axes, labels with units, thinning of long signals. Only figures import matplotlib, and without pyplot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from lathesim.analysis.display_unit import display_unit
+from lathesim.record import FloatArray
+
+INK = "#22262b"
+QUIET = "#8a929c"
+GRID = "#e4e7eb"
+CONTACT = "#fdf0d5"
+MATERIAL = "#e3e7ec"
+STOCK = "#f3f5f7"
+REFERENCE = "#4a525c"
+SIMULATED = "#0b6fa8"
+MEASURED = "#d1570b"
+RESIDUAL = "#7a3b8f"
+ALERT = "#c0272d"
+CYCLE = ("#0b6fa8", "#d1570b", "#2c8a4b", "#7a3b8f", "#b8860b", "#c0397b", "#3f4fa8", "#6b5b4b")
+"""Colours of equal weight that stay apart for colour-blind eyes."""
+
+_DRAWN = 6000
+"""Points a line keeps: more than a page has dots across, so thinning is not seen."""
+
+
+def new_figure(width: float = 8.0, height: float = 5.0) -> Any:
+    """Give an empty figure of a size in inches; its panels are laid out without overlap."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained", facecolor="white")
+
+
+def dress(panel: Any, ylabel: str = "", xlabel: str = "", title: str = "") -> None:
+    """Give a panel the house's look: no frame, quiet grid, labels in ink."""
+    for side in ("top", "right"):
+        panel.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        panel.spines[side].set_color(QUIET)
+        panel.spines[side].set_linewidth(0.8)
+    panel.grid(True, color=GRID, linewidth=0.7)
+    panel.set_axisbelow(True)
+    panel.tick_params(colors=INK, labelsize=8.5, width=0.8, length=3)
+    for axis in (panel.xaxis, panel.yaxis):
+        for line in axis.get_ticklines():
+            line.set_color(QUIET)
+    panel.set_ylabel(ylabel, fontsize=9, color=INK)
+    panel.set_xlabel(xlabel, fontsize=9, color=INK)
+    if title:
+        panel.set_title(title, fontsize=10, color=INK, loc="left", fontweight="bold", pad=6)
+
+
+def legend(panel: Any, **options: Any) -> None:
+    """Put a legend without a frame above the panel, at the right, where it covers no line."""
+    handles, labels = panel.get_legend_handles_labels()
+    if not handles:
+        return
+    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": min(len(labels), 5), "borderaxespad": 0.2} | options
+    panel.legend(handles, labels, frameon=False, fontsize=8.5, labelcolor=INK, handlelength=1.6, columnspacing=1.2, **place)
+
+
+def label(quantity: str, unit: str) -> str:
+    """Give ``"contour error [mm]"``, with proper signs for a figure."""
+    pretty = unit.replace("um", "µm").replace("us", "µs").replace("^2", "²").replace("^3", "³").replace("*", "·")
+    return f"{quantity} [{pretty}]" if pretty else quantity
+
+
+def common_unit(values: Iterable[FloatArray], unit: str) -> tuple[float, str]:
+    """Give the display unit in which all of these signals read well."""
+    largest = 0.0
+    for signal in values:
+        finite = np.abs(signal[np.isfinite(signal)])
+        largest = max(largest, float(finite.max()) if len(finite) else 0.0)
+    return display_unit(unit, largest)
+
+
+def thinned(time: FloatArray, values: FloatArray, points: int = _DRAWN) -> tuple[FloatArray, FloatArray]:
+    """Give a signal with at most about ``points`` points, keeping the lowest and highest of each stretch so that no spike is lost."""
+    if len(values) <= points:
+        return time, values
+    stretch = -(-len(values) * 2 // points)
+    whole = len(values) // stretch * stretch
+    blocks = values[:whole].reshape(-1, stretch)
+    filled = np.where(np.isfinite(blocks), blocks, np.inf)
+    low = filled.argmin(axis=1)
+    high = np.where(np.isfinite(blocks), blocks, -np.inf).argmax(axis=1)
+    starts = np.arange(len(blocks)) * stretch
+    kept = np.sort(np.stack([starts + low, starts + high], axis=1), axis=1).ravel()
+    kept = np.concatenate([kept, np.arange(whole, len(values))])
+    return time[kept], values[kept]
+
+
+def shade(panel: Any, time: FloatArray, inside: Sequence[bool] | np.ndarray[Any, Any], color: str = CONTACT, name: str = "") -> None:
+    """Shade the stretches of time in which a condition holds."""
+    flags = np.asarray(inside, dtype=np.int8)
+    if not len(flags):
+        return
+    edges = np.diff(np.concatenate([[0], flags, [0]]))
+    begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
+    for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
+        panel.axvspan(time[begin], time[end], color=color, linewidth=0, zorder=0, label=name if number == 0 else None)

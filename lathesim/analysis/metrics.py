@@ -1,0 +1,221 @@
+"""The stock metrics: one small function each, Record -> number in SI.
+
+"In contact" are the samples with ``in_contact`` over 0.5: the tool tip is inside the bounds of the raw stock in a block run at feed.
+Integrals are sums over the samples times the sample period, as in J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), Table 1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lathesim.analysis.metric import Metric, find_channel, signal
+from lathesim.errors import RecordError
+from lathesim.record import FloatArray, Record
+
+CONTACT = ("cutting.in_contact", "stock.in_contact", ".in_contact", ".in_cut")
+CONTOUR_ERROR = ("contour.contour_error", "contour.error", ".contour_error")
+CUTTING_FORCE = ("cutting_force.cutting_force", ".cutting_force", ".main_force")
+AXIS_LOADS = {"x": ("load.x_disturbance", ".x_disturbance"), "z": ("load.z_disturbance", ".z_disturbance")}
+
+
+def in_contact(record: Record) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Give for each sample whether tool and part are in contact."""
+    touching: np.ndarray[tuple[int], np.dtype[np.bool_]] = signal(record, *CONTACT) > 0.5
+    return touching
+
+
+def while_in_contact(record: Record, *wanted: str) -> FloatArray:
+    """Give a channel's samples in contact; :class:`RecordError` where there is none."""
+    values = signal(record, *wanted)
+    touching = values[in_contact(record)]
+    if not len(touching):
+        raise RecordError("not available: tool and part are never in contact")
+    return touching
+
+
+def largest(values: FloatArray) -> float:
+    """Give the largest magnitude."""
+    return float(np.max(np.abs(values)))
+
+
+def root_mean_square(values: FloatArray) -> float:
+    """Give the root of the mean square."""
+    return float(np.sqrt(np.mean(values * values)))
+
+
+def cycle_time(record: Record) -> float:
+    """Give the time from the start until the reference reaches the end of the program, else the length of the record [s]."""
+    if not len(record):
+        raise RecordError("not available: the record is empty")
+    name = find_channel(record, "interpolator.finished", ".finished")
+    if name is not None:
+        done = np.flatnonzero(record[name] > 0.5)
+        if len(done):
+            return round(float(record.time[done[0]] - record.time[0]), 9)
+    return round(float(record.time[-1] - record.time[0]), 9)
+
+
+def contact_time(record: Record) -> float:
+    """Give how long tool and part are in contact [s]."""
+    return float(np.count_nonzero(in_contact(record))) * record.sample_period
+
+
+def max_contour_error(record: Record) -> float:
+    """Give the largest magnitude of the contour error in contact [m]."""
+    return largest(while_in_contact(record, *CONTOUR_ERROR))
+
+
+def rms_contour_error(record: Record) -> float:
+    """Give the root mean square of the contour error in contact [m]."""
+    return root_mean_square(while_in_contact(record, *CONTOUR_ERROR))
+
+
+def contour_error_squared_integral(record: Record) -> float:
+    """Give sum(e_c^2) T over the samples in contact [m^2 s]."""
+    error = while_in_contact(record, *CONTOUR_ERROR)
+    return float(np.sum(error * error)) * record.sample_period
+
+
+def max_surface_roughness(record: Record) -> float:
+    """Give the largest average roughness R_a of the surface being cut [m]."""
+    return float(np.max(signal(record, "surface_finish.roughness", ".roughness")))
+
+
+def mean_surface_roughness(record: Record) -> float:
+    """Give the mean of R_a over the time in which a surface is cut [m]."""
+    roughness = signal(record, "surface_finish.roughness", ".roughness")
+    cut = roughness[roughness > 0.0]
+    return float(np.mean(cut)) if len(cut) else 0.0
+
+
+def max_cutting_force(record: Record) -> float:
+    """Give the largest magnitude of the cutting force, along the cutting speed [N]."""
+    return largest(signal(record, *CUTTING_FORCE))
+
+
+def mean_cutting_force(record: Record) -> float:
+    """Give the mean cutting force in contact [N]."""
+    return float(np.mean(while_in_contact(record, *CUTTING_FORCE)))
+
+
+def max_feed(record: Record) -> float:
+    """Give the largest actual feed per revolution while cutting [m]."""
+    return float(np.max(signal(record, "cutting.feed", ".feed_per_revolution")))
+
+
+def max_feed_speed(record: Record) -> float:
+    """Give the largest commanded path speed in contact [m/s]."""
+    return largest(while_in_contact(record, "interpolator.feed_speed", ".feed_speed"))
+
+
+def max_depth_of_cut(record: Record) -> float:
+    """Give the largest actual depth of cut [m]."""
+    return float(np.max(signal(record, "cutting.depth_of_cut", ".depth_of_cut")))
+
+
+def removed_volume(record: Record) -> float:
+    """Give the volume cut off the part [m^3]."""
+    return float(signal(record, "stock.removed_volume", ".removed_volume")[-1])
+
+
+def max_spindle_torque(record: Record) -> float:
+    """Give the largest magnitude of the cutting torque on the spindle [N m]."""
+    return largest(signal(record, "load.torque", "spindle.load_torque"))
+
+
+def rms_spindle_torque(record: Record) -> float:
+    """Give the root mean square of the cutting torque in contact [N m]."""
+    return root_mean_square(while_in_contact(record, "load.torque", "spindle.load_torque"))
+
+
+def max_cutting_power(record: Record) -> float:
+    """Give the largest cutting power at the spindle [W]."""
+    return largest(signal(record, "load.power", ".cutting_power"))
+
+
+def rms_cutting_power(record: Record) -> float:
+    """Give the root mean square of the cutting power in contact [W]."""
+    return root_mean_square(while_in_contact(record, "load.power", ".cutting_power"))
+
+
+def cutting_energy(record: Record) -> float:
+    """Give the work of cutting, sum(power) T [J]."""
+    return float(np.sum(signal(record, "load.power", ".cutting_power"))) * record.sample_period
+
+
+def spindle_speed_error(record: Record) -> float:
+    """Give the largest deviation of the spindle from its reference in contact [rad/s]."""
+    reference = while_in_contact(record, "interpolator.spindle_reference", ".spindle_reference")
+    return largest(reference - while_in_contact(record, "spindle.speed"))
+
+
+def rapid_contact_time(record: Record) -> float:
+    """Give how long the tool stood in the part in rapid blocks: more than 0 means a lagging axis cut a corner there [s]."""
+    return float(np.count_nonzero(signal(record, "cutting.rapid_contact", ".rapid_contact") > 0.5)) * record.sample_period
+
+
+def tool_wear(record: Record) -> float:
+    """Give the flank wear at the end [m]."""
+    return float(signal(record, "tool_wear.flank_wear", ".flank_wear")[-1])
+
+
+def _axis_metrics(axis: str) -> list[Metric]:
+    load, error, drive = AXIS_LOADS[axis], (f"contour.{axis}_error", f".{axis}_error"), f"{axis}_axis"
+
+    def max_force(record: Record) -> float:
+        return largest(signal(record, *load))
+
+    def rms_force(record: Record) -> float:
+        return root_mean_square(while_in_contact(record, *load))
+
+    def max_following_error(record: Record) -> float:
+        return largest(signal(record, *error))
+
+    def max_voltage(record: Record) -> float:
+        return largest(signal(record, f"{axis}_dac.voltage"))
+
+    def max_current(record: Record) -> float:
+        return largest(signal(record, f"{drive}.current"))
+
+    def rms_current(record: Record) -> float:
+        return root_mean_square(signal(record, f"{drive}.current"))
+
+    def max_speed(record: Record) -> float:
+        return largest(signal(record, f"{drive}.velocity"))
+
+    return [
+        Metric(f"max_{axis}_force", "N", f"largest cutting force on the {axis} axis", max_force),
+        Metric(f"rms_{axis}_force", "N", f"root mean square of the cutting force on the {axis} axis in contact", rms_force),
+        Metric(f"max_{axis}_following_error", "m", f"largest distance of the {axis} axis from its reference", max_following_error),
+        Metric(f"max_{axis}_voltage", "V", f"largest command voltage of the {axis} axis", max_voltage),
+        Metric(f"max_{axis}_current", "A", f"largest motor current of the {axis} axis", max_current),
+        Metric(f"rms_{axis}_current", "A", f"root mean square of the motor current of the {axis} axis", rms_current),
+        Metric(f"max_{axis}_speed", "m/s", f"largest speed of the {axis} axis", max_speed),
+    ]
+
+
+METRICS: tuple[Metric, ...] = (
+    Metric("cycle_time", "s", "time until the reference reaches the end of the program", cycle_time),
+    Metric("contact_time", "s", "time in which tool and part are in contact", contact_time),
+    Metric("max_contour_error", "m", "largest contour error in contact", max_contour_error),
+    Metric("rms_contour_error", "m", "root mean square of the contour error in contact", rms_contour_error),
+    Metric("contour_error_squared_integral", "m^2*s", "integral of the squared contour error in contact", contour_error_squared_integral),
+    Metric("max_surface_roughness", "m", "largest average roughness R_a of what is cut", max_surface_roughness),
+    Metric("mean_surface_roughness", "m", "mean of the average roughness R_a over what is cut", mean_surface_roughness),
+    Metric("max_cutting_force", "N", "largest cutting force", max_cutting_force),
+    Metric("mean_cutting_force", "N", "mean cutting force in contact", mean_cutting_force),
+    Metric("max_feed", "m", "largest actual feed per revolution while cutting", max_feed),
+    Metric("max_feed_speed", "m/s", "largest commanded path speed in contact", max_feed_speed),
+    Metric("max_depth_of_cut", "m", "largest actual depth of cut", max_depth_of_cut),
+    Metric("removed_volume", "m^3", "volume cut off the part", removed_volume),
+    Metric("max_spindle_torque", "N*m", "largest cutting torque on the spindle", max_spindle_torque),
+    Metric("rms_spindle_torque", "N*m", "root mean square of the cutting torque in contact", rms_spindle_torque),
+    Metric("max_cutting_power", "W", "largest cutting power at the spindle", max_cutting_power),
+    Metric("rms_cutting_power", "W", "root mean square of the cutting power in contact", rms_cutting_power),
+    Metric("cutting_energy", "J", "work of cutting", cutting_energy),
+    Metric("spindle_speed_error", "rad/s", "largest deviation of the spindle from its reference in contact", spindle_speed_error),
+    Metric("rapid_contact_time", "s", "time in which the tool stood in the part in rapid blocks", rapid_contact_time),
+    Metric("tool_wear", "m", "flank wear at the end", tool_wear),
+    *_axis_metrics("x"),
+    *_axis_metrics("z"),
+)

@@ -1,0 +1,12 @@
+"""The list of stock metrics, for the hook ``register_metrics``."""
+
+from __future__ import annotations
+
+from lathesim.analysis.metric import Metric
+
+
+def stock_metrics() -> dict[str, Metric]:
+    """Give the stock metrics by name, in the order in which they are shown."""
+    from lathesim.analysis.metrics import METRICS
+
+    return {metric.name: metric for metric in METRICS}

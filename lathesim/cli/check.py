@@ -1,0 +1,80 @@
+"""``lathesim check FILE...``: lessons, machine templates, part programs and plug-ins, without running any."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.plugins import Registry
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("--dialect", default="paper", show_default=True, help="Dialect of the part programs.")
+@plugins_option
+def check(files: tuple[Path, ...], dialect: str, plugin_folders: tuple[Path, ...]) -> int:
+    """Check lessons and machine templates (.yaml), plug-ins (.py, folders) and part programs (any other ending).
+
+    One line for each file: what it is, or what is wrong with it. Leaves with 1 where something is wrong.
+    """
+    from lathesim.errors import LatheSimError
+
+    registry = open_registry(plugin_folders)
+    faults = 0
+    for path in files:
+        try:
+            found = _checked(path, dialect, registry)
+        except LatheSimError as error:
+            click.echo(str(error), err=True)
+            faults += 1
+        else:
+            click.echo(f"{path}: {found}")
+    return 1 if faults else 0
+
+
+def _checked(path: Path, dialect: str, registry: Registry) -> str:
+    """Give in words what a file holds, or raise what is wrong with it."""
+    from lathesim.errors import LatheSimError
+
+    if path.suffix in (".yaml", ".yml"):
+        return _checked_yaml(path, registry)
+    if path.suffix == ".py" or path.is_dir():
+        return _checked_plugin(path)
+    if not path.exists():
+        raise LatheSimError("there is no such file.", place=str(path))
+    from lathesim.lessons.program_path import path_of_program
+
+    laid = path_of_program(path, dialect)
+    return f"a part program with {len(laid.table)} path segments."
+
+
+def _checked_yaml(path: Path, registry: Registry) -> str:
+    from lathesim.lessons.lesson import load_lesson, load_machine
+    from lathesim.lessons.simulate import check_machine, prepare
+    from lathesim.lessons.yaml_source import read_source
+
+    if "lesson" not in read_source(path).data and "parts" in read_source(path).data:
+        machine = load_machine(path)
+        check_machine(machine, registry)
+        return f"a machine template with {len(machine.settings.parts)} parts."
+    lesson = load_lesson(path)
+    for variant in lesson.variants or (None,):
+        prepare(lesson, registry, variant)
+    variants = f", {len(lesson.variants)} variants" if lesson.variants else ""
+    return f"a lesson on the machine {lesson.machine.name}{variants}."
+
+
+def _checked_plugin(path: Path) -> str:
+    from lathesim.errors import PluginError
+    from lathesim.plugins import load_registry
+
+    registry = load_registry([path], installed=False)
+    registry.ask()
+    if registry.problems:
+        raise PluginError("\n".join(registry.problems))
+    return f"{len(registry.plugins)} plug-in{'' if len(registry.plugins) == 1 else 's'} in order."

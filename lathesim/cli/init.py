@@ -1,0 +1,35 @@
+"""``lathesim init DIR``: a workspace with copies of everything that ships, to work on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path, file_okay=False))
+def init(folder: Path) -> None:
+    """Copy the lessons, part programs and sample plug-ins to FOLDER, to work on. Nothing that is there is overwritten."""
+    import shutil
+
+    from lathesim.shipped import FOLDERS, shipped_folder
+    from lathesim.workspace import mark_workspace
+
+    copied = kept = 0
+    for name in FOLDERS:
+        origin = shipped_folder(name)
+        for path in sorted(origin.rglob("*")):
+            if not path.is_file() or "__pycache__" in path.parts:
+                continue
+            target = folder / name / path.relative_to(origin)
+            if target.exists():
+                kept += 1
+                continue
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, target)
+            copied += 1
+    folder.mkdir(parents=True, exist_ok=True)
+    mark_workspace(folder)
+    click.echo(f"{folder}: {copied} files copied" + (f", {kept} that were there left as they are." if kept else "."))
+    click.echo(f"Next: cd {folder} && lathesim run lesson_configs/01_contour_error.yaml")

@@ -1,0 +1,154 @@
+"""The command ``lathesim``: a group whose commands are imported only when they are called, so that it starts at once.
+
+Exit codes: 0 done, 1 the input is at fault (one message), 2 wrong usage, 3 a fault of the program, 130 stopped with Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+import lathesim
+from lathesim.errors import LatheSimError
+
+INPUT_FAULT, USAGE, PROGRAM_FAULT, STOPPED = 1, 2, 3, 130
+
+COMMANDS: dict[str, tuple[str, str]] = {
+    "run": ("lathesim.cli.run:run", "Run a lesson: numbers, plots and a record."),
+    "lessons": ("lathesim.cli.lessons:lessons", "List the lessons."),
+    "grade": ("lathesim.cli.grade:grade", "Hold records against the goals of their lesson."),
+    "plot": ("lathesim.cli.plot:plot", "Plot channels of a record."),
+    "export": ("lathesim.cli.export:export", "Write a record as CSV or MAT file."),
+    "program": ("lathesim.cli.program:program", "Check a part program and show its moves."),
+    "new-program": ("lathesim.cli.new_program:new_program", "Write a part program from a few numbers."),
+    "wiring": ("lathesim.cli.wiring:wiring", "Show how the parts of a lesson's machine are wired."),
+    "components": ("lathesim.cli.components:components", "List the machine parts, or show the page of one."),
+    "effects": ("lathesim.cli.effects:effects", "List the effects that can be left out, or show the page of one."),
+    "plugins": ("lathesim.cli.plugins:plugins", "List what was registered, from where, and what is at fault."),
+    "check": ("lathesim.cli.check:check", "Check lessons, machine templates, part programs and plug-ins."),
+    "schema": ("lathesim.cli.schema:schema", "Print the JSON Schema of a lesson, for editors."),
+    "init": ("lathesim.cli.init:init", "Copy lessons, programs and plug-ins to a folder to work on."),
+    "sweep": ("lathesim.cli.sweep:sweep", "Run a lesson over ranges of its parameters."),
+    "fit": ("lathesim.cli.fit:fit", "Fit parameters of a lesson to a recording."),
+    "compare": ("lathesim.cli.compare:compare", "Hold a recording against the simulation of a lesson."),
+    "diagnose": ("lathesim.cli.diagnose:diagnose", "Name the physics that a simulation left out."),
+    "conceal": ("lathesim.cli.conceal:conceal", "Make a recording with an effect hidden in it."),
+    "reveal": ("lathesim.cli.reveal:reveal", "Open the sealed answer of a concealed recording."),
+    "bench": ("lathesim.cli.bench:bench", "Measure how fast this machine simulates."),
+    "warm": ("lathesim.cli.warm:warm", "Compile what the lessons need, ahead of the first run."),
+}
+
+
+class LazyGroup(click.Group):
+    """A group that knows its commands by a table and imports each when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Give the names of the commands, in the order of the table, as far as this version has them."""
+        folder = Path(__file__).parent
+        return [name for name, (where, _) in COMMANDS.items() if (folder / f"{where.split(':')[0].rpartition('.')[2]}.py").is_file()]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a command."""
+        if cmd_name not in COMMANDS:
+            return None
+        module, _, attribute = COMMANDS[cmd_name][0].partition(":")
+        try:
+            found = importlib.import_module(module)
+        except ModuleNotFoundError as error:
+            if error.name != module:
+                raise
+            raise click.UsageError(f"the command '{cmd_name}' is not part of this version.") from None
+        command: click.Command = getattr(found, attribute)
+        return command
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that was asked for, or name the nearest one."""
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            from lathesim.errors import nearest
+
+            ctx.fail(f"there is no command '{args[0]}'. {nearest(args[0], COMMANDS)}".strip())
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of commands from the table, without importing any."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, COMMANDS[name][1]) for name in self.list_commands(ctx)])
+
+
+@click.group(
+    cls=LazyGroup,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    epilog="Exit codes: 0 done, 1 the input is at fault, 2 wrong usage, 3 a fault of the program, 130 stopped with Ctrl-C.",
+)
+@click.version_option(lathesim.__version__, prog_name="lathesim")
+@click.pass_context
+def group(ctx: click.Context) -> None:
+    """A machine-tool simulator for teaching. Without a command the terminal UI opens."""
+    if ctx.invoked_subcommand is None:
+        open_terminal_ui(ctx)
+
+
+def open_terminal_ui(ctx: click.Context) -> None:
+    """Open the terminal UI, or show the help where there is no terminal to draw on."""
+    if importlib.util.find_spec("lathesim.tui") is None or not (sys.stdin.isatty() and sys.stdout.isatty()):
+        click.echo(ctx.get_help())
+        return
+    importlib.import_module("lathesim.tui.app").main()
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and leave with its exit code."""
+    sys.exit(run_command_line(arguments))
+
+
+def run_command_line(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and give its exit code; every fault is told on the error stream in one message."""
+    try:
+        result: Any = group.main(args=None if arguments is None else list(arguments), prog_name="lathesim", standalone_mode=False)
+    except click.exceptions.Exit as leaving:
+        return leaving.exit_code
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("Stopped.", err=True)
+        return STOPPED
+    except LatheSimError as error:
+        click.echo(str(error), err=True)
+        return INPUT_FAULT
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 0
+    except OSError as error:
+        if error.filename is None and error.strerror is None:
+            return _program_fault(error)
+        where = f"{error.filename}: " if error.filename is not None else ""
+        click.echo(f"{where}{error.strerror}.", err=True)
+        return INPUT_FAULT
+    except Exception as error:
+        return _program_fault(error)
+    return result if isinstance(result, int) else 0
+
+
+def _program_fault(error: BaseException) -> int:
+    """Keep the traceback in a file and say where."""
+    import tempfile
+    import traceback
+
+    text = "".join(traceback.format_exception(error))
+    told = f"{type(error).__name__}: {error}".strip(": ")
+    try:
+        with tempfile.NamedTemporaryFile("w", prefix="lathesim_fault_", suffix=".txt", delete=False, encoding="utf-8") as file:
+            file.write(f"lathesim {lathesim.__version__}, Python {sys.version}\n{text}")
+        where = f"Its traceback is in {file.name}; please send it with a report."
+    except OSError:
+        where = text
+    click.echo(f"This is a fault of the program, not of your input: {told}. {where}", err=True)
+    return PROGRAM_FAULT

@@ -1,0 +1,108 @@
+"""``lathesim new-program taper|straight``: a part program made from a few numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lathesim.errors import ProgramError
+
+if TYPE_CHECKING:
+    from lathesim.program.new_program import Process
+
+_COMMON: list[Callable[[Any], Any]] = [
+    click.option("--length", required=True, help="How far the cut goes behind the face, for example 20mm."),
+    click.option("--face", default="15mm", show_default=True, help="Where the face of the stock lies along Z."),
+    click.option("--clearance", default="5mm", show_default=True, help="How far in front of the face, and outside the part, rapid ends."),
+    click.option("--feed", default="120 mm/min", show_default=True, help="Per minute (mm/min), or per revolution (mm, mm/rev)."),
+    click.option("--speed", default="1000 rpm", show_default=True, help="Spindle speed (rpm), or constant surface speed (m/min)."),
+    click.option("--out", type=click.Path(path_type=Path), help="Write this file; without it the program is printed."),
+    click.option("--force", is_flag=True, help="Replace a file that is there."),
+]
+
+
+def _with_common(command: Any) -> Any:
+    for option in reversed(_COMMON):
+        command = option(command)
+    return command
+
+
+@click.group()
+def new_program() -> None:
+    """Make a part program from a few numbers, in the dialect paper."""
+
+
+@new_program.command()
+@click.option("--large-diameter", required=True, help="Diameter at the far end, for example 34mm.")
+@click.option("--small-diameter", required=True, help="Diameter at the face, for example 30mm.")
+@_with_common
+def taper(
+    large_diameter: str, small_diameter: str, length: str, face: str, clearance: str, feed: str, speed: str, out: Path | None, force: bool
+) -> None:
+    """A taper cut: one pass that widens from the face on."""
+    from lathesim.program.new_program import taper_cut
+
+    text = taper_cut(
+        small_diameter=_length(small_diameter),
+        large_diameter=_length(large_diameter),
+        length=_length(length),
+        face=_length(face),
+        clearance=_length(clearance),
+        process=_process(feed, speed),
+    )
+    _hand_out(text, out, force)
+
+
+@new_program.command()
+@click.option("--diameter", required=True, help="Diameter to turn, for example 30mm.")
+@_with_common
+def straight(diameter: str, length: str, face: str, clearance: str, feed: str, speed: str, out: Path | None, force: bool) -> None:
+    """A straight cut: one pass at one diameter."""
+    from lathesim.program.new_program import straight_cut
+
+    text = straight_cut(
+        diameter=_length(diameter),
+        length=_length(length),
+        face=_length(face),
+        clearance=_length(clearance),
+        process=_process(feed, speed),
+    )
+    _hand_out(text, out, force)
+
+
+def _length(text: str) -> float:
+    from lathesim.units import quantity
+
+    return quantity(text, "m")
+
+
+def _process(feed: str, speed: str) -> Process:
+    """Feed and speed by their units: mm/min or mm (mm/rev), rpm or m/min."""
+    from lathesim.program.new_program import Process
+    from lathesim.units import quantity, same_dimension, split_quantity
+
+    feed_text = feed.strip().removesuffix("/rev").removesuffix("/revolution")
+    per_revolution = same_dimension(split_quantity(feed_text)[1] or "m/s", "m")
+    surface = same_dimension(split_quantity(speed)[1] or "rpm", "m/s")
+    return Process(
+        feed=quantity(feed_text, "m" if per_revolution else "m/s"),
+        speed=quantity(speed, "m/s" if surface else "rad/s"),
+        per_revolution=per_revolution,
+        surface=surface,
+    )
+
+
+def _hand_out(text: str, out: Path | None, force: bool) -> None:
+    if out is None:
+        click.echo(text, nl=False)
+        return
+    if out.exists() and not force:
+        raise ProgramError(f"'{out}' is there already.", remedy="Choose another name, or replace it with --force.")
+    try:
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ProgramError(f"'{out}' cannot be written: {error.strerror}.", remedy="Choose another place.") from error
+    click.echo(f"wrote {out}")

@@ -1,0 +1,46 @@
+"""The registry a command works with, and the option ``--plugins``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from lathesim.plugins import Registry
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+plugins_option = click.option(
+    "--plugins",
+    "plugin_folders",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Load the plug-ins of this folder too (they are code: load only what you trust).",
+)
+
+
+def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Registry:
+    """Give the registry with the user's plug-in folders and that of the workspace; tell each plug-in at fault in one line."""
+    from lathesim.plugins import load_registry
+    from lathesim.workspace import workspace_plugins
+
+    folders = list(plugin_folders)
+    own = workspace_plugins(Path.cwd())
+    if own is not None and own.resolve() not in [folder.resolve() for folder in folders]:
+        folders.append(own.relative_to(Path.cwd()))
+    registry = load_registry(folders)
+    if folders:
+        registry.ask("components", "effects", "metrics")
+    if tell:
+        tell_problems(registry)
+    return registry
+
+
+def tell_problems(registry: Registry) -> None:
+    """Write the plug-ins at fault to the error stream."""
+    for problem in registry.problems:
+        click.echo(f"Left out: {problem}", err=True)

@@ -1,0 +1,194 @@
+"""``lathesim run LESSON``: the main job, from a lesson to numbers, plots and a record."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import click
+
+from lathesim.cli.case_options import find_program_file, program_option, read_settings, set_option, variant_option
+from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.analysis.metric import Measurements
+    from lathesim.cli.run_tables import Outcome
+    from lathesim.lessons.lesson import Lesson
+    from lathesim.lessons.simulate import Prepared
+    from lathesim.plugins import Registry
+    from lathesim.record import Record
+
+STOPPED = 130
+
+
+@click.command()
+@click.argument("lesson")
+@variant_option
+@program_option
+@set_option
+@click.option("--seed", type=click.IntRange(min=0), help="Another seed of the noise.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="RUN.h5", help="Where the record goes [default: lathesim_runs/LESSON/].")
+@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-run/1) and nothing else.")
+@click.option("--plain", "engine", flag_value="plain", help="Run in plain Python, without the compiler.")
+@click.option("--compiled", "engine", flag_value="compiled", help="Compile first, however short the run.")
+@click.option("--no-plots", is_flag=True, help="Draw no plots.")
+@plugins_option
+def run(
+    lesson: str,
+    variant: str | None,
+    program: Path | None,
+    settings: tuple[str, ...],
+    seed: int | None,
+    out: Path | None,
+    as_json: bool,
+    engine: str | None,
+    no_plots: bool,
+    plugin_folders: tuple[Path, ...],
+) -> int:
+    """Run LESSON (a file, or the name of a shipped one): a table of results, plots, and a record beside them.
+
+    Without --variant all variants of the lesson run, and a table compares them with the published values. Ctrl-C ends a run and keeps
+    what was simulated until then (exit code 130).
+    """
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.simulate import prepare
+
+    registry = open_registry(plugin_folders)
+    loaded = load_lesson(lesson)
+    changes = read_settings(settings)
+    file = find_program_file(program, loaded.path.parent)
+    names: list[str | None] = [variant] if variant is not None else list(loaded.variants) or [None]
+    prepared = [prepare(loaded, registry, name, changes, program=file) for name in names]
+    session = _Session(loaded, registry, as_json, engine, seed, no_plots)
+    for case in prepared:
+        session.one(case, _record_path(out, loaded, case, alone=len(prepared) == 1))
+        if session.stopped:
+            break
+    session.tell()
+    return STOPPED if session.stopped else int(session.failed)
+
+
+def _record_path(out: Path | None, lesson: Lesson, case: Prepared, *, alone: bool) -> Path:
+    """Give where the record goes; with several cases and one ``--out`` each gets the name of its variant."""
+    if out is None:
+        return Path("lathesim_runs") / lesson.name / f"{case.name}.h5"
+    return out if alone else out.with_name(f"{out.stem}_{case.case.variant}{out.suffix}")
+
+
+class _Session:
+    """The runs of one call: each is made, kept, measured and drawn; then all are told."""
+
+    def __init__(self, lesson: Lesson, registry: Registry, as_json: bool, engine: str | None, seed: int | None, no_plots: bool) -> None:
+        self.lesson = lesson
+        self.registry = registry
+        self.as_json = as_json
+        self.engine = engine
+        self.seed = seed
+        self.no_plots = no_plots
+        self.stopped = False
+        self.failed = False
+        self.outcomes: list[Outcome] = []
+        self.results: list[dict[str, Any]] = []
+        self.files: list[Path] = []
+
+    def one(self, case: Prepared, path: Path) -> None:
+        """Run one case and keep what it gives."""
+        from lathesim.analysis.metric import measure
+        from lathesim.cli.run_tables import Outcome
+        from lathesim.errors import SimulationError
+
+        _make_folder(path)
+        try:
+            record = self._simulated(case)
+        except SimulationError as error:
+            if error.record is None:
+                raise
+            record = cast("Record", error.record)
+            click.echo(f"{case.name}: {error} See {path}.", err=True)
+            self.failed = self.failed or not case.breaks_down
+        _save(record, path)
+        self.files.append(path)
+        self.stopped = record.status.startswith("stopped")
+        if self.stopped:
+            last = float(record.time[-1]) if len(record) else 0.0
+            click.echo(f"Stopped at {last:.4g} s of simulated time; what was simulated until then is kept in {path}.", err=True)
+        measurements = measure(record, self.registry.metrics)
+        published = {**self.lesson.settings.published, **_published(self.lesson, case)}
+        self.outcomes.append(Outcome(case.case.variant or "", measurements.values, published, record.status))
+        self.results.append(_result(case, record, path, measurements))
+        if not self.no_plots and len(record) > 1:
+            from lathesim.cli.run_plots import save_run_plots
+
+            self.files += save_run_plots(record, path, f"{self.lesson.title}{f', case {case.case.variant}' if case.case.variant else ''}")
+
+    def tell(self) -> None:
+        """Write the result: JSON, or tables with the goals and where everything is."""
+        if self.as_json:
+            click.echo(_json(self.results, self.stopped))
+            return
+        from lathesim.cli.run_tables import case_table, goal_lines, variants_table
+
+        if len(self.outcomes) > 1:
+            click.echo(variants_table(self.outcomes))
+        elif self.outcomes:
+            click.echo(case_table(self.outcomes[0]))
+            for line in goal_lines(self.lesson.settings.goals, self.outcomes[0].metrics):
+                click.echo(line)
+        folders = list(dict.fromkeys(str(path.parent) for path in self.files))
+        kinds = f"{sum(path.suffix == '.h5' for path in self.files)} record(s), {sum(path.suffix != '.h5' for path in self.files)} plot(s)"
+        click.echo(f"\n{kinds} in {', '.join(folders)}")
+
+    def _simulated(self, case: Prepared) -> Record:
+        from lathesim.cli.run_progress import progress_bar
+        from lathesim.lessons.simulate import run_prepared
+
+        with progress_bar(case.name, case.expected_time, shown=not self.as_json) as progress:
+            return run_prepared(case, engine=self.engine, seed=self.seed, progress=progress)
+
+
+def _make_folder(path: Path) -> None:
+    """Make the folder of a record, and refuse it before the run where it cannot be written."""
+    import os
+
+    from lathesim.errors import RecordError
+
+    place, remedy = str(path.parent), "Choose another with --out."
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordError(f"the folder cannot be made: {error.strerror}.", place=place, remedy=remedy) from None
+    if not os.access(path.parent, os.W_OK):
+        raise RecordError("the folder cannot be written.", place=place, remedy=remedy)
+
+
+def _save(record: Record, path: Path) -> None:
+    from lathesim.record import save
+
+    save(record, path)
+
+
+def _published(lesson: Lesson, case: Prepared) -> dict[str, str]:
+    return dict(lesson.settings.variants[case.case.variant].published) if case.case.variant else {}
+
+
+def _result(case: Prepared, record: Record, path: Path, measurements: Measurements) -> dict[str, Any]:
+    return {
+        "schema": "lathesim-run/1",
+        "lesson": case.case.lesson.name,
+        "variant": case.case.variant,
+        "engine": record.meta["engine"],
+        "status": record.meta["status"],
+        "wall_time_s": record.meta["wall_time"],
+        "record": str(path),
+        "metrics": measurements.as_json(),
+    }
+
+
+def _json(results: list[dict[str, Any]], stopped: bool) -> str:
+    """Give the JSON of a call; of several cases the first stands at the top and all of them under ``variants``."""
+    import json
+
+    if len(results) == 1 and not stopped:
+        return json.dumps(results[0], indent=2)
+    top = dict(results[0]) if results else {"schema": "lathesim-run/1"}
+    return json.dumps({**top, "variants": {str(result["variant"]): result for result in results}}, indent=2)

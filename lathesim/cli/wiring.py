@@ -1,0 +1,84 @@
+"""``lathesim wiring LESSON``: how the parts of a lesson's machine are wired, as text, as a Mermaid graph, or as the fused source."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lathesim.cli.case_options import program_option, read_settings, set_option, variant_option
+from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.engine.wiring import Plan
+
+
+@click.command()
+@click.argument("lesson")
+@variant_option
+@program_option
+@set_option
+@click.option("--source", "form", flag_value="source", help="The Python module the machine is fused into.")
+@click.option("--mermaid", "form", flag_value="mermaid", help="A Mermaid graph of parts and wires.")
+@plugins_option
+def wiring(
+    lesson: str, variant: str | None, program: Path | None, settings: tuple[str, ...], form: str | None, plugin_folders: tuple[Path, ...]
+) -> None:
+    """Show what feeds each input of each part of LESSON's machine, in the order in which the parts are updated."""
+    from lathesim.cli.case_options import find_program_file
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.simulate import prepare
+
+    registry = open_registry(plugin_folders)
+    loaded = load_lesson(lesson)
+    prepared = prepare(loaded, registry, variant, read_settings(settings), program=find_program_file(program, loaded.path.parent))
+    if form == "source":
+        from lathesim.engine.fuse import fuse
+
+        click.echo(fuse(prepared.plan).source)
+    else:
+        click.echo(mermaid_graph(prepared.plan) if form == "mermaid" else wiring_text(prepared.plan))
+
+
+def wiring_text(plan: Plan) -> str:
+    """Give the parts in the order of their updates, each with what feeds its inputs, its parameters and what it gives."""
+    from lathesim.component import Input, Output, Parameter
+
+    lines = [
+        f"sample period {plan.assembly.sample_period:g} s, {plan.steps_per_sample} RK4 steps each; {len(plan.channels)} channels recorded"
+    ]
+    order = dict.fromkeys([name for name, _ in plan.order] + list(plan.parts))
+    for name in order:
+        part = plan.parts[name]
+        declared = part.component.declarations
+        every = f", every {part.every} samples" if part.every > 1 else ""
+        lines.append(f"\n{name}: {part.component.__name__}{every}")
+        for item in declared:
+            full = f"{name}.{item}"
+            unit = f"[{declared[item].unit}]"
+            if full in plan.feeds:
+                source = plan.feeds[full][1]
+                fed = source if source != full else f"{plan.parameter_values[plan.parameters[full]]:g}"
+                lines.append(f"  {item:<22} {unit:<10} <- {fed}")
+            elif isinstance(declared[item], Parameter):
+                lines.append(f"  {item:<22} {unit:<10} = {plan.parameter_values[plan.parameters[full]]:g}")
+            elif not isinstance(declared[item], Input) and isinstance(declared[item], Output):
+                lines.append(f"  {item:<22} {unit:<10} -> {', '.join(_readers(plan, full)) or '(read by nobody)'}")
+    return "\n".join(lines)
+
+
+def mermaid_graph(plan: Plan) -> str:
+    """Give a Mermaid flow chart: a box for each part, an arrow for each wire with the name and unit of what it carries."""
+    lines = ["flowchart LR"]
+    lines += [f'    {name}["{name}<br/><i>{part.component.__name__}</i>"]' for name, part in plan.parts.items()]
+    for target, (kind, source) in plan.feeds.items():
+        if source != target:
+            start, _, item = source.partition(".")
+            arrow = "-->" if kind == "output" else "-.->"
+            lines.append(f'    {start} {arrow}|"{item} [{plan.unit(source)}]"| {target.partition(".")[0]}')
+    return "\n".join(lines)
+
+
+def _readers(plan: Plan, output: str) -> list[str]:
+    return [target for target, (kind, source) in plan.feeds.items() if kind == "output" and source == output]

@@ -1,0 +1,271 @@
+"""THE CONTRACT: what a machine part is. The first file a newcomer reads.
+
+A component declares names, each with a unit, and up to three pure laws whose *argument names are those declarations*::
+
+    class ViscousAxis(Component):
+        \"\"\"A table pushed by a force against viscous friction:  m dv/dt = F - b v.\"\"\"
+        velocity = State("m/s", doc="table velocity")
+        travel = State("m", doc="table position")
+        force = Input("N", doc="force of the drive on the table")
+        position = Output("m", doc="table position")
+        mass = Parameter("kg", 95.0, low=0.1, doc="moving mass")
+        viscous = Parameter("N*s/m", 200.0, low=0.0, doc="viscous friction")
+
+        @staticmethod
+        def derivative(velocity, force, mass, viscous):
+            return (force - viscous * velocity) / mass, velocity
+
+        @staticmethod
+        def output(travel):
+            return travel
+
+``derivative`` gives the rates of the states, ``output`` the outputs, ``update`` the next discrete states, each in the order of
+declaration (one value alone, several as a tuple). An output that answers at once to an input may have a law of its own,
+``output_<its name>``, so that the other outputs need not wait for that input; ``output`` then gives the rest. Floats in, floats out, SI,
+``math`` only. What a law depends on is its signature: evaluation order, algebraic loops and unit checks follow from it. Three names need no
+declaration: ``time`` [s], ``sample_period`` [s] (of this part) and ``step`` [s].
+
+A unit may hold a *placeholder* in braces, for example ``"{signal}"`` or ``"{effort}*s/{displacement}"``; it is replaced when the
+part is placed in a machine (:meth:`Component.with_units`). That is how one effect serves a table [N, m] and a spindle [N*m, rad].
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+from lathesim.errors import ComponentError, nearest
+
+Law = Callable[..., Any]
+
+BUILT_IN_ARGUMENTS = {
+    "time": "simulated time [s]",
+    "sample_period": "time between two updates of this part [s]",
+    "step": "length of one integration step [s]",
+}
+LAW_NAMES = ("derivative", "output", "update")
+_PLACEHOLDER = re.compile(r"\{(\w+)\}")
+
+
+class Declaration:
+    """A declared name of a component: its unit and one sentence about it."""
+
+    kind: ClassVar[str] = "declaration"
+
+    def __init__(self, unit: str, *, doc: str) -> None:
+        self.unit = unit
+        self.doc = doc
+        self.name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def with_units(self, units: Mapping[str, str]) -> Declaration:
+        """Give a copy with the placeholders of the unit replaced."""
+        copy = object.__new__(type(self))
+        copy.__dict__.update(self.__dict__)
+        copy.unit = _PLACEHOLDER.sub(lambda match: f"({units[match[1]]})" if match[1] in units else match[0], self.unit)
+        whole = re.fullmatch(r"\(([^()]*)\)", copy.unit)
+        if whole:
+            copy.unit = whole[1]
+        return copy
+
+
+class Parameter(Declaration):
+    """Fixed during a run. ``low`` and ``high`` bound what a person may set; ``default`` is in the declared unit."""
+
+    kind = "parameter"
+
+    def __init__(self, unit: str, default: float, *, doc: str, low: float = -float("inf"), high: float = float("inf")) -> None:
+        super().__init__(unit, doc=doc)
+        self.default = float(default)
+        self.low = float(low)
+        self.high = float(high)
+
+
+class Input(Declaration):
+    """Arrives by a wire.
+
+    ``previous=True``: an ``update`` that reads it sees the value of the sample instant before, so a loop among sampled parts may close
+    here. ``default``: the value where no wire arrives; without a default an unconnected input is refused.
+    """
+
+    kind = "input"
+
+    def __init__(self, unit: str, *, doc: str, previous: bool = False, default: float | None = None) -> None:
+        super().__init__(unit, doc=doc)
+        self.previous = previous
+        self.default = default
+
+
+class Output(Declaration):
+    """Leaves by a wire, and can be recorded."""
+
+    kind = "output"
+
+
+class State(Declaration):
+    """Continuous, integrated by RK4 from ``start``."""
+
+    kind = "state"
+
+    def __init__(self, unit: str, start: float = 0.0, *, doc: str) -> None:
+        super().__init__(unit, doc=doc)
+        self.start = float(start)
+
+
+class DiscreteState(State):
+    """Changes only in ``update``, at the sample period of its part."""
+
+    kind = "discrete state"
+
+
+class Memory(Declaration):
+    """A ring or map of ``length`` numbers written in place by ``update`` (the surface left by the last revolution)."""
+
+    kind = "memory"
+
+    def __init__(self, unit: str, length: int, start: float = 0.0, *, doc: str) -> None:
+        super().__init__(unit, doc=doc)
+        self.length = int(length)
+        self.start = float(start)
+
+
+class Table(Declaration):
+    """A read-only array ``table[row][column]`` given by the machine or the lesson (the path, a recorded signal)."""
+
+    kind = "table"
+
+    def __init__(self, unit: str, columns: tuple[str, ...], *, doc: str) -> None:
+        super().__init__(unit, doc=doc)
+        self.columns = columns
+
+
+class Noise(Declaration):
+    """A standard normal number, new at every sample; drawn beforehand, so every run can be repeated."""
+
+    kind = "noise"
+
+    def __init__(self, *, doc: str) -> None:
+        super().__init__("1", doc=doc)
+
+
+class Component:
+    """A machine part. Subclass it, declare names, write laws; see the module's text."""
+
+    declarations: ClassVar[dict[str, Declaration]] = {}
+    laws: ClassVar[dict[str, Law]] = {}
+    arguments: ClassVar[dict[str, tuple[str, ...]]] = {}
+    ports: ClassVar[dict[str, str]] = {}
+    """Role -> declared name, for effects that attach to this part: ``effort`` (input that takes a disturbance), ``flow``, ``displacement``
+    (outputs), ``drive`` (command input), ``inertia`` (parameter), ``reading`` (output of a sensor) ..."""
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        cls.declarations = _collect(cls)
+        own = [f"output_{name}" for name in cls.declared(Output)]
+        cls.laws = {name: getattr(cls, name) for name in (*LAW_NAMES, *own) if hasattr(cls, name)}
+        cls.arguments = {name: _argument_names(cls, name) for name in cls.laws}
+        _check_definition(cls)
+
+    @classmethod
+    def declared(cls, kind: type[Declaration]) -> dict[str, Any]:
+        """Give the declarations of exactly one kind, in order: ``declared(State)`` does not hold the discrete states."""
+        return {name: item for name, item in cls.declarations.items() if type(item) is kind}
+
+    @classmethod
+    def output_laws(cls) -> dict[str, tuple[str, ...]]:
+        """Give for each output law the outputs it gives: ``output`` those that have no law of their own."""
+        single = {f"output_{name}": (name,) for name in cls.declared(Output) if f"output_{name}" in cls.laws}
+        rest = tuple(name for name in cls.declared(Output) if f"output_{name}" not in cls.laws)
+        return ({"output": rest} if "output" in cls.laws else {}) | single
+
+    @classmethod
+    def law_of(cls, output: str) -> str:
+        """Give the law that gives an output."""
+        return f"output_{output}" if f"output_{output}" in cls.laws else "output"
+
+    @classmethod
+    def placeholders(cls) -> set[str]:
+        """Give the unit placeholders that are still open."""
+        return {match for item in cls.declarations.values() for match in _PLACEHOLDER.findall(item.unit)}
+
+    @classmethod
+    def with_units(cls, units: Mapping[str, str]) -> type[Component]:
+        """Give the same part with its unit placeholders replaced, for example ``{"effort": "N", "flow": "m/s"}``."""
+        if not cls.placeholders():
+            return cls
+        body: dict[str, Any] = {name: item.with_units(units) for name, item in cls.declarations.items()}
+        body |= {name: staticmethod(law) for name, law in cls.laws.items()}
+        body |= {"__doc__": cls.__doc__, "__module__": cls.__module__, "__qualname__": cls.__qualname__}
+        return type(cls.__name__, (cls,), body)
+
+
+def _collect(cls: type[Component]) -> dict[str, Declaration]:
+    found: dict[str, Declaration] = {}
+    for base in reversed(cls.__mro__):
+        for name, value in vars(base).items():
+            if isinstance(value, Declaration):
+                found.pop(name, None)
+                found[name] = value
+            elif name in found:
+                del found[name]
+    return found
+
+
+def _argument_names(cls: type[Component], law: str) -> tuple[str, ...]:
+    function = inspect.getattr_static(cls, law)
+    place = f"{cls.__module__}.{cls.__qualname__}"
+    if not isinstance(function, staticmethod):
+        raise ComponentError(f"{law} is a method; a law is a pure function.", place=place, remedy="Put @staticmethod above it.")
+    signature = inspect.signature(function.__func__)
+    for parameter in signature.parameters.values():
+        if parameter.kind not in (parameter.POSITIONAL_OR_KEYWORD, parameter.POSITIONAL_ONLY) or parameter.default is not parameter.empty:
+            raise ComponentError(
+                f"{law} takes '{parameter}'.", place=place, remedy="A law takes declared names only, without defaults or stars."
+            )
+    return tuple(signature.parameters)
+
+
+def _check_definition(cls: type[Component]) -> None:
+    place = f"{cls.__module__}.{cls.__qualname__}"
+    names = cls.declarations
+    for name, item in names.items():
+        if not item.doc.strip():
+            raise ComponentError(f"{name} has no doc.", place=place, remedy="Say in one sentence what it is.")
+        if not item.unit.strip():
+            raise ComponentError(f"{name} has no unit.", place=place, remedy='Give one, "1" for a pure number.')
+        if name in BUILT_IN_ARGUMENTS or name in LAW_NAMES or name.startswith("output_"):
+            raise ComponentError(f"'{name}' is a name the engine gives itself.", place=place, remedy="Choose another name.")
+        if isinstance(item, Parameter) and not item.low <= item.default <= item.high:
+            raise ComponentError(
+                f"{name} has the default {item.default:g}, outside {item.low:g} to {item.high:g}.", place=place, remedy="Move one of them."
+            )
+    needs: dict[str, type[Declaration]] = {"derivative": State, "output": Output, "update": DiscreteState}
+    for law, kind in needs.items():
+        declared = [name for name in cls.declared(kind) if kind is not Output or f"output_{name}" not in cls.laws]
+        if declared and law not in cls.laws:
+            raise ComponentError(f"the {kind.kind} '{declared[0]}' has no law.", place=place, remedy=f"Write {law}(...), which gives it.")
+        if law in cls.laws and not declared and not (law == "update" and cls.declared(Memory)):
+            raise ComponentError(
+                f"{law} gives nothing that is declared.", place=place, remedy=f"Declare a {kind.__name__}, or leave {law} out."
+            )
+    for law, arguments in cls.arguments.items():
+        for argument in arguments:
+            if argument in BUILT_IN_ARGUMENTS:
+                continue
+            if argument not in names:
+                hint = nearest(argument, [*names, *BUILT_IN_ARGUMENTS])
+                raise ComponentError(
+                    f"{law} takes '{argument}', which is not declared.",
+                    place=place,
+                    remedy=hint or f"Declare '{argument}', or take it out.",
+                )
+            if isinstance(names[argument], Output):
+                raise ComponentError(
+                    f"{law} takes its own output '{argument}'.", place=place, remedy="Compute it from states, inputs and parameters."
+                )
+            if isinstance(names[argument], Noise) and law != "update":
+                raise ComponentError(f"{law} takes the noise '{argument}'.", place=place, remedy="Noise is sampled: take it in update.")

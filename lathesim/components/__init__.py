@@ -1,0 +1,1 @@
+"""The stock machine parts, one a file."""

@@ -1,0 +1,56 @@
+"""The stock machine parts, by class name."""
+
+from __future__ import annotations
+
+import importlib
+
+from lathesim.component import Component
+
+STOCK = {
+    "ConstantVelocityInterpolator": "interpolator",
+    "ConstantAccelerationInterpolator": "constant_acceleration_interpolator",
+    "PositionController": "position_controller",
+    "SpindleController": "spindle_controller",
+    "CrossCouplingController": "cross_coupling_controller",
+    "ContourError": "contour_error",
+    "DAConverter": "da_converter",
+    "ADConverter": "ad_converter",
+    "LinearEncoder": "linear_encoder",
+    "Tachometer": "tachometer",
+    "EmpiricalAxis": "empirical_axis",
+    "AnalyticalAxis": "analytical_axis",
+    "AxisDrive": "axis_drive",
+    "ForceAxis": "force_axis",
+    "EmpiricalSpindle": "empirical_spindle",
+    "AnalyticalSpindle": "analytical_spindle",
+    "SpindleDrive": "spindle_drive",
+    "Stock": "stock",
+    "CuttingGeometry": "cutting_geometry",
+    "LinearForce": "linear_force",
+    "NonlinearForce": "nonlinear_force",
+    "CuttingLoad": "cutting_load",
+    "SurfaceFinish": "surface_finish",
+    "VoltageDrive": "voltage_drive",
+    "CascadeController": "cascade_controller",
+    "TorqueSpindle": "torque_spindle",
+    "AngularEncoder": "angular_encoder",
+    "CuttingProcess": "cutting_process",
+    "Dynamometer": "dynamometer",
+    "RecordedSignal": "recorded_signal",
+    "AnalogSensor": "analog_sensor",
+    "ProgrammedFeed": "programmed_feed",
+    "NonlinearProcessController": "nonlinear_process_controller",
+    "LinearizationProcessController": "linearization_process_controller",
+    "LogTransformProcessController": "log_transform_process_controller",
+    "AdaptiveProcessController": "adaptive_process_controller",
+    "TaylorWear": "taylor_wear",
+}
+"""Class name -> the file it stands in."""
+
+
+def stock_components() -> dict[str, type[Component]]:
+    """Give every stock part by its class name."""
+    found: dict[str, type[Component]] = {}
+    for name, module in STOCK.items():
+        found[name] = getattr(importlib.import_module(f"lathesim.components.{module}"), name)
+    return found

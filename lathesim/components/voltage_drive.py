@@ -1,0 +1,36 @@
+"""An amplifier and its motor, from a voltage to a force on a table or a torque on a spindle."""
+
+from __future__ import annotations
+
+from lathesim.component import Component, Input, Output, Parameter
+
+
+class VoltageDrive(Component):
+    """Gives current and force (or torque) from the command voltage:  i = G (u - E v),  F = K i.
+
+    For an amplifier that controls the current, G is its gain and E is 0; for one that applies a voltage to the winding, G is its gain over
+    the resistance and E the back EMF over that gain. A published drive gain in newtons per volt is G K with G = 1 A/V.
+
+    Source: R. Krishnan, Electric Motor Drives, Prentice Hall (2001), section 2.4. The default K is the drive gain of A. Janot,
+    M. Gautier, M. Brunot, Data Set and Reference Models of EMPS (2019). Left out: inductance, current loop, limits, dead zone, ripple.
+    """
+
+    ports = {"drive": "voltage", "flow": "velocity", "back_emf": "back_emf", "current": "current", "applied": "effort"}
+
+    voltage = Input("V", doc="command voltage")
+    velocity = Input("{flow}", default=0.0, doc="velocity of what the motor moves")
+
+    conductance = Parameter("A/V", 1.0, low=0.0, doc="current per volt (amplifier gain, over the resistance for a voltage)")
+    back_emf = Parameter("V/({flow})", 0.0, low=0.0, doc="command voltage that a velocity takes up")
+    effort_constant = Parameter("({effort})/A", 35.15065, low=0.0, doc="force or torque per current")
+
+    current = Output("A", doc="current of the motor")
+    effort = Output("{effort}", doc="force or torque of the drive")
+
+    @staticmethod
+    def output(
+        voltage: float, velocity: float, conductance: float, back_emf: float, effort_constant: float
+    ) -> tuple[float, float]:
+        """Ohm's law, and the force of the motor."""
+        current = conductance * (voltage - back_emf * velocity)
+        return current, effort_constant * current

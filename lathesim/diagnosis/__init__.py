@@ -1,0 +1,1 @@
+"""When simulation and recording differ: locate it, name it, model it, show the fit improve."""

@@ -1,0 +1,195 @@
+"""Fitting free parameters to a recording: least squares of the whitened simulation error, with the given uncertainties as penalties.
+
+    minimise  sum_channels |W (y - y_model(p))|^2  +  sum_i ((p_i - given_i) / uncertainty_i)^2
+
+W whitens by a noise model of the residual, taken anew between rounds. All runs of a Jacobian are one batch. Bounds are kept by
+stepping onto them. Source: Ljung, System Identification, 2nd ed., section 10.2 (damped Gauss-Newton); Nocedal and Wright, Numerical
+Optimization, 2nd ed., section 10.3 (Levenberg-Marquardt).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from lathesim.diagnosis.noise_model import NoiseModel, NoiseShapes, fit_noise_model
+from lathesim.diagnosis.simulator import Simulator
+from lathesim.engine.assembly import FloatArray
+
+_STEP = 3e-3
+_ITERATIONS = 12
+
+
+@dataclass(frozen=True)
+class Free:
+    """A parameter to be fitted [SI]: where it starts, its bounds, its scale, and how sure its given value is (infinite: not given)."""
+
+    name: str
+    start: float
+    scale: float
+    low: float = -np.inf
+    high: float = np.inf
+    uncertainty: float = np.inf
+    given: float = 0.0
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The outcome of a fit: values by name, their covariance, the residual (channels, samples), the noise models and the likelihood."""
+
+    free: tuple[Free, ...]
+    values: FloatArray
+    covariance: FloatArray
+    residual: FloatArray
+    noise: tuple[NoiseModel, ...]
+    log_likelihood: float
+    penalty: float
+    constant: Mapping[str, float] = field(default_factory=dict)
+    sensitivity: FloatArray | None = None
+
+    @property
+    def names(self) -> list[str]:
+        """The fitted names in order."""
+        return [item.name for item in self.free]
+
+    @property
+    def by_name(self) -> dict[str, float]:
+        """All values that were set, fitted and constant."""
+        return {**self.constant, **dict(zip(self.names, self.values.tolist(), strict=True))}
+
+    @property
+    def score(self) -> float:
+        """Log-likelihood less half the penalty [nats]."""
+        return self.log_likelihood - 0.5 * self.penalty
+
+    def error(self, name: str) -> float:
+        """Give one standard error of a fitted value [SI]."""
+        position = self.names.index(name)
+        return float(np.sqrt(max(self.covariance[position, position], 0.0)))
+
+
+def noise_of(residual: FloatArray, shapes: Sequence[NoiseShapes]) -> tuple[NoiseModel, ...]:
+    """Give the noise model of every channel of a residual."""
+    return tuple(fit_noise_model(row, shape) for row, shape in zip(residual, shapes, strict=True))
+
+
+def log_likelihood(residual: FloatArray, noise: Sequence[NoiseModel]) -> float:
+    """Give the log-likelihood of a residual (channels, samples) under its noise models, up to a constant [nats]."""
+    return sum(model.log_likelihood(row) for row, model in zip(residual, noise, strict=True))
+
+
+def profile_likelihood(residual: FloatArray, shapes: Sequence[NoiseShapes]) -> float:
+    """Give the log-likelihood of a residual with its own best noise model [nats]."""
+    return log_likelihood(residual, noise_of(residual, shapes))
+
+
+def fit(
+    simulator: Simulator,
+    free: Sequence[Free],
+    constant: Mapping[str, float] | None = None,
+    *,
+    rounds: int = 3,
+    iterations: int = _ITERATIONS,
+    noise: Sequence[NoiseModel] | None = None,
+    wide: bool = False,
+) -> Fitted:
+    """Fit the free parameters, the constant ones staying as they are; ``wide`` uses all frequencies, not only those of the motion."""
+    problem = _Problem(simulator, tuple(free), dict(constant or {}), wide)
+    values = np.array([item.start for item in free], dtype=float)
+    values = np.clip(values, problem.low, problem.high)
+    residual = problem.residual(values)
+    models = tuple(noise) if noise is not None else problem.noise(values, residual)
+    for turn in range(rounds):
+        values, residual = problem.descend(values, residual, models, iterations if turn else max(3, iterations // 2))
+        models = problem.noise(values, residual)
+    jacobian = problem.jacobian(values, residual)
+    white = problem.whitened(jacobian, models)
+    information = white.T @ white + np.diag(problem.precision)
+    outer = np.outer(problem.scale, problem.scale)
+    covariance = np.linalg.pinv(information * outer, hermitian=True) * outer if len(free) else np.zeros((0, 0))
+    penalty = float(np.sum(problem.precision * (values - problem.given) ** 2)) if len(free) else 0.0
+    return Fitted(
+        tuple(free), values, covariance, residual, models, log_likelihood(residual, models), penalty, dict(constant or {}), jacobian
+    )
+
+
+class _Problem:
+    def __init__(self, simulator: Simulator, free: tuple[Free, ...], constant: dict[str, float], wide: bool = False) -> None:
+        self.simulator = simulator
+        self.wide = wide
+        self.names = [*constant, *[item.name for item in free]]
+        self.fixed = np.array(list(constant.values()))
+        self.low = np.array([item.low for item in free])
+        self.high = np.array([item.high for item in free])
+        self.scale = np.array([item.scale for item in free])
+        self.given = np.array([item.given for item in free])
+        uncertainty = np.array([item.uncertainty for item in free])
+        self.precision = np.where(np.isfinite(uncertainty), 1.0 / np.maximum(uncertainty, 1e-300) ** 2, 0.0)
+
+    def rows(self, values: FloatArray) -> FloatArray:
+        values = np.atleast_2d(values)
+        return np.hstack([np.tile(self.fixed, (len(values), 1)), values]) if len(self.fixed) else values
+
+    def noise(self, values: FloatArray, residual: FloatArray) -> tuple[NoiseModel, ...]:
+        """Give the noise models of a residual, with the machine at ``values``."""
+        return noise_of(residual, self.simulator.noise_shapes(dict(zip(self.names, self.rows(values)[0].tolist(), strict=True))))
+
+    def residual(self, values: FloatArray) -> FloatArray:
+        return self.simulator.residuals(self.names, self.rows(values))[0]
+
+    def jacobian(self, values: FloatArray, residual: FloatArray) -> FloatArray:
+        """Give d output / d value, shape (parameters, channels, samples), by one-sided differences that stay inside the bounds."""
+        steps = _STEP * self.scale
+        steps = np.where(values + steps > self.high, -steps, steps)
+        if not len(values):
+            return np.zeros((0, *residual.shape))
+        moved = self.simulator.residuals(self.names, self.rows(values + np.diag(steps)))
+        return np.array([(residual - other) / step for other, step in zip(moved, steps, strict=True)])
+
+    def whitened(self, arrays: FloatArray, models: Sequence[NoiseModel]) -> FloatArray:
+        """Give arrays (n, channels, samples) whitened, as columns (channels * samples, n)."""
+        rows = [model.whiten(arrays[:, channel], wide=self.wide) for channel, model in enumerate(models)]
+        return np.concatenate(rows, axis=1).T
+
+    def cost(self, values: FloatArray, residual: FloatArray, models: Sequence[NoiseModel]) -> float:
+        white = self.whitened(residual[None], models)[:, 0]
+        return float(white @ white + np.sum(self.precision * (values - self.given) ** 2))
+
+    def descend(
+        self, values: FloatArray, residual: FloatArray, models: Sequence[NoiseModel], iterations: int
+    ) -> tuple[FloatArray, FloatArray]:
+        if not len(values):
+            return values, residual
+        damping = 1e-3
+        cost = self.cost(values, residual, models)
+        for _ in range(iterations):
+            white = self.whitened(self.jacobian(values, residual), models) * self.scale
+            error = self.whitened(residual[None], models)[:, 0]
+            gram = white.T @ white + np.diag(self.precision * self.scale**2)
+            slope = white.T @ error - self.precision * self.scale * (values - self.given)
+            trials = damping * np.array([0.03, 0.3, 3.0, 30.0, 1e3, 3e5])
+            candidates = np.array([self._step(values, gram, slope, amount) for amount in trials])
+            residuals = self.simulator.residuals(self.names, self.rows(candidates))
+            costs = [self.cost(trial, other, models) for trial, other in zip(candidates, residuals, strict=True)]
+            best = int(np.argmin(costs))
+            if not costs[best] < cost:
+                break
+            gain = cost - costs[best]
+            values, residual, cost = candidates[best], residuals[best], costs[best]
+            damping = float(np.clip(trials[best], 1e-9, 1e6))
+            if gain < 0.05 and gain < 1e-6 * cost + 0.05:
+                break
+        return values, residual
+
+    def _step(self, values: FloatArray, gram: FloatArray, slope: FloatArray, amount: float) -> FloatArray:
+        diagonal = np.diag(gram)
+        matrix = gram + amount * np.diag(diagonal + 1e-9 * max(float(diagonal.max()), 1e-300))
+        step = np.linalg.lstsq(matrix, slope, rcond=None)[0] * self.scale
+        return np.asarray(np.clip(values + step, self.low, self.high))
+
+
+def with_start(fitted: Fitted) -> list[Free]:
+    """Give the free parameters of a fit, starting where it ended."""
+    return [replace(item, start=float(value)) for item, value in zip(fitted.free, fitted.values, strict=True)]

@@ -1,0 +1,149 @@
+"""The noise of a residual, so that a coloured residual is not mistaken for evidence.
+
+A residual of a replay has two sources: what the sensor adds, which is white or drifts slowly, and forces nobody modelled, which reach the
+channel through the machine's own dynamics. Its power at a frequency f is therefore a sum of known shapes with unknown sizes a >= 0,
+
+    P(f) = floor^2 + sum_i a_i T_i(f),    T in {1, 1 / (1 + (f/f0)^2)} and {|G_s(f)|^2, |G_s(f)|^2 / (1 + (f/f0)^2)}
+
+where G_s is the response of the channel to a kick of the machine's state s. The sizes follow from the residual by maximum likelihood
+(Whittle: -2 log L = sum over frequencies of log P + |E|^2 / P; multiplicative updates of Fevotte, Bertin, Durrieu, Nonnegative matrix
+factorization with the Itakura-Saito divergence, Neural Computation 21 (2009), eq. 3.6). Source of the frame: R. Pintelon, J. Schoukens,
+System Identification: A Frequency Domain Approach, 2nd ed. (2012), chapter 9; L. Ljung, System Identification, 2nd ed., section 4.3.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import rfft, rfftfreq
+from scipy.signal.windows import tukey
+
+from lathesim.engine.assembly import FloatArray
+
+_TAPERED = 0.1
+_CORNERS = (0.3, 3.0, 30.0)
+_UPDATES = 25
+_SHARE_IN_BAND = 0.99
+
+
+@functools.lru_cache(maxsize=16)
+def taper(samples: int) -> FloatArray:
+    """Give the window, shape (samples,), with mean square 1."""
+    window = tukey(samples, _TAPERED)
+    return np.asarray(window / np.sqrt(np.mean(window * window)))
+
+
+@functools.lru_cache(maxsize=16)
+def effective_share(samples: int) -> float:
+    """Give the share of the frequencies that counts as independent: the taper makes neighbours alike."""
+    square = taper(samples) ** 2
+    return float(np.sum(square) ** 2 / (samples * np.sum(square**2)))
+
+
+def spectrum(values: FloatArray, differences: int = 0) -> FloatArray:
+    """Give the tapered transform of the n-th differences of ``values`` (..., samples), scaled so that white noise has power sigma^2."""
+    samples = values.shape[-1]
+    for _ in range(differences):
+        values = np.diff(values, axis=-1, prepend=values[..., :1])
+    return np.asarray(rfft(values * taper(samples), axis=-1) / np.sqrt(samples))
+
+
+@dataclass(frozen=True)
+class NoiseShapes:
+    """The shapes T for one channel, shape (shapes, frequencies), the first one the sensor's; and the floor [unit of the channel].
+
+    All are of the channel differenced ``differences`` times, as often as makes what forces do to it nearest to white: a drifting position
+    would leak through the taper into every frequency. ``band`` is the number of frequencies that hold 99 % of the power of the motion so
+    differenced; a channel that no state moves has no such limit.
+    """
+
+    shapes: FloatArray
+    floor: float
+    samples: int
+    differences: int = 0
+    band: int = 1 << 62
+
+
+@dataclass(frozen=True)
+class NoiseModel:
+    """Power at each frequency [unit of the channel, squared], for a number of samples."""
+
+    power: FloatArray
+    samples: int
+    differences: int = 0
+    band: int = 1 << 62
+
+    def whiten(self, values: FloatArray, *, wide: bool = False) -> FloatArray:
+        """Give ``values`` (..., samples) as independent numbers of variance one, real parts and then imaginary ones.
+
+        Frequencies above the band of the motion are set to zero, or kept when ``wide``.
+        """
+        scaled = spectrum(values, self.differences) * np.sqrt(2.0 * effective_share(self.samples) / self.power)
+        if not wide:
+            scaled[..., self.band :] = 0.0
+        return np.concatenate([scaled.real, scaled.imag], axis=-1)
+
+    def log_likelihood(self, residual: FloatArray) -> float:
+        """Give the log-likelihood of a residual (samples,), up to a constant [nats]."""
+        ratio = np.abs(spectrum(residual, self.differences)) ** 2 / self.power
+        return float(-effective_share(self.samples) * np.sum(np.log(self.power) + ratio))
+
+
+def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: float, *, coloured: bool) -> NoiseShapes:
+    """Give the shapes for a channel; ``kicks`` (states, samples) is its response to a kick of each state, ``motion`` (samples,) itself.
+
+    Without ``coloured`` the sensor's noise and the forces on the machine are white: the equation error at every frequency counts alike, as
+    in least squares of the inverse dynamics. With it both may be slow too: the judge of what is significant.
+    """
+    samples = kicks.shape[-1]
+    frequency = rfftfreq(samples, period)
+    differencing = np.abs(1.0 - np.exp(-2j * np.pi * frequency * period)) ** 2
+    differencing[0] = differencing[1] if len(frequency) > 1 else 1.0
+    gains = [gain for gain in (_kick_gain(kick, frequency, period) for kick in kicks) if gain.max(initial=0.0) > 0.0]
+    times = _differences(gains, differencing)
+    corners = _CORNERS if coloured else ()
+    sensor = [np.ones_like(frequency)] + [1.0 / (1.0 + (frequency / corner) ** 2) for corner in corners]
+    forces = [gain / gain.max() for gain in gains]
+    forces += [gain / (1.0 + (frequency / corner) ** 2) for gain in forces for corner in corners[1:]]
+    return NoiseShapes(np.array(sensor + forces) * differencing**times, floor, samples, times, _band(motion, times))
+
+
+def _band(motion: FloatArray, differences: int) -> int:
+    """Give the number of frequencies that hold 99 % of the power of the differenced motion."""
+    if not differences:
+        return 1 << 62
+    power = np.abs(spectrum(np.nan_to_num(motion), differences)) ** 2
+    power[0] = 0.0
+    total = float(power.sum())
+    return int(np.searchsorted(np.cumsum(power), _SHARE_IN_BAND * total)) + 1 if total > 0.0 else 1 << 62
+
+
+def _differences(gains: list[FloatArray], differencing: FloatArray) -> int:
+    """Give how often a channel is to be differenced so that the response to forces spans the fewest decades."""
+    if not gains:
+        return 0
+    return int(np.argmin([max(float(np.std(np.log(gain * differencing**times))) for gain in gains) for times in range(3)]))
+
+
+def _kick_gain(kick: FloatArray, frequency: FloatArray, period: float) -> FloatArray:
+    """Give |G|^2 of a response to a kick. Its steps are transformed and summed again, so that one that never dies out is right too."""
+    steps = rfft(np.diff(kick, prepend=0.0))
+    summing = np.abs(1.0 - np.exp(-2j * np.pi * frequency * period))
+    summing[0] = summing[1] if len(summing) > 1 else 1.0
+    gain = np.abs(steps) ** 2 / summing**2
+    gain[0] = gain[1] if len(gain) > 1 else gain[0]
+    return np.asarray(gain)
+
+
+def fit_noise_model(residual: FloatArray, shapes: NoiseShapes) -> NoiseModel:
+    """Give the noise model of a residual (samples,)."""
+    seen = np.abs(spectrum(residual, shapes.differences)) ** 2
+    basis = shapes.shapes
+    least = max(shapes.floor**2, 1e-300) * basis[0]
+    sizes = np.mean(seen) / np.maximum(np.mean(basis, axis=1), 1e-300) / len(basis)
+    for _ in range(_UPDATES):
+        power = least + sizes @ basis
+        sizes = sizes * (basis @ (seen / power**2)) / np.maximum(basis @ (1.0 / power), 1e-300)
+    return NoiseModel(least + sizes @ basis, shapes.samples, shapes.differences, shapes.band)

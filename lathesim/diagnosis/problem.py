@@ -1,0 +1,149 @@
+"""A machine and its recordings, made ready for the search: which simulators there are, and what is free in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from lathesim.diagnosis.fit import Free
+from lathesim.diagnosis.floor import channel_floor
+from lathesim.diagnosis.motion import recorded_motion
+from lathesim.diagnosis.replay import cut, drive, seen, sense
+from lathesim.diagnosis.simulator import Simulator
+from lathesim.diagnosis.terms import Term, insert_candidates
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import Assembly, FloatArray, Part
+from lathesim.engine.wiring import Plan, wire
+from lathesim.record import Record
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What a lesson says of the machine: the assembly [SI], the inputs that recordings drive, the channels they are compared with.
+
+    ``uncertain`` gives one standard deviation of given values [SI] by ``part.parameter``; ``resolution`` that of a recorded channel.
+    """
+
+    assembly: Assembly
+    drive: tuple[str, ...]
+    compare: tuple[str, ...]
+    uncertain: Mapping[str, float]
+    resolution: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """One recording on its sample grid, with the simulators held against it.
+
+    ``sensed`` replays every part with recorded inputs and lets effects sense the recorded motion (nearly linear: for the search);
+    ``replayed`` lets them sense the simulated motion; ``own`` is the lesson's simulation, in which only the drive is recorded.
+    """
+
+    machine: Machine
+    record: Record
+    name: str
+    candidates: tuple[Term, ...]
+    with_candidates: Assembly
+
+    @cached_property
+    def floors(self) -> dict[str, float]:
+        """What the recording cannot resolve in each compared channel, one standard deviation [SI]."""
+        return {name: channel_floor(self.record[name], self.machine.resolution.get(name, 0.0)) for name in self.machine.compare}
+
+    @cached_property
+    def _recorded(self) -> dict[str, FloatArray]:
+        return {name: self.record[name] for name in self.machine.compare}
+
+    def _driven(self) -> Assembly:
+        return drive(self.with_candidates, {name: self.record[name] for name in self.machine.drive})
+
+    def _simulator(self, assembly: Assembly) -> Simulator:
+        channels = tuple(seen(self.with_candidates, name) for name in self.machine.compare)
+        plan = wire(replace(assembly, record=channels, finish=""))
+        recorded = np.array([self._recorded[name] for name in self.machine.compare])
+        return Simulator(plan, channels, recorded, np.array([self.floors[name] for name in self.machine.compare]), self.name)
+
+    @cached_property
+    def sensed(self) -> Simulator:
+        """Recorded inputs for every part, recorded motion for the effects."""
+        replayed = cut(_exact_sensors(self._driven()), self._whole())
+        return self._simulator(sense(replayed, recorded_motion(self.with_candidates, self._whole())))
+
+    @cached_property
+    def replayed(self) -> Simulator:
+        """Recorded inputs for every part, simulated motion for the effects."""
+        return self._simulator(cut(_exact_sensors(self._driven()), self._whole()))
+
+    @cached_property
+    def own(self) -> Simulator:
+        """The lesson's own simulation."""
+        return self._simulator(self._driven())
+
+    def _whole(self) -> dict[str, FloatArray]:
+        return {name: values for name, values in self._recorded.items() if np.isfinite(values).all()}
+
+    def start_states(self, plan: Plan) -> list[Free]:
+        """Give the states of the machine's own parts as free starting values, from the recorded motion where there is any."""
+        motion = recorded_motion(self.with_candidates, self._whole())
+        free = []
+        for name, position in plan.states.items():
+            part = plan.parts[name.partition(".")[0]]
+            if issubclass(part.component, Effect):
+                continue
+            seen_start = _start_from(part, name.partition(".")[2], motion)
+            if seen_start is None:
+                start = plan.start_states[position]
+                free.append(Free(name, start, max(abs(start), 1e-2)))
+            else:
+                start, spread = seen_start
+                free.append(Free(name, start, spread, uncertainty=spread, given=start))
+        return free
+
+
+_START_SPREAD = 0.01
+"""How far the smoothed recording may be off at its first sample, as a share of the motion's standard deviation (its end effect)."""
+
+
+def _start_from(part: Part, state: str, motion: Mapping[str, FloatArray]) -> tuple[float, float] | None:
+    """Give the recorded start of a state that an output shows as it is (``position`` showing ``travel``), and how sure it is."""
+    component = part.component
+    unit = component.declarations[state].unit
+    for role in ("displacement", "flow"):
+        output = component.ports.get(role)
+        if output is None or component.declarations[output].unit != unit:
+            continue
+        values = motion.get(f"{part.name}.{output}")
+        if values is not None:
+            return float(values[0]), _START_SPREAD * float(np.std(values)) + 1e-12
+    return None
+
+
+def _exact_sensors(assembly: Assembly) -> Assembly:
+    """Give the assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice."""
+    parts = []
+    for part in assembly.parts:
+        name = part.component.ports.get("resolution")
+        parts.append(replace(part, parameters={**part.parameters, name: 0.0}) if name else part)
+    return replace(assembly, parts=tuple(parts))
+
+
+def build_rigs(machine: Machine, records: Iterable[tuple[str, Record]], effects: Iterable[type[Effect]]) -> list[Rig]:
+    """Give one rig for each recording, all with the same candidates in the same machine."""
+    assembly, terms = insert_candidates(machine.assembly, effects)
+    return [Rig(machine, record, name, tuple(terms), assembly) for name, record in records]
+
+
+def baseline_free(machine: Machine) -> list[Free]:
+    """Give the uncertain parameters as free ones, held by their uncertainty."""
+    plan = wire(replace(machine.assembly, finish=""))
+    free = []
+    for name, deviation in machine.uncertain.items():
+        _, position = plan.settable(name)
+        given = plan.parameter_values[position]
+        part, _, item = name.partition(".")
+        declared = plan.parts[part].component.declarations[item]
+        free.append(Free(name, given, max(deviation, 1e-12), declared.low, declared.high, deviation, given))  # type: ignore[attr-defined]
+    return free

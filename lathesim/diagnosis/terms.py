@@ -1,0 +1,166 @@
+"""What may be added to a model: effects of the catalogue at every place where they can sit, all neutral in one machine.
+
+One machine carries all candidates at once; with neutral values each is the identity bit for bit, so trying another candidate changes
+numbers and never compiles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import qmc
+
+from lathesim.component import Component, Input, Parameter
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import Assembly, FloatArray, Part
+from lathesim.engine.wiring import wire
+from lathesim.errors import LatheSimError
+from lathesim.lessons.insertion import insert_effect
+
+_START_POINTS = 8
+_ROTARY_UNITS = ("N*m", "rad/s", "rad")
+
+
+@dataclass(frozen=True)
+class Term:
+    """A candidate: an effect inserted under the name ``part`` at a host.
+
+    ``parameters`` are the free names (``part.parameter``), ``neutral`` and ``typical`` their values [SI]; ``low`` and ``high`` the bounds,
+    ``points`` starting values, shape (points, parameters), spread over the typical ranges.
+    """
+
+    part: str
+    effect: type[Effect]
+    at: str
+    parameters: tuple[str, ...]
+    neutral: FloatArray
+    low: FloatArray
+    high: FloatArray
+    points: FloatArray
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.effect.__name__
+
+    @property
+    def family(self) -> str:
+        """The family in which ties are reported."""
+        return self.effect.family
+
+    @property
+    def nuisance(self) -> tuple[str, ...]:
+        """The free names that belong to a recording and not to the machine."""
+        return tuple(f"{self.part}.{name}" for name in self.effect.nuisance)
+
+
+def insert_candidates(assembly: Assembly, effects: Iterable[type[Effect]]) -> tuple[Assembly, list[Term]]:
+    """Give the assembly with every candidate in it, neutral, and the terms they make."""
+    driven = {part.name for part in assembly.parts if _has_drive_before_it(assembly, part)}
+    places = [
+        (effect, part.name)
+        for effect in _in_acting_order(effects)
+        for part in assembly.parts
+        if _fits(effect, part.component) and not (effect.site == "drive" and part.name in driven)
+    ]
+    terms: list[Term] = []
+    result = assembly
+    for effect, host in places:
+        name = f"try_{host}_{_snake(effect.__name__)}"
+        neutral = _neutral_si(effect)
+        try:
+            trial = insert_effect(result, effect, host, name=name, parameters=neutral)
+            placed = next(part for part in trial.parts if part.name == name)
+            if not _carries(effect, placed.component):
+                continue
+            wire(replace(trial, finish="", record=()))
+        except LatheSimError:
+            continue
+        result = trial
+        terms.append(_term(name, effect, placed.component, host))
+    return result, terms
+
+
+def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
+    """Frictions come last on a port: they answer to the sum of what else pushes."""
+    return sorted(effects, key=lambda effect: (effect.family == "reversal", effect.catalogue, effect.__name__))
+
+
+def _has_drive_before_it(assembly: Assembly, part: Part) -> bool:
+    """Say whether a part's command comes from a drive of its own (amplifier, motor): what a drive leaves out then belongs there."""
+    port = part.component.ports.get("drive")
+    source = next((wire.source for wire in assembly.wires if wire.target == f"{part.name}.{port}"), "")
+    before = next((other for other in assembly.parts if other.name == source.partition(".")[0]), None)
+    return before is not None and "drive" in before.component.ports and not _decides(before.component)
+
+
+def _decides(component: type[Component]) -> bool:
+    """Say whether a part is a controller or a converter: it takes a measurement or a command and gives a command."""
+    return "drive" in component.ports and "measured" in component.ports
+
+
+def _fits(effect: type[Effect], host: type[Component]) -> bool:
+    if issubclass(host, Effect) or _decides(host):
+        return False
+    sitting = {taken for taken, _ in effect.pairs().values()}
+    roles = set(effect.pairs()) | {name for name, item in effect.declared(Input).items() if name not in sitting and item.default is None}
+    return roles <= set(host.ports)
+
+
+def _snake(name: str) -> str:
+    """Give ``coulomb_friction`` for ``CoulombFriction``."""
+    return "".join(f"_{letter.lower()}" if letter.isupper() and place else letter.lower() for place, letter in enumerate(name))
+
+
+_SIGNALS = {
+    "BeltSlip": ("rad/s",),
+    "SpeedDroop": ("rad/s",),
+    "DynamometerDrift": ("N",),
+    "DynamometerResonance": ("N",),
+    "DynamometerCrosstalk": ("N",),
+    "ThermalScrewGrowth": ("m",),
+    "CumulativePitchError": ("m",),
+    "SampleJitter": (),
+}
+
+
+def _carries(effect: type[Effect], placed: type[Component]) -> bool:
+    """Say whether an effect makes sense on a wire of this unit."""
+    allowed = _SIGNALS.get(effect.__name__)
+    return allowed is None or placed.declarations["incoming"].unit in allowed
+
+
+def _neutral_si(effect: type[Effect]) -> dict[str, float]:
+    return {name: float(value) for name, value in effect.neutral.items()}
+
+
+def _term(part: str, effect: type[Effect], placed: type[Component], host: str) -> Term:
+    rotary = any(item.unit in _ROTARY_UNITS for item in placed.declared(Input).values())
+    ranges: Mapping[str, tuple[float, float]] = effect.typical_rotary if rotary and effect.typical_rotary else effect.typical
+    declared = placed.declared(Parameter)
+    names = [name for name in declared if name in ranges]
+    neutral = np.array([effect.neutral.get(name, _middle(*ranges[name])) for name in names])
+    low = np.array([declared[name].low for name in names])
+    high = np.array([declared[name].high for name in names])
+    return Term(
+        part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, _spread([ranges[name] for name in names])
+    )
+
+
+def _middle(low: float, high: float) -> float:
+    return float(np.sqrt(low * high)) if low > 0 else 0.5 * (low + high)
+
+
+def _spread(ranges: Sequence[tuple[float, float]]) -> FloatArray:
+    """Give starting values over the ranges: logarithmic where a range is positive and wide, a Sobol sequence over all of them."""
+    if not ranges:
+        return np.zeros((0, 0))
+    count = _START_POINTS if len(ranges) > 1 else 3
+    unit = qmc.Sobol(len(ranges), scramble=False).random(16)[1 : count + 1]
+    columns = []
+    for column, (low, high) in enumerate(ranges):
+        share = unit[:, column]
+        columns.append(low * (high / low) ** share if low > 0 and high > 3 * low else low + (high - low) * share)
+    return np.stack(columns, axis=1)

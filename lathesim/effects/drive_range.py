@@ -1,0 +1,97 @@
+"""What an amplifier cannot do: too small a command, too large a one, too fast a one."""
+
+from __future__ import annotations
+
+from lathesim.component import DiscreteState, Input, Output, Parameter
+from lathesim.effects.effect import Effect
+
+
+def _limited(value: float, level: float) -> float:
+    if value > level:
+        return level
+    if value < -level:
+        return -level
+    return value
+
+
+class AmplifierDeadZone(Effect):
+    """An amplifier that gives nothing for a small command, and lacks that much of a large one.
+
+    u_out = u_in - clip(u_in, -half_width, half_width)
+    """
+
+    catalogue, family, site = 18, "drive range", "drive"
+    neutral = {"half_width": 0.0}
+    typical = {"half_width": (0.02, 0.5)}
+    typical_rotary = {"half_width": (0.02, 0.5)}
+    fingerprint = "The force is flat around zero command and wrong by a constant beside it: a function of the command, not of the velocity."
+    confused_with = ("CoulombFriction, which follows the sign of the velocity",)
+    experiment = "Hold still against a force that varies slowly through zero."
+    source = "Tao, Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley 1996, ch. 2. Range assumed."
+
+    incoming = Input("{signal}", doc="command")
+    outgoing = Output("{signal}", doc="command that acts")
+    half_width = Parameter("{signal}", 0.0, low=0.0, doc="largest command without an answer")
+
+    @staticmethod
+    def output(incoming: float, half_width: float) -> float:
+        if half_width == 0.0:
+            return incoming
+        return incoming - _limited(incoming, half_width)
+
+
+class DriveSaturation(Effect):
+    """A drive that gives no more than a level: voltage or current limit.
+
+    u_out = clip(u_in, -level, level)
+    """
+
+    catalogue, family, site = 20, "drive range", "drive"
+    neutral = {"level": 1e9}
+    typical = {"level": (0.5, 10.0)}
+    typical_rotary = {"level": (0.5, 10.0)}
+    fingerprint = "Flat tops, and only in large or fast moves."
+    confused_with = ("DriveGainError",)
+    experiment = "Play the same move within and beyond the range."
+    source = "Altintas, Manufacturing Automation, 2nd ed. 2012, sec. 5.3. Range assumed."
+
+    incoming = Input("{signal}", doc="command")
+    outgoing = Output("{signal}", doc="command that acts")
+    level = Parameter("{signal}", 1e9, low=0.0, doc="largest size of the command that acts")
+
+    @staticmethod
+    def output(incoming: float, level: float) -> float:
+        return _limited(incoming, level)
+
+
+class SlewLimit(Effect):
+    """A drive that changes no faster than a rate.
+
+    |du_out/dt| <= rate, judged once a sample
+    """
+
+    catalogue, family, site = 20, "drive range", "drive"
+    neutral = {"rate": 1e12}
+    typical = {"rate": (10.0, 10000.0)}
+    typical_rotary = {"rate": (10.0, 10000.0)}
+    fingerprint = "Ramps of one slope where the command jumps."
+    confused_with = ("MotorInductance", "CurrentLoopLag")
+    experiment = "Steps of two sizes: the slope is the same for a slew limit and grows with the step for a lag."
+    source = "Kester (ed.), The Data Conversion Handbook, Newnes 2005, ch. 7. Range assumed."
+
+    incoming = Input("{signal}", doc="command")
+    outgoing = Output("{signal}", doc="command that acts")
+    held = DiscreteState("{signal}", doc="command that acts at the sample instant")
+    rate = Parameter("({signal})/s", 1e12, low=0.0, doc="fastest change")
+
+    @staticmethod
+    def update(incoming: float, held: float, rate: float, sample_period: float, time: float) -> float:
+        if time > 0.0:
+            return held + _limited(incoming - held, rate * sample_period)
+        return incoming
+
+    @staticmethod
+    def output(incoming: float, held: float, rate: float) -> float:
+        if rate >= 1e12:
+            return incoming
+        return held

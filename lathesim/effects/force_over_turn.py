@@ -1,0 +1,211 @@
+"""Cutting force that repeats with the spindle, with the chips, or with the swing of the tool."""
+
+from __future__ import annotations
+
+import math
+
+from lathesim.component import DiscreteState, Input, Memory, Output, Parameter, State
+from lathesim.effects.effect import Effect
+
+_CELLS = 1024
+_SOFT_EDGE = 0.02
+
+
+def _within(angle: float, middle: float, width: float) -> float:
+    """Give 1 inside an arc of ``width`` (share of a turn) about ``middle`` [rad], 0 outside, with edges rounded over about 1 degree."""
+    half = math.pi * min(max(width, 0.0), 1.0)
+    away = angle - middle
+    away = abs(away - 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5))
+    return 0.5 * (1.0 + math.tanh((half - away) / _SOFT_EDGE))
+
+
+class InterruptedCut(Effect):
+    """A slot, keyway or flat in the part: the tool cuts air for a share of each turn.
+
+    F_out = F_in (1 - missing g),   g = 1 within the slot, 0 beside it
+    """
+
+    catalogue, family, site = 47, "spindle-synchronous", "force"
+    neutral = {"missing": 0.0}
+    typical = {"missing": (0.2, 1.0), "width": (0.02, 0.3), "middle": (-math.pi, math.pi)}
+    nuisance = ("middle",)
+    fingerprint = "A pulse of missing force once per turn, at one angle of the spindle."
+    confused_with = ("Runout", "HardSpot")
+    experiment = "Map the force over angle and turns."
+    source = "Altintas, Manufacturing Automation, 2nd ed. 2012, sec. 2.5 (entry and exit angles). Form and range assumed."
+
+    incoming = Input("{signal}", doc="force of the full round")
+    angle = Input("rad", doc="spindle angle")
+    outgoing = Output("{signal}", doc="force of the interrupted cut")
+    missing = Parameter("1", 0.0, low=0.0, high=1.0, doc="share of the force that lacks in the slot")
+    width = Parameter("1", 0.1, low=0.001, high=0.99, doc="share of the turn the slot takes")
+    middle = Parameter("rad", 0.0, doc="angle of the middle of the slot")
+
+    @staticmethod
+    def output(incoming: float, angle: float, missing: float, width: float, middle: float) -> float:
+        if missing == 0.0:
+            return incoming
+        return incoming * (1.0 - missing * _within(angle, middle, width))
+
+
+class HardSpot(Effect):
+    """A hard place in the part: more force once per turn.
+
+    F_out = F_in (1 + rise exp((cos(angle - middle) - 1) / (2 (pi width)^2)))
+
+    Left out: the end of the spot along the part.
+    """
+
+    catalogue, family, site = 47, "spindle-synchronous", "force"
+    neutral = {"rise": 0.0}
+    typical = {"rise": (0.1, 0.5), "width": (0.02, 0.2), "middle": (-math.pi, math.pi)}
+    nuisance = ("middle",)
+    fingerprint = "A pulse of force once per turn at one angle, on a locus that winds along the part."
+    confused_with = ("Runout", "InterruptedCut")
+    experiment = "Map the force over angle and turns."
+    source = "Form (a von Mises bump) and range assumed."
+
+    incoming = Input("{signal}", doc="force of even material")
+    angle = Input("rad", doc="spindle angle")
+    outgoing = Output("{signal}", doc="force with the hard spot")
+    rise = Parameter("1", 0.0, low=-0.95, high=10.0, doc="share of the force gained in the middle of the spot")
+    width = Parameter("1", 0.05, low=0.005, high=0.5, doc="half width of the spot at about 1/e, as a share of the turn")
+    middle = Parameter("rad", 0.0, doc="angle of the middle of the spot")
+
+    @staticmethod
+    def output(incoming: float, angle: float, rise: float, width: float, middle: float) -> float:
+        if rise == 0.0:
+            return incoming
+        spread = math.pi * width
+        return incoming * (1.0 + rise * math.exp((math.cos(angle - middle) - 1.0) / (2.0 * spread * spread)))
+
+
+class ChipSegmentation(Effect):
+    """Chips that break or shear in segments, each as long as the last.
+
+    F_out = F_in (1 + share sin(2 pi s / length + phase)),   ds/dt = V in the cut
+    """
+
+    catalogue, family, site = 49, "spindle-synchronous", "force"
+    neutral = {"share": 0.0}
+    typical = {"share": (0.02, 0.3), "length": (1e-3, 0.2)}
+    nuisance = ("phase",)
+    fingerprint = "A line whose frequency is the cutting speed over a chip length, not tied to the spindle."
+    confused_with = ("RegenerativeChatter", "mains hum, which does not move with the speed")
+    experiment = "Change the cutting speed."
+    source = "Shaw, Metal Cutting Principles, 2nd ed. 2005, ch. 15; 5 to 50 Hz for long chips. Form and range assumed."
+
+    incoming = Input("{signal}", doc="force of a flowing chip")
+    speed = Input("m/s", doc="cutting speed")
+    outgoing = Output("{signal}", doc="force of the breaking chip")
+    slid = State("m", doc="length cut")
+    share = Parameter("1", 0.0, low=0.0, high=1.0, doc="amplitude over the force")
+    length = Parameter("m", 0.05, low=1e-6, doc="length cut per chip or segment")
+    phase = Parameter("rad", 0.0, doc="phase at the start")
+
+    @staticmethod
+    def derivative(incoming: float, speed: float) -> float:
+        return 0.0 if incoming == 0.0 else abs(speed)
+
+    @staticmethod
+    def output(incoming: float, slid: float, share: float, length: float, phase: float) -> float:
+        if share == 0.0:
+            return incoming
+        return incoming * (1.0 + share * math.sin(2.0 * math.pi * slid / length + phase))
+
+
+class RegenerativeChatter(Effect):
+    """A tool that swings and meets the waves it left a turn before.
+
+    x'' + 2 damping w x' + w^2 x = w^2 compliance F - (process damping),   w = 2 pi frequency
+    F_out = F_in (1 + engagement (x(t - T) - x(t)) / feed), not below zero;   process damping: w^2 compliance coefficient depth x' / V
+
+    T is a turn of the spindle. The start value of ``swing`` is the seed. Needs samples of a fifth of the period of the mode or finer.
+    Left out: waves of more than one turn before, which count when the tool leaves the cut.
+    """
+
+    catalogue, family, site = 45, "spindle-synchronous", "force"
+    neutral = {"engagement": 0.0}
+    typical = {"compliance": (2e-8, 1e-7), "frequency": (80.0, 1500.0), "damping": (0.02, 0.06), "process_damping": (0.0, 1e6)}
+    fingerprint = (
+        "A line a little above a mode, no whole multiple of the spindle speed, that sets in with the depth, grows, and stays "
+        "bounded."
+    )
+    confused_with = ("Runout and other forced vibration, on whole multiples",)
+    experiment = "Change the spindle speed by 5 %: forced vibration moves with it, chatter stays or jumps."
+    source = (
+        "Tobias, Machine-Tool Vibration, 1965; Altintas, Manufacturing Automation, 2nd ed. 2012, sec. 4.2 and 4.4 (process "
+        "damping). Range assumed."
+    )
+
+    incoming = Input("{signal}", doc="force of the steady chip")
+    angle = Input("rad", doc="spindle angle")
+    feed = Input("m", doc="feed per turn")
+    depth = Input("m", doc="depth of cut")
+    speed = Input("m/s", doc="cutting speed")
+    outgoing = Output("{signal}", doc="force of the chip the swinging tool takes")
+    swing = State("m", 1e-9, doc="tool tip, positive away from the cut")
+    swing_rate = State("m/s", doc="its rate")
+    wave = DiscreteState("m", doc="what the tool left a turn before")
+    last_cell = DiscreteState("1", doc="cell of the last sample")
+    surface = Memory("m", _CELLS, doc="tool tip over the turn")
+    engagement = Parameter("1", 0.0, low=0.0, high=1.0, doc="1 with the chip modulated, 0 without")
+    compliance = Parameter("m/({signal})", 5e-8, low=0.0, doc="static compliance of the tool in the direction of the chip")
+    frequency = Parameter("Hz", 150.0, low=1.0, high=20000.0, doc="natural frequency")
+    damping = Parameter("1", 0.03, low=0.0, high=2.0, doc="damping ratio")
+    process_damping = Parameter("({signal})/m", 0.0, low=0.0, doc="process damping coefficient")
+
+    @staticmethod
+    def update(angle: float, swing: float, wave: float, last_cell: float, surface: list[float], time: float) -> tuple[float, float]:
+        length = len(surface)
+        turns = angle / (2.0 * math.pi)
+        cell = int((turns - math.floor(turns)) * length)
+        if cell >= length:
+            cell = 0
+        before = surface[cell]
+        place = int(last_cell)
+        if time <= 0.0:
+            place = cell
+        # fill the cells passed since the last sample; none is passed while the spindle stands
+        passed = cell - place
+        if passed < 0:
+            passed += length
+        if passed > length // 2:
+            passed = 0
+        for _ in range(passed):
+            place += 1
+            if place >= length:
+                place = 0
+            surface[place] = swing
+        return before, float(cell)
+
+    @staticmethod
+    def derivative(
+        incoming: float,
+        feed: float,
+        depth: float,
+        speed: float,
+        swing: float,
+        swing_rate: float,
+        wave: float,
+        engagement: float,
+        compliance: float,
+        frequency: float,
+        damping: float,
+        process_damping: float,
+    ) -> tuple[float, float]:
+        angular = 2.0 * math.pi * frequency
+        force = _chip_force(incoming, feed, swing, wave, engagement)
+        if incoming != 0.0 and abs(speed) > 1e-6:
+            force -= process_damping * depth * swing_rate / abs(speed)
+        return swing_rate, angular * (angular * (compliance * force - swing) - 2.0 * damping * swing_rate)
+
+    @staticmethod
+    def output(incoming: float, feed: float, swing: float, wave: float, engagement: float) -> float:
+        return _chip_force(incoming, feed, swing, wave, engagement)
+
+
+def _chip_force(incoming: float, feed: float, swing: float, wave: float, engagement: float) -> float:
+    if engagement == 0.0 or feed <= 0.0:
+        return incoming
+    return incoming * max(0.0, 1.0 + engagement * (wave - swing) / feed)

@@ -1,0 +1,237 @@
+"""Friction that answers to velocity: the trace is a step or a peak of the missing force where the motion turns round.
+
+All of these stick exactly and still pass through fixed-step RK4: the friction is the force that would bring the body to rest within two
+integration steps, limited to what the surfaces can carry (Karnopp 1985, with the width tied to the step and not to a speed). In sliding
+that is level * sgn(v); at rest it balances whatever pushes. Place friction after offsets and ripples on the same port, so that it sees
+them; several frictions in a row share the load. A host that does not tell its driving force is served too: at rest it then creeps by
+(driving force) * 2 step / inertia.
+"""
+
+from __future__ import annotations
+
+import math
+
+from lathesim.component import Input, Output, Parameter
+from lathesim.effects.effect import Effect
+
+_STEPS_TO_REST = 2.0
+
+
+def resisting(demand: float, backward: float, forward: float) -> float:
+    """Give the demanded friction, limited to -backward .. +forward [same unit as the demand]."""
+    if demand > forward:
+        return forward
+    if demand < -backward:
+        return -backward
+    return demand
+
+
+def demand_to_rest(applied: float, incoming: float, inertia: float, flow: float, step: float) -> float:
+    """Give the friction that lets the velocity decay within two steps: applied - incoming + m v / (2 step).
+
+    A driving force that is not a number (a host whose drive force nobody wired) counts as zero.
+    """
+    if math.isnan(applied):
+        applied = 0.0
+    return applied - incoming + inertia * flow / (_STEPS_TO_REST * step)
+
+
+class CoulombFriction(Effect):
+    """Friction of constant size against the motion, which holds the body at rest while less than that pushes it.
+
+    F_out = F_in + level sgn(v)                              sliding
+    F_out = F_in + (applied - F_in), at most level           sticking
+
+    Left out: the rise over the first micrometres (PreslidingFriction) and the peak at low speed (StribeckFriction).
+    """
+
+    catalogue, family, site = 1, "reversal", "effort"
+    neutral = {"level": 0.0}
+    typical = {"level": (5.0, 100.0)}
+    typical_rotary = {"level": (0.005, 5.0)}
+    fingerprint = "The missing force steps by twice the level where the velocity changes sign, and is flat in speed elsewhere."
+    confused_with = ("viscous friction, at one speed only", "ForceOffset, in one direction only", "PreslidingFriction", "StribeckFriction")
+    experiment = "Constant speeds in both directions, three or more of them: Coulomb friction is the intercept, viscous friction the slope."
+    source = (
+        "Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of models, analysis tools and compensation methods for the control of "
+        "machines with friction, Automatica 30 (1994), sec. 2; sticking: Karnopp, J. Dyn. Syst. Meas. Control 107 (1985). Range assumed."
+    )
+
+    incoming = Input("{signal}", doc="disturbance before the friction")
+    applied = Input("{signal}", default=0.0, doc="driving force or torque on the host, which friction at rest balances")
+    inertia = Input("{signal}*s/({flow})", doc="moving mass or inertia of the host")
+    flow = Input("{flow}", doc="velocity of the host")
+    outgoing = Output("{signal}", doc="disturbance with the friction")
+    level = Parameter("{signal}", 0.0, low=0.0, doc="size of the friction")
+
+    @staticmethod
+    def output(incoming: float, applied: float, inertia: float, flow: float, level: float, step: float) -> float:
+        if level == 0.0:
+            return incoming
+        return incoming + resisting(demand_to_rest(applied, incoming, inertia, flow, step), level, level)
+
+
+class StribeckFriction(Effect):
+    """The part of the friction that dies out with speed: boundary lubrication turning into a film.
+
+    F_out = F_in + excess exp(-(|v| / stribeck_velocity)^shape) sgn(v)
+
+    It stands on top of CoulombFriction: the static friction is level + excess.
+    Left out: the lag of the lubricant film behind the speed (frictional memory).
+    """
+
+    catalogue, family, site = 2, "reversal", "effort"
+    neutral = {"excess": 0.0}
+    typical = {"excess": (1.0, 100.0), "stribeck_velocity": (0.001, 0.02), "shape": (1.0, 2.0)}
+    typical_rotary = {"excess": (0.001, 5.0), "stribeck_velocity": (0.1, 10.0), "shape": (1.0, 2.0)}
+    fingerprint = "The missing force peaks at low speed and falls as the speed grows; creeping motion sticks and slips."
+    confused_with = ("a smoothed sign function in the model", "PreslidingFriction", "viscous friction that is concave in speed")
+    experiment = "Creep at constant speeds from 0.2 to 20 mm/s, both ways: only Stribeck friction has a falling branch."
+    source = (
+        "Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994), eq. 2; sizes on feed drives: Erkorkmaz, Altintas, High speed "
+        "CNC system design part II, Int. J. Mach. Tools Manuf. 41 (2001). Range assumed."
+    )
+
+    incoming = Input("{signal}", doc="disturbance before this friction")
+    applied = Input("{signal}", default=0.0, doc="driving force or torque on the host, which friction at rest balances")
+    inertia = Input("{signal}*s/({flow})", doc="moving mass or inertia of the host")
+    flow = Input("{flow}", doc="velocity of the host")
+    outgoing = Output("{signal}", doc="disturbance with this friction")
+    excess = Parameter("{signal}", 0.0, low=0.0, doc="static friction less Coulomb friction")
+    stribeck_velocity = Parameter("{flow}", 0.005, low=1e-9, doc="speed at which the excess has fallen to 1/e")
+    shape = Parameter("1", 1.0, low=0.5, high=4.0, doc="exponent: 1 exponential, 2 Gaussian")
+
+    @staticmethod
+    def output(
+        incoming: float, applied: float, inertia: float, flow: float, excess: float, stribeck_velocity: float, shape: float, step: float
+    ) -> float:
+        if excess == 0.0:
+            return incoming
+        level = excess * math.exp(-math.pow(abs(flow) / stribeck_velocity, shape))
+        return incoming + resisting(demand_to_rest(applied, incoming, inertia, flow, step), level, level)
+
+
+class AsymmetricFriction(Effect):
+    """Friction that differs between the two directions.
+
+    F_out = F_in + level (1 + asymmetry sgn(v)) sgn(v) + viscous_difference |v|
+
+    The level is the mean of both directions; the viscous difference adds to the slope going forward and takes from it coming back.
+    """
+
+    catalogue, family, site = 4, "reversal", "effort"
+    neutral = {"level": 0.0, "viscous_difference": 0.0}
+    typical = {"level": (5.0, 100.0), "asymmetry": (-0.4, 0.4), "viscous_difference": (-200.0, 200.0)}
+    typical_rotary = {"level": (0.005, 5.0), "asymmetry": (-0.4, 0.4), "viscous_difference": (-0.05, 0.05)}
+    fingerprint = "The missing force has a part that is even in the velocity, and none of it at rest."
+    confused_with = ("ForceOffset", "a drive whose gain differs between the directions", "CoulombFriction")
+    experiment = "Equal speeds both ways, then hold still: an offset stays at rest, an asymmetry does not."
+    source = (
+        "Armstrong-Helouvry, Control of Machines with Friction, Kluwer 1991, ch. 4; Erkorkmaz, Altintas, Int. J. Mach. Tools Manuf. 41 "
+        "(2001), part II, sec. 2. Range assumed."
+    )
+
+    incoming = Input("{signal}", doc="disturbance before the friction")
+    applied = Input("{signal}", default=0.0, doc="driving force or torque on the host, which friction at rest balances")
+    inertia = Input("{signal}*s/({flow})", doc="moving mass or inertia of the host")
+    flow = Input("{flow}", doc="velocity of the host")
+    outgoing = Output("{signal}", doc="disturbance with the friction")
+    level = Parameter("{signal}", 0.0, low=0.0, doc="mean size of the friction of both directions")
+    asymmetry = Parameter("1", 0.0, low=-0.95, high=0.95, doc="share by which forward exceeds the mean")
+    viscous_difference = Parameter("{signal}/({flow})", 0.0, doc="viscous friction forward less mean")
+
+    @staticmethod
+    def output(
+        incoming: float,
+        applied: float,
+        inertia: float,
+        flow: float,
+        level: float,
+        asymmetry: float,
+        viscous_difference: float,
+        step: float,
+    ) -> float:
+        if level == 0.0 and viscous_difference == 0.0:
+            return incoming
+        viscous = incoming + viscous_difference * abs(flow)
+        demand = demand_to_rest(applied, viscous, inertia, flow, step)
+        return viscous + resisting(demand, level * (1.0 - asymmetry), level * (1.0 + asymmetry))
+
+
+class PositionDependentFriction(Effect):
+    """Friction that varies along the travel: a tight spot of the way or a screw running eccentric in its nut.
+
+    F_out = F_in + amplitude (1 + sin(2 pi q / period + phase)) sgn(v)
+
+    Never negative. On top of CoulombFriction the amplitude also raises the mean, so the Coulomb level falls by as much in a fit.
+    """
+
+    catalogue, family, site = 6, "once per turn", "effort"
+    neutral = {"amplitude": 0.0}
+    typical = {"amplitude": (1.0, 40.0), "period": (0.002, 0.5), "phase": (-math.pi, math.pi)}
+    typical_rotary = {"amplitude": (0.001, 2.0), "period": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi)}
+    nuisance = ("phase",)
+    fingerprint = "The missing force repeats with the position and changes sign with the direction."
+    confused_with = ("TorqueRipple and Cogging, which keep their sign", "PeriodicPitchError")
+    experiment = "Pass the same positions at the same speed in both directions: friction turns over, ripple does not."
+    source = "Erkorkmaz, Altintas, High speed CNC system design part II, Int. J. Mach. Tools Manuf. 41 (2001). Form and range assumed."
+
+    incoming = Input("{signal}", doc="disturbance before the friction")
+    applied = Input("{signal}", default=0.0, doc="driving force or torque on the host, which friction at rest balances")
+    inertia = Input("{signal}*s/({flow})", doc="moving mass or inertia of the host")
+    flow = Input("{flow}", doc="velocity of the host")
+    displacement = Input("{displacement}", doc="position of the host")
+    outgoing = Output("{signal}", doc="disturbance with the friction")
+    amplitude = Parameter("{signal}", 0.0, low=0.0, doc="half of what the friction varies by")
+    period = Parameter("{displacement}", 0.01, low=1e-6, doc="travel after which it repeats")
+    phase = Parameter("rad", 0.0, doc="phase at position zero")
+
+    @staticmethod
+    def output(
+        incoming: float,
+        applied: float,
+        inertia: float,
+        flow: float,
+        displacement: float,
+        amplitude: float,
+        period: float,
+        phase: float,
+        step: float,
+    ) -> float:
+        if amplitude == 0.0:
+            return incoming
+        level = amplitude * (1.0 + math.sin(2.0 * math.pi * displacement / period + phase))
+        return incoming + resisting(demand_to_rest(applied, incoming, inertia, flow, step), level, level)
+
+
+class ViscousWarmUp(Effect):
+    """Viscous friction that changes as grease and bearings warm up.
+
+    F_out = F_in + change (1 - exp(-t / time_constant)) v
+
+    Time counts from the start of the recording; the change is negative for grease that thins.
+    """
+
+    catalogue, family, site = 7, "slow", "effort"
+    neutral = {"change": 0.0}
+    typical = {"change": (-500.0, 100.0), "time_constant": (10.0, 3600.0)}
+    typical_rotary = {"change": (-0.01, 0.01), "time_constant": (10.0, 3600.0)}
+    fingerprint = "The missing force scales with the speed and drifts slowly over the recording, the same way in both directions."
+    confused_with = ("ThermalScrewGrowth", "WearForceGrowth", "ClockSkew")
+    experiment = "Repeat one lap after 0, 10, 30 and 60 minutes; cut and do not cut."
+    source = (
+        "ISO 230-3 (thermal effects, test procedure); Armstrong-Helouvry, Control of Machines with Friction, 1991, ch. 4. Form "
+        "and range assumed."
+    )
+
+    incoming = Input("{signal}", doc="disturbance before the warm-up")
+    flow = Input("{flow}", doc="velocity of the host")
+    outgoing = Output("{signal}", doc="disturbance with the warm-up")
+    change = Parameter("{signal}/({flow})", 0.0, doc="change of the viscous friction once warm")
+    time_constant = Parameter("s", 600.0, low=1e-3, doc="time to warm up to 63 %")
+
+    @staticmethod
+    def output(incoming: float, flow: float, time: float, change: float, time_constant: float) -> float:
+        if change == 0.0:
+            return incoming
+        return incoming + change * (1.0 - math.exp(-time / time_constant)) * flow

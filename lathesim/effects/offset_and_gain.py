@@ -1,0 +1,125 @@
+"""Constants: what is added to a force, a voltage or a reading, or multiplies it, all of the time."""
+
+from __future__ import annotations
+
+import math
+
+from lathesim.component import Input, Output, Parameter
+from lathesim.effects.effect import Effect
+
+
+class ForceOffset(Effect):
+    """A constant force against the positive direction: weight on a slant bed, an unequal counterweight.
+
+    F_out = F_in + offset          (gravity: offset = m g sin(slant))
+    """
+
+    catalogue, family, site = 5, "constants", "effort"
+    neutral = {"offset": 0.0}
+    typical = {"offset": (-500.0, 500.0)}
+    typical_rotary = {"offset": (-1.0, 1.0)}
+    fingerprint = "The missing force holds a constant that is there at rest and in both directions."
+    confused_with = ("ConverterOffset, the same thing without a current channel", "AsymmetricFriction")
+    experiment = (
+        "Hold still with the drive on; change the moving mass, or the drive gain: weight follows the mass, a voltage offset "
+        "the gain."
+    )
+    source = "Janot, Gautier, Brunot, Data Set and Reference Models of EMPS, 2019, eq. 3 (offset of -3.2 N). Range assumed."
+
+    incoming = Input("{signal}", doc="disturbance before the offset")
+    outgoing = Output("{signal}", doc="disturbance with the offset")
+    offset = Parameter("{signal}", 0.0, doc="constant force against positive motion")
+
+    @staticmethod
+    def output(incoming: float, offset: float) -> float:
+        if offset == 0.0:
+            return incoming
+        return incoming + offset
+
+
+class ConverterOffset(Effect):
+    """An offset and a coarse step of a digital-to-analogue converter or its amplifier.
+
+    u_out = round(u_in / resolution) resolution + offset          (no rounding where the resolution is 0)
+
+    Left out: steps that differ in size (integral non-linearity).
+    """
+
+    catalogue, family, site = 23, "constants", "drive"
+    neutral = {"offset": 0.0, "resolution": 0.0}
+    typical = {"offset": (-0.2, 0.2), "resolution": (0.0, 0.08)}
+    typical_rotary = {"offset": (-0.2, 0.2), "resolution": (0.0, 0.08)}
+    fingerprint = "A constant between commanded and acting voltage, or a staircase over the command."
+    confused_with = ("ForceOffset, the same thing without a current channel",)
+    experiment = (
+        "Command zero and measure the current; scan the command slowly through its range. In volts the offset scales with the "
+        "gain."
+    )
+    source = (
+        "Kester (ed.), The Data Conversion Handbook, Newnes 2005, ch. 2 and 5; 8 to 12 bit on +-10 V: 5 to 80 mV. Offset range "
+        "assumed."
+    )
+
+    incoming = Input("{signal}", doc="command before the converter's fault")
+    outgoing = Output("{signal}", doc="command that acts")
+    offset = Parameter("{signal}", 0.0, doc="constant added to the command")
+    resolution = Parameter("{signal}", 0.0, low=0.0, doc="smallest step; 0 for none")
+
+    @staticmethod
+    def output(incoming: float, offset: float, resolution: float) -> float:
+        if offset == 0.0 and resolution == 0.0:
+            return incoming
+        if resolution == 0.0:
+            return incoming + offset
+        return math.floor(incoming / resolution + 0.5) * resolution + offset
+
+
+class DriveGainError(Effect):
+    """A drive gain that is not what it is said to be, and may sag with the load of the power supply.
+
+    u_out = u_in (1 + error - sag |u_in|)
+    """
+
+    catalogue, family, site = 19, "constants", "drive"
+    neutral = {"error": 0.0, "sag": 0.0}
+    typical = {"error": (-0.1, 0.1), "sag": (0.0, 0.02)}
+    typical_rotary = {"error": (-0.1, 0.1), "sag": (0.0, 0.02)}
+    fingerprint = "Everything the drive does is too large or too small in proportion to the command."
+    confused_with = ("mass and friction scaled together, which cannot be told apart from command and position alone", "ScaleFactorError")
+    experiment = "Add a known mass, or measure the current."
+    source = "Ljung, System Identification, 2nd ed. 1999, sec. 4.5 (only the product is identifiable). Range assumed."
+
+    incoming = Input("{signal}", doc="command")
+    outgoing = Output("{signal}", doc="command that acts")
+    error = Parameter("1", 0.0, low=-0.9, high=10.0, doc="share by which the gain is too large")
+    sag = Parameter("1/({signal})", 0.0, low=0.0, doc="share lost per unit of command")
+
+    @staticmethod
+    def output(incoming: float, error: float, sag: float) -> float:
+        if error == 0.0 and sag == 0.0:
+            return incoming
+        return incoming * (1.0 + error - sag * abs(incoming))
+
+
+class ScaleFactorError(Effect):
+    """A sensor or a channel that is off by a factor: a wrong unit, gear, lead or drive constant.
+
+    y_out = factor y_in
+    """
+
+    catalogue, family, site = 33, "constants", "measured"
+    neutral = {"factor": 1.0}
+    typical = {"factor": (0.5, 2.0)}
+    typical_rotary = {"factor": (0.5, 2.0)}
+    fingerprint = "One channel is proportionally wrong everywhere, by a number near 2, 10, 25.4, 2 pi, the lead or a drive constant."
+    confused_with = ("DriveGainError", "CumulativePitchError")
+    experiment = "Measure one known distance, speed or load."
+    source = "Catalogue of faults of recordings; the factor is a constant of the rig. Range assumed."
+
+    incoming = Input("{signal}", doc="true value")
+    outgoing = Output("{signal}", doc="value off by the factor")
+    factor = Parameter("1", 1.0, low=-1e6, high=1e6, doc="read value over true value")
+
+    @staticmethod
+    def output(incoming: float, factor: float) -> float:
+        return incoming * factor

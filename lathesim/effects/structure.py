@@ -1,0 +1,141 @@
+"""Structure that bends: screw, nut, couplings and the bed the machine stands on."""
+
+from __future__ import annotations
+
+import math
+
+from lathesim.component import Input, Output, Parameter, State
+from lathesim.effects.effect import Effect
+
+
+class AxialResonance(Effect):
+    """Motor and table as two masses with the screw as a spring between them; the host is the motor side.
+
+    r m x2'' = -S,   (1 - r) m x1'' = F + S,   S = r m (w^2 d + 2 damping w d'),   d = x2 - x1,   w = 2 pi frequency
+    F_out = F_in - (r F + S) / (1 - r)
+
+    m is the whole moving mass of the host, r the table's share of it, F what drives the motor side. ``deflection`` is table less motor:
+    a table scale sees the host's position plus that. All friction stays on the motor side.
+    """
+
+    catalogue, family, site = 13, "lag", "effort"
+    neutral = {"table_share": 0.0}
+    typical = {"table_share": (0.05, 0.8), "frequency": (40.0, 300.0), "damping": (0.02, 0.1)}
+    typical_rotary = {"table_share": (0.05, 0.8), "frequency": (20.0, 500.0), "damping": (0.01, 0.1)}
+    fingerprint = "A line of force and scale that stays in Hz while the speed changes; the table lags in proportion to the jerk."
+    confused_with = ("CurrentLoopLag", "TransportDelay", "SensorFilter", "PreslidingFriction")
+    experiment = "A chirp or a hammer blow, with two table loads: only a resonance moves with the load."
+    source = "Altintas, Verl, Brecher, Uriarte, Pritschow, Machine tool feed drives, CIRP Annals 60 (2011), sec. 3. Range assumed."
+
+    incoming = Input("{signal}", doc="disturbance on the motor side")
+    applied = Input("{signal}", doc="driving force or torque on the motor side")
+    inertia = Input("{signal}*s**2/({displacement})", doc="whole moving mass or inertia")
+    outgoing = Output("{signal}", doc="disturbance with the reaction of the table")
+    deflection = Output("{displacement}", doc="table less motor")
+    stretch = State("{displacement}", doc="table less motor")
+    stretch_rate = State("({displacement})/s", doc="its rate")
+    table_share = Parameter("1", 0.0, low=0.0, high=0.95, doc="share of the moving mass behind the spring")
+    frequency = Parameter("Hz", 100.0, low=0.1, high=20000.0, doc="natural frequency of the table with the motor held")
+    damping = Parameter("1", 0.05, low=0.0, high=2.0, doc="damping ratio of the same")
+
+    @staticmethod
+    def derivative(
+        incoming: float,
+        applied: float,
+        inertia: float,
+        stretch: float,
+        stretch_rate: float,
+        table_share: float,
+        frequency: float,
+        damping: float,
+    ) -> tuple[float, float]:
+        if table_share == 0.0 or inertia <= 0.0:
+            return 0.0, 0.0
+        spring = _spring_acceleration(stretch, stretch_rate, frequency, damping)
+        driven = (applied - incoming) / inertia
+        return stretch_rate, -spring - (driven + table_share * spring) / (1.0 - table_share)
+
+    @staticmethod
+    def output(
+        incoming: float,
+        applied: float,
+        inertia: float,
+        stretch: float,
+        stretch_rate: float,
+        table_share: float,
+        frequency: float,
+        damping: float,
+    ) -> tuple[float, float]:
+        if table_share == 0.0:
+            return incoming, 0.0
+        spring = table_share * inertia * _spring_acceleration(stretch, stretch_rate, frequency, damping)
+        return incoming - (table_share * (applied - incoming) + spring) / (1.0 - table_share), stretch
+
+
+def _spring_acceleration(stretch: float, stretch_rate: float, frequency: float, damping: float) -> float:
+    angular = 2.0 * math.pi * frequency
+    return angular * (angular * stretch + 2.0 * damping * stretch_rate)
+
+
+class TorsionalWindUp(Effect):
+    """Screw and coupling that twist under the driving force, seen by a scale at the table.
+
+    x_out = x_in - compliance applied
+
+    Static: the resonance of the same spring is AxialResonance.
+    """
+
+    catalogue, family, site = 14, "lag", "measured"
+    neutral = {"compliance": 0.0}
+    typical = {"compliance": (1e-9, 50e-9)}
+    typical_rotary = {"compliance": (1e-6, 1e-2)}
+    fingerprint = "Table scale less motor encoder is proportional to the driving force, so to the acceleration where friction is small."
+    confused_with = ("Backlash", "AxialResonance")
+    experiment = "Pass one position with several accelerations."
+    source = "Altintas, Manufacturing Automation, 2nd ed. 2012, sec. 5.2; 0.5 to 5 um at full acceleration. Range assumed."
+
+    incoming = Input("{signal}", doc="position by the motor")
+    applied = Input("{applied}", doc="net driving force or torque")
+    outgoing = Output("{signal}", doc="position of the table")
+    compliance = Parameter("{signal}/({applied})", 0.0, low=0.0, doc="wind-up per driving force")
+
+    @staticmethod
+    def output(incoming: float, applied: float, compliance: float) -> float:
+        if compliance == 0.0:
+            return incoming
+        return incoming - compliance * applied
+
+
+class BaseRocking(Effect):
+    """A bed that rocks on its feet under the reaction of the drive, and carries the scale with it.
+
+    y'' + 2 damping w y' + w^2 y = -mobility applied,   x_out = x_in - y,   w = 2 pi frequency
+    """
+
+    catalogue, family, site = 15, "structure", "measured"
+    neutral = {"mobility": 0.0}
+    typical = {"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)}
+    typical_rotary = {"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)}
+    fingerprint = "A slow swing of 10 to 40 Hz after each jerk, on both axes at once."
+    confused_with = ("ToolCompliance", "AxialResonance")
+    experiment = "An accelerometer on the bed; the same move with smooth and with abrupt acceleration."
+    source = "Altintas, Verl, Brecher, Uriarte, Pritschow, Machine tool feed drives, CIRP Annals 60 (2011), sec. 4. Form and range assumed."
+
+    incoming = Input("{signal}", doc="position relative to an unmoved base")
+    applied = Input("{applied}", doc="driving force, whose reaction the base takes")
+    outgoing = Output("{signal}", doc="position relative to the rocking base")
+    rocking = State("{applied}*s**2", doc="base displacement per mobility")
+    rocking_rate = State("{applied}*s", doc="its rate")
+    mobility = Parameter("{signal}/(({applied})*s**2)", 0.0, low=0.0, doc="1 over the mass of the base")
+    frequency = Parameter("Hz", 20.0, low=0.1, high=2000.0, doc="natural frequency of the base")
+    damping = Parameter("1", 0.05, low=0.0, high=2.0, doc="damping ratio of the base")
+
+    @staticmethod
+    def derivative(applied: float, rocking: float, rocking_rate: float, frequency: float, damping: float) -> tuple[float, float]:
+        return rocking_rate, -_spring_acceleration(rocking, rocking_rate, frequency, damping) - applied
+
+    @staticmethod
+    def output(incoming: float, rocking: float, mobility: float) -> float:
+        if mobility == 0.0:
+            return incoming
+        return incoming - mobility * rocking

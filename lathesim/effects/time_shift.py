@@ -1,0 +1,188 @@
+"""Time: signals that come late, channels that are shifted, clocks that run apart.
+
+Between two samples a shifted signal is interpolated linearly. For a command that is held between samples that is the mean of what the
+delayed command holds over the interval, so the drive gets the right impulse and the result is smooth in the delay.
+"""
+
+from __future__ import annotations
+
+from lathesim.component import DiscreteState, Input, Memory, Noise, Output, Parameter
+from lathesim.effects.effect import Effect
+
+_SAMPLES = 1024
+
+
+def _remember(history: list[float], newest: float, incoming: float, time: float) -> float:
+    """Write into the ring and give the place of the newest; at the start the whole ring is filled."""
+    length = len(history)
+    if time <= 0.0:
+        for place in range(length):
+            history[place] = incoming
+        return 0.0
+    following = int(newest) + 1
+    if following >= length:
+        following = 0
+    history[following] = incoming
+    return float(following)
+
+
+def _delayed(history: list[float], newest: float, samples: float) -> float:
+    """Give the value some samples back; less than none is extrapolated from the last two."""
+    length = len(history)
+    back = min(samples, length - 2.0)
+    whole = int(back)
+    if back < 0.0:
+        whole = 0
+    share = back - whole
+    near = int(newest) - whole
+    if near < 0:
+        near += length
+    far = near - 1
+    if far < 0:
+        far += length
+    return history[near] + (history[far] - history[near]) * share
+
+
+class TransportDelay(Effect):
+    """A command that acts late: computing time, communication, a loop that is sampled twice.
+
+    u_out(t) = u_in(t - delay)
+    """
+
+    catalogue, family, site = 24, "lag", "drive"
+    neutral = {"delay": 0.0}
+    typical = {"delay": (0.1e-3, 20e-3)}
+    typical_rotary = {"delay": (0.1e-3, 20e-3)}
+    fingerprint = "A pure shift between command and force: its phase is linear in frequency, its amplitude is not touched."
+    confused_with = ("MotorInductance", "CurrentLoopLag", "SensorFilter", "half a step of the integrator of a simulation")
+    experiment = "Sines at several frequencies: the phase of a delay grows in proportion, that of a lag levels off."
+    source = "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed. 1998, ch. 5 and 11. Range assumed."
+
+    incoming = Input("{signal}", doc="command in time")
+    outgoing = Output("{signal}", doc="command that acts")
+    held = DiscreteState("{signal}", doc="delayed command")
+    newest = DiscreteState("1", doc="place of the newest value in the history")
+    history = Memory("{signal}", _SAMPLES, doc="the last samples")
+    delay = Parameter("s", 0.0, low=0.0, high=10.0, doc="how late it is")
+
+    @staticmethod
+    def update(
+        incoming: float, newest: float, history: list[float], delay: float, sample_period: float, time: float
+    ) -> tuple[float, float]:
+        place = _remember(history, newest, incoming, time)
+        return _delayed(history, place, delay / sample_period), place
+
+    @staticmethod
+    def output(incoming: float, held: float, delay: float) -> float:
+        if delay == 0.0:
+            return incoming
+        return held
+
+
+class ChannelTimeShift(Effect):
+    """One channel of a recording that is shifted against the others.
+
+    y_out(t) = y_in(t - shift);   a negative shift is extrapolated from the last two samples
+    """
+
+    catalogue, family, site = 27, "recording", "reading"
+    neutral = {"shift": 0.0}
+    typical = {"shift": (-5e-3, 50e-3)}
+    typical_rotary = {"shift": (-5e-3, 50e-3)}
+    fingerprint = "One channel is late or early by a constant time; the loop itself behaves as if it were not."
+    confused_with = ("TransportDelay, which the controller feels", "SensorFilter")
+    experiment = "Record one edge on all channels."
+    source = "Ljung, System Identification, 2nd ed. 1999, sec. 14.1 (data handling). Range assumed."
+
+    incoming = Input("{signal}", doc="signal in time")
+    outgoing = Output("{signal}", doc="signal as recorded")
+    held = DiscreteState("{signal}", doc="shifted signal")
+    newest = DiscreteState("1", doc="place of the newest value in the history")
+    history = Memory("{signal}", _SAMPLES, doc="the last samples")
+    shift = Parameter("s", 0.0, low=-10.0, high=10.0, doc="how late the channel is")
+
+    @staticmethod
+    def update(
+        incoming: float, newest: float, history: list[float], shift: float, sample_period: float, time: float
+    ) -> tuple[float, float]:
+        place = _remember(history, newest, incoming, time)
+        return _delayed(history, place, shift / sample_period), place
+
+    @staticmethod
+    def output(incoming: float, held: float, shift: float) -> float:
+        if shift == 0.0:
+            return incoming
+        return held
+
+
+class ClockSkew(Effect):
+    """A recorder whose clock runs slow or fast against the machine's.
+
+    y_out(t) = y_in(t - skew t)
+    """
+
+    catalogue, family, site = 26, "slow", "reading"
+    neutral = {"skew": 0.0}
+    typical = {"skew": (-1e-3, 0.01)}
+    typical_rotary = {"skew": (-1e-3, 0.01)}
+    fingerprint = "The residual follows the velocity and grows linearly along the recording."
+    confused_with = ("ThermalScrewGrowth", "DriveGainError", "ChannelTimeShift, over a short recording")
+    experiment = "Two markers far apart on both clocks."
+    source = "Ljung, System Identification, 2nd ed. 1999, sec. 14.1; crystal clocks: 10 to 100 ppm. Range assumed."
+
+    incoming = Input("{signal}", doc="signal on the machine's clock")
+    outgoing = Output("{signal}", doc="signal on the recorder's clock")
+    held = DiscreteState("{signal}", doc="shifted signal")
+    newest = DiscreteState("1", doc="place of the newest value in the history")
+    history = Memory("{signal}", _SAMPLES, doc="the last samples")
+    skew = Parameter("1", 0.0, low=-0.1, high=0.1, doc="delay gained per time")
+
+    @staticmethod
+    def update(
+        incoming: float, newest: float, history: list[float], skew: float, sample_period: float, time: float
+    ) -> tuple[float, float]:
+        place = _remember(history, newest, incoming, time)
+        return _delayed(history, place, skew * time / sample_period), place
+
+    @staticmethod
+    def output(incoming: float, held: float, skew: float) -> float:
+        if skew == 0.0:
+            return incoming
+        return held
+
+
+class SampleJitter(Effect):
+    """Samples taken a little early or late, at random.
+
+    y_out = y_in + dy/dt deviation n,   n standard normal, new at each sample
+    """
+
+    catalogue, family, site = 25, "recording", "reading"
+    neutral = {"deviation": 0.0}
+    typical = {"deviation": (10e-6, 500e-6)}
+    typical_rotary = {"deviation": (10e-6, 500e-6)}
+    fingerprint = "Broadband noise that grows with the speed."
+    confused_with = ("noise of the sensor, which does not grow with the speed",)
+    experiment = "Look at the time stamps; run at two speeds."
+    source = "Kester (ed.), The Data Conversion Handbook, Newnes 2005, ch. 2 (aperture jitter). Range assumed."
+
+    incoming = Input("{signal}", doc="signal at the sample instant")
+    outgoing = Output("{signal}", doc="signal a little beside it")
+    held = DiscreteState("{signal}", doc="signal as taken")
+    before = DiscreteState("{signal}", doc="signal at the last sample instant")
+    chance = Noise(doc="deviation of this sample")
+    deviation = Parameter("s", 0.0, low=0.0, high=1.0, doc="standard deviation of the instant")
+
+    @staticmethod
+    def update(
+        incoming: float, before: float, chance: float, deviation: float, sample_period: float, time: float
+    ) -> tuple[float, float]:
+        if time > 0.0:
+            return incoming + (incoming - before) * (chance * deviation / sample_period), incoming
+        return incoming, incoming
+
+    @staticmethod
+    def output(incoming: float, held: float, deviation: float) -> float:
+        if deviation == 0.0:
+            return incoming
+        return held

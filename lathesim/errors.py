@@ -1,0 +1,75 @@
+"""The errors a person may see, and the search for the name that was meant.
+
+Every message has the same shape: place, fact, nearest name, remedy. A :class:`LatheSimError` is the input's fault (exit code 1);
+anything else that escapes is a fault of the program (exit code 3).
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class LatheSimError(Exception):
+    """A fault of the input, told in one clear message.
+
+    ``place`` is where it stands (``file:line:column`` or a part's name), ``fact`` what is wrong, ``remedy`` what to do about it.
+    """
+
+    def __init__(self, fact: str, *, place: str = "", remedy: str = "") -> None:
+        self.fact = fact
+        self.place = place
+        self.remedy = remedy
+        super().__init__(self.message)
+
+    @property
+    def message(self) -> str:
+        """The whole sentence as a person reads it."""
+        text = f"{self.place}: {self.fact}" if self.place else self.fact
+        return f"{text} {self.remedy}" if self.remedy else text
+
+
+class ComponentError(LatheSimError):
+    """A component class contradicts itself or breaks the contract."""
+
+
+class PluginError(LatheSimError):
+    """A plug-in cannot be loaded."""
+
+
+class UnitError(LatheSimError):
+    """A quantity has no unit, an unknown unit, or the wrong one."""
+
+
+class WiringError(LatheSimError):
+    """Parts and wires do not make a machine that can be run."""
+
+
+class ProgramError(LatheSimError):
+    """A part program cannot be read; the place is ``file:physical line``."""
+
+
+class LessonError(LatheSimError):
+    """A lesson or a machine template is wrong; the place is ``file:line:column``."""
+
+
+class RecordError(LatheSimError):
+    """A record cannot be read or written."""
+
+
+class RecordingError(LatheSimError):
+    """A recording made elsewhere cannot be used as it is mapped."""
+
+
+class SimulationError(LatheSimError):
+    """A run had to end early; the data up to then are kept in ``record`` where there are any."""
+
+    def __init__(self, fact: str, *, place: str = "", remedy: str = "", record: object = None) -> None:
+        super().__init__(fact, place=place, remedy=remedy)
+        self.record = record
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """Give ``"Did you mean 'x'?"`` for the name most like ``name``, or an empty text where none is near."""
+    found = difflib.get_close_matches(name, list(names), n=1, cutoff=0.6)
+    return f"Did you mean '{found[0]}'?" if found else ""

@@ -1,0 +1,54 @@
+"""The conformance test a guest's component passes before it is let in, given up where a law runs on without end."""
+
+from __future__ import annotations
+
+import inspect
+import signal
+import threading
+import traceback
+from pathlib import Path
+from types import FrameType
+
+from lathesim.component import Component
+from lathesim.conformance import check_component
+
+PATIENCE = 5.0
+"""Seconds after which a law counts as endless; the whole test of a part takes some hundredths."""
+
+
+class _RunsOn(BaseException):
+    """Raised out of an endless law; no ``except Exception`` on the way takes it for the law's own."""
+
+
+def guest_fault(component: type[Component]) -> str:
+    """Give what is wrong with a guest's component as ``file:line: sentence``, empty where it keeps the contract."""
+    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+        return _first_fault(component)
+    before = signal.signal(signal.SIGALRM, _give_up)
+    remaining, interval = signal.setitimer(signal.ITIMER_REAL, PATIENCE)
+    try:
+        return _first_fault(component)
+    except _RunsOn as stopped:
+        frame = traceback.extract_tb(stopped.__traceback__)[-2]
+        return f"{_shown(frame.filename)}:{frame.lineno}: {component.__name__}: a law runs on without end. Let every loop end."
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, remaining, interval)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _first_fault(component: type[Component]) -> str:
+    faults = check_component(component)
+    if not faults:
+        return ""
+    text = str(faults[0])
+    path = _shown(inspect.getsourcefile(component) or "")
+    return f"{path}{text[len(Path(path).name) :]}" if path and text.startswith(f"{Path(path).name}:") else text
+
+
+def _shown(path: str) -> str:
+    """Give a path as a person would write it where they stand."""
+    return str(Path(path).relative_to(Path.cwd())) if path and Path(path).is_relative_to(Path.cwd()) else path
+
+
+def _give_up(number: int, frame: FrameType | None) -> None:
+    raise _RunsOn

@@ -1,0 +1,1 @@
+"""Lessons and machine templates: from YAML text to a run and a grade."""

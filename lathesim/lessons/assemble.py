@@ -1,0 +1,236 @@
+"""A lesson to an assembly: template, changes and part program put together, each fault with the place where it was written."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from lathesim.component import Component, Declaration, Input, Memory, Output, Parameter, State, Table
+from lathesim.engine.assembly import FloatArray, Part, Wire
+from lathesim.errors import LessonError, nearest
+from lathesim.lessons.case import Case, Given, Insertion, case_of
+from lathesim.lessons.insertion import Machinery, insert_effect
+from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.part_values import no_item, placed_at, si_value, take_value
+from lathesim.lessons.program_path import limits_of, path_of_program, start_of
+from lathesim.lessons.schema import PartEntry
+from lathesim.plugins import Registry
+from lathesim.units import same_dimension
+
+_SOURCE = re.compile(r"^[A-Za-z_]\w*\.[A-Za-z_]\w*$")
+
+
+def assemble(
+    lesson: Lesson,
+    registry: Registry,
+    variant: str | None = None,
+    overrides: Mapping[str, str | float] | None = None,
+    program: Path | None = None,
+) -> Machinery:
+    """Give the assembly of a lesson's case.
+
+    ``overrides`` maps ``part.parameter`` and ``part.state`` to a quantity (text, or a number in SI); ``program`` takes the place of the
+    lesson's part program. Raises :class:`LessonError` with ``file:line:column``, or the error of the part program.
+    """
+    return assemble_case(case_of(lesson, variant, overrides, program), registry)
+
+
+def assemble_case(case: Case, registry: Registry, path: FloatArray | None = None) -> Machinery:
+    """Give the assembly of a case, see :func:`assemble`; a ``path`` table takes the place of that of the part program."""
+    machine = case.lesson.machine
+    _refuse_unknown_parts(case)
+    parts = {name: _Placed(case, registry, name, entry) for name, entry in machine.settings.parts.items()}
+    wires = _wires(case, parts)
+    _refuse_settings_without_effect(case, wires)
+    path = _path(case, parts) if path is None else path
+    machinery = Machinery(
+        parts=tuple(placed.part(path) for placed in parts.values()),
+        wires=tuple(wires.values()),
+        sample_period=_seconds(case.sample_period),
+        step=_seconds(case.step),
+        finish=machine.settings.finish,
+    )
+    for insertion in case.insert:
+        machinery = _with_effect(machinery, insertion, case, registry)
+    return dataclasses.replace(machinery, record=_record(machinery, case, parts))
+
+
+class _Placed:
+    """A part of the template with the case's changes: its component and the values that set it."""
+
+    def __init__(self, case: Case, registry: Registry, name: str, entry: PartEntry) -> None:
+        source = case.lesson.machine.source
+        location = ("parts", name)
+        replaced = case.replace.get(name)
+        self.name = name
+        self.entry = entry
+        self.every = case.every.get(name, entry.every)
+        with placed_at(source.place((*location, "component"))):
+            template = registry.component(entry.component).with_units(entry.units)
+        self.component = template
+        if replaced:
+            with placed_at(replaced.place):
+                self.component = registry.component(str(replaced.value)).with_units(entry.units)
+        self.parameters: dict[str, float] = {}
+        self.start: dict[str, float] = {}
+        for group in ("set", "start"):
+            for item, text in getattr(entry, group).items():
+                where = (*location, group, item)
+                overridden = f"{name}.{item}" in case.set
+                if not overridden and (not replaced or _means_the_same(template, self.component, item)):
+                    self._take(item, Given(text, source.place(where), source.place(where, key=True)))
+        for target, given in case.set.items():
+            part, _, item = target.partition(".")
+            if part == name:
+                self._take(item, given)
+
+    def _take(self, item: str, given: Given) -> None:
+        take_value(self.name, self.component, item, given, self.parameters, self.start)
+
+    def part(self, path: FloatArray | None) -> Part:
+        """Give the engine's part; a table called ``path`` is the path of the part program."""
+        tables = {name: path for name in self.component.declared(Table) if name == "path" and path is not None}
+        lengths = {name: length for name, length in self.entry.memory.items() if name in self.component.declared(Memory)}
+        return Part(self.name, self.component, self.parameters, self.start, tables, lengths, self.every)
+
+
+def _means_the_same(old: type[Component], new: type[Component], item: str) -> bool:
+    """Say whether a template's entry for the old component also means something for the one that takes its place."""
+    before, after = old.declarations.get(item), new.declarations.get(item)
+    return before is not None and after is not None and before.kind == after.kind and same_dimension(before.unit, after.unit)
+
+
+def _refuse_unknown_parts(case: Case) -> None:
+    parts = case.lesson.machine.settings.parts
+    inserted = {insertion.part_name for insertion in case.insert}
+    entries = [(name.partition(".")[0], given, True) for name, given in case.set.items()]
+    entries += [(name.partition(".")[0], given, False) for name, given in case.wires.items()]
+    entries += [(name, given, False) for name, given in case.replace.items()]
+    entries += [(name, given, False) for name, given in case.every_given.items()]
+    for name, given, may_be_effect in entries:
+        known = [*parts, *inserted] if may_be_effect else list(parts)
+        if name not in known:
+            remedy = nearest(name, known) or f"The machine has {', '.join(known)}."
+            raise LessonError(f"there is no part '{name}'.", place=given.key_place, remedy=remedy)
+
+
+class _Written(NamedTuple):
+    given: Given
+    in_template: bool
+
+
+def _wires(case: Case, parts: Mapping[str, _Placed]) -> dict[str, Wire]:
+    source = case.lesson.machine.source
+    written: dict[str, _Written] = {}
+    for target, text in case.lesson.machine.settings.wires.items():
+        where = ("wires", target)
+        written[target] = _Written(Given(text, source.place(where), source.place(where, key=True)), True)
+    written |= {target: _Written(given, False) for target, given in case.wires.items()}
+    wires: dict[str, Wire] = {}
+    for target, item in written.items():
+        part, _, name = target.partition(".")
+        left_over = item.in_template and part in case.replace and part in parts and name not in parts[part].component.declarations
+        if not left_over:
+            wires[target] = _wire(target, item.given, parts)
+    return wires
+
+
+def _wire(target: str, given: Given, parts: Mapping[str, _Placed]) -> Wire:
+    text = str(given.value)
+    fed = _item(target, parts, (Input, Parameter), "input", given.key_place)
+    if not _SOURCE.match(text):
+        return Wire(target, constant=si_value(given, fed.unit))
+    source = _item(text, parts, (Output, Parameter), "output", given.place)
+    if not same_dimension(fed.unit, source.unit):
+        raise LessonError(f"wire {target} <- {text}: units differ, {fed.unit} against {source.unit}.", place=given.place)
+    return Wire(target, text)
+
+
+def _item(name: str, parts: Mapping[str, _Placed], kinds: tuple[type[Declaration], ...], word: str, place: str) -> Declaration:
+    part, _, item = name.partition(".")
+    if part not in parts:
+        raise LessonError(f"there is no part '{part}'.", place=place, remedy=nearest(part, parts) or f"The machine has {', '.join(parts)}.")
+    declared = parts[part].component.declarations.get(item)
+    if isinstance(declared, kinds):
+        return declared
+    raise no_item(part, parts[part].component, item, kinds, word, place)
+
+
+def _refuse_settings_without_effect(case: Case, wires: Mapping[str, Wire]) -> None:
+    for name, given in case.set.items():
+        if name in wires:
+            feeding = wires[name].source or "a constant"
+            fact = f"{name} is fed by {feeding}, so setting it changes nothing."
+            raise LessonError(fact, place=given.key_place, remedy="Change the wire under 'wires:' instead.")
+
+
+def _seconds(given: Given) -> float:
+    value = si_value(given, "s")
+    if not (value > 0.0 and math.isfinite(value)):
+        raise LessonError(f"the time is {value:g} s, and it must be above zero.", place=given.place)
+    return value
+
+
+def _path(case: Case, parts: Mapping[str, _Placed]) -> FloatArray | None:
+    walkers = [name for name, placed in parts.items() if "path" in placed.component.declared(Table)]
+    if not walkers:
+        return None
+    if case.program is None:
+        fact = f"{walkers[0]} walks along a path, and the lesson names no part program."
+        raise LessonError(fact, place=str(case.lesson.path), remedy="Write 'program: ...', or give --program.")
+    machine = case.lesson.machine
+    limits, start = limits_of(machine), start_of(machine)
+    return path_of_program(case.program, case.lesson.settings.dialect, limits, start).table
+
+
+def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registry: Registry) -> Machinery:
+    entry = insertion.entry
+    with placed_at(insertion.place_of("effect")):
+        effect = registry.effect(entry.effect)
+    values: dict[str, Given] = {}
+    sources: dict[str, str | float] = {}
+    for key, given in insertion.further.items():
+        declared = effect.declarations.get(key)
+        if isinstance(declared, Input):
+            sources[key] = str(given.value) if _SOURCE.match(str(given.value)) else si_value(given, declared.unit)
+        elif isinstance(declared, (Parameter, State)):
+            values[key] = given
+        else:
+            raise no_item(entry.effect, effect, key, (Parameter, State, Input), "parameter", given.key_place)
+    with placed_at(insertion.place_of("at")):
+        placed = insert_effect(machinery, effect, entry.at, name=insertion.part_name, sources=sources, every=entry.every)
+    component = placed.parts[-1].component
+    for target, given in case.set.items():
+        part, _, item = target.partition(".")
+        if part == insertion.part_name:
+            values[item] = given
+    parameters: dict[str, float] = {}
+    start: dict[str, float] = {}
+    for key, given in values.items():
+        take_value(insertion.part_name, component, key, given, parameters, start)
+    part_with_values = dataclasses.replace(placed.parts[-1], parameters=parameters, start=start)
+    return dataclasses.replace(placed, parts=(*placed.parts[:-1], part_with_values))
+
+
+def _record(machinery: Machinery, case: Case, parts: Mapping[str, _Placed]) -> tuple[str, ...] | None:
+    """Give the channels to record: the lesson's, else the template's without what a replaced part no longer gives; and all of effects."""
+    lesson, machine = case.lesson, case.lesson.machine
+    of_lesson = lesson.settings.record is not None
+    names = lesson.settings.record if of_lesson else machine.settings.record
+    if names is None:
+        return None
+    source = lesson.source if of_lesson else machine.source
+    placed = {part.name: part.component for part in machinery.parts}
+    kept = []
+    for position, name in enumerate(names):
+        part, _, item = name.partition(".")
+        if part in placed and item in placed[part].declared(Output):
+            kept.append(name)
+        elif of_lesson or part not in case.replace:
+            _item(name, parts, (Output,), "output", source.place(("record", position)))
+    kept += [f"{part}.{item}" for part in placed if part not in parts for item in placed[part].declared(Output)]
+    return tuple(dict.fromkeys(kept))

@@ -1,0 +1,142 @@
+"""One case of a lesson: the lesson with one variant and what was changed from outside laid over it, each entry with its place.
+
+One level of change on the machine template: lesson, then variant, then command line; the later entry of a name counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from lathesim.errors import LessonError, nearest
+from lathesim.lessons.insertion import effect_part_name
+from lathesim.lessons.lesson import Lesson, find_program
+from lathesim.lessons.schema import Changes, InsertEntry
+from lathesim.lessons.yaml_source import Location
+
+
+@dataclass(frozen=True)
+class Given:
+    """A value as it was written (or an SI number), with the places of its value and of its key."""
+
+    value: str | float
+    place: str
+    key_place: str
+
+
+@dataclass(frozen=True)
+class Insertion:
+    """An ``insert:`` entry: the name its part gets, its further keys, and the places of all of them."""
+
+    entry: InsertEntry
+    part_name: str
+    further: Mapping[str, Given]
+    places: Mapping[str, str]
+
+    def place_of(self, key: str) -> str:
+        """Give the place of the value of a key."""
+        return self.places[key]
+
+
+@dataclass(frozen=True)
+class Case:
+    """What one run of a lesson is made of."""
+
+    lesson: Lesson
+    variant: str | None
+    program: Path | None
+    seed: int
+    duration: Given | None
+    sample_period: Given
+    step: Given
+    set: Mapping[str, Given]
+    replace: Mapping[str, Given]
+    wires: Mapping[str, Given]
+    every: Mapping[str, int]
+    every_given: Mapping[str, Given]
+    insert: tuple[Insertion, ...]
+
+
+def case_of(
+    lesson: Lesson,
+    variant: str | None = None,
+    overrides: Mapping[str, str | float] | None = None,
+    program: Path | None = None,
+) -> Case:
+    """Give the case of a lesson; ``overrides`` maps ``part.parameter`` or ``part.state`` to a quantity (text, or a number in SI)."""
+    layers: list[tuple[Changes, Location]] = [(lesson.settings, ())]
+    if variant is not None:
+        layers.append((_variant(lesson, variant), ("variants", variant)))
+    changed: dict[str, dict[str, Given]] = {"set": {}, "replace": {}, "wires": {}}
+    every: dict[str, int] = {}
+    every_given: dict[str, Given] = {}
+    inserted: list[Insertion] = []
+    seed = lesson.settings.seed
+    duration: Given | None = None
+    for changes, location in layers:
+        for key, entries in changed.items():
+            entries |= {name: _given(lesson, value, (*location, key, name)) for name, value in getattr(changes, key).items()}
+        every |= changes.every
+        every_given |= {name: _given(lesson, str(count), (*location, "every", name)) for name, count in changes.every.items()}
+        inserted += [_insertion(lesson, entry, (*location, "insert", place)) for place, entry in enumerate(changes.insert)]
+        seed = changes.seed if changes.seed is not None else seed
+        duration = _given(lesson, changes.duration, (*location, "duration")) if changes.duration is not None else duration
+    for name, value in (overrides or {}).items():
+        changed["set"][name] = Given(value, f"--set {name}={value}", f"--set {name}={value}")
+    return Case(
+        lesson=lesson,
+        variant=variant,
+        program=program or _program(lesson, layers),
+        seed=seed,
+        duration=duration,
+        sample_period=_period(lesson, "sample_period"),
+        step=_period(lesson, "step"),
+        set=changed["set"],
+        replace=changed["replace"],
+        wires=changed["wires"],
+        every=every,
+        every_given=every_given,
+        insert=tuple(inserted),
+    )
+
+
+def _variant(lesson: Lesson, name: str) -> Changes:
+    variants = lesson.settings.variants
+    if name in variants:
+        return variants[name]
+    if not variants:
+        raise LessonError(f"the lesson has no variants, so there is no '{name}'.", place=str(lesson.path), remedy="Leave --variant out.")
+    raise LessonError(f"the lesson has no variant '{name}'.", place=str(lesson.path), remedy=f"It has {', '.join(variants)}.")
+
+
+def _given(lesson: Lesson, value: str, location: Location) -> Given:
+    return Given(value, lesson.source.place(location), lesson.source.place(location, key=True))
+
+
+def _insertion(lesson: Lesson, entry: InsertEntry, location: Location) -> Insertion:
+    further = {name: _given(lesson, value, (*location, name)) for name, value in (entry.__pydantic_extra__ or {}).items()}
+    places = {key: lesson.source.place((*location, key)) for key in ("effect", "at", "name")}
+    return Insertion(entry, entry.name or effect_part_name(entry.at, entry.effect), further, places)
+
+
+def _period(lesson: Lesson, key: str) -> Given:
+    given = getattr(lesson.settings, key)
+    if given is not None:
+        return _given(lesson, given, (key,))
+    source = lesson.machine.source
+    return Given(getattr(lesson.machine.settings, key), source.place((key,)), source.place((key,), key=True))
+
+
+def _program(lesson: Lesson, layers: list[tuple[Changes, Location]]) -> Path | None:
+    found = None
+    for changes, location in layers:
+        if changes.program is None:
+            continue
+        found = find_program(changes.program, lesson.path.parent)
+        if found is None:
+            place = lesson.source.place((*location, "program"))
+            known = [path.name for path in (lesson.path.parent / Path(changes.program).parent).glob("*.nc")]
+            remedy = nearest(Path(changes.program).name, known) or "The path is taken from the lesson's folder."
+            raise LessonError(f"there is no part program '{changes.program}'.", place=place, remedy=remedy)
+    return found

@@ -1,0 +1,197 @@
+"""Effects put on the wires of an assembly.
+
+On an input or a parameter an effect sits between it and what feeds it; on an output, between it and all it feeds. Several on one place
+act in the order in which they are inserted. What an effect senses of its host (velocity, position, applied force ...) it takes from the
+host itself, before any effect on that output.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from lathesim.component import Component, Declaration, Input, Output, Parameter
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.errors import WiringError, nearest
+
+
+@dataclass(frozen=True)
+class Machinery(Assembly):
+    """An assembly that knows its effects: ``seen_as`` tells which output stands for a part's output once effects sit on it."""
+
+    seen_as: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass
+class _Bench:
+    """Parts and wires while effects are put in."""
+
+    parts: dict[str, Part]
+    wires: dict[str, Wire]
+    seen_as: dict[str, str]
+
+    def item(self, name: str) -> Declaration | None:
+        part, _, item = name.partition(".")
+        return self.parts[part].component.declarations.get(item) if part in self.parts else None
+
+    def feeding(self, target: str, own: str) -> Wire:
+        """Give the wire from what feeds ``target`` now to ``own``."""
+        if target in self.wires:
+            return replace(self.wires[target], target=own)
+        declared = self.item(target)
+        if isinstance(declared, Parameter):
+            return Wire(own, target)
+        if isinstance(declared, Input) and declared.default is not None:
+            return Wire(own, constant=declared.default)
+        raise WiringError(f"nothing feeds {target}.", remedy="Add a wire before an effect is put on it.")
+
+
+def insert_effect(
+    assembly: Assembly,
+    effect: type[Component],
+    at: str,
+    *,
+    name: str = "",
+    parameters: Mapping[str, float] | None = None,
+    start: Mapping[str, float] | None = None,
+    sources: Mapping[str, str | float] | None = None,
+    every: int = 1,
+) -> Machinery:
+    """Give the assembly with ``effect`` inserted at a part or at ``part.name``.
+
+    ``parameters`` and ``start`` are in SI; ``sources`` feeds inputs of the effect that its host does not (``part.name``, or a constant).
+    Raises :class:`WiringError`.
+    """
+    if not issubclass(effect, Effect):
+        raise WiringError(f"{effect.__name__} is a component and no effect.", remedy="Put it among the parts of a machine.")
+    seen_as = dict(assembly.seen_as) if isinstance(assembly, Machinery) else {}
+    bench = _Bench({part.name: part for part in assembly.parts}, {wire.target: wire for wire in assembly.wires}, seen_as)
+    host = _host(bench, at)
+    places = _places(bench, effect, at, host)
+    name = name or effect_part_name(at, effect.__name__)
+    if name in bench.parts:
+        raise WiringError(f"two parts are called '{name}'.", remedy="Give the effect another name, with 'name: ...'.")
+    ports = _ports(bench, host, places)
+    sensed = _sensed(bench, effect, host, ports, name, dict(sources or {}))
+    placed = effect.with_units(_units(bench, ports, places, sensed))
+    bench.parts[name] = Part(name, placed, dict(parameters or {}), dict(start or {}), every=every)
+    for place, (taken, given) in places.items():
+        _attach(bench, place, f"{name}.{taken}", f"{name}.{given}")
+    bench.wires |= {wire.target: wire for wire in sensed}
+    known = {key: getattr(assembly, key) for key in ("sample_period", "step", "finish", "record")}
+    return Machinery(tuple(bench.parts.values()), tuple(bench.wires.values()), **known, seen_as=bench.seen_as)
+
+
+def effect_part_name(at: str, effect: str) -> str:
+    """Give ``x_axis_coulomb_friction`` for ``CoulombFriction`` at ``x_axis``: the part's name where the lesson gives none."""
+    snake_case = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", effect).lower()
+    return f"{at.replace('.', '_')}_{snake_case}"
+
+
+def _host(bench: _Bench, at: str) -> Part:
+    name = at.partition(".")[0]
+    if name not in bench.parts:
+        raise WiringError(f"there is no part '{name}'.", remedy=nearest(name, bench.parts))
+    return bench.parts[name]
+
+
+def _places(bench: _Bench, effect: type[Effect], at: str, host: Part) -> dict[str, tuple[str, str]]:
+    """Give ``part.name`` -> (input, output) of the effect for every place it sits on."""
+    places: dict[str, tuple[str, str]] = {}
+    for role, pair in effect.pairs().items():
+        if role == effect.site and "." in at:
+            place = at
+        elif role in host.component.ports:
+            place = f"{host.name}.{host.component.ports[role]}"
+        else:
+            remedy = f"Name the place, as in 'at: {host.name}.<input, parameter or output>'."
+            raise WiringError(f"{host.name} ({host.component.__name__}) has no port '{role}', where {effect.__name__} sits.", remedy=remedy)
+        item = bench.item(place)
+        if not isinstance(item, (Input, Output, Parameter)):
+            known = [key for key, other in host.component.declarations.items() if isinstance(other, (Input, Output, Parameter))]
+            wrong = place.partition(".")[2]
+            raise WiringError(
+                f"{host.name} has no input, output or parameter '{wrong}'.", remedy=nearest(wrong, known) or f"It has {', '.join(known)}."
+            )
+        places[place] = pair
+    return places
+
+
+def _ports(bench: _Bench, host: Part, places: Mapping[str, tuple[str, str]]) -> dict[str, str]:
+    """Give role -> ``part.name`` of what an effect can sense: the ports of its host, and of the part that feeds the place it sits on.
+
+    A scale knows no driving force, but the table it measures does.
+    """
+    ports = {role: f"{host.name}.{item}" for role, item in host.component.ports.items()}
+    place = next(place for place, pair in places.items() if pair[0] == "incoming")
+    wire = bench.wires.get(place)
+    while wire is not None and wire.source:
+        feeding = bench.parts.get(wire.source.partition(".")[0])
+        if feeding is None:
+            break
+        if not issubclass(feeding.component, Effect):
+            ports = {role: f"{feeding.name}.{item}" for role, item in feeding.component.ports.items()} | ports
+            break
+        wire = bench.wires.get(f"{feeding.name}.incoming")
+    return ports
+
+
+def _sensed(
+    bench: _Bench, effect: type[Effect], host: Part, ports: Mapping[str, str], name: str, sources: dict[str, str | float]
+) -> list[Wire]:
+    """Give the wires to the inputs of the effect that sit on no place."""
+    sitting = {taken for taken, _ in effect.pairs().values()}
+    wires = []
+    for item, declared in effect.declared(Input).items():
+        own = f"{name}.{item}"
+        if item in sources:
+            source = sources[item]
+            wires.append(Wire(own, source) if isinstance(source, str) else Wire(own, constant=source))
+        elif item in sitting:
+            continue
+        elif item in ports:
+            wires.append(bench.feeding(ports[item], own) if isinstance(bench.item(ports[item]), Input) else Wire(own, ports[item]))
+        elif declared.default is None:
+            remedy = f"Say what it senses, as in '{item}: part.output'."
+            raise WiringError(f"{host.name} has no port '{item}', which {effect.__name__} needs ({declared.doc}).", remedy=remedy)
+    return wires
+
+
+def _units(bench: _Bench, ports: Mapping[str, str], places: Mapping[str, tuple[str, str]], sensed: list[Wire]) -> dict[str, str]:
+    units: dict[str, str] = {}
+    for role, port in ports.items():
+        declared = bench.item(port)
+        if declared is not None:
+            units[role] = declared.unit
+    for wire in sensed:
+        declared = bench.item(wire.source) if wire.source else None
+        if declared is not None:
+            units[wire.target.partition(".")[2]] = declared.unit
+    for place, pair in places.items():
+        if pair[0] == "incoming":
+            declared = bench.item(place)
+            units["signal"] = declared.unit if declared is not None else "1"
+    return units
+
+
+def _attach(bench: _Bench, place: str, taken: str, given: str) -> None:
+    """Put the pair ``taken`` -> ``given`` of an effect on an input, parameter or output."""
+    if not isinstance(bench.item(place), Output):
+        bench.wires[taken] = bench.feeding(place, taken)
+        bench.wires[place] = Wire(place, given)
+        return
+    source = bench.seen_as.get(place, place)
+    for target, wire in list(bench.wires.items()):
+        if wire.source == source and not _senses(bench, target):
+            bench.wires[target] = Wire(target, given)
+    bench.wires[taken] = Wire(taken, source)
+    bench.seen_as[place] = given
+
+
+def _senses(bench: _Bench, target: str) -> bool:
+    """Say whether ``target`` is an input with which an effect senses its host, rather than one it sits on."""
+    part, _, item = target.partition(".")
+    component = bench.parts[part].component
+    return issubclass(component, Effect) and item not in {taken for taken, _ in component.pairs().values()}

@@ -1,0 +1,103 @@
+"""A lesson and the machine template it names, read from their files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from lathesim.errors import LessonError, nearest
+from lathesim.lessons.schema import LessonSettings, MachineSettings
+from lathesim.lessons.validation import validated
+from lathesim.lessons.yaml_source import Source, read_source
+from lathesim.shipped import shipped_files, shipped_folder
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine template as it stands in its file."""
+
+    name: str
+    path: Path
+    settings: MachineSettings
+    source: Source
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """A lesson as it stands in its file, with the machine it names."""
+
+    name: str
+    path: Path
+    settings: LessonSettings
+    source: Source
+    machine: Machine
+
+    @property
+    def title(self) -> str:
+        """The title in the file's key ``lesson``."""
+        return self.settings.lesson
+
+    @property
+    def text(self) -> str:
+        """The YAML text of the file."""
+        return self.source.text
+
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """The names of its variants, in the order of the file."""
+        return tuple(self.settings.variants)
+
+
+def load_lesson(path_or_name: str | Path) -> Lesson:
+    """Give the lesson in a file, or the shipped lesson of that name (``01_contour_error``), with its machine template."""
+    path = find_lesson(path_or_name)
+    source = read_source(path)
+    if "machine" in source.data and "lesson" not in source.data and "parts" in source.data:
+        raise LessonError(
+            "this is a machine template, not a lesson.", place=str(path), remedy="Write a lesson with the key 'machine' naming it."
+        )
+    settings = validated(LessonSettings, source)
+    machine = _machine_of(settings.machine, path, source)
+    return Lesson(path.stem, path, settings, source, machine)
+
+
+def load_machine(path: Path) -> Machine:
+    """Give the machine template in a file."""
+    source = read_source(path, what="machine template")
+    return Machine(path.stem, path, validated(MachineSettings, source), source)
+
+
+def find_lesson(path_or_name: str | Path) -> Path:
+    """Give the file of a lesson: a path, or the name of a shipped one."""
+    given = Path(path_or_name)
+    if given.is_file():
+        return given
+    shipped = {path.stem: path for path in shipped_files("lesson_configs", "*.yaml")}
+    name = given.stem if given.suffix in (".yaml", ".yml") else given.name
+    if str(given.parent) in (".", "lesson_configs") and name in shipped:
+        return shipped[name]
+    raise LessonError(f"there is no lesson '{path_or_name}'.", remedy=nearest(name, shipped) or "See 'lathesim lessons'.")
+
+
+def find_program(named: str | Path, beside: Path) -> Path | None:
+    """Give the file of a part program: relative to the folder ``beside``, to where one stands, or the shipped one of that name."""
+    given = Path(named)
+    for path in (beside / given, given, shipped_folder("part_programs") / given.name):
+        if path.is_file():
+            return path
+    return None
+
+
+def _machine_of(named: str, lesson: Path, source: Source) -> Machine:
+    given = Path(named)
+    if given.suffix in (".yaml", ".yml"):
+        candidates = [lesson.parent / given, given]
+    else:
+        folders = [lesson.parent / "machines", lesson.parent, shipped_folder("lesson_configs") / "machines"]
+        candidates = [folder / f"{named}.yaml" for folder in folders]
+    for path in candidates:
+        if path.is_file():
+            return load_machine(path)
+    known = [path.stem for folder in {path.parent for path in candidates} for path in folder.glob("*.yaml")]
+    remedy = nearest(named, known) or "Write the name of a file in machines/, or its path."
+    raise LessonError(f"there is no machine template '{named}'.", place=source.place(("machine",)), remedy=remedy)

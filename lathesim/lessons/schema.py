@@ -1,0 +1,192 @@
+"""What may stand in a lesson and in a machine template, as pydantic models; the same models give the JSON Schema for editors.
+
+Quantities stay text here (``"0.25 V/mm"``): which unit is due is known only once the machine is put together.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic_core import PydanticCustomError
+
+from lathesim.lessons.yaml_source import kind_of
+
+
+def _quantity(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return repr(value)
+    raise PydanticCustomError("quantity", "{found} stands here, and a quantity is due, for example '5 ms'.", {"found": kind_of(value)})
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    raise PydanticCustomError("text", "{found} stands here, and a text is due.", {"found": kind_of(value)})
+
+
+Quantity = Annotated[
+    str,
+    PlainValidator(_quantity),
+    WithJsonSchema({"type": ["string", "number"], "description": "number and unit, e.g. '5 ms'; a pure number only where the unit is 1"}),
+]
+Text = Annotated[str, PlainValidator(_text), WithJsonSchema({"type": "string"})]
+PartItem = Annotated[str, Field(pattern=r"^[A-Za-z_]\w*\.[A-Za-z_]\w*$")]
+Count = Annotated[int, Field(strict=True, ge=1)]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PartEntry(_Model):
+    """A part of a machine: which component it is and what differs from the component's defaults."""
+
+    component: Text
+    units: dict[str, Text] = Field(default_factory=dict, description="what stands for the {placeholders} in the component's units")
+    set: dict[str, Quantity] = Field(default_factory=dict, description="parameter -> quantity")
+    start: dict[str, Quantity] = Field(default_factory=dict, description="state -> quantity at the beginning")
+    every: Count = Field(default=1, description="sampled at each n-th sample instant of the machine")
+    memory: dict[str, Count] = Field(default_factory=dict, description="memory -> length")
+
+
+class Travel(_Model):
+    """How far a machine reaches (X is a radius) and how fast it feeds; without an entry there is no limit."""
+
+    x_low: Quantity | None = None
+    x_high: Quantity | None = None
+    z_low: Quantity | None = None
+    z_high: Quantity | None = None
+    feed: Quantity | None = None
+
+
+class StartPoint(_Model):
+    """Where the tool stands when a program begins (X is a radius)."""
+
+    x: Quantity
+    z: Quantity
+
+
+class MachineSettings(_Model):
+    """A machine template: parts and wires."""
+
+    machine: Text = Field(description="title")
+    text: Text = ""
+    parts: dict[str, PartEntry]
+    wires: dict[PartItem, Quantity] = Field(default_factory=dict, description="input -> output that feeds it (part.name), or a quantity")
+    finish: Text = Field(default="", description="output that ends the run when it exceeds 0.5")
+    sample_period: Quantity
+    step: Quantity
+    record: list[PartItem] | None = Field(default=None, description="channels to record; all outputs where it is left out")
+    travel: Travel = Field(default_factory=Travel)
+    start_point: StartPoint | None = Field(
+        default=None, description="where the tool stands at first; the dialect's place where it is left out"
+    )
+
+
+class InsertEntry(BaseModel):
+    """An effect put on a wire. Further keys are its parameters, start values and the sources of its inputs."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+    __pydantic_extra__: dict[str, Quantity]
+    effect: Text
+    at: Text = Field(description="a part, or part.name: an input, parameter or output")
+    name: Text = ""
+    every: Count = 1
+
+
+class Goal(_Model):
+    """What a run of the lesson shall reach."""
+
+    metric: Text
+    at_most: Quantity | None = None
+    at_least: Quantity | None = None
+    hint: Text = ""
+
+    @model_validator(mode="after")
+    def _has_a_limit(self) -> Goal:
+        if self.at_most is None and self.at_least is None:
+            raise PydanticCustomError("goal", "the goal has no limit. Write at_most or at_least with a quantity.")
+        return self
+
+
+class TimeColumn(_Model):
+    """When the rows of a recording were taken."""
+
+    column: Text | None = None
+    unit: Text = "s"
+    rate: Quantity | None = None
+
+    @model_validator(mode="after")
+    def _has_one(self) -> TimeColumn:
+        if (self.column is None) == (self.rate is None):
+            raise PydanticCustomError("time", "the time is given by one of 'column' and 'rate'.")
+        return self
+
+
+class RecordedSignal(_Model):
+    """A column of a recording and what it means."""
+
+    column: Text
+    unit: Text
+    scale: float = 1.0
+    resolution: Quantity | None = None
+
+
+class Recordings(_Model):
+    """How the columns of a recording map to the machine."""
+
+    file: Text | None = None
+    time: TimeColumn
+    drive: dict[PartItem, RecordedSignal] = Field(default_factory=dict, description="input -> signal that replaces what feeds it")
+    compare: dict[PartItem, RecordedSignal] = Field(default_factory=dict, description="output -> signal it is held against")
+
+
+class Changes(_Model):
+    """What a lesson or one of its variants changes of the machine."""
+
+    program: Text | None = None
+    seed: Annotated[int, Field(strict=True, ge=0)] | None = None
+    duration: Quantity | None = Field(default=None, description="length of the run where no output ends it")
+    set: dict[PartItem, Quantity] = Field(default_factory=dict, description="part.parameter or part.state -> quantity")
+    replace: dict[str, Text] = Field(default_factory=dict, description="part -> component that takes its place")
+    insert: list[InsertEntry] = Field(default_factory=list, description="effects, in the order in which they act")
+    wires: dict[PartItem, Quantity] = Field(default_factory=dict, description="input -> part.output or a quantity; adds or replaces a wire")
+    every: dict[str, Count] = Field(default_factory=dict, description="part -> sampled at each n-th sample instant")
+
+
+class Variant(Changes):
+    """A case of a lesson: the lesson with a few changes."""
+
+    text: Text = ""
+    published: dict[str, Quantity] = Field(default_factory=dict, description="metric -> value printed in the literature, shown beside")
+    breaks_down: bool = Field(default=False, strict=True, description="the case shows how a machine breaks down; that is no fault")
+
+
+class LessonSettings(Changes):
+    """A lesson: a machine, a part program, what is changed, what is to be learned."""
+
+    lesson: Text = Field(description="title")
+    text: Text = Field(default="", description="what it is about, in Markdown")
+    try_: list[Text] = Field(default_factory=list, alias="try", description="what to try")
+    machine: Text = Field(description="name or path of a machine template")
+    dialect: Text = "paper"
+    engine: Literal["auto", "plain", "compiled"] = "auto"
+    sample_period: Quantity | None = None
+    step: Quantity | None = None
+    seed: Annotated[int, Field(strict=True, ge=0)] = 1
+    record: list[PartItem] | None = None
+    published: dict[str, Quantity] = Field(default_factory=dict)
+    variants: dict[str, Variant] = Field(default_factory=dict)
+    goals: list[Goal] = Field(default_factory=list)
+    recordings: Recordings | None = None
+    uncertain: dict[PartItem, Quantity] = Field(default_factory=dict, description="one standard deviation, as '5 %' or a quantity")
+
+
+def json_schema(kind: str = "lesson") -> dict[str, Any]:
+    """Give the JSON Schema of a lesson or of a machine template."""
+    model: type[BaseModel] = MachineSettings if kind == "machine" else LessonSettings
+    schema = model.model_json_schema(by_alias=True)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": f"lathesim-{kind}/1", **schema}

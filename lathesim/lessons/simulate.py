@@ -1,0 +1,153 @@
+"""A lesson to a Record: assembled, wired and run, with all that is needed to run it again written into the Record."""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lathesim.component import Parameter
+from lathesim.engine.wiring import Plan, wire
+from lathesim.errors import SimulationError
+from lathesim.lessons.assemble import assemble_case
+from lathesim.lessons.case import Case, case_of
+from lathesim.lessons.insertion import Machinery
+from lathesim.lessons.lesson import Lesson, Machine
+from lathesim.lessons.part_values import si_value
+from lathesim.lessons.program_path import expected_time
+from lathesim.lessons.schema import LessonSettings
+from lathesim.plugins import Registry
+
+if TYPE_CHECKING:
+    from lathesim.record import Record
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A case of a lesson, ready to run: any number of times, with other overrides and seeds."""
+
+    case: Case
+    machinery: Machinery
+    plan: Plan
+
+    @property
+    def duration(self) -> float | None:
+        """How long the run lasts [s]; none where an output of the machine ends it."""
+        return None if self.case.duration is None else si_value(self.case.duration, "s")
+
+    @property
+    def breaks_down(self) -> bool:
+        """Whether the variant is there to show how a machine breaks down."""
+        variants = self.case.lesson.settings.variants
+        return self.case.variant is not None and variants[self.case.variant].breaks_down
+
+    @property
+    def expected_time(self) -> float | None:
+        """About how long the run lasts [s], for a progress bar; none where nothing tells."""
+        if self.duration is not None:
+            return self.duration
+        for part in self.machinery.parts:
+            if "path" in part.tables:
+                declared = part.component.declarations.get("rapid_speed")
+                default = declared.default if isinstance(declared, Parameter) else 0.1
+                return expected_time(part.tables["path"], part.parameters.get("rapid_speed", default))
+        return None
+
+    @property
+    def name(self) -> str:
+        """The name of the lesson, with that of the variant."""
+        return f"{self.case.lesson.name}_{self.case.variant}" if self.case.variant else self.case.lesson.name
+
+
+def prepare(
+    lesson: Lesson,
+    registry: Registry,
+    variant: str | None = None,
+    overrides: Mapping[str, str | float] | None = None,
+    *,
+    program: Path | None = None,
+) -> Prepared:
+    """Give a lesson's case assembled and wired; see :func:`lathesim.lessons.assemble.assemble` for what is refused."""
+    case = case_of(lesson, variant, overrides, program)
+    machinery = assemble_case(case, registry)
+    return Prepared(case, machinery, wire(machinery))
+
+
+def check_machine(machine: Machine, registry: Registry) -> Plan:
+    """Wire a machine template as it stands, with a path of one short segment, and give the plan; raises what :func:`prepare` raises."""
+    from lathesim.program.path import COLUMNS, FEED, LENGTH
+
+    settings = LessonSettings(lesson=machine.settings.machine, machine=machine.name)
+    lesson = Lesson(machine.name, machine.path, settings, machine.source, machine)
+    path = np.zeros((1, COLUMNS))
+    path[0, [LENGTH, FEED]] = 0.001
+    return wire(assemble_case(case_of(lesson), registry, path))
+
+
+def simulate(
+    lesson: Lesson,
+    registry: Registry,
+    variant: str | None = None,
+    overrides: Mapping[str, str | float] | None = None,
+    *,
+    program: Path | None = None,
+    engine: str | None = None,
+    seed: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    stop: threading.Event | None = None,
+) -> Record:
+    """Run a lesson's case and give its Record; ``engine`` and ``seed`` take the place of the lesson's.
+
+    Raises what :func:`prepare` raises, and :class:`SimulationError` with the data up to then in its ``record``.
+    """
+    prepared = prepare(lesson, registry, variant, overrides, program=program)
+    return run_prepared(prepared, engine=engine, seed=seed, progress=progress, stop=stop)
+
+
+def run_prepared(
+    prepared: Prepared,
+    *,
+    engine: str | None = None,
+    seed: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    stop: threading.Event | None = None,
+) -> Record:
+    """Run a prepared case, see :func:`simulate`."""
+    from lathesim.engine.run import run
+
+    settings = prepared.case.lesson.settings
+    try:
+        record = run(
+            prepared.plan,
+            duration=prepared.duration,
+            seed=prepared.case.seed if seed is None else seed,
+            engine=engine or settings.engine,
+            progress=progress,
+            stop=stop,
+        )
+    except SimulationError as error:
+        if error.record is not None:
+            error.record = _described(error.record, prepared)  # type: ignore[arg-type]
+        raise
+    return _described(record, prepared)
+
+
+def _described(record: Record, prepared: Prepared) -> Record:
+    """Give the record with the lesson it came from."""
+    case = prepared.case
+    changed = {name: str(given.value) for name, given in case.set.items() if given.place.startswith("--set")}
+    meta = {
+        **record.meta,
+        "lesson": case.lesson.text,
+        "lesson_name": case.lesson.name,
+        "variant": case.variant or "",
+        "machine": case.lesson.machine.name,
+        "program": str(case.program or ""),
+        "overrides": ", ".join(f"{name}={value}" for name, value in changed.items()),
+    }
+    return dataclasses.replace(record, meta=meta)

@@ -1,0 +1,329 @@
+"""What can be put in a machine: stock parts, installed plug-ins and files of plug-in folders, all through the hooks of ``hookspecs``.
+
+A plug-in at fault costs one line in ``Registry.problems``, with file, line and reason; the rest goes on, and only a lesson that needs
+what the plug-in would have given stops.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pluggy
+
+from lathesim import hookspecs
+from lathesim.component import Component
+from lathesim.errors import LatheSimError, PluginError, nearest
+from lathesim.hookspecs import HOOKS, PROJECT, hookimpl
+
+ENTRY_POINTS = "lathesim.plugins"
+
+
+class StockParts:
+    """The stock lists, handed in through the same hooks as a guest's; each is imported only when asked for."""
+
+    @hookimpl
+    def register_components(self) -> list[type[Component]]:
+        """Give the stock components."""
+        return _stock("lathesim.components.register", "stock_components")
+
+    @hookimpl
+    def register_effects(self) -> list[type[Component]]:
+        """Give the stock effects."""
+        return _stock("lathesim.effects.register", "stock_effects")
+
+    @hookimpl
+    def register_metrics(self) -> list[Any]:
+        """Give the stock metrics."""
+        return _stock("lathesim.analysis.register", "stock_metrics")
+
+    @hookimpl
+    def register_recording_readers(self) -> list[Any]:
+        """Give the stock recording readers."""
+        return _stock("lathesim.recordings.register", "stock_readers")
+
+
+def _stock(module: str, function: str) -> list[Any]:
+    return _listed(getattr(importlib.import_module(module), function)())
+
+
+def _listed(given: Any) -> list[Any]:
+    """Give what a hook gave as a list; a mapping counts by its values."""
+    return list(given.values()) if isinstance(given, Mapping) else list(given)
+
+
+class Registry:
+    """Everything that was registered, by name; each kind is asked for once, when it is first needed."""
+
+    def __init__(self) -> None:
+        self.problems: list[str] = []
+        """One line for each plug-in or registered thing that is left out."""
+        self.origins: dict[str, str] = {}
+        """Name of whatever was registered -> where it comes from."""
+        self.plugins: list[str] = []
+        """The plug-ins that were loaded."""
+        self._lost: dict[str, str] = {}
+        self._manager = pluggy.PluginManager(PROJECT)
+        self._manager.add_hookspecs(hookspecs)
+        self._manager.register(StockParts(), name="stock")
+
+    @functools.cached_property
+    def components(self) -> dict[str, type[Component]]:
+        """Component classes by class name."""
+        return dict(sorted(self._collected("register_components", _component_fault).items()))
+
+    @functools.cached_property
+    def effects(self) -> dict[str, type[Component]]:
+        """Effect classes by class name."""
+        return dict(sorted(self._collected("register_effects", _effect_fault).items()))
+
+    @functools.cached_property
+    def metrics(self) -> dict[str, Any]:
+        """Metrics by name, in the order in which they are shown."""
+        return self._collected("register_metrics", _no_fault)
+
+    @functools.cached_property
+    def readers(self) -> dict[str, Any]:
+        """Recording readers by name."""
+        return self._collected("register_recording_readers", _no_fault)
+
+    def component(self, name: str) -> type[Component]:
+        """Give the component of a name; :class:`PluginError` with the nearest name where there is none."""
+        found: type[Component] = self._found(name, self.components, "component")
+        return found
+
+    def effect(self, name: str) -> type[Component]:
+        """Give the effect of a name; :class:`PluginError` with the nearest name where there is none."""
+        found: type[Component] = self._found(name, self.effects, "effect")
+        return found
+
+    def metric(self, name: str) -> Any:
+        """Give the metric of a name; :class:`PluginError` with the nearest name where there is none."""
+        return self._found(name, self.metrics, "metric")
+
+    def ask(self, *kinds: str) -> None:
+        """Ask every plug-in for some kinds (all without any), so that ``problems`` is complete for them."""
+        for kind in kinds or ("components", "effects", "metrics", "readers"):
+            getattr(self, kind)
+
+    def add_folder(self, folder: Path) -> None:
+        """Load the plug-in files of a folder (``*.py``, those that begin with ``_`` left out), or one file."""
+        if not folder.exists():
+            raise PluginError(f"there is no plug-in folder '{folder}'.")
+        files = [folder] if folder.is_file() else sorted(folder.glob("*.py"))
+        for path in files:
+            if not path.name.startswith("_"):
+                self._add_file(path)
+
+    def add_installed(self) -> None:
+        """Load the plug-ins that installed packages announce as entry points ``lathesim.plugins``."""
+        from importlib.metadata import entry_points
+
+        for entry in entry_points(group=ENTRY_POINTS):
+            name = f"{entry.name} ({entry.value})"
+            try:
+                plugin = entry.load()
+            except Exception as error:
+                self.problems.append(f"{name}: the plug-in cannot be imported: {type(error).__name__}: {error}")
+                continue
+            self._add(plugin, name)
+
+    def _add_file(self, path: Path) -> None:
+        try:
+            module = _imported(path)
+        except (Exception, SystemExit) as error:
+            self._lose(path, _import_fault(path, error))
+            return
+        self._add(module, str(path))
+
+    def _lose(self, path: Path, problem: str) -> None:
+        self.problems.append(problem)
+        for name in _classes_in(path):
+            self._lost.setdefault(name, problem)
+
+    def _add(self, plugin: Any, name: str) -> None:
+        hooks = 0
+        for item in dir(plugin):
+            value = getattr(plugin, item, None)
+            if not callable(value) or (inspect.ismodule(plugin) and getattr(value, "__module__", None) != plugin.__name__):
+                continue
+            marked = self._manager.parse_hookimpl_opts(plugin, item) is not None
+            if marked and item not in HOOKS:
+                self.problems.append(
+                    f"{_line_of(value, name)}: there is no hook '{item}'. {nearest(item, HOOKS) or 'Hooks: ' + ', '.join(HOOKS) + '.'}"
+                )
+                return self._lost_names(value)
+            if item in HOOKS and not marked:
+                self.problems.append(f"{_line_of(value, name)}: {item} is not marked as a hook. Write @hookimpl above it.")
+                return self._lost_names(value)
+            hooks += marked
+        if not hooks:
+            remedy = f"Write a function {HOOKS[0]} marked @hookimpl that gives a list."
+            self.problems.append(f"{name}: the plug-in registers nothing. {remedy}")
+            return None
+        try:
+            self._manager.register(plugin, name=name)
+        except (pluggy.PluginValidationError, ValueError) as error:
+            self.problems.append(f"{name}: {str(error).splitlines()[-1].strip()}.")
+            return None
+        self.plugins.append(name)
+        return None
+
+    def _lost_names(self, function: Callable[..., Any]) -> None:
+        path = inspect.getsourcefile(function)
+        for name in _classes_in(Path(path)) if path else ():
+            self._lost.setdefault(name, self.problems[-1])
+
+    def _collected(self, hook: str, fault: Callable[[Any], str]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        caller = getattr(self._manager.hook, hook)
+        for implementation in caller.get_hookimpls():
+            stock = implementation.plugin_name == "stock"
+            try:
+                items = _listed(implementation.function())
+            except Exception as error:
+                if stock:
+                    raise
+                place = _line_of(implementation.function, implementation.plugin_name)
+                self.problems.append(f"{place}: {hook} fails: {_told(error)}")
+                self._lost_names(implementation.function)
+                continue
+            for item in items:
+                self._take(item, found, fault, implementation)
+        return found
+
+    def _take(self, item: Any, found: dict[str, Any], fault: Callable[[Any], str], implementation: pluggy.HookImpl) -> None:
+        name = str(getattr(item, "name", None) or getattr(item, "__name__", None) or type(item).__name__)
+        if implementation.plugin_name == "stock":
+            found[name] = item
+            self.origins[name] = str(getattr(item, "__module__", "lathesim"))
+            return
+        place = _line_of(item, str(implementation.plugin_name))
+        problem = _with_place(place, fault(item))
+        if not problem and name in found:
+            problem = f"{place}: there is already a '{name}', from {self.origins[name]}. Give this one another name."
+        if not problem and inspect.isclass(item) and issubclass(item, Component):
+            problem = _contract_fault(item)
+        if not problem:
+            found[name] = item
+            self.origins[name] = place
+            return
+        self.problems.append(problem)
+        if name not in found:
+            self._lost[name] = problem
+
+    def _found(self, name: str, known: dict[str, Any], word: str) -> Any:
+        if name in known:
+            return known[name]
+        if name in self._lost:
+            raise PluginError(f"the {word} '{name}' is missing, because of a plug-in at fault: {self._lost[name]}")
+        if word == "component" and name in self.effects:
+            raise PluginError(f"'{name}' is an effect, not a component.", remedy="Effects go under 'insert:'.")
+        if word == "effect" and name in self.components:
+            raise PluginError(
+                f"'{name}' is a component, not an effect.", remedy="Components go under 'parts:' of a machine, or 'replace:'."
+            )
+        raise PluginError(f"there is no {word} '{name}'.", remedy=nearest(name, known) or f"See 'lathesim {word}s'.")
+
+
+def load_registry(plugin_folders: Iterable[Path] = (), *, installed: bool = True) -> Registry:
+    """Give the registry of stock parts, installed plug-ins and the files of plug-in folders."""
+    registry = Registry()
+    if installed:
+        registry.add_installed()
+    for folder in plugin_folders:
+        registry.add_folder(Path(folder))
+    return registry
+
+
+def _imported(path: Path) -> ModuleType:
+    name = f"lathesim_plugin_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise PluginError("it is no Python file.")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def _import_fault(path: Path, error: BaseException) -> str:
+    own = str(path.absolute())
+    if isinstance(error, SyntaxError):
+        where = error.lineno if error.filename == own else None
+        return f"{path}:{where or 1}: this is not Python: {error.msg}."
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == own]
+    place = f"{path}:{lines[-1]}" if lines else str(path)
+    if isinstance(error, LatheSimError):
+        return f"{place}: {_told(error)}"
+    return f"{place}: the plug-in cannot be imported: {_told(error)}"
+
+
+def _told(error: BaseException) -> str:
+    if isinstance(error, LatheSimError):
+        subject = error.place.rpartition(".")[2]
+        told = f"{subject}: {error.fact}" if subject else error.fact
+        return f"{told} {error.remedy}".strip()
+    return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+
+
+def _classes_in(path: Path) -> list[str]:
+    """Give the names of the classes a file would define, as far as its text tells."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return []
+    return [line[6:].partition("(")[0].partition(":")[0].strip() for line in text.splitlines() if line.startswith("class ")]
+
+
+def _shown(path: str) -> str:
+    """Give a path as a person would write it where they stand."""
+    return str(Path(path).relative_to(Path.cwd())) if Path(path).is_relative_to(Path.cwd()) else path
+
+
+def _line_of(item: Any, otherwise: str) -> str:
+    try:
+        target = item if inspect.isclass(item) or inspect.isroutine(item) else type(item)
+        return f"{_shown(inspect.getsourcefile(target) or otherwise)}:{inspect.getsourcelines(target)[1]}"
+    except (OSError, TypeError):
+        return otherwise
+
+
+def _with_place(place: str, fault: str) -> str:
+    return f"{place}: {fault}" if fault else ""
+
+
+def _component_fault(item: Any) -> str:
+    if not (inspect.isclass(item) and issubclass(item, Component)):
+        return f"register_components gives {item!r}, which is no component class."
+    return ""
+
+
+def _effect_fault(item: Any) -> str:
+    from lathesim.effects.effect import Effect
+
+    if not (inspect.isclass(item) and issubclass(item, Effect)):
+        return f"register_effects gives {item!r}, which is no effect class."
+    return ""
+
+
+def _contract_fault(item: type[Component]) -> str:
+    from lathesim.guest_check import guest_fault
+
+    return guest_fault(item)
+
+
+def _no_fault(item: Any) -> str:
+    return ""

@@ -1,0 +1,146 @@
+"""The dialects as tables: which code means what, which letters there are, and the few facts in which controls differ.
+
+``paper`` is what Liu and Landers' simulator reads, ``linuxcnc`` the lathe words of LinuxCNC 2.9, ``fanuc`` G-code system A of Fanuc and
+Haas lathes. The interpreter asks the table and never the dialect's name.
+
+Source: Liu, Landers, A Modular Machine Tool Simulator (2004), section Part program; LinuxCNC 2.9 manual, chapters G-Codes and M-Codes;
+Fanuc 0i-T operator's manual, list of G codes, system A.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lathesim.errors import ProgramError, nearest
+from lathesim.program.meanings import Meaning
+
+M = Meaning  # the tables name it on every line
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """One way of writing part programs.
+
+    ``codes`` gives the meaning of each G and M code, ``letters`` what each further letter carries. ``incremental`` names letters that
+    move an axis incrementally, ``dwell`` the letters of a dwell with what one unit of them is in seconds, ``surface_limit`` the
+    letter that bounds the spindle speed beside a surface speed, ``start`` where the tool stands at the
+    beginning and ``machine_zero`` where machine coordinates begin [m, X as a radius].
+    """
+
+    name: str
+    title: str
+    codes: Mapping[str, M]
+    letters: Mapping[str, str]
+    x_is_diameter: bool = False
+    per_revolution: bool = False
+    incremental: Mapping[str, str] | None = None
+    dwell: Mapping[str, float] | None = None
+    surface_limit: str = ""
+    tool_changes_at_t: bool = False
+    program_number: bool = False
+    end_required: bool = False
+    start: tuple[float, float] = (0.0, 0.0)
+    machine_zero: tuple[float, float] = (0.0, 0.0)
+
+
+_COMMON_CODES: dict[str, M] = {
+    "G0": M.RAPID, "G1": M.LINE, "G2": M.ARC_CLOCKWISE, "G3": M.ARC_COUNTERCLOCKWISE,
+    "G17": M.PLANE_OTHER, "G18": M.PLANE_XZ, "G19": M.PLANE_OTHER,
+    "G96": M.SURFACE_SPEED, "G97": M.SPINDLE_SPEED,
+    "M0": M.STOP, "M2": M.END, "M30": M.END, "M3": M.SPINDLE_FORWARD, "M4": M.SPINDLE_REVERSE, "M5": M.SPINDLE_OFF,
+}  # fmt: skip
+
+_COMMON_LETTERS: dict[str, str] = {
+    "X": "position across", "Z": "position along", "I": "arc centre along X", "K": "arc centre along Z", "R": "arc radius",
+    "F": "feed", "S": "speed",
+}  # fmt: skip
+
+PAPER = Dialect(
+    name="paper",
+    title="the simulator of Liu and Landers (2004), X as a radius",
+    codes={
+        **_COMMON_CODES,
+        "G70": M.INCH, "G71": M.MILLIMETRE, "G90": M.ABSOLUTE, "G91": M.INCREMENTAL,
+        "G94": M.PER_MINUTE, "G95": M.PER_REVOLUTION, "G98": M.PER_MINUTE,
+    },
+    letters={**_COMMON_LETTERS, "J": "arc centre along Y"},
+)  # fmt: skip
+
+LINUXCNC = Dialect(
+    name="linuxcnc",
+    title="LinuxCNC 2.9, X as a radius until G7",
+    codes={
+        **_COMMON_CODES,
+        "G4": M.DWELL, "G7": M.X_DIAMETER, "G8": M.X_RADIUS, "G10": M.SET_DATA, "G20": M.INCH, "G21": M.MILLIMETRE,
+        "G28": M.HOME, "G28.1": M.HOME_SET, "G30": M.HOME, "G30.1": M.HOME_SET, "G33": M.THREAD, "G33.1": M.THREADING_CYCLE,
+        "G38.2": M.PROBE, "G38.3": M.PROBE, "G38.4": M.PROBE, "G38.5": M.PROBE,
+        "G40": M.COMPENSATION_OFF, "G41": M.COMPENSATION_ON, "G41.1": M.COMPENSATION_ON,
+        "G42": M.COMPENSATION_ON, "G42.1": M.COMPENSATION_ON,
+        "G43": M.LENGTH_ON, "G43.1": M.LENGTH_ON, "G43.2": M.LENGTH_ON, "G49": M.LENGTH_OFF, "G53": M.MACHINE_COORDINATES,
+        "G54": M.OFFSET_FIRST, "G55": M.OFFSET_OTHER, "G56": M.OFFSET_OTHER, "G57": M.OFFSET_OTHER, "G58": M.OFFSET_OTHER,
+        "G59": M.OFFSET_OTHER,
+        "G59.1": M.OFFSET_OTHER, "G59.2": M.OFFSET_OTHER, "G59.3": M.OFFSET_OTHER,
+        "G61": M.PATH_EXACT, "G61.1": M.PATH_EXACT, "G64": M.PATH_BLENDED,
+        "G70": M.FINISHING_CYCLE, "G71": M.ROUGHING_CYCLE, "G71.1": M.ROUGHING_CYCLE, "G71.2": M.ROUGHING_CYCLE,
+        "G72": M.FACING_CYCLE, "G72.1": M.FACING_CYCLE, "G72.2": M.FACING_CYCLE,
+        "G73": M.DRILLING_CYCLE, "G74": M.DRILLING_CYCLE, "G76": M.THREADING_CYCLE, "G80": M.MOTION_OFF, "G81": M.DRILLING_CYCLE,
+        "G82": M.DRILLING_CYCLE, "G83": M.DRILLING_CYCLE, "G84": M.DRILLING_CYCLE, "G85": M.DRILLING_CYCLE, "G86": M.DRILLING_CYCLE,
+        "G89": M.DRILLING_CYCLE,
+        "G90": M.ABSOLUTE, "G91": M.INCREMENTAL, "G90.1": M.ARC_ABSOLUTE, "G91.1": M.ARC_INCREMENTAL,
+        "G92": M.SHIFT, "G92.1": M.SHIFT_OFF, "G92.2": M.SHIFT_OTHER, "G92.3": M.SHIFT_OTHER,
+        "G93": M.INVERSE_TIME, "G94": M.PER_MINUTE, "G95": M.PER_REVOLUTION, "G98": M.CYCLE_RETURN, "G99": M.CYCLE_RETURN,
+        "M1": M.OPTIONAL_STOP, "M6": M.TOOL_CHANGE, "M7": M.MIST, "M8": M.FLOOD, "M9": M.COOLANT_OFF, "M19": M.SPINDLE_ORIENT,
+        "M48": M.OVERRIDE, "M49": M.OVERRIDE, "M98": M.SUBPROGRAM, "M99": M.SUBPROGRAM_END,
+    },
+    letters={
+        **_COMMON_LETTERS,
+        "J": "arc centre along Y", "D": "speed limit or offset number", "P": "seconds of a dwell", "T": "tool", "H": "length offset",
+        "L": "repeats", "Q": "contour or depth", "E": "taper of a thread",
+    },
+    dwell={"P": 1.0},
+    surface_limit="D",
+    end_required=True,
+)  # fmt: skip
+
+FANUC = Dialect(
+    name="fanuc",
+    title="Fanuc and Haas lathes, G-code system A, X as a diameter",
+    codes={
+        **_COMMON_CODES,
+        "G4": M.DWELL, "G10": M.SET_DATA, "G20": M.INCH, "G21": M.MILLIMETRE, "G28": M.HOME, "G30": M.HOME, "G32": M.THREAD_BY_FEED,
+        "G40": M.COMPENSATION_OFF, "G41": M.COMPENSATION_ON, "G42": M.COMPENSATION_ON, "G50": M.SPINDLE_LIMIT, "G53": M.MACHINE_COORDINATES,
+        "G54": M.OFFSET_FIRST, "G55": M.OFFSET_OTHER, "G56": M.OFFSET_OTHER, "G57": M.OFFSET_OTHER, "G58": M.OFFSET_OTHER,
+        "G59": M.OFFSET_OTHER,
+        "G70": M.FINISHING_CYCLE, "G71": M.ROUGHING_CYCLE, "G72": M.FACING_CYCLE, "G73": M.REPEATING_CYCLE, "G74": M.FACE_GROOVING_CYCLE,
+        "G75": M.GROOVING_CYCLE, "G76": M.THREADING_CYCLE, "G80": M.MOTION_OFF, "G83": M.DRILLING_CYCLE, "G84": M.DRILLING_CYCLE,
+        "G90": M.TURNING_CYCLE_SIMPLE, "G92": M.THREADING_CYCLE_SIMPLE, "G94": M.FACING_CYCLE_SIMPLE,
+        "G98": M.PER_MINUTE, "G99": M.PER_REVOLUTION,
+        "M1": M.OPTIONAL_STOP, "M8": M.FLOOD, "M9": M.COOLANT_OFF, "M6": M.TOOL_CHANGE, "M19": M.SPINDLE_ORIENT,
+        "M10": M.CLAMP_CLOSE, "M11": M.CLAMP_OPEN, "M31": M.CHIP_CONVEYOR, "M33": M.CHIP_CONVEYOR, "M98": M.SUBPROGRAM,
+        "M99": M.SUBPROGRAM_END,
+    },
+    letters={
+        **_COMMON_LETTERS,
+        "U": "incremental X", "W": "incremental Z", "P": "block number or milliseconds", "Q": "block number or depth",
+        "T": "tool and offset",
+        "O": "program number", "D": "depth of a cycle", "E": "lead of a thread",
+    },
+    x_is_diameter=True,
+    per_revolution=True,
+    incremental={"U": "X", "W": "Z"},
+    dwell={"X": 1.0, "U": 1.0, "P": 0.001},
+    tool_changes_at_t=True,
+    program_number=True,
+    start=(0.1, 0.2),
+    machine_zero=(0.1, 0.2),
+)  # fmt: skip
+
+DIALECTS: dict[str, Dialect] = {dialect.name: dialect for dialect in (PAPER, LINUXCNC, FANUC)}
+
+
+def dialect_named(name: str) -> Dialect:
+    """Give the dialect of this name, or refuse with the nearest one."""
+    if name not in DIALECTS:
+        raise ProgramError(f"There is no dialect '{name}'; there are {', '.join(DIALECTS)}.", remedy=nearest(name, DIALECTS))
+    return DIALECTS[name]

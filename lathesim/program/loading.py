@@ -1,0 +1,19 @@
+"""A part-program file to an interpreted program in one step."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lathesim.program.interpreter import interpret
+from lathesim.program.moves import Program
+from lathesim.program.words import read_program_file
+
+
+def load_program(
+    path: str | Path, dialect: str = "paper", *, block_delete: bool = True, start: tuple[float, float] | None = None
+) -> Program:
+    """Read and interpret the program in the file ``path``; every fault is a :class:`ProgramError` of ``lathesim.errors``.
+
+    ``start`` is where the tool stands at first (x, z) [m], without it the dialect's.
+    """
+    return interpret(read_program_file(path, block_delete=block_delete), dialect, start=start)

@@ -1,0 +1,54 @@
+"""What stays in force from block to block: the one place where a program has memory. SI, X as a radius."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from lathesim.program.meanings import Group, Meaning
+from lathesim.program.moves import Spindle
+
+
+@dataclass
+class Modal:
+    """The modal state while a program is interpreted.
+
+    ``feed`` is [m/s] or, with ``per_revolution``, [m]; ``feed_lost`` tells the line whose feed a change of feed mode dropped.
+    ``speed`` is [rad/s] or, with ``surface``, [m/s]. ``said`` are the groups the program has spoken of before its first move.
+    """
+
+    x: float
+    z: float
+    diameter: bool
+    per_revolution: bool
+    motion: Meaning | None = None
+    motion_code: str = ""
+    absolute: bool = True
+    arc_absolute: bool = False
+    inch: bool = False
+    feed: float | None = None
+    feed_line: int = 0
+    feed_lost: str = ""
+    lead: float | None = None
+    surface: bool = False
+    speed: float | None = None
+    limit: float | None = None
+    direction: int = 0
+    tool: int | None = None
+    tool_ready: int | None = None
+    shift_x: float = 0.0
+    shift_z: float = 0.0
+    said: set[Group] = field(default_factory=set)
+
+    @property
+    def turning(self) -> bool:
+        """Whether the spindle turns."""
+        return self.direction != 0 and bool(self.speed)
+
+    @property
+    def spindle(self) -> Spindle:
+        """The spindle as the next move sees it."""
+        return Spindle(self.direction, self.surface, self.speed or 0.0, self.limit if self.surface else None)
+
+    def metres(self, value: float) -> float:
+        """Give a programmed length [mm or inch] in metres; the division keeps 0.03 the same number as 30/1000."""
+        return (value * 25.4 if self.inch else value) / 1000.0

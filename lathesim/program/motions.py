@@ -1,0 +1,212 @@
+"""The motions of a block: end points, arcs, feeds, threads, with the memory they need.
+
+The interpreter runs the other steps of a block around them; see ``interpreter`` for their order.
+Source: NIST RS274NGC Interpreter version 3, section 3.5; LinuxCNC 2.9 rs274 for what the manuals leave open.
+"""
+
+from __future__ import annotations
+
+from lathesim.errors import ProgramError
+from lathesim.program.arcs import arc_by_centre, arc_by_radius
+from lathesim.program.dialects import Dialect
+from lathesim.program.meanings import Group, Meaning
+from lathesim.program.modal import Modal
+from lathesim.program.moves import Arc, Event, EventKind, Move, MoveKind
+from lathesim.program.vocabulary import Sorted
+from lathesim.program.words import Blocks, Warned, Word
+
+_ARCS = (Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE)
+
+
+class Motions:
+    """Carries the motions of one block after the other into ``moves``; ``block`` is the present one, ``used`` the letters it has used."""
+
+    def __init__(self, blocks: Blocks, dialect: Dialect, start: tuple[float, float], stations: int) -> None:
+        self.blocks = blocks
+        self.dialect = dialect
+        self.stations = stations
+        self.start = start
+        self.modal = Modal(start[0], start[1], diameter=dialect.x_is_diameter, per_revolution=dialect.per_revolution)
+        self.moves: list[Move] = []
+        self.events: list[Event] = []
+        self.warnings: list[Warned] = list(blocks.warnings)
+        self.assumed: dict[str, str] = {}
+        self.used: set[str] = set()
+        self.block = Sorted(0, "", {}, {}, ())
+
+    # ---- small tools of the steps ------------------------------------------------------------------------------------------------
+
+    def error(self, fact: str, remedy: str) -> ProgramError:
+        """An error at the place of the present block."""
+        return ProgramError(fact, place=self.block.place, remedy=remedy)
+
+    def has(self, meaning: Meaning) -> bool:
+        """Whether the block has a code of this meaning."""
+        return meaning in self.block.codes
+
+    def take(self, letter: str) -> Word | None:
+        """The word of this letter, marked as used."""
+        word = self.block.words.get(letter)
+        if word is not None:
+            self.used.add(letter)
+        return word
+
+    def code_for(self, *meanings: Meaning) -> str:
+        """The dialect's code for the first of these meanings that it has."""
+        return next((code for meaning in meanings for code, own in self.dialect.codes.items() if own is meaning), "")
+
+    def event(self, kind: EventKind, *, direction: int = 0, tool: int | None = None, text: str = "") -> None:
+        """Note something that happens before the next move."""
+        self.events.append(Event(kind, self.block.line, len(self.moves), direction, tool, text))
+
+    def warn(self, sentence: str) -> None:
+        """Note a warning once."""
+        if all(warned.sentence != sentence for warned in self.warnings):
+            self.warnings.append(Warned(self.block.line, sentence))
+
+    # ---- motions -----------------------------------------------------------------------------------------------------------------
+
+    def motion(self) -> None:
+        """The motion of the block, by its own code or by the one in force."""
+        modal, block = self.modal, self.block
+        meaning = block.of_group(Group.MOTION)
+        if meaning is not None:
+            modal.motion, modal.motion_code = meaning, block.codes[meaning].code
+        axes = [letter for letter in ("X", "Z", *(self.dialect.incremental or {})) if letter in block.words and letter not in self.used]
+        centre = [letter for letter in ("I", "J", "K", "R") if letter in block.words]
+        if not axes and not (centre and modal.motion in _ARCS):
+            if self.has(Meaning.MACHINE_COORDINATES):
+                raise self.error(f"{block.codes[Meaning.MACHINE_COORDINATES].text} names no axis.", "Add an X or a Z word.")
+            if meaning is Meaning.THREAD:
+                raise self.error(f"{modal.motion_code} names no end point.", "Add a Z word.")
+            if meaning in _ARCS:
+                raise self.no_centre()
+            return
+        if modal.motion is None or modal.motion is Meaning.MOTION_OFF:
+            first = block.words[axes[0]].text
+            why = "none is set yet" if modal.motion is None else f"{modal.motion_code} has ended the one before"
+            raise self.error(f"{first} needs a motion code and {why}.", "Write G0 or G1 in front of it.")
+        if self.has(Meaning.MACHINE_COORDINATES):
+            self.check_machine_coordinates(block.codes[Meaning.MACHINE_COORDINATES].text)
+        if modal.motion in _ARCS:
+            self.arc(bool(axes))
+        elif modal.motion is Meaning.RAPID:
+            self.add("rapid", self.target())
+        elif modal.motion is Meaning.LINE:
+            self.check_feed()
+            self.add("feed", self.target(), feed=modal.feed, per_revolution=modal.per_revolution)
+        else:
+            self.thread()
+
+    def target(self) -> tuple[float, float]:
+        """The end point (x, z) the block names [m], X as a radius."""
+        modal = self.modal
+        scale = 0.5 if modal.diameter else 1.0
+        x, z = modal.x, modal.z
+        machine = self.has(Meaning.MACHINE_COORDINATES)
+        zero = self.dialect.machine_zero if machine else (modal.shift_x, modal.shift_z)
+        for letter, axis in {"X": "X", "Z": "Z", **(self.dialect.incremental or {})}.items():
+            word = self.take(letter)
+            if word is None:
+                continue
+            absolute = letter == axis and (modal.absolute or machine)
+            value = modal.metres(word.value) * (scale if axis == "X" else 1.0)
+            if axis == "X":
+                x = zero[0] + value if absolute else x + value
+            else:
+                z = zero[1] + value if absolute else z + value
+        return x, z
+
+    def arc(self, moves_axes: bool) -> None:
+        """G2, G3 by radius or by centre."""
+        modal, block = self.modal, self.block
+        code, clockwise = modal.motion_code, modal.motion is Meaning.ARC_CLOCKWISE
+        i, j, k, r = (self.take(letter) for letter in "IJKR")
+        if j is not None and j.value != 0.0:
+            raise self.error(f"{j.text} is an arc centre along Y, and this lathe has no Y.", "Take it out; I goes along X and K along Z.")
+        if r is not None and (i is not None or k is not None):
+            other = i or k
+            raise self.error(
+                f"{code} has both {r.text} and {other.text if other else ''}.", "Give the radius with R, or the centre with I and K."
+            )
+        if r is None and i is None and k is None:
+            raise self.no_centre()
+        self.check_feed()
+        start = (modal.x, modal.z)
+        if r is not None:
+            if not moves_axes:
+                raise self.error(f"{code} with R names no end point.", "Add X and Z words.")
+            end = self.target()
+            arc = arc_by_radius(start, end, modal.metres(r.value), clockwise, block.place, code)
+        else:
+            if modal.arc_absolute and (i is None or k is None):
+                raise self.error(f"{code} needs both I and K while arc centres are absolute.", "Add the missing one, or write G91.1.")
+            zero = (modal.shift_x, modal.shift_z) if modal.arc_absolute else start
+            end = self.target()
+            centre = (zero[0] + modal.metres(i.value if i else 0.0), zero[1] + modal.metres(k.value if k else 0.0))
+            arc = arc_by_centre(start, end, centre, clockwise, block.place, code)
+        self.add("arc", end, feed=modal.feed, per_revolution=modal.per_revolution, arc=arc)
+
+    def no_centre(self) -> ProgramError:
+        """The error of an arc without I, K and R."""
+        return self.error(
+            f"{self.modal.motion_code} needs I and K, or R, and has none of them.", "Give the centre with I and K, or the radius with R."
+        )
+
+    def thread(self) -> None:
+        """G33: K is the lead along the path."""
+        modal = self.modal
+        word = self.take("K")
+        code = modal.motion_code
+        if word is not None:
+            if word.value <= 0.0:
+                raise self.error(f"{word.text} is no lead.", "Give the lead of the thread above 0, for example K1.5.")
+            modal.lead = modal.metres(word.value)
+        elif self.has(Meaning.THREAD) or modal.lead is None:
+            raise self.error(f"{code} needs a lead and has none.", "Add a K word, for example K1.5.")
+        if not modal.turning:
+            raise self.error(f"{code} follows the spindle, and the spindle stands still.", "Turn it on with M3 and an S word.")
+        self.add("thread", self.target(), feed=modal.lead, per_revolution=True)
+
+    def check_machine_coordinates(self, code: str) -> None:
+        """Machine coordinates go with absolute rapids and straight feeds only."""
+        if self.modal.motion not in (Meaning.RAPID, Meaning.LINE):
+            raise self.error(f"{code} goes with G0 and G1 only, and {self.modal.motion_code} is in force.", "Write G0 or G1 in its block.")
+        if not self.modal.absolute:
+            raise self.error(f"{code} names machine coordinates and positions are incremental.", "Write G90 before it.")
+
+    def check_feed(self) -> None:
+        """A feed move needs a feed, and per revolution a turning spindle."""
+        modal = self.modal
+        per_revolution = modal.per_revolution
+        mode = self.code_for(Meaning.PER_REVOLUTION if per_revolution else Meaning.PER_MINUTE)
+        example = f"Add an F word, for example {'F0.2' if per_revolution else 'F120'} with {mode}."
+        if modal.feed is None:
+            why = f"{modal.feed_lost}" if modal.feed_lost else "none is set yet"
+            raise self.error(f"{modal.motion_code} needs a feed and {why}.", example)
+        if modal.feed == 0.0:
+            raise self.error(f"{modal.motion_code} needs a feed and the one of line {modal.feed_line} is 0.", example)
+        if per_revolution and not modal.turning:
+            other = self.code_for(Meaning.PER_MINUTE)
+            raise self.error(
+                f"{modal.motion_code} feeds per revolution and the spindle stands still.",
+                f"Turn it on with {'M3' if modal.speed else 'M3 and an S word'}, or use {other}.",
+            )
+        if not modal.turning:
+            self.warn("The tool feeds while the spindle stands still.")
+
+    def add(
+        self,
+        kind: MoveKind,
+        end: tuple[float, float],
+        *,
+        feed: float | None = None,
+        per_revolution: bool = False,
+        seconds: float = 0.0,
+        arc: Arc | None = None,
+    ) -> None:
+        """Append a move and go to its end (x, z) [m]."""
+        modal = self.modal
+        start = (modal.x, modal.z)
+        self.moves.append(Move(kind, self.block.line, *start, *end, modal.spindle, feed, per_revolution, arc, seconds, modal.tool))
+        modal.x, modal.z = end

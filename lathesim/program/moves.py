@@ -1,0 +1,124 @@
+"""What an interpreted program is: moves, events and warnings. Everything SI, X is a radius, angles by atan2(x - cx, z - cz).
+
+Seen with +Z to the right and +X up, a positive sweep runs counterclockwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from lathesim.program.words import Warned
+
+MoveKind = Literal["rapid", "feed", "arc", "thread", "dwell"]
+EventKind = Literal[
+    "spindle", "tool", "flood_on", "flood_off", "mist_on", "program_stop", "optional_program_stop", "program_end", "message"
+]
+
+
+@dataclass(frozen=True)
+class Spindle:
+    """The spindle in force during a move.
+
+    ``direction`` is +1 for M03, -1 for M04, 0 for off. ``speed`` is [rad/s], with ``surface`` [m/s] at the tool; ``limit`` [rad/s] bounds
+    the speed of a constant surface speed, None means no bound.
+    """
+
+    direction: int = 0
+    surface: bool = False
+    speed: float = 0.0
+    limit: float | None = None
+
+
+@dataclass(frozen=True)
+class Arc:
+    """An arc: centre and radii [m], angles [rad]. ``end_radius`` differs from ``radius`` by at most the arc tolerance."""
+
+    centre_x: float
+    centre_z: float
+    radius: float
+    end_radius: float
+    start_angle: float
+    sweep: float
+
+    @property
+    def clockwise(self) -> bool:
+        """Whether the arc is a G02."""
+        return self.sweep < 0.0
+
+
+@dataclass(frozen=True)
+class Move:
+    """One motion or dwell.
+
+    ``feed`` is [m/s], with ``per_revolution`` [m] per revolution (of a ``thread``: its lead along the path); ``seconds`` belongs to a
+    dwell, ``line`` is the physical line of the source.
+    """
+
+    kind: MoveKind
+    line: int
+    start_x: float
+    start_z: float
+    end_x: float
+    end_z: float
+    spindle: Spindle
+    feed: float | None = None
+    per_revolution: bool = False
+    arc: Arc | None = None
+    seconds: float = 0.0
+    tool: int | None = None
+
+    @property
+    def length(self) -> float:
+        """Length of the way of the tool point [m]."""
+        if self.arc is not None:
+            return abs(self.arc.sweep) * self.arc.radius
+        return math.hypot(self.end_x - self.start_x, self.end_z - self.start_z)
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happens between moves: before the move of index ``before_move``."""
+
+    kind: EventKind
+    line: int
+    before_move: int
+    direction: int = 0
+    tool: int | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """How many moves of each kind, the cut and rapid ways [m] and the last position [m]."""
+
+    counts: Mapping[str, int]
+    cut_path: float
+    rapid_path: float
+    final_x: float
+    final_z: float
+
+
+@dataclass(frozen=True)
+class Program:
+    """An interpreted part program. ``assumed`` says what the program itself leaves open, and how it was taken."""
+
+    name: str
+    dialect: str
+    moves: tuple[Move, ...]
+    events: tuple[Event, ...]
+    warnings: tuple[Warned, ...] = ()
+    assumed: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def summary(self) -> Summary:
+        """Counts and lengths; rapids of no length are not counted as ways."""
+        counts: dict[str, int] = {}
+        for move in self.moves:
+            counts[move.kind] = counts.get(move.kind, 0) + 1
+        cut = math.fsum(move.length for move in self.moves if move.kind in ("feed", "arc", "thread"))
+        rapid = math.fsum(move.length for move in self.moves if move.kind == "rapid")
+        last = self.moves[-1] if self.moves else None
+        return Summary(counts, cut, rapid, last.end_x if last else 0.0, last.end_z if last else 0.0)

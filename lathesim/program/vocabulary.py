@@ -1,0 +1,174 @@
+"""Whether a dialect has the words of a program, and the sentence that says which dialect does.
+
+A code that means different things in different dialects (G71: millimetres, or a roughing cycle) is never guessed at: a refusal names
+both readings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lathesim.errors import ProgramError
+from lathesim.program.dialects import DIALECTS, Dialect
+from lathesim.program.meanings import GROUP_OF, NOT_INTERPRETED, Group, Meaning
+from lathesim.program.words import Block, Blocks, Word
+
+_FOREIGN_AXES = "YABCV"
+
+
+@dataclass(frozen=True)
+class Sorted:
+    """One block taken apart: its codes with their meanings, and its other words by letter. ``place`` is ``file:line``."""
+
+    line: int
+    place: str
+    codes: dict[Meaning, Word]
+    words: dict[str, Word]
+    comments: tuple[str, ...]
+
+    def of_group(self, group: Group) -> Meaning | None:
+        """The meaning of this group in the block, if there is one."""
+        return next((meaning for meaning in self.codes if GROUP_OF[meaning] is group), None)
+
+
+def check_vocabulary(blocks: Blocks, dialect: Dialect) -> None:
+    """Refuse the first word of the program that the dialect does not have, or that is not interpreted."""
+    for block in blocks.blocks:
+        for word in block.words:
+            place = blocks.place(block.line)
+            if word.letter not in "GM":
+                if word.letter not in dialect.letters:
+                    raise _foreign_letter(word, block, blocks, dialect, place)
+                continue
+            if word.value < 0.0:
+                raise ProgramError(f"{word.text} is negative; codes are not.", place=place, remedy=f"Write {word.letter}{-word.value:g}.")
+            meaning = dialect.codes.get(word.code)
+            if meaning is None:
+                raise _foreign_code(word, blocks, dialect, place)
+            if meaning in NOT_INTERPRETED:
+                raise _not_interpreted(word, meaning, blocks, dialect, place)
+
+
+def sort_block(block: Block, dialect: Dialect, place: str) -> Sorted:
+    """Take a block apart; a letter given twice and two codes of one modal group are refused."""
+    codes: dict[Meaning, Word] = {}
+    words: dict[str, Word] = {}
+    for word in block.words:
+        if word.letter not in "GM":
+            if word.letter in words:
+                raise ProgramError(
+                    f"The block has two {word.letter} words, {words[word.letter].text} and {word.text}.",
+                    place=place,
+                    remedy="Keep one of them.",
+                )
+            words[word.letter] = word
+            continue
+        meaning = dialect.codes[word.code]
+        for earlier, first in codes.items():
+            if GROUP_OF[earlier] is GROUP_OF[meaning] and not _may_stand_together(earlier, meaning):
+                raise ProgramError(
+                    f"{first.text} and {word.text} exclude each other ({GROUP_OF[meaning]}).",
+                    place=place,
+                    remedy="Keep one, or write two blocks.",
+                )
+        codes[meaning] = word
+    for letter, axis in (dialect.incremental or {}).items():
+        if letter in words and axis in words:
+            raise ProgramError(
+                f"{words[axis].text} and {words[letter].text} both move {axis}.",
+                place=place,
+                remedy="Keep the absolute or the incremental one.",
+            )
+    return Sorted(block.line, place, codes, words, block.comments)
+
+
+def _may_stand_together(first: Meaning, second: Meaning) -> bool:
+    if first is second:
+        return False
+    group = GROUP_OF[first]
+    return group is Group.OTHER or (group is Group.COOLANT and Meaning.COOLANT_OFF not in (first, second))
+
+
+def _quoted(names: list[str]) -> str:
+    quoted = [f"'{name}'" for name in names]
+    return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"
+
+
+def _readings(code: str, leave_out: Dialect) -> list[tuple[Meaning, list[str]]]:
+    """What a code means in the other dialects, dialects of one meaning together."""
+    found: dict[Meaning, list[str]] = {}
+    for other in DIALECTS.values():
+        if other.name != leave_out.name and code in other.codes:
+            found.setdefault(other.codes[code], []).append(other.name)
+    return list(found.items())
+
+
+def other_readings(code: str, dialect: Dialect) -> str:
+    """``in the dialect 'paper' it means millimetres``, or nothing where all dialects agree."""
+    differing = [(meaning, names) for meaning, names in _readings(code, dialect) if meaning is not dialect.codes[code]]
+    return ", and ".join(f"in {_dialects(names)} it means {meaning}" for meaning, names in differing)
+
+
+def _dialects(names: list[str]) -> str:
+    return f"the dialect{'s' if len(names) > 1 else ''} {_quoted(names)}"
+
+
+def _complete(blocks: Blocks, leave_out: Dialect, readable: bool) -> list[str]:
+    """The other dialects that have every word of the program; with ``readable`` those in which every code is interpreted too."""
+    words = [word for block in blocks.blocks for word in block.words]
+    found = []
+    for dialect in DIALECTS.values():
+        known = all(word.code in dialect.codes if word.letter in "GM" else word.letter in dialect.letters for word in words)
+        refused = known and any(word.letter in "GM" and dialect.codes[word.code] in NOT_INTERPRETED for word in words)
+        if dialect.name != leave_out.name and known and not (readable and refused):
+            found.append(dialect.name)
+    return found
+
+
+def _choice(blocks: Blocks, dialect: Dialect, readable: bool = False) -> str:
+    """``the dialect the program is written in``, with the dialects that have every word of the program where there are any."""
+    complete = _complete(blocks, dialect, readable)
+    having = f"; {_quoted(complete)} {'has' if len(complete) == 1 else 'have'} all its words" if complete else ""
+    return f"the dialect the program is written in{having}."
+
+
+def _foreign_code(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:
+    readings = _readings(word.code, dialect)
+    if not readings:
+        return ProgramError(
+            f"{word.text} is in no dialect known here ({', '.join(DIALECTS)}).", place=place, remedy="Look the code up and correct it."
+        )
+    told = "; ".join(f"{_quoted(names)} {'has' if len(names) == 1 else 'have'} it ({meaning})" for meaning, names in readings)
+    meanings = [meaning for meaning, _ in readings if meaning not in NOT_INTERPRETED]
+    own = next((code for code, meaning in dialect.codes.items() if meaning in meanings), "")
+    here = f"Write {own} for it here, or choose" if own else "Choose"
+    return ProgramError(
+        f"{word.text} is not in the dialect '{dialect.name}'; {told}.", place=place, remedy=f"{here} {_choice(blocks, dialect)}"
+    )
+
+
+def _not_interpreted(word: Word, meaning: Meaning, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:
+    others = other_readings(word.code, dialect)
+    fact = f"{word.text} means {meaning} in the dialect '{dialect.name}', and that is not interpreted here"
+    if not others or not _complete(blocks, dialect, readable=True):
+        fact = f"{fact}; {others}" if others else fact
+        return ProgramError(f"{fact}.", place=place, remedy=NOT_INTERPRETED[meaning])
+    remedy = f"{NOT_INTERPRETED[meaning][:-1]}, or choose {_choice(blocks, dialect, readable=True)}"
+    return ProgramError(f"{fact}; {others}.", place=place, remedy=remedy)
+
+
+def _foreign_letter(word: Word, block: Block, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:
+    if word.letter in _FOREIGN_AXES:
+        return ProgramError(f"{word.text} names an axis this lathe does not have.", place=place, remedy="It has X and Z.")
+    having = [other.name for other in DIALECTS.values() if word.letter in other.letters]
+    if not having:
+        return ProgramError(
+            f"{word.text} is in no dialect known here ({', '.join(DIALECTS)}).", place=place, remedy="Take the word out or correct it."
+        )
+    carried = DIALECTS[having[0]].letters[word.letter]
+    fact = f"{word.text} is not in the dialect '{dialect.name}'; {_quoted(having)} {'has' if len(having) == 1 else 'have'} it ({carried})."
+    for code in [other for other in block.words if other.letter in "GM" and other.code in dialect.codes]:
+        others = other_readings(code.code, dialect)
+        if others:
+            fact += f" {code.text} means {dialect.codes[code.code]} in the dialect '{dialect.name}'; {others}."
+    return ProgramError(fact, place=place, remedy=f"Choose {_choice(blocks, dialect)}")

@@ -1,0 +1,208 @@
+"""A Record: time, channels with units, and where they came from. A simulated run and a real recording are the same class.
+
+Comparing a simulation with a recording is therefore subtraction. One HDF5 file holds one record: ``/time`` and ``/channels/<name>`` with
+the attributes ``unit`` and ``description``, and ``/meta`` as JSON text (lesson, seed, versions, status). Every block of numbers carries a
+checksum. A record is written beside its place and moved there when whole, so a half-written file never replaces a good one.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lathesim.errors import RecordError, nearest
+
+FloatArray = npt.NDArray[np.float64]
+Meta = dict[str, str | float | int]
+
+FORMAT = "lathesim-record"
+VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One signal: ``values`` (samples,) in the SI unit ``unit``; ``name`` is ``part.output``."""
+
+    name: str
+    unit: str
+    values: FloatArray
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", _as_column(self.values, self.name))
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """What was simulated or measured: ``time`` [s], (samples,), and channels by name, each as long as ``time``.
+
+    ``meta`` says where it comes from: lesson text, seed, engine, status ("complete", "stopped", "failed: ..."), versions.
+    Raises :class:`RecordError` where a channel and the time differ in length.
+    """
+
+    time: FloatArray
+    channels: dict[str, Channel]
+    meta: Meta = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "time", _as_column(self.time, "time"))
+        for name, channel in self.channels.items():
+            if len(channel.values) != len(self.time):
+                fact = f"{name} has {len(channel.values)} values and the time has {len(self.time)}."
+                raise RecordError(fact, remedy="Give every channel one value an instant.")
+
+    def __getitem__(self, name: str) -> FloatArray:
+        return self.channel(name).values
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.channels
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.channels)
+
+    def channel(self, name: str) -> Channel:
+        """Give a channel with its unit; :class:`RecordError` with the nearest name where there is none."""
+        found = self.channels.get(name)
+        if found is None:
+            raise RecordError(f"the record has no channel '{name}'.", remedy=nearest(name, self.channels) or _some_of(self.channels))
+        return found
+
+    def unit(self, name: str) -> str:
+        """Give the SI unit of a channel."""
+        return self.channel(name).unit
+
+    @property
+    def sample_period(self) -> float:
+        """Time between two samples [s]: the one noted in ``meta``, else the median of the steps of ``time``; 0 with fewer than two."""
+        noted = self.meta.get("sample_period")
+        if isinstance(noted, (int, float)) and noted > 0.0:
+            return float(noted)
+        return float(np.median(np.diff(self.time))) if len(self.time) > 1 else 0.0
+
+    @property
+    def status(self) -> str:
+        """How the run ended: "complete", "stopped" or "failed: ..."; "complete" for a recording."""
+        return str(self.meta.get("status", "complete"))
+
+    def between(self, begin: float, end: float) -> Record:
+        """Give the samples with ``begin <= time <= end`` [s], with their times as they are."""
+        inside = (self.time >= begin) & (self.time <= end)
+        channels = {name: dataclasses.replace(channel, values=channel.values[inside]) for name, channel in self.channels.items()}
+        return Record(self.time[inside], channels, dict(self.meta))
+
+    def with_channel(self, name: str, unit: str, values: npt.ArrayLike, description: str = "") -> Record:
+        """Give the record with one channel more, or one replaced."""
+        channel = Channel(name, unit, np.asarray(values, dtype=np.float64), description)
+        return Record(self.time, {**self.channels, name: channel}, dict(self.meta))
+
+    def with_meta(self, **entries: str | float | int) -> Record:
+        """Give the record with further entries of ``meta``."""
+        return Record(self.time, self.channels, {**self.meta, **entries})
+
+    def ending_with(self, *suffixes: str) -> list[str]:
+        """Give the names of the channels that end with one of ``suffixes``, in the order of the suffixes."""
+        return [name for suffix in suffixes for name in self.channels if name.endswith(suffix)]
+
+
+def save(record: Record, path: str | Path) -> None:
+    """Write a record as one HDF5 file; a file that stood there stays whole until the new one is.
+
+    Raises :class:`RecordError` where the folder is missing or cannot be written, or the disk is full.
+    """
+    from lathesim.record_writer import LARGEST_BLOCK, RecordWriter
+
+    with RecordWriter(path, record.channels.values(), block=len(record), compress=False) as writer:
+        values = [channel.values for channel in record.channels.values()]
+        for begin in range(0, len(record), LARGEST_BLOCK):
+            end = begin + LARGEST_BLOCK
+            writer.write(record.time[begin:end], [value[begin:end] for value in values])
+        writer.finish(record.meta)
+
+
+def load(path: str | Path) -> Record:
+    """Read a record back whole.
+
+    Raises :class:`RecordError` with one sentence where the file is missing, truncated, damaged, no record, or of a newer version.
+    """
+    place = Path(path)
+    _check_file(place)
+    import h5py
+
+    try:
+        file = h5py.File(place, "r")
+    except OSError as error:
+        fact = "the file is truncated." if "truncated" in str(error) else "the file is not HDF5, or it is damaged."
+        raise RecordError(fact, place=str(place), remedy="Run the lesson again to make the record anew.") from error
+    with file:
+        if _text(file.attrs.get("format", "")) != FORMAT:
+            raise RecordError(
+                "the file is HDF5 but no record of this program.", place=str(place), remedy="Read it as a recording, with a mapping."
+            )
+        version = int(file.attrs.get("version", 0))
+        if version > VERSION:
+            raise RecordError(f"the record has format {version}, larger than {VERSION}.", place=str(place), remedy="Update lathesim.")
+        try:
+            return _read(file)
+        except RecordError as error:
+            raise RecordError(error.fact, place=str(place), remedy=error.remedy) from error
+        except (OSError, KeyError, ValueError, TypeError, RuntimeError, AttributeError) as error:
+            raise RecordError("the record is damaged.", place=str(place), remedy="Run the lesson again to make the record anew.") from error
+
+
+def is_record(path: str | Path) -> bool:
+    """Say whether a file is a record written by :func:`save`."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            return _text(file.attrs.get("format", "")) == FORMAT
+    except OSError:
+        return False
+
+
+def _read(file: Any) -> Record:
+    group = file["channels"]
+    channels = {}
+    for name in json.loads(_text(file["channel_names"][()])):
+        dataset = group[name]
+        channels[name] = Channel(name, _text(dataset.attrs["unit"]), dataset[:], _text(dataset.attrs["description"]))
+    return Record(file["time"][:], channels, json.loads(_text(file["meta"][()])))
+
+
+def _text(value: Any) -> str:
+    return value.decode("utf-8") if isinstance(value, bytes) else str(value)
+
+
+def _as_column(values: Any, name: str) -> FloatArray:
+    column = np.asarray(values, dtype=np.float64)
+    if column.ndim != 1:
+        raise RecordError(f"{name} has {column.ndim} dimensions.", remedy="Give one value an instant.")
+    return column
+
+
+def _some_of(names: Iterable[str]) -> str:
+    listed = list(names)
+    if not listed:
+        return "It has no channels."
+    return f"It has {', '.join(listed[:6])}{f' and {len(listed) - 6} more' if len(listed) > 6 else ''}."
+
+
+def _check_file(path: Path) -> None:
+    if not path.exists():
+        names = [other.name for other in path.parent.glob("*.h5")] if path.parent.is_dir() else []
+        raise RecordError("there is no such file.", place=str(path), remedy=nearest(path.name, names))
+    if path.is_dir():
+        raise RecordError("this is a folder.", place=str(path), remedy="Give the name of a file.")
+    if not os.access(path, os.R_OK):
+        raise RecordError("the file cannot be read.", place=str(path), remedy="Change its permissions.")

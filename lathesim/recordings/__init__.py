@@ -1,0 +1,1 @@
+"""Readers of recordings made elsewhere, and their alignment; each gives a Record."""

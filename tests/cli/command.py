@@ -1,0 +1,40 @@
+"""Calls of the command line as a person makes them, in this process or in a new one."""
+
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from lathesim.cli.main import run_command_line
+
+ROOT = Path(__file__).parents[2]
+
+
+@dataclass
+class Said:
+    """What a call wrote and left with."""
+
+    code: int
+    out: str
+    err: str
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> Said:
+    """Call ``lathesim`` in this process."""
+    capsys.readouterr()
+    code = run_command_line([str(argument) for argument in arguments])
+    written = capsys.readouterr()
+    return Said(code, written.out, written.err)
+
+
+def python(text: str, **options: object) -> subprocess.CompletedProcess[str]:
+    """Run a few lines of Python in a new process."""
+    return subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, env=environment(), check=False, **options)  # type: ignore[call-overload, no-any-return]
+
+
+def environment() -> dict[str, str]:
+    """Give the environment with which a new process finds this package."""
+    return {**os.environ, "PYTHONPATH": str(ROOT)}

@@ -1,0 +1,193 @@
+"""The commands that tell what there is: lessons, components, effects, plug-ins, wiring, schema; and check and init."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from lathesim.cli.main import run_command_line
+from tests.cli.command import ROOT, call
+
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_lessons_names_title_and_variants(capsys: Capture) -> None:
+    said = call(capsys, "lessons")
+    assert said.code == 0
+    assert said.out.splitlines()[0] == "01_contour_error                 Servo control and contour error  [I, II, III, IV, V, VI]"
+
+
+def test_lessons_tells_a_lesson_at_fault_and_goes_on(capsys: Capture) -> None:
+    Path("lesson_configs").mkdir()
+    Path("lesson_configs/00_mine.yaml").write_text("lesson: Mine\nmachin: two_axis_lathe\n", encoding="utf-8")
+    said = call(capsys, "lessons")
+    assert said.code == 1
+    assert said.err == "lesson_configs/00_mine.yaml:2:1: there is no key 'machin' here. Did you mean 'machine'?\n"
+    assert said.out.startswith("01_contour_error ")
+
+
+def test_components_lists_every_stock_part_in_one_line_each(capsys: Capture) -> None:
+    said = call(capsys, "components")
+    assert said.code == 0
+    names = [line.split()[0] for line in said.out.splitlines()]
+    assert names == sorted(names)
+    assert {"EmpiricalAxis", "PositionController", "ConstantVelocityInterpolator"} <= set(names)
+
+
+def test_the_page_of_a_component_has_equation_units_and_bounds(capsys: Capture) -> None:
+    page = call(capsys, "components", "EmpiricalAxis").out
+    assert "tau dv/dt + v = K V - Kd F" in page
+    assert "voltage  [V]  must be wired" in page
+    assert "gain              [m/(s*V)]  0.01878 (at least 0)" in page
+    assert "derivative(speed, voltage, force, gain, time_constant, disturbance_gain)" in page
+    assert page.rstrip().endswith("From lathesim.components.empirical_axis.")
+
+
+def test_a_component_that_is_none(capsys: Capture) -> None:
+    said = call(capsys, "components", "EmpiricalAxes")
+    assert (said.code, said.out) == (1, "")
+    assert said.err == "there is no component 'EmpiricalAxes'. Did you mean 'EmpiricalAxis'?\n"
+
+
+def test_effects_are_listed_by_number_of_the_catalogue(capsys: Capture) -> None:
+    lines = call(capsys, "effects").out.splitlines()
+    numbers = [int(line.split()[0]) for line in lines if not line.strip().startswith("-")]
+    assert numbers == sorted(numbers)
+    assert lines[0].split()[:3] == ["1", "CoulombFriction", "reversal"]
+
+
+def test_the_page_of_an_effect_says_what_it_is_known_by(capsys: Capture) -> None:
+    page = call(capsys, "effects", "CoulombFriction").out
+    for title in ("Catalogue      1", "Family         reversal", "Vanishes with  level = 0", "Fingerprint ", "Confused with", "Told apart by", "Source "):
+        assert f"\n{title}" in page
+    assert page.rstrip().endswith("insert: [{effect: CoulombFriction, at: x_axis}]")
+
+
+IN_NO_SAMPLED_LOOP = {"BeltSlip", "TorsionalWindUp"}
+"""Effects that answer at once to a force which depends on what they change; they need a machine in which that force has a state."""
+
+
+@pytest.mark.slow
+def test_the_example_line_of_every_effect_can_be_pasted_into_a_lesson(capsys: Capture) -> None:
+    from lathesim.plugins import load_registry
+
+    for name in sorted(load_registry(installed=False).effects.keys() - IN_NO_SAMPLED_LOOP):
+        line = call(capsys, "effects", name).out.rstrip().splitlines()[-1].partition("insert:")[2]
+        Path("lesson.yaml").write_text(
+            f"lesson: Pasted\nmachine: two_axis_lathe_analytical\nprogram: liu_landers_2004_example_1.nc\ninsert: {line}\n", encoding="utf-8"
+        )
+        assert run_command_line(["check", "lesson.yaml"]) == 0, capsys.readouterr().err
+
+
+def test_wiring_tells_what_feeds_each_input(capsys: Capture) -> None:
+    text = call(capsys, "wiring", "01_contour_error", "--variant", "II").out
+    assert "\nx_dac: DAConverter\n" in text
+    block = text.partition("\nx_controller: PositionController\n")[2].partition("\n\n")[0]
+    rows = [line.split() for line in block.splitlines()]
+    assert ["reference", "[m]", "<-", "interpolator.x_reference"] in rows
+    assert ["proportional", "[V/m]", "=", "449"] in rows
+    assert ["voltage", "[V]", "->", "x_dac.command"] in rows
+
+
+def test_wiring_as_a_mermaid_graph(capsys: Capture) -> None:
+    lines = call(capsys, "wiring", "01_contour_error", "--mermaid").out.splitlines()
+    assert lines[0] == "flowchart LR"
+    assert '    x_axis["x_axis<br/><i>EmpiricalAxis</i>"]' in lines
+    assert '    x_dac -->|"voltage [V]"| x_axis' in lines
+
+
+def test_wiring_as_source_is_python_that_compiles(capsys: Capture) -> None:
+    source = call(capsys, "wiring", "01_contour_error", "--source").out
+    compile(source, "fused", "exec")
+    assert "def run_block(" in source
+
+
+def test_wiring_shows_a_changed_machine(capsys: Capture) -> None:
+    text = call(capsys, "wiring", "01_contour_error", "--set", "x_dac.bits=12").out
+    block = text.partition("\nx_dac: DAConverter\n")[2].partition("\n\n")[0]
+    assert ["bits", "[1]", "=", "12"] in [line.split() for line in block.splitlines()]
+
+
+@pytest.mark.parametrize("kind", ["lesson", "machine"])
+def test_schema_is_json_schema_for_the_files_that_ship(kind: str, capsys: Capture) -> None:
+    schema = json.loads(call(capsys, "schema", kind).out)
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert schema["additionalProperties"] is False
+    required = {"lesson": ["lesson", "machine"], "machine": ["machine", "parts", "sample_period", "step"]}
+    assert sorted(schema["required"]) == required[kind]
+    assert ("try" in schema["properties"]) == (kind == "lesson")
+
+
+def test_check_says_in_one_line_each_what_a_file_is(capsys: Capture) -> None:
+    files = ["lesson_configs/01_contour_error.yaml", "lesson_configs/machines/two_axis_lathe.yaml", "part_programs/straight_turning.nc"]
+    said = call(capsys, "check", *(ROOT / file for file in files))
+    assert said.code == 0
+    told = [line.partition(": ")[2] for line in said.out.splitlines()]
+    assert told[0] == "a lesson on the machine two_axis_lathe, 6 variants."
+    assert told[1].startswith("a machine template with ")
+    assert told[2].startswith("a part program with ")
+
+
+def test_check_tells_every_file_at_fault(capsys: Capture) -> None:
+    Path("turn.nc").write_text("G90 G94 G71\nG1 X1\n", encoding="utf-8")
+    Path("part.py").write_text("import nothing_here\n", encoding="utf-8")
+    Path("machine.yaml").write_text(
+        "machine: M\nsample_period: 5 ms\nstep: 1 ms\nparts: {table: {component: ForceAxis}}\nwires: {table.force: 1 m}\n", encoding="utf-8"
+    )
+    said = call(capsys, "check", "turn.nc", "part.py", "machine.yaml", "none.nc", ROOT / "lesson_configs/01_contour_error.yaml")
+    assert said.code == 1
+    lines = said.err.splitlines()
+    assert lines[0].startswith("turn.nc:2: ")
+    assert lines[1] == "part.py:1: the plug-in cannot be imported: ModuleNotFoundError: No module named 'nothing_here'"
+    assert lines[2] == "machine.yaml:5:22: '1 m' is given in m, but N is wanted. Use a unit like N."
+    assert lines[3] == "none.nc: there is no such file."
+    assert said.out.endswith("a lesson on the machine two_axis_lathe, 6 variants.\n")
+
+
+def test_init_copies_everything_and_never_overwrites(capsys: Capture) -> None:
+    assert call(capsys, "init", "work").code == 0
+    lesson = Path("work/lesson_configs/01_contour_error.yaml")
+    assert lesson.read_bytes() == (ROOT / "lesson_configs/01_contour_error.yaml").read_bytes()
+    assert Path("work/lesson_configs/machines/two_axis_lathe.yaml").is_file()
+    assert Path("work/part_programs/liu_landers_2004_example_1.nc").is_file()
+    lesson.write_text("lesson: mine\n", encoding="utf-8")
+    again = call(capsys, "init", "work")
+    assert again.out.startswith("work: 0 files copied, ")
+    assert lesson.read_text(encoding="utf-8") == "lesson: mine\n"
+
+
+PLUGIN = """\
+from lathesim.component import Component, Output
+from lathesim.hookspecs import hookimpl
+
+
+class Still(Component):
+    \"\"\"Gives nothing.\"\"\"
+
+    force = Output("N", doc="force")
+
+    @staticmethod
+    def output() -> float:
+        return 0.0
+
+
+@hookimpl
+def register_components():
+    return [Still]
+"""
+
+
+def test_plugins_of_a_workspace_are_loaded_and_told(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("plugins").mkdir()
+    Path("plugins/still.py").write_text(PLUGIN, encoding="utf-8")
+    Path("plugins/wrong.py").write_text(PLUGIN.replace("register_components", "register_component"), encoding="utf-8")
+    assert "Still" not in call(capsys, "components").out
+    call(capsys, "init", ".")
+    said = call(capsys, "components")
+    assert "\nStill " in said.out
+    assert said.err == "Left out: plugins/wrong.py:15: there is no hook 'register_component'. Did you mean 'register_components'?\n"

@@ -1,0 +1,249 @@
+"""``lathesim run``: what it writes, where it leaves it, and how it ends."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from lathesim.record import load
+from tests.cli.command import call, environment
+
+ONE = ("run", "01_contour_error", "--variant", "I", "--plain")
+
+ENDLESS = """\
+lesson: A table that is pushed for hours
+machine: pushed
+duration: 100000 s
+"""
+PUSHED = """\
+machine: A table that is pushed
+sample_period: 5 ms
+step: 1 ms
+parts: {table: {component: ForceAxis}}
+wires: {table.force: 1 N}
+"""
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_json_of_one_case(capsys: pytest.CaptureFixture[str]) -> None:
+    said = call(capsys, *ONE, "--json", "--no-plots")
+    assert (said.code, said.err) == (0, "")
+    result = json.loads(said.out)
+    assert result["schema"] == "lathesim-run/1"
+    assert (result["lesson"], result["variant"], result["engine"], result["status"]) == ("01_contour_error", "I", "plain", "complete")
+    assert result["record"] == "lathesim_runs/01_contour_error/01_contour_error_I.h5"
+    assert 0.0 < result["wall_time_s"] < 60.0
+    wanted = {
+        "cycle_time": "s",
+        "max_contour_error": "m",
+        "contour_error_squared_integral": "m^2*s",
+        "max_surface_roughness": "m",
+        "max_cutting_force": "N",
+    }
+    assert {name: result["metrics"][name]["unit"] for name in wanted} == wanted
+    assert result["metrics"]["cycle_time"]["value"] == 18.48
+    assert not list(Path("lathesim_runs").rglob("*.png"))
+
+
+def test_the_record_tells_how_to_run_it_again(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(capsys, *ONE, "--no-plots", "--set", "x_controller.proportional=0.3 V/mm", "--seed", "11", "--out", "own.h5").code == 0
+    record = load("own.h5")
+    assert record.meta["lesson_name"] == "01_contour_error"
+    assert "variants:" in str(record.meta["lesson"])
+    assert record.meta["variant"] == "I"
+    assert record.meta["overrides"] == "x_controller.proportional=0.3 V/mm"
+    assert record.meta["seed"] == 11
+    assert record.meta["status"] == "complete"
+    assert Path(str(record.meta["program"])).name == "liu_landers_2004_example_1.nc"
+    assert record.unit("x_axis.position") == "m"
+
+
+def test_a_case_is_told_with_published_values_goal_and_plots(capsys: pytest.CaptureFixture[str]) -> None:
+    said = call(capsys, *ONE)
+    assert said.code == 0
+    lines = {line.partition("  ")[0]: line.split("  ")[1:] for line in said.out.splitlines()}
+    assert [cell.strip() for cell in lines["cycle time"] if cell] == ["18.48 s", "18.48 s"]
+    assert "Goal max contour error at most 0.4 mm: missed, 0.68" in said.out
+    assert "Hint: Raise the proportional gain of both axes." in said.out
+    assert "1 record(s), 3 plot(s) in lathesim_runs/01_contour_error" in said.out
+    names = sorted(path.name for path in Path("lathesim_runs/01_contour_error").glob("*.png"))
+    assert names == [f"01_contour_error_I_{name}.png" for name in ("contour_error", "path", "voltages")]
+
+
+def test_without_a_variant_all_run_and_a_table_compares_them(capsys: pytest.CaptureFixture[str]) -> None:
+    write_short_program()
+    said = call(capsys, "run", "01_contour_error", "--plain", "--no-plots", "--program", "short.nc")
+    assert said.code == 0
+    table = said.out.splitlines()
+    assert " ".join(table[0].split()) == "case cycle time published max contour error published contour error squared integral published"
+    assert [line.split()[0] for line in table[2:8]] == ["I", "II", "III", "IV", "V", "VI"]
+    assert "6 record(s), 0 plot(s)" in said.out
+
+
+def test_json_of_all_cases_repeats_the_first_at_the_top(capsys: pytest.CaptureFixture[str]) -> None:
+    write_short_program()
+    result = json.loads(
+        call(capsys, "run", "01_contour_error", "--plain", "--no-plots", "--json", "--program", "short.nc", "--out", "r.h5").out
+    )
+    assert list(result["variants"]) == ["I", "II", "III", "IV", "V", "VI"]
+    assert result["metrics"] == result["variants"]["I"]["metrics"]
+    assert result["variants"]["II"]["record"] == "r_II.h5"
+    assert Path("r_VI.h5").is_file()
+
+
+def write_short_program() -> None:
+    Path("short.nc").write_text("G90 G94 G71\nG00 X17 Z14\nM03 S1000 G01 Z20 F600\nM30\n", encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["run", "02_nothing"], "there is no lesson '02_nothing'. See 'lathesim lessons'."),
+        ([*ONE, "--program", "none.nc"], "there is no part program 'none.nc'."),
+        (["run", "01_contour_error", "--variant", "X"], "the lesson has no variant 'X'. It has I, II, III, IV, V, VI."),
+        (
+            [*ONE, "--set", "x_axis.time_constnt=20 ms"],
+            "--set x_axis.time_constnt=20 ms: x_axis has no parameter 'time_constnt'. Did you mean 'time_constant'?",
+        ),
+        ([*ONE, "--set", "x_axis.time_constant=20"], "'20' has no unit. Write it with one, for example '20 s'."),
+        ([*ONE, "--plugins", "nowhere"], "there is no plug-in folder 'nowhere'."),
+    ],
+)
+def test_wrong_input_gets_one_message_and_leaves_with_one(arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
+    said = call(capsys, *arguments)
+    assert said.code == 1
+    assert said.err.rstrip("\n").endswith(sentence)
+    assert said.err.count("\n") == 1
+    assert said.out == ""
+
+
+def test_a_wrong_program_names_file_and_line(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("wrong.nc").write_text("G90 G94 G71\nG01 X10 Z10\n", encoding="utf-8")
+    said = call(capsys, *ONE, "--program", "wrong.nc")
+    assert said.code == 1
+    assert said.err.startswith("wrong.nc:2: ")
+
+
+def test_an_output_folder_that_cannot_be_made_is_refused_before_the_run(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("taken").write_text("a file", encoding="utf-8")
+    said = call(capsys, *ONE, "--out", "taken/run.h5")
+    assert said.code == 1
+    assert said.err == "taken: the folder cannot be made: File exists. Choose another with --out.\n"
+
+
+def test_a_full_disk_is_told(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, before[1]))
+    try:
+        said = call(capsys, *ONE, "--no-plots", "--out", "full.h5")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert said.code == 1
+    assert said.err.startswith("full.h5: ")
+    assert not Path("full.h5").exists()
+
+
+BURSTING = """\
+machine: A mass that is pushed away ever harder
+sample_period: 5 ms
+step: 1 ms
+parts: {burst: {component: Burst}}
+"""
+BURST = """\
+from lathesim.component import Component, Output, State, Parameter
+from lathesim.hookspecs import hookimpl
+
+
+class Burst(Component):
+    \"\"\"Gives a position that runs away:  dx/dt = rate x x.\"\"\"
+
+    travel = State("m", 1.0, doc="position")
+    rate = Parameter("1/(m*s)", 0.0, doc="how fast it runs away")
+    position = Output("m", doc="position")
+
+    @staticmethod
+    def derivative(travel: float, rate: float) -> float:
+        return rate * travel * travel
+
+    @staticmethod
+    def output(travel: float) -> float:
+        return travel
+
+
+@hookimpl
+def register_components():
+    return [Burst]
+"""
+
+
+def test_a_case_that_breaks_down_is_reported_and_the_others_go_on(capsys: pytest.CaptureFixture[str]) -> None:
+    for name, text in (("machines/bursting.yaml", BURSTING), ("plugins/burst.py", BURST)):
+        Path(name).parent.mkdir()
+        Path(name).write_text(text, encoding="utf-8")
+    variants = "variants:\n  calm: {}\n  wild: {set: {burst.rate: 1 1/(m*s)}}\n  last: {}\n"
+    Path("burst.yaml").write_text(f"lesson: Burst\nmachine: bursting\nduration: 2 s\n{variants}", encoding="utf-8")
+    call_it = ("run", "burst.yaml", "--plugins", "plugins", "--plain", "--no-plots")
+    said = call(capsys, *call_it)
+    assert said.code == 1
+    assert said.err.startswith("burst_wild: burst.travel stopped being a number at t = 1.")
+    assert said.err.endswith("The data up to then are kept. See lathesim_runs/burst/burst_wild.h5.\n")
+    assert [line.split()[:2] for line in said.out.splitlines()[2:5]] == [["calm", "2"], ["wild", "broke"], ["last", "2"]]
+    kept = load("lathesim_runs/burst/burst_wild.h5")
+    assert kept.status.startswith("failed: burst.travel stopped being a number")
+    assert 0.9 < kept.time[-1] < 2.0
+    Path("burst.yaml").write_text(
+        Path("burst.yaml").read_text(encoding="utf-8").replace("wild: {", "wild: {breaks_down: true, "), encoding="utf-8"
+    )
+    assert call(capsys, *call_it).code == 0
+
+
+def test_stopped_in_the_middle_the_record_is_kept(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    @contextmanager
+    def impatient(*_: object, **__: object) -> Iterator[object]:
+        def told(simulated: float) -> None:
+            if simulated > 3.0:
+                raise KeyboardInterrupt
+
+        yield told
+
+    monkeypatch.setattr("lathesim.cli.run_progress.progress_bar", impatient)
+    said = call(capsys, "run", "01_contour_error", "--plain", "--no-plots")
+    assert said.code == 130
+    assert said.err.startswith("Stopped at ")
+    assert said.err.endswith("what was simulated until then is kept in lathesim_runs/01_contour_error/01_contour_error_I.h5.\n")
+    record = load("lathesim_runs/01_contour_error/01_contour_error_I.h5")
+    assert record.status == "stopped"
+    assert 3.0 < record.time[-1] < 18.0
+    assert not Path("lathesim_runs/01_contour_error/01_contour_error_II.h5").exists()
+
+
+def test_ctrl_c_from_a_terminal_leaves_with_130(tmp_path: Path) -> None:
+    Path("machines").mkdir()
+    Path("machines/pushed.yaml").write_text(PUSHED, encoding="utf-8")
+    Path("endless.yaml").write_text(ENDLESS, encoding="utf-8")
+    command = [sys.executable, "-m", "lathesim", "run", "endless.yaml", "--plain", "--no-plots", "--out", "runs/endless.h5"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment(), cwd=tmp_path)
+    deadline = time.monotonic() + 30.0
+    while not Path("runs").is_dir() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.02)
+    time.sleep(1.0)
+    os.kill(process.pid, signal.SIGINT)
+    _, told = process.communicate(timeout=30)
+    assert process.returncode == 130, told
+    assert "what was simulated until then is kept in runs/endless.h5." in told
+    assert load("runs/endless.h5").status == "stopped"

@@ -1,0 +1,85 @@
+"""The command line starts at once: nothing heavy is imported before it is needed."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from lathesim.cli.main import COMMANDS
+from tests.cli.command import call, python
+
+HEAVY = ["scipy", "matplotlib", "numba", "textual", "numpy", "pint", "pydantic", "yaml", "h5py", "rich", "pluggy"]
+LOADED = f"import json, sys, time\n{{}}\nprint(json.dumps([sorted(set({HEAVY}) & set(sys.modules)), time.process_time()]), file=sys.stderr)"
+HELP = "from lathesim.cli.main import run_command_line\nassert run_command_line(['--help']) == 0"
+RUN = """\
+import os, tempfile
+os.chdir(tempfile.mkdtemp())
+from lathesim.cli.main import run_command_line
+assert run_command_line(['run', '01_contour_error', '--variant', 'I', '--plain', '--json', '--no-plots']) == 0
+"""
+
+
+def test_help_imports_nothing_heavy_and_takes_no_time() -> None:
+    tries = [python(LOADED.format(HELP)) for _ in range(3)]
+    assert all(done.returncode == 0 for done in tries), tries[0].stderr
+    loaded = [json.loads(done.stderr) for done in tries]
+    assert loaded[0][0] == []
+    assert min(seconds for _, seconds in loaded) < 0.15
+
+
+def test_a_run_without_plots_loads_no_more_than_it_needs() -> None:
+    done = python(LOADED.format(RUN))
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stderr)[0] == ["h5py", "numpy", "pluggy", "pydantic", "yaml"]
+
+
+def test_help_lists_the_commands_that_are_there(capsys: pytest.CaptureFixture[str]) -> None:
+    said = call(capsys, "--help")
+    assert said.code == 0
+    for name in ("run", "lessons", "components", "effects", "plugins", "wiring", "check", "schema", "init"):
+        assert f"\n  {name} " in said.out
+    assert "Exit codes: 0 done" in said.out
+
+
+@pytest.mark.parametrize("name", ["run", "lessons", "components", "effects", "plugins", "wiring", "check", "schema", "init"])
+def test_every_command_has_a_help_of_its_own(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    said = call(capsys, name, "--help")
+    assert said.code == 0
+    assert said.out.startswith(f"Usage: lathesim {name}")
+
+
+def test_the_table_names_every_command_in_one_line() -> None:
+    assert all(text.endswith(".") and "\n" not in text for _, text in COMMANDS.values())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["rum"], "Error: there is no command 'rum'. Did you mean 'run'?"),
+        (["run"], "Error: Missing argument 'LESSON'."),
+        (["run", "01_contour_error", "--sett", "a"], "Error: No such option '--sett'"),
+        (["run", "01_contour_error", "--set", "x_axis.gain"], "Error: --set x_axis.gain: write it as --set x_axis.time_constant='24 ms'."),
+        (["run", "01_contour_error", "--set", "a.b=1 m", "--set", "a.b=2 m"], "Error: --set a.b=2 m: a.b is set twice."),
+    ],
+)
+def test_wrong_usage_leaves_with_two(arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
+    said = call(capsys, *arguments)
+    assert said.code == 2
+    assert sentence in said.err
+    assert said.out == ""
+
+
+def test_a_fault_of_the_program_leaves_with_three_and_keeps_its_traceback(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("deep inside")
+
+    monkeypatch.setattr("lathesim.shipped.shipped_files", broken)
+    monkeypatch.setattr("lathesim.lessons.lesson.shipped_files", broken)
+    said = call(capsys, "run", "no_such_lesson")
+    assert said.code == 3
+    start = "This is a fault of the program, not of your input: ZeroDivisionError: deep inside. Its traceback is in "
+    assert said.err.startswith(start)
+    kept = said.err.removeprefix(start).partition(";")[0]
+    assert "ZeroDivisionError: deep inside" in Path(kept).read_text(encoding="utf-8")

@@ -1,0 +1,128 @@
+"""Axes and spindles: the linear laws against their closed solutions, friction at rest and in motion, current limits."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lathesim.component import Component, Input, Parameter, State
+from lathesim.components.analytical_axis import AnalyticalAxis, dry_friction
+from lathesim.components.analytical_spindle import AnalyticalSpindle
+from lathesim.components.axis_drive import AxisDrive
+from lathesim.components.empirical_axis import EmpiricalAxis
+from lathesim.components.empirical_spindle import EmpiricalSpindle
+from lathesim.components.force_axis import ForceAxis
+from lathesim.components.spindle_drive import SpindleDrive
+
+STEP = 0.0005
+
+
+def answer(component: type[Component], law: str, **values: float) -> tuple[float, ...]:
+    known = {name: item.default for kind in (Parameter, Input) for name, item in component.declared(kind).items()}
+    known |= dict.fromkeys(component.declared(State), 0.0) | {"step": STEP, "time": 0.0} | values
+    given_answer = component.laws[law](*[known[name] for name in component.arguments[law]])
+    return given_answer if isinstance(given_answer, tuple) else (given_answer,)
+
+
+def integrate(
+    component: type[Component], duration: float, watch: Callable[[list[float]], None] = lambda _: None, **values: float
+) -> list[float]:
+    """RK4 with the states from zero."""
+    names = list(component.declared(State))
+    state = [values.pop(name, 0.0) for name in names]
+
+    def rates(point: list[float]) -> tuple[float, ...]:
+        return answer(component, "derivative", **values, **dict(zip(names, point, strict=True)))
+
+    for _ in range(round(duration / STEP)):
+        k1 = rates(state)
+        k2 = rates([s + STEP / 2 * k for s, k in zip(state, k1, strict=True)])
+        k3 = rates([s + STEP / 2 * k for s, k in zip(state, k2, strict=True)])
+        k4 = rates([s + STEP * k for s, k in zip(state, k3, strict=True)])
+        state = [s + STEP / 6 * (a + 2 * (b + c) + d) for s, a, b, c, d in zip(state, k1, k2, k3, k4, strict=True)]
+        watch(state)
+    return state
+
+
+def test_empirical_axis_answers_a_voltage_step_as_equation_9_says() -> None:
+    speed, travel = integrate(EmpiricalAxis, 0.1, voltage=2.0)
+    gain, tau = 0.01878, 0.0243
+    assert speed == pytest.approx(2.0 * gain * (1 - math.exp(-0.1 / tau)), rel=1e-7)
+    assert travel == pytest.approx(2.0 * gain * (0.1 - tau * (1 - math.exp(-0.1 / tau))), rel=1e-6)
+
+
+def test_a_disturbance_acts_against_positive_motion() -> None:
+    assert integrate(EmpiricalAxis, 0.5, voltage=0.0, force=100.0, disturbance_gain=1e-5)[0] == pytest.approx(-1e-3)
+    assert integrate(ForceAxis, 5.0, force=100.0, disturbance=60.0)[0] < 0.2
+    assert integrate(EmpiricalSpindle, 3.0, voltage=0.0, torque=2.0)[0] == pytest.approx(-2 * 1.0436, rel=1e-5)
+
+
+def test_analytical_axis_is_the_empirical_one_while_nothing_saturates() -> None:
+    # REFERENCE of the 2004 paper: D = B + Kt (Ka Kmtach + Kv)/R, K = Kl p Kt Ka/(R D), tau = J/D, Kd = (Kl p)^2/D
+    ratio, viscous = 7.957747154594767e-4, 1e-3 + 1e-3 + 7.957747154594767e-4**2 * 200
+    drag = viscous + 0.25 * (20 * 0.03 + 0.25) / 1.0
+    gain, tau = ratio * 0.25 * 20 / drag, (2.2e-3 + 6e-4 + ratio**2 * 150) / drag
+    speed, travel = integrate(AnalyticalAxis, 0.08, voltage=0.5, force=100.0)
+    twin = integrate(EmpiricalAxis, 0.08, voltage=0.5, force=100.0, gain=gain, time_constant=tau, disturbance_gain=ratio**2 / drag)
+    assert speed * ratio == pytest.approx(twin[0], rel=1e-9)
+    assert travel == pytest.approx(twin[1], rel=1e-9)
+    assert gain == pytest.approx(0.01853, rel=0.01)
+
+
+def test_analytical_spindle_reaches_its_published_size() -> None:
+    drag = 0.03 + 0.5 * (20 * 0.0122 + 0.5) / 0.4
+    speed, _ = integrate(AnalyticalSpindle, 3.0, voltage=1.0)
+    assert speed == pytest.approx(0.5 * 20 / (0.4 * drag), rel=1e-5)
+    assert speed * 60 / (2 * math.pi) == pytest.approx(249.0, rel=0.01)  # rpm per volt
+
+
+def test_current_is_limited() -> None:
+    assert answer(AxisDrive, "output", voltage=10.0, motor_speed=0.0)[0] == 25.0
+    assert answer(AxisDrive, "output", voltage=-10.0, motor_speed=0.0)[0] == -25.0
+    assert answer(SpindleDrive, "output", voltage=10.0, motor_speed=0.0)[:2] == (200.0, 100.0)
+    acceleration = answer(AnalyticalAxis, "derivative", voltage=10.0)[0]
+    assert acceleration == answer(AnalyticalAxis, "derivative", voltage=1.25)[0]
+
+
+def test_drive_and_axis_agree_on_the_force() -> None:
+    ratio = 7.957747154594767e-4
+    for speed in (-30.0, 0.0, 12.0):
+        force = answer(AxisDrive, "output", voltage=0.3, motor_speed=speed)[2]
+        mass = answer(AnalyticalAxis, "output", motor_speed=speed)[3]
+        assert answer(AnalyticalAxis, "derivative", voltage=0.3, motor_speed=speed)[0] * ratio == pytest.approx(force / mass, rel=1e-12)
+
+
+def test_friction_holds_the_axis_still() -> None:
+    # 0.01 V gives 0.05 N m; 0.08 N m of friction holds it
+    speed, travel = integrate(AnalyticalAxis, 0.2, voltage=0.01, motor_coulomb=0.08)
+    assert (speed, travel) == (0.0, 0.0)
+
+
+def test_friction_brings_to_rest_without_chatter() -> None:
+    speeds: list[float] = []
+    friction = {"motor_coulomb": 0.1, "table_coulomb": 50.0}
+    integrate(AnalyticalAxis, 0.3, lambda state: speeds.append(state[0]), voltage=0.0, motor_speed=20.0, **friction)
+    assert all(later <= earlier for earlier, later in itertools.pairwise(speeds))
+    assert min(speeds) >= 0.0
+    assert speeds[-1] < 1e-12
+
+
+def test_sliding_friction_is_the_full_friction() -> None:
+    free, rubbing = (answer(AnalyticalAxis, "derivative", voltage=0.5, motor_speed=20.0, motor_coulomb=level)[0] for level in (0.0, 0.1))
+    inertia = 2.2e-3 + 6e-4 + 7.957747154594767e-4**2 * 150
+    assert free - rubbing == pytest.approx(0.1 / inertia)
+
+
+@given(applied=st.floats(-100, 100), speed=st.floats(-1, 1), level=st.floats(0, 50), inertia=st.floats(0.1, 200))
+def test_friction_never_drives(applied: float, speed: float, level: float, inertia: float) -> None:
+    friction = dry_friction(applied, speed, level, inertia, STEP)
+    assert abs(friction) <= level
+    assert friction == -dry_friction(-applied, -speed, level, inertia, STEP)
+    after = speed + (applied - friction) / inertia * STEP
+    without = speed + applied / inertia * STEP
+    assert abs(after) <= abs(without) + 1e-9

@@ -1,0 +1,157 @@
+"""Both machine templates of the two-axis lathe, run over short programs: what the parts do together."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from lathesim.engine.run import run
+from lathesim.engine.wiring import Plan, wire
+from lathesim.errors import SimulationError
+from lathesim.lessons.assemble import assemble
+from lathesim.lessons.lesson import load_lesson
+from lathesim.plugins import Registry, load_registry
+from lathesim.record import Record
+
+EXAMPLE_1 = """N10 G90 G94 G71
+N20 G00 X15.0 Z10.0
+N30 M03 G01 Z30.0 F120 S1000
+N40 X17.0 Z40.0 F180
+N50 Z50.0
+N60 X20.0
+N70 M00 G00 Z0.0
+N80 X0.0
+"""
+EXAMPLE_2 = """N10 G90 G94 G71
+N20 M03 G00 X15.0 Z10.0 S1000
+N30 G01 Z15.0 F120
+N40 X17.0 Z35.0
+N50 G00 X20.0 Z0.0
+N60 X0.0
+"""
+MACHINES = Path(__file__).parents[2] / "lesson_configs" / "machines"
+PLUGINS = Path(__file__).parents[2] / "plugins"
+
+
+@pytest.fixture(scope="module")
+def registry() -> Registry:
+    return load_registry([PLUGINS])
+
+
+def plan_of(folder: Path, registry: Registry, program: str, machine: str = "two_axis_lathe", more: str = "") -> Plan:
+    (folder / "program.nc").write_text(program)
+    lesson = folder / "lesson.yaml"
+    lesson.write_text(f"lesson: A test\nmachine: {machine}\nprogram: program.nc\n{more}\n")
+    return wire(assemble(load_lesson(lesson), registry))
+
+
+@pytest.fixture(scope="module")
+def example_1(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> Record:
+    return run(plan_of(tmp_path_factory.mktemp("example_1"), registry, EXAMPLE_1), engine="plain")
+
+
+def test_example_1_case_1(example_1: Record) -> None:
+    touching = example_1["cutting.in_contact"] > 0.5
+    error = example_1["contour.contour_error"][touching] * 1000.0
+    assert example_1.time[-1] == pytest.approx(18.480, abs=1e-9)
+    assert np.abs(error).max() == pytest.approx(0.684, rel=0.03)  # Liu and Landers (2004), Table 1: 0.68494 mm
+    assert np.sum(error * error) * 0.005 == pytest.approx(0.1113, rel=0.06)
+
+
+def test_the_spindle_reaches_its_speed_under_load(example_1: Record) -> None:
+    speed = example_1["spindle.speed"] * 60 / (2 * math.pi)
+    assert speed[2000] == pytest.approx(1000.0, rel=0.01)
+    assert example_1["load.torque"][2000] > 1.0
+
+
+def test_both_templates_agree_but_for_the_models_of_the_drives() -> None:
+    empirical, analytical = (
+        yaml.safe_load((MACHINES / f"{name}.yaml").read_text()) for name in ("two_axis_lathe", "two_axis_lathe_analytical")
+    )
+    models = {"x_axis", "z_axis", "spindle", "x_drive", "z_drive", "spindle_drive"}
+    assert empirical["wires"].items() <= analytical["wires"].items()
+    for machine in (empirical, analytical):
+        machine["parts"] = {name: entry for name, entry in machine["parts"].items() if name not in models}
+    assert empirical["parts"] == analytical["parts"]
+
+
+def test_what_the_paper_plots_is_recorded(example_1: Record) -> None:
+    channels = {
+        "cutting_force.cutting_force": "N",
+        "cutting_force.longitudinal_force": "N",
+        "cutting_force.radial_force": "N",
+        "load.torque": "N*m",
+        "load.power": "W",
+        "cutting.feed": "m",
+        "tool_wear.flank_wear": "m",
+        "surface_finish.roughness": "m",
+        "spindle.speed": "rad/s",
+        "spindle_controller.error": "rad/s",
+        "spindle_dac.voltage": "V",
+        "x_axis.position": "m",
+        "z_axis.velocity": "m/s",
+        "contour.x_error": "m",
+        "z_controller.error": "m",
+        "x_dac.voltage": "V",
+        "contour.contour_error": "m",
+        "cross_coupling.voltage": "V",
+    }
+    for name, unit in channels.items():
+        assert example_1.channels[name].unit == unit
+        assert example_1.channels[name].description
+
+
+def test_currents_are_recorded_where_motors_are_modelled_and_friction_agrees_with_the_effect(tmp_path: Path, registry: Registry) -> None:
+    short = "N10 G90 G94 G71\nN20 G00 X1.0 Z1.0\nN30 G01 X2.0 F60\nN40 X1.5\n"
+    machine = "two_axis_lathe_analytical"
+    built_in = run(plan_of(tmp_path, registry, short, machine, "set: {x_axis.table_coulomb: 300 N}"), engine="plain")
+    assert 0.0 < np.abs(built_in["x_drive.current"]).max() <= 25.0
+    assert {"z_drive.current", "spindle_drive.current", "x_drive.force"} <= set(built_in.channels)
+    inserted = run(
+        plan_of(tmp_path, registry, short, machine, "insert: [{effect: CoulombFriction, at: x_axis, level: 300 N}]"), engine="plain"
+    )
+    apart = np.abs(built_in["x_axis.position"] - inserted["x_axis.position"]).max()
+    without = run(plan_of(tmp_path, registry, short, machine), engine="plain")
+    assert apart < 0.2 * np.abs(built_in["x_axis.position"] - without["x_axis.position"]).max()
+
+
+def process(tmp_path: Path, registry: Registry, controller: str) -> Record:
+    more = (
+        f"replace: {{process_controller: {controller}, cutting_force: SandovalForce}}\n"
+        "set: {stock.stock_radius: 17 mm, surface_finish.nose_radius: 0.832 mm}"
+    )
+    return run(plan_of(tmp_path, registry, EXAMPLE_2, more=more), engine="plain")
+
+
+def test_example_2_without_process_control(tmp_path: Path, registry: Registry) -> None:
+    record = process(tmp_path, registry, "ProgrammedFeed")
+    assert record.time[-1] == pytest.approx(13.170, abs=1e-9)  # Table 2, case I
+    assert record["surface_finish.roughness"].max() == pytest.approx(0.541e-6, rel=1e-3)
+
+
+@pytest.mark.parametrize(("controller", "time"), [("NonlinearProcessController", 8.615), ("LinearizationProcessController", 9.025)])
+def test_example_2_with_a_model_based_controller(tmp_path: Path, registry: Registry, controller: str, time: float) -> None:
+    assert process(tmp_path, registry, controller).time[-1] == pytest.approx(time, rel=0.02)
+
+
+def test_example_2_with_the_adaptive_controller(tmp_path: Path, registry: Registry) -> None:
+    record = process(tmp_path, registry, "AdaptiveProcessController")
+    feed = record["process_controller.feed_command"]
+    air = (record["interpolator.cutting_block"] > 0.5) & (record["cutting.engaged"] < 0.5)
+    assert process(tmp_path, registry, "NonlinearProcessController").time[-1] < record.time[-1] < 13.170
+    assert feed[air].max() <= 0.12e-3 * (1 + 1e-9)
+    assert feed.max() <= 5e-4
+
+
+def test_example_2_with_the_log_transform_is_unstable_with_time_and_reason(tmp_path: Path, registry: Registry) -> None:
+    with pytest.raises(SimulationError) as raised:
+        process(tmp_path, registry, "LogTransformProcessController")
+    assert "process_controller.held_feed stopped being a number at t = 0.1" in str(raised.value)
+    assert "measured = 0 N" in str(raised.value)
+    kept = raised.value.record
+    assert isinstance(kept, Record)
+    assert 0.1 < kept.time[-1] < 0.2

@@ -1,0 +1,73 @@
+"""Where each stock effect is tried: rig, place, what its inputs are fed from where no port tells, and a setting with which it is felt."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lathesim.lessons.insertion import Machinery
+from tests.effects.rigs import cutting, moving_axis, turning_spindle
+
+Setting = dict[str, float | str]
+PLACES: dict[str, tuple[str, str, Setting, Setting]] = {
+    # effect: (rig, at, sources, setting)
+    "CoulombFriction": ("axis", "x_axis", {}, {"level": 20.0}),
+    "StribeckFriction": ("axis", "x_axis", {}, {"excess": 10.0}),
+    "AsymmetricFriction": ("axis", "x_axis", {}, {"level": 20.0, "asymmetry": 0.3}),
+    "PositionDependentFriction": ("axis", "x_axis", {}, {"amplitude": 5.0}),
+    "ViscousWarmUp": ("axis", "x_axis", {}, {"change": -100.0}),
+    "PreslidingFriction": ("axis", "x_axis", {}, {"level": 20.0}),
+    "ForceOffset": ("axis", "x_axis", {}, {"offset": -3.0}),
+    "ConverterOffset": ("axis", "x_drive", {}, {"offset": 0.05, "resolution": 0.005}),
+    "DriveGainError": ("axis", "x_drive", {}, {"error": 0.05, "sag": 0.01}),
+    "ScaleFactorError": ("axis", "x_scale", {}, {"factor": 2.0}),
+    "Backlash": ("axis", "x_scale", {}, {"width": 20e-6}),
+    "CumulativePitchError": ("axis", "x_scale", {}, {"slope": 1e-4}),
+    "PeriodicPitchError": ("axis", "x_scale", {}, {"amplitude": 2e-6}),
+    "ThermalScrewGrowth": ("axis", "x_scale", {}, {"strain": 1e-2, "time_constant": 0.1}),
+    "SquarenessError": ("axis", "x_scale", {"other_position": "x_axis.position"}, {"slope": 1e-3}),
+    "AxialResonance": ("axis", "x_axis", {}, {"table_share": 0.5}),
+    "TorsionalWindUp": ("axis", "x_scale", {}, {"compliance": 20e-9}),
+    "BaseRocking": ("axis", "x_scale", {}, {"mobility": 1e-3}),
+    "MotorInductance": ("axis", "x_drive", {}, {"time_constant": 2e-3}),
+    "CurrentLoopLag": ("axis", "x_drive", {}, {"time_constant": 1e-3}),
+    "SensorFilter": ("axis", "x_scale", {}, {"time_constant": 2e-3, "stages": 2.0}),
+    "AmplifierDeadZone": ("axis", "x_drive", {}, {"half_width": 0.1}),
+    "DriveSaturation": ("axis", "x_drive", {}, {"level": 0.3}),
+    "SlewLimit": ("axis", "x_drive", {}, {"rate": 10.0}),
+    "TorqueRipple": ("axis", "x_axis", {}, {"amplitude": 3.0, "share": 0.02}),
+    "Cogging": ("axis", "x_axis", {}, {"amplitude": 3.0, "second": 1.0}),
+    "TransportDelay": ("axis", "x_drive", {}, {"delay": 1.3e-3}),
+    "ChannelTimeShift": ("axis", "x_scale", {}, {"shift": 1.3e-3}),
+    "ClockSkew": ("axis", "x_scale", {}, {"skew": 1e-2}),
+    "SampleJitter": ("axis", "x_scale", {}, {"deviation": 1e-4}),
+    "EncoderEccentricity": ("axis", "x_scale", {}, {"amplitude": 2e-6}),
+    "EncoderInterpolationError": ("axis", "x_scale", {}, {"amplitude": 2e-7}),
+    "LostCounts": ("axis", "x_scale", {}, {"jump": 1e-5, "instant": 0.05}),
+    "Quantisation": ("axis", "x_scale", {}, {"count": 5e-6}),
+    "TachometerRipple": ("spindle", "tachometer", {}, {"ripple": 0.02, "gain_error": 0.01, "brush_noise": 0.01}),
+    "Runout": ("cutting", "cutting", {}, {"eccentricity": 2e-5}),
+    "Unbalance": ("cutting", "cutting", {}, {"moment": 1e-3}),
+    "BeltSlip": ("spindle", "spindle", {"effort": 0.01}, {"slip": 0.01, "creep": 0.1}),
+    "SpeedDroop": ("spindle", "spindle", {"effort": 1.0}, {"droop": 1.0}),
+    "SpindleGrowth": ("axis", "x_scale", {"spindle_speed": 100.0}, {"growth": 1e-4, "time_constant": 0.1}),
+    "EdgeForce": ("cutting", "cutting", {}, {"coefficient": 4e4}),
+    "ChipThicknessExponent": ("cutting", "cutting", {}, {"exponent": 0.25}),
+    "SpeedDependence": ("cutting", "cutting", {}, {"exponent": -0.2, "reference": 1.0, "hump": 0.2}),
+    "BuiltUpEdge": ("cutting", "cutting", {}, {"share": 0.2, "rate": 20.0}),
+    "TemperatureSoftening": ("cutting", "cutting", {}, {"softening": 0.2, "time_constant": 0.05}),
+    "WearForceGrowth": ("cutting", "cutting", {}, {"growth": 1500.0, "break_in_time": 0.05}),
+    "EntryBuildUp": ("cutting", "cutting", {}, {"lacking": 0.5, "time_constant": 0.02}),
+    "InterruptedCut": ("cutting", "cutting", {}, {"missing": 1.0}),
+    "HardSpot": ("cutting", "cutting", {}, {"rise": 0.3}),
+    "ChipSegmentation": ("cutting", "cutting", {}, {"share": 0.1}),
+    "RegenerativeChatter": ("cutting", "cutting", {}, {"engagement": 1.0, "frequency": 80.0}),
+    "WorkpieceDeflection": ("axis", "x_scale", {"force": "x_drive.effort", "distance": 0.1}, {"compliance": 2e-7}),
+    "ToolCompliance": ("axis", "x_scale", {"force": "x_drive.effort"}, {"compliance": 5e-8}),
+    "DynamometerDrift": ("cutting", "dynamometer", {}, {"leak": 0.5, "drift": 1.0, "offset": 2.0}),
+    "DynamometerCrosstalk": ("cutting", "dynamometer.main_force", {"other_force": "cutting.thrust_force"}, {"share": 0.03}),
+    "DynamometerResonance": ("cutting", "dynamometer.main_force", {}, {"coupling": 1.0, "frequency": 120.0}),
+}
+
+
+def machinery(rig: str, folder: Path) -> Machinery:
+    return {"axis": moving_axis, "spindle": turning_spindle, "cutting": cutting}[rig](folder)

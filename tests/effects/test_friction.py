@@ -1,0 +1,116 @@
+"""Friction: closed forms of sticking, stopping, and the first micrometres."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PositionDependentFriction, StribeckFriction, ViscousWarmUp
+from lathesim.effects.presliding import PreslidingFriction
+from lathesim.lessons.insertion import Machinery
+from lathesim.record import Record
+from tests.effects.rigs import pushed_axis, record, time, with_effect
+
+STEP = 2.5e-4
+
+
+def frictionless(machinery: Machinery) -> Machinery:
+    """Give the force axis without viscous friction and with exact encoders, 100 kg."""
+    changed = {"x_axis": {"mass": 100.0, "viscous": 0.0}, "x_encoder": {"resolution": 0.0}, "x_scale": {"resolution": 0.0}}
+    parts = tuple(dataclasses.replace(part, parameters={**part.parameters, **changed.get(part.name, {})}) for part in machinery.parts)
+    return dataclasses.replace(machinery, parts=parts)
+
+
+def coast(folder: Path, speed: float, *effects: tuple[str, dict[str, float]]) -> Record:
+    machinery = frictionless(pushed_axis(folder, np.zeros(501)))
+    for name, setting in effects:
+        machinery = with_effect(machinery, name, "x_axis", **setting)
+    return record(machinery, 0.5, x_axis__speed=speed)
+
+
+def test_coulomb_stops_a_mass_after_m_v2_over_2_f(tmp_path: Path) -> None:
+    found = coast(tmp_path, 0.05, ("CoulombFriction", {"level": 20.0}))
+    assert found["x_axis.position"][-1] == pytest.approx(100.0 * 0.05**2 / (2.0 * 20.0), rel=1e-5)
+    assert abs(found["x_axis.velocity"][-1]) < 1e-12
+
+
+def test_two_frictions_share_the_load(tmp_path: Path) -> None:
+    once = coast(tmp_path, 0.05, ("CoulombFriction", {"level": 20.0}))
+    twice = coast(
+        tmp_path, 0.05, ("CoulombFriction", {"level": 15.0}), ("AsymmetricFriction", {"level": 5.0})
+    )
+    assert twice["x_axis.position"][-1] == pytest.approx(once["x_axis.position"][-1], rel=1e-4)
+
+
+def test_coulomb_holds_what_pushes_less_than_its_level(tmp_path: Path) -> None:
+    pushed = with_effect(frictionless(pushed_axis(tmp_path, np.full(501, 19.0))), "CoulombFriction", "x_axis", level=20.0)
+    found = record(pushed, 0.5)
+    assert np.abs(found["x_axis.position"]).max() < 1e-15
+    assert found["x_axis_coulomb_friction.outgoing"][-1] == pytest.approx(19.0)
+
+
+def test_coulomb_lets_slip_what_pushes_more(tmp_path: Path) -> None:
+    pushed = with_effect(frictionless(pushed_axis(tmp_path, np.full(501, 25.0))), "CoulombFriction", "x_axis", level=20.0)
+    assert record(pushed, 0.5)["x_axis.velocity"][-1] == pytest.approx(5.0 / 100.0 * 0.5, rel=1e-3)
+
+
+def test_the_stopping_distance_is_smooth_in_the_level(tmp_path: Path) -> None:
+    distances = [coast(tmp_path, 0.05, ("CoulombFriction", {"level": 20.0 + 0.01 * k}))["x_axis.position"][-1] for k in range(7)]
+    assert np.abs(np.diff(distances, 2)).max() < 1e-3 * abs(np.diff(distances)).max()
+
+
+@pytest.mark.parametrize(("speed", "expected"), [(0.5, 20.0), (-0.5, -20.0)])
+def test_coulomb_while_sliding(speed: float, expected: float) -> None:
+    assert CoulombFriction.output(0.0, 0.0, 100.0, speed, 20.0, STEP) == expected
+
+
+def test_a_driving_force_nobody_wired_counts_as_zero() -> None:
+    assert CoulombFriction.output(0.0, math.nan, 100.0, 0.0, 20.0, STEP) == 0.0
+
+
+def test_stribeck_falls_to_one_over_e_at_its_velocity() -> None:
+    assert StribeckFriction.output(0.0, 0.0, 100.0, 0.005, 10.0, 0.005, 1.0, STEP) == pytest.approx(10.0 / math.e)
+    assert StribeckFriction.output(0.0, 0.0, 100.0, -0.010, 10.0, 0.005, 2.0, STEP) == pytest.approx(-10.0 * math.exp(-4.0))
+
+
+def test_asymmetric_levels_and_slopes() -> None:
+    forward = AsymmetricFriction.output(0.0, 0.0, 100.0, 0.1, 20.0, 0.25, 40.0, STEP)
+    backward = AsymmetricFriction.output(0.0, 0.0, 100.0, -0.1, 20.0, 0.25, 40.0, STEP)
+    assert (forward, backward) == (pytest.approx(25.0 + 4.0), pytest.approx(-15.0 + 4.0))
+
+
+def test_positional_friction_turns_over_with_the_direction() -> None:
+    there = PositionDependentFriction.output(0.0, 0.0, 100.0, 0.1, 0.0025, 5.0, 0.01, 0.0, STEP)
+    back = PositionDependentFriction.output(0.0, 0.0, 100.0, -0.1, 0.0025, 5.0, 0.01, 0.0, STEP)
+    assert (there, back) == (pytest.approx(10.0), pytest.approx(-10.0))
+
+
+def test_warm_up_reaches_63_percent_after_its_time_constant() -> None:
+    assert ViscousWarmUp.output(0.0, 0.1, 600.0, -100.0, 600.0) == pytest.approx(-10.0 * (1.0 - 1.0 / math.e))
+
+
+def test_presliding_is_a_spring_of_level_over_distance() -> None:
+    small = PreslidingFriction.output(0.0, 0.0, 0.0, 0.0, 1e-9, 20.0, 5e-6, 0.0, 0.005, 0.0)
+    assert small == pytest.approx(20.0 / 5e-6 * 1e-9, rel=1e-3)
+    far = PreslidingFriction.output(0.0, 0.0, 0.0, 0.0, 1e-3, 20.0, 5e-6, 0.0, 0.005, 0.0)
+    assert far == pytest.approx(20.0)
+
+
+def test_presliding_gives_way_by_dahls_law(tmp_path: Path) -> None:
+    """A slow push of half the level bends the bristles by distance * ln 2."""
+    force = 10.0 * np.minimum(time(0.5) / 0.4, 1.0)
+    settings = {"level": 20.0, "distance": 5e-6, "bristle_damping": 3e4}
+    found = record(with_effect(frictionless(pushed_axis(tmp_path, force)), "PreslidingFriction", "x_axis", **settings), 0.5)
+    assert found["x_axis.position"][-20:].mean() == pytest.approx(5e-6 * math.log(2.0), rel=0.02)
+
+
+def test_presliding_does_not_care_about_the_step_of_the_path() -> None:
+    """The bristle force is integrated exactly: one stroke in one sample or in a thousand."""
+    state = (0.0, 0.0)
+    for k in range(1, 1001):
+        state = PreslidingFriction.update(*state, 0.01, k * 1e-8, 20.0, 5e-6, 0.0, 0.005, 1.0)
+    assert state[0] == pytest.approx(20.0 * (1.0 - math.exp(-2.0)), rel=1e-12)

@@ -1,0 +1,75 @@
+"""With neutral parameters an effect is not there, bit for bit; with others it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.conformance import check_component
+from lathesim.effects.register import stock_effects
+from lathesim.record import Record
+from tests.effects.places import PLACES, machinery
+from tests.effects.rigs import record, with_effect
+
+EFFECTS = stock_effects()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("rigs")
+
+
+@pytest.fixture(scope="module")
+def baselines(folder: Path) -> dict[str, Record]:
+    return {name: record(machinery(name, folder)) for name in ("axis", "spindle", "cutting")}
+
+
+def differing(first: Record, second: Record) -> list[str]:
+    """Give the channels of the first that have other bits in the second."""
+    return [name for name in first.channels if first[name].tobytes() != second[name].tobytes()]
+
+
+def test_each_effect_is_tried_somewhere() -> None:
+    assert set(PLACES) == set(EFFECTS)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_neutral_is_bit_for_bit_the_baseline(name: str, folder: Path, baselines: dict[str, Record]) -> None:
+    rig, at, sources, setting = PLACES[name]
+    # what is not of the strength of the effect keeps the value with which it is felt
+    others = {key: value for key, value in setting.items() if key not in EFFECTS[name].neutral}
+    placed = with_effect(machinery(rig, folder), name, at, **sources, **others, **EFFECTS[name].neutral)
+    assert differing(baselines[rig], record(placed)) == []
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_defaults_are_neutral(name: str) -> None:
+    defaults = {key: EFFECTS[name].declarations[key].default for key in EFFECTS[name].neutral}  # type: ignore[attr-defined]
+    assert defaults == EFFECTS[name].neutral
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_is_felt(name: str, folder: Path) -> None:
+    rig, at, sources, setting = PLACES[name]
+    felt = record(with_effect(machinery(rig, folder), name, at, **sources, **setting))
+    neutral = record(with_effect(machinery(rig, folder), name, at, **sources, **EFFECTS[name].neutral))
+    assert all(np.isfinite(channel.values).all() for channel in felt.channels.values())
+    outgoing = next(channel for channel in felt.channels if channel.endswith(".outgoing"))
+    assert not np.allclose(felt[outgoing], neutral[outgoing], rtol=1e-6, atol=0.0)
+
+
+@pytest.mark.parametrize("rig", ["axis", "spindle", "cutting"])
+def test_all_neutral_effects_of_a_rig_together_are_the_baseline(rig: str, folder: Path) -> None:
+    placed = machinery(rig, folder)
+    plain = record(placed, 0.05)
+    for name, (where, at, sources, _) in PLACES.items():
+        if where == rig:
+            placed = with_effect(placed, name, at, **sources, **EFFECTS[name].neutral)
+    assert differing(plain, record(placed, 0.05)) == []
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_keeps_the_contract(name: str) -> None:
+    assert check_component(EFFECTS[name]) == []

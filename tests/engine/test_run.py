@@ -1,0 +1,149 @@
+"""Running: engines that agree bit for bit, the order of RK4, blocks, STOP, failures that name the place."""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lathesim.component import Component, Input, Output, Parameter, State
+from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.engine.run import run
+from lathesim.engine.wiring import wire
+from lathesim.errors import SimulationError, WiringError
+from lathesim.record import Record
+from tests.engine.small_machine import PARTS, WIRES, Axis, loop
+
+
+def same(first: Record, second: Record) -> bool:
+    return all(np.array_equal(first[name], second[name]) for name in first.channels)
+
+
+def test_compiled_equals_plain_in_every_bit_over_random_parameters() -> None:
+    plan = wire(loop())
+    random = np.random.default_rng(5)
+    for _ in range(25):
+        values = {"axis.lag": random.uniform(0.02, 0.3), "axis.gain": random.uniform(0.5, 2.0), "controller.gain": random.uniform(1.0, 9.0)}
+        plain = run(plan, duration=2.0, seed=3, engine="plain", overrides=values)
+        assert same(plain, run(plan, duration=2.0, seed=3, engine="compiled", overrides=values))
+
+
+def test_the_seed_decides_the_noise() -> None:
+    plan = wire(loop())
+    assert same(run(plan, duration=1.0, seed=1), run(plan, duration=1.0, seed=1))
+    assert not same(run(plan, duration=1.0, seed=1), run(plan, duration=1.0, seed=2))
+
+
+class Pendulum(Component):
+    """d2a/dt2 = -w^2 sin a, started by a push."""
+
+    angle = State("rad", 1.0, doc="angle")
+    speed = State("rad/s", 0.0, doc="angular speed")
+    frequency = Parameter("1/s", 3.0, doc="w")
+    shown = Output("rad", doc="angle")
+
+    @staticmethod
+    def derivative(speed: float, angle: float, frequency: float) -> tuple[float, float]:
+        return speed, -frequency * frequency * math.sin(angle)
+
+    @staticmethod
+    def output(angle: float) -> float:
+        return angle
+
+
+def test_runge_kutta_has_order_four_on_a_wired_machine() -> None:
+    def end(step: float) -> float:
+        plan = wire(Assembly((Part("pendulum", Pendulum),), (), 0.2, step))
+        return float(run(plan, duration=2.0)["pendulum.shown"][-1])
+
+    exact = end(0.2 / 512)
+    errors = [abs(end(0.2 / steps) - exact) for steps in (4, 8, 16)]
+    orders = [math.log2(errors[0] / errors[1]), math.log2(errors[1] / errors[2])]
+    assert all(3.9 < order < 4.1 for order in orders), orders
+
+
+def test_a_record_holds_units_and_descriptions() -> None:
+    record = run(wire(loop()), duration=0.1)
+    assert record.channels["axis.position"].unit == "m"
+    assert record.channels["controller.voltage"].description == "command voltage"
+    assert len(record.time) == 21
+    assert record.meta["status"] == "complete"
+
+
+def test_stop_keeps_what_was_computed() -> None:
+    stop = threading.Event()
+    seen: list[float] = []
+
+    def progress(time: float) -> None:
+        seen.append(time)
+        stop.set()
+
+    record = run(wire(loop()), duration=1000.0, engine="plain", progress=progress, stop=stop)
+    assert record.meta["status"] == "stopped"
+    assert 0 < len(record.time) < 200_000
+
+
+def test_interrupting_keeps_what_was_computed() -> None:
+    def progress(time: float) -> None:
+        raise KeyboardInterrupt
+
+    record = run(wire(loop()), duration=1000.0, engine="plain", progress=progress)
+    assert record.meta["status"] == "stopped"
+    assert len(record.time) > 0
+
+
+def test_a_step_too_long_is_refused_with_a_good_one() -> None:
+    with pytest.raises(WiringError) as caught:
+        run(wire(loop()), duration=1.0, overrides={"axis.lag": 1e-5})
+    assert str(caught.value) == "The step of 500 us is too long: axis swings at 100 krad/s. Use 27 us or less."
+
+
+class Runaway(Component):
+    """dx/dt = x^2, which ends at t = 1/x0."""
+
+    size = State("m", 4.0, doc="size")
+    push = Input("m", default=0.0, doc="push")
+    shown = Output("m", doc="size")
+
+    @staticmethod
+    def derivative(size: float, push: float) -> float:
+        return size * size + push
+
+    @staticmethod
+    def output(size: float) -> float:
+        return math.exp(size)
+
+
+@pytest.mark.parametrize("engine", ["plain", "compiled"])
+def test_a_broken_law_is_named_with_its_time_and_inputs_and_the_data_are_kept(engine: str) -> None:
+    plan = wire(Assembly((Part("blob", Runaway),), (), 0.01, 0.001))
+    with pytest.raises(SimulationError) as caught:
+        run(plan, duration=1.0, engine=engine)
+    assert "blob" in str(caught.value)
+    assert "Runaway.output" in str(caught.value)
+    assert "it was given size = " in str(caught.value)
+    kept = caught.value.record
+    assert isinstance(kept, Record)
+    assert 20 <= len(kept.time) <= 26
+    assert np.isfinite(kept["blob.shown"]).all()
+
+
+def test_a_run_without_an_end_is_refused() -> None:
+    with pytest.raises(SimulationError, match="the run has no end"):
+        run(wire(loop()))
+
+
+def test_a_slower_part_holds_between_its_samples() -> None:
+    parts = (replace(PARTS[0], every=4), *PARTS[1:])
+    record = run(wire(Assembly(parts, WIRES, 0.005, 0.0005)), duration=0.5)
+    held = record["source.reference"][:100].reshape(-1, 4)
+    assert np.array_equal(held, np.repeat(held[:, :1], 4, axis=1))
+    assert len(np.unique(held[:, 0])) == 25
+
+
+def test_a_start_value_may_be_overridden() -> None:
+    quiet = Assembly((Part("axis", Axis),), (Wire("axis.voltage", constant=0.0),), 0.005, 0.0005)
+    assert run(wire(quiet), duration=0.1, overrides={"axis.travel": 0.25})["axis.position"][0] == 0.25

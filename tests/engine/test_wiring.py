@@ -1,0 +1,133 @@
+"""What wiring refuses, by name, and the order it finds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from lathesim.component import Component, DiscreteState, Input, Output, State
+from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.engine.wiring import wire
+from lathesim.errors import WiringError
+from tests.engine.small_machine import PARTS, WIRES, Axis, loop
+
+
+class Gain(Component):
+    """y = 2 x."""
+
+    taken = Input("m", doc="in")
+    given = Output("m", doc="out")
+
+    @staticmethod
+    def output(taken: float) -> float:
+        return 2.0 * taken
+
+
+class Hold(Component):
+    """y(k) = x(k)."""
+
+    taken = Input("m", doc="in")
+    held = DiscreteState("m", doc="held")
+    given = Output("m", doc="out")
+
+    @staticmethod
+    def update(taken: float) -> float:
+        return taken
+
+    @staticmethod
+    def output(held: float) -> float:
+        return held
+
+
+class DirectAxis(Component):
+    """A position that waits for nothing and a current that answers at once to the voltage."""
+
+    voltage = Input("V", doc="in")
+    travel = State("m", doc="position")
+    position = Output("m", doc="position")
+    current = Output("A", doc="current")
+
+    @staticmethod
+    def derivative(voltage: float) -> float:
+        return voltage
+
+    @staticmethod
+    def output(travel: float) -> float:
+        return travel
+
+    @staticmethod
+    def output_current(voltage: float) -> float:
+        return 3.0 * voltage
+
+
+def refusal(assembly: Assembly) -> str:
+    with pytest.raises(WiringError) as caught:
+        wire(assembly)
+    return str(caught.value)
+
+
+def test_sampled_parts_come_in_the_order_of_the_signal() -> None:
+    plan = wire(loop())
+    updates = [part for part, law in plan.order if law == "update"]
+    assert updates == ["source", "controller"]
+    assert plan.order.index(("axis", "output")) < plan.order.index(("controller", "update"))
+
+
+def test_an_output_with_a_law_of_its_own_does_not_hold_up_the_others() -> None:
+    parts = (*PARTS[:2], Part("axis", DirectAxis))
+    plan = wire(Assembly(parts, WIRES, 0.005, 0.0005))
+    assert plan.order.index(("axis", "output")) < plan.order.index(("controller", "update")) < plan.order.index(("axis", "output_current"))
+
+
+def test_an_unconnected_input_is_refused() -> None:
+    assert refusal(replace(loop(), wires=WIRES[:2])) == "nothing feeds axis.voltage (command voltage). Add a wire, or a constant in V."
+
+
+def test_units_that_differ_are_refused() -> None:
+    wrong = (*WIRES[:2], Wire("axis.voltage", "axis.position"))
+    assert refusal(replace(loop(), wires=wrong)) == "wire axis.voltage <- axis.position: units differ, V against m."
+
+
+@pytest.mark.parametrize(
+    ("changed", "sentence"),
+    [
+        (Wire("axis.volage", "controller.voltage"), "axis has no input 'volage'. Did you mean 'voltage'?"),
+        (Wire("axs.voltage", "controller.voltage"), "there is no part 'axs'. Did you mean 'axis'?"),
+        (Wire("axis.voltage", "controller.voltag"), "controller has no output 'voltag'. Did you mean 'voltage'?"),
+    ],
+)
+def test_a_misspelt_name_is_answered_with_the_nearest(changed: Wire, sentence: str) -> None:
+    assert refusal(replace(loop(), wires=(*WIRES[:2], changed))).endswith(sentence)
+
+
+def test_two_wires_to_one_input_are_refused() -> None:
+    assert refusal(replace(loop(), wires=(*WIRES, WIRES[0]))) == "two wires feed controller.reference. Take one of them away."
+
+
+def test_a_loop_without_a_state_is_refused() -> None:
+    parts = (Part("first", Gain), Part("second", Gain))
+    wires = (Wire("first.taken", "second.given"), Wire("second.taken", "first.given"))
+    sentence = refusal(Assembly(parts, wires, 0.01, 0.01))
+    assert sentence.startswith("Outputs form a loop with no state in it: ")
+    assert sentence.endswith("Give one of them a state or a sample period.")
+
+
+def test_a_loop_of_sampled_parts_is_refused_with_its_own_remedy() -> None:
+    parts = (Part("first", Hold), Part("second", Hold))
+    wires = (Wire("first.taken", "second.given"), Wire("second.taken", "first.given"))
+    assert "Input(..., previous=True)" in refusal(Assembly(parts, wires, 0.01, 0.01))
+
+
+def test_a_step_that_does_not_divide_the_sample_period_is_refused() -> None:
+    assert refusal(loop(step=0.0003)).startswith("the sample period of 0.005 s is 16.6667 steps of 0.0003 s.")
+
+
+def test_a_value_out_of_bounds_is_refused() -> None:
+    parts = (*PARTS[:2], Part("axis", Axis, {"lag": -1.0}))
+    assert refusal(Assembly(parts, WIRES, 0.005, 0.0005)) == "axis.lag is -1 s, outside 0 to inf. Choose a value inside."
+
+
+def test_a_parameter_may_be_fed_by_a_wire() -> None:
+    plan = wire(Assembly(PARTS, (*WIRES, Wire("controller.gain", constant=7.0)), 0.005, 0.0005))
+    assert plan.parameter_values[plan.parameters["controller.gain"]] == 7.0

@@ -1,0 +1,115 @@
+"""What the interpreter makes of single codes, in the dialect paper unless said otherwise."""
+
+import math
+
+import pytest
+
+from lathesim.program.canon import canon
+from lathesim.program.interpreter import interpret
+from lathesim.program.moves import Program
+from lathesim.program.words import read_program
+
+
+def run(text: str, dialect: str = "paper") -> Program:
+    return interpret(read_program(text, "turn.nc"), dialect)
+
+
+def ends(program: Program) -> list[tuple[float, float]]:
+    return [(round(1e3 * move.end_x, 9), round(1e3 * move.end_z, 9)) for move in program.moves]
+
+
+def test_absolute_and_incremental() -> None:
+    assert ends(run("G90\nG00 X10 Z5\nG91\nX1 Z-1\nX1\nG90\nX3\nM2")) == [(10, 5), (11, 4), (12, 4), (3, 4)]
+
+
+def test_inches_and_millimetres_and_what_is_already_set() -> None:
+    program = run("G70\nM3 S500\nG01 X1 F4\nG71\nX30\nM2")
+    assert ends(program) == [(25.4, 0), (30, 0)]
+    assert [move.feed for move in program.moves] == pytest.approx([101.6 / 60e3] * 2)
+
+
+def test_the_order_of_words_in_a_block_does_not_matter() -> None:
+    one = canon(run("G94 G71\nM03 G01 X10 Z5 F120 S1000\nM30"))
+    other = canon(run("G71 G94\nS1000 F120 Z5 X10 G01 M03\nM30"))
+    assert one == other
+
+
+def test_the_spindle_turns_before_and_stops_come_after_the_motion_of_their_block() -> None:
+    program = run("M03 S100 G00 X1\nM00 G00 X2\nM30")
+    assert program.moves[0].spindle.direction == 1
+    assert [(event.kind, event.before_move) for event in program.events] == [
+        ("spindle", 0),
+        ("program_stop", 2),
+        ("spindle", 2),
+        ("program_end", 2),
+    ]
+
+
+def test_m00_leaves_the_spindle_as_it_is_and_takes_no_time() -> None:
+    program = run("M03 S100\nM00 G00 Z1\nX1\nM30")
+    assert program.moves[1].spindle.direction == 1
+    assert all(move.kind == "rapid" for move in program.moves)
+
+
+def test_feeds_of_other_modes_are_not_carried_over() -> None:
+    program = run("M3 S600\nG94 F120\nG1 X1\nG95 F0.2\nX2\nG98 F60\nX3\nM2")
+    assert [(move.feed, move.per_revolution) for move in program.moves] == [(0.002, False), (0.0002, True), (0.001, False)]
+
+
+def test_constant_surface_speed_is_metres_per_minute() -> None:
+    spindle = run("G96 S150 M03\nG00 X25\nM2").moves[0].spindle
+    assert (spindle.surface, spindle.speed, spindle.limit) == (True, 2.5, None)
+    feet = run("G70\nG96 S500 M03\nG00 X1\nM2").moves[0].spindle
+    assert feet.speed == pytest.approx(500 * 0.3048 / 60)
+
+
+def test_block_delete_is_a_switch() -> None:
+    text = "G00 X1\n/X2\nM2"
+    assert len(interpret(read_program(text)).moves) == 1
+    assert len(interpret(read_program(text, block_delete=False)).moves) == 2
+
+
+def test_what_the_program_leaves_open_is_told() -> None:
+    assert run("G00 X1\nM2").assumed == {
+        "start": "X0 Z0 mm, X as a radius", "units": "millimetres", "distance": "absolute positions", "feed_mode": "feed per minute",
+        "x_mode": "radius", "plane": "the plane of X and Z",
+    }  # fmt: skip
+    assert run("G71 G90 G94 G18\nG00 X1\nM2").assumed == {"start": "X0 Z0 mm, X as a radius", "x_mode": "radius"}
+
+
+def test_a_start_elsewhere() -> None:
+    program = interpret(read_program("G91\nG00 X1\nM2"), start=(0.01, 0.02))
+    assert ends(program) == [(11, 20)]
+
+
+def test_messages_and_coolant_of_linuxcnc() -> None:
+    program = run("(MSG, turn the part)\nM8\nM7\nM9\nM2", "linuxcnc")
+    assert [event.kind for event in program.events] == ["message", "flood_on", "mist_on", "flood_off", "spindle", "program_end"]
+    assert program.events[0].text == "turn the part"
+
+
+def test_fanuc_words() -> None:
+    program = run("O0001\nG21 G99\nG50 S2000\nG96 S150 M03\nT0303\nG00 X50. Z2.\nG01 U-10. W-3. F.2\nG04 P500\nG28 U0\nM30", "fanuc")
+    assert ends(program) == [(25, 2), (20, -1), (20, -1), (20, -1), (100, -1)]
+    assert program.moves[0].tool == 3
+    assert program.moves[0].spindle.limit == pytest.approx(2000 * 2 * math.pi / 60)
+    assert program.moves[2].seconds == 0.5
+    assert program.assumed["reference_point"] == "X100 Z200 mm, X as a radius"
+
+
+def test_odd_encodings_are_read() -> None:
+    plain = [block.words for block in read_program(b"G0 X1 (\xc3\x98 20)\nM2").blocks]
+    for content in (b"\xef\xbb\xbfG0 X1\r\nM2", "G0 X1 (Ø 20)\nM2".encode("cp1252"), "G0 X1\nM2".encode("utf-16"), b"G0 X1\rM2\x1a"):
+        assert [block.words for block in read_program(content).blocks] == plain
+
+
+def test_canon_has_the_schema_of_the_references() -> None:
+    made = canon(run("G71 G90 G94 G18\nM03 S1000\nG00 X20 Z2\nG02 X22 Z4 R2 F120\nM30"))
+    assert made["schema"] == "lathe-canon/1"
+    assert made["moves"][1] == {
+        "i": 1, "line": 4, "type": "arc", "from": [20.0, 2.0], "x": 22.0, "z": 4.0, "feed": 120.0, "feed_mode": "per_min",
+        "arc": {"dir": "cw", "cx": 20.0, "cz": 4.0, "r": 2.0, "r_end": 2.0, "sweep_deg": -90.0},
+        "spindle": {"dir": "cw", "mode": "rpm", "speed": 1000.0, "max_rpm": None}, "tool": None,
+    }  # fmt: skip
+    assert made["summary"]["counts"] == {"rapid": 1, "arc": 1}
+    assert made["events"][0] == {"type": "spindle", "line": 2, "before_move": 0, "dir": "cw"}

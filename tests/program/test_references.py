@@ -1,0 +1,114 @@
+"""The interpreter against exact motions that another interpreter produced."""
+
+import importlib.util
+import json
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from lathesim.errors import ProgramError
+from lathesim.program.canon import canon
+from lathesim.program.interpreter import interpret
+from lathesim.program.loading import load_program
+from lathesim.program.path import lay_path
+from lathesim.program.words import read_program_file
+from tests.shared_data import SHARED, needs_shared
+
+GCODE = SHARED / "gcode"
+
+PAPER = ["paper_basic", "paper_css", "paper_inch_inc"]
+LINUXCNC = [
+    "arc_tolerance_ok", "arcs_ik", "arcs_inc", "arcs_r", "css", "dia_radius", "dwell_mcodes", "feed_modes", "g33_thread", "g92_offset",
+    "lexical", "units_switch",
+]  # fmt: skip
+FANUC = ["fanuc_modes", "fanuc_uw"]
+
+
+def comparer() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("compare_moves", GCODE / "compare_moves.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def events(canonical: dict) -> list:
+    """What happens between moves; switching mist off is not told apart from switching coolant off here."""
+    return [(e["type"], e["line"], e["before_move"], e.get("dir")) for e in canonical["events"] if e["type"] != "mist_off"]
+
+
+@needs_shared
+@pytest.mark.parametrize(
+    ("name", "dialect"),
+    [(n, "paper") for n in PAPER] + [(n, "linuxcnc") for n in LINUXCNC] + [(n, "fanuc") for n in FANUC],
+)
+def test_small_programs_move_as_their_references(name: str, dialect: str) -> None:
+    source = next((GCODE / "micro").glob(f"{name}.*"))
+    reference = json.loads((GCODE / "micro_reference" / f"{name}.json").read_text())
+    program = load_program(source, dialect)
+    made = canon(program)
+    assert comparer().compare(reference, made["moves"]) == []
+    if dialect != "fanuc":  # there the reference leaves out moves of no length, and with them the indices differ
+        assert events(made) == events(reference)
+    for length in ("cut_path_mm", "rapid_path_mm"):
+        assert made["summary"][length] == pytest.approx(reference["summary"][length], abs=1e-5)
+    assert lay_path(program).segments > 0
+
+
+@needs_shared
+@pytest.mark.parametrize(
+    ("file", "reference", "dialect"),
+    [
+        ("nhsd_turn_two_diameters.nc", "nhsd_two_diameters", "linuxcnc"),
+        ("pastebin_ZQ0SRN2f.ngc", "pastebin_arc", "linuxcnc"),
+        ("easyplot_TEST_TURN.NC", "easyplot_turn", "fanuc"),
+    ],
+)
+def test_real_programs_move_as_their_references(file: str, reference: str, dialect: str) -> None:
+    expected = json.loads((GCODE / "programs_reference" / f"{reference}.json").read_text())
+    assert comparer().compare(expected, canon(load_program(GCODE / "programs" / file, dialect))["moves"]) == []
+
+
+@needs_shared
+@pytest.mark.parametrize(
+    ("file", "sentence"),
+    [
+        ("blogspot_g72.nc", ":2: G28 is not in the dialect 'paper'; 'linuxcnc' and 'fanuc' have it (return to the reference point)."),
+        ("easyplot_TEST_TURN.NC", ":1: T01 is not in the dialect 'paper'; 'linuxcnc' and 'fanuc' have it (tool)."),
+        ("enier_240916_20012_STEP_SHAFT_HP.nc", ":2: O20012 is not in the dialect 'paper'; 'fanuc' has it (program number)."),
+        ("enier_240916_o20012.nc", ":2: O20012 is not in the dialect 'paper'; 'fanuc' has it (program number)."),
+        ("enier_240924_valve.nc", ":2: O2003 is not in the dialect 'paper'; 'fanuc' has it (program number)."),
+        ("es_sim_g71_ej1.nc", ":1: O0001 is not in the dialect 'paper'; 'fanuc' has it (program number)."),
+        ("nhsd_turn_two_diameters.nc", ":10: G21 is not in the dialect 'paper'; 'linuxcnc' and 'fanuc' have it (millimetres)."),
+        ("pastebin_ZQ0SRN2f.ngc", ":3: G21 is not in the dialect 'paper'; 'linuxcnc' and 'fanuc' have it (millimetres)."),
+        ("pl_O2001_walek.nc", ":1: O2001 is not in the dialect 'paper'; 'fanuc' has it (program number)."),
+    ],
+)
+def test_real_programs_outside_the_dialect_are_refused_by_their_first_foreign_word(file: str, sentence: str) -> None:
+    with pytest.raises(ProgramError) as refused:
+        load_program(GCODE / "programs" / file, "paper")
+    assert f"{file}{sentence}" in str(refused.value)
+
+
+@needs_shared
+@pytest.mark.parametrize("dialect", ["paper", "linuxcnc", "fanuc"])
+def test_no_file_of_the_reference_set_makes_anything_but_a_program_or_a_program_error(dialect: str) -> None:
+    for source in [*(GCODE / "micro").iterdir(), *(GCODE / "programs").iterdir()]:
+        try:
+            interpret(read_program_file(source), dialect)
+        except ProgramError as error:
+            assert error.place.startswith(str(source)), error
+
+
+def test_the_programs_that_come_along_can_be_laid_as_paths() -> None:
+    folder = Path(__file__).parents[2] / "part_programs"
+    programs = sorted(folder.glob("*.nc"))
+    assert len(programs) >= 7
+    for source in programs:
+        program = load_program(source)
+        path = lay_path(program)
+        assert path.table[0, 2] == 0.0 and path.table[0, 3] == 0.0  # from X0 Z0 ...
+        assert path.table[-1, 4] == 0.0 and path.table[-1, 5] == 0.0  # ... and back
+        if "liu_landers_2004_example_1" not in source.name:
+            assert program.warnings == (), source.name
