@@ -84,14 +84,14 @@ def _units(component: type[Component]) -> Iterator[ComponentError]:
         except UnitError as error:
             yield ComponentError(
                 f"{component.__name__}.{name} has the unit '{item.unit}', which is none.",
-                place=_line_of(component, name),
+                place=line_of(component, name),
                 remedy=error.remedy,
             )
             continue
         if abs(si_factor(unit)[0] - 1.0) > 1e-12:
             yield ComponentError(
                 f"{component.__name__}.{name} is declared in '{item.unit}'.",
-                place=_line_of(component, name),
+                place=line_of(component, name),
                 remedy="Laws work in SI units.",
             )
 
@@ -209,7 +209,7 @@ def _case_again(component: type[Component], case: _Case) -> _Case:
 
 
 def _wrong_answer(component: type[Component], law: str, answer: Any, given: dict[str, float], label: str) -> ComponentError | None:
-    names = list(component.declared(_RESULT[law]))
+    names = list(component.output_laws().get(law) or component.declared(_RESULT[law]))
     if not names:
         return None
     answers = answer if isinstance(answer, tuple) else (answer,)
@@ -288,8 +288,8 @@ def _place(thing: Any) -> str:
         return str(getattr(thing, "__qualname__", thing))
 
 
-def _line_of(component: type[Component], name: str) -> str:
-    """Give ``file:line`` of a declaration."""
+def line_of(component: type[Component], name: str) -> str:
+    """Give ``file:line`` of the declaration of a component's name."""
     owner: type = next((base for base in component.__mro__ if isinstance(vars(base).get(name), Declaration)), component)
     try:
         lines, first = inspect.getsourcelines(owner)

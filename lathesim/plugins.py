@@ -1,7 +1,7 @@
 """What can be put in a machine: stock parts, installed plug-ins and files of plug-in folders, all through the hooks of ``hookspecs``.
 
 A plug-in at fault costs one line in ``Registry.problems``, with file, line and reason; the rest goes on, and only a lesson that needs
-what the plug-in would have given stops.
+what the plug-in would have given stops. The examples that came with the program come in only when a machine names one of their parts.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from lathesim import hookspecs
 from lathesim.component import Component
 from lathesim.errors import LatheSimError, PluginError, nearest
 from lathesim.hookspecs import HOOKS, PROJECT, hookimpl
+from lathesim.shipped import shipped_files
 
 ENTRY_POINTS = "lathesim.plugins"
 
@@ -225,6 +226,8 @@ class Registry:
             return known[name]
         if name in self._lost:
             raise PluginError(f"the {word} '{name}' is missing, because of a plug-in at fault: {self._lost[name]}")
+        if word == "component" and self._take_shipped(name):
+            return self.components[name]
         if word == "component" and name in self.effects:
             raise PluginError(f"'{name}' is an effect, not a component.", remedy="Effects go under 'insert:'.")
         if word == "effect" and name in self.components:
@@ -232,6 +235,18 @@ class Registry:
                 f"'{name}' is a component, not an effect.", remedy="Components go under 'parts:' of a machine, or 'replace:'."
             )
         raise PluginError(f"there is no {word} '{name}'.", remedy=nearest(name, known) or f"See 'lathesim {word}s'.")
+
+    def _take_shipped(self, name: str) -> bool:
+        """Take the components of the example plug-in that came with the program and defines ``name``; say whether there is one.
+
+        It is as trusted and as tested as the stock parts, so that a shipped lesson that uses it runs from any folder.
+        """
+        for path in shipped_files("plugins", "*.py"):
+            if name in _classes_in(path):
+                for item in _imported(path).register_components():
+                    self.components.setdefault(item.__name__, item)
+                    self.origins.setdefault(item.__name__, _line_of(item, str(path)))
+        return name in self.components
 
 
 def load_registry(plugin_folders: Iterable[Path] = (), *, installed: bool = True) -> Registry:

@@ -20,6 +20,8 @@ from lathesim.record import FORMAT, VERSION, Channel, FloatArray
 
 LARGEST_BLOCK = 16384
 """Samples of one channel that the file keeps together, 128 kB."""
+_CHUNK_CACHE = 2 * 8 * LARGEST_BLOCK
+"""Bytes of a channel that HDF5 holds back; its own choice of several MB a channel would keep an hour of record in memory."""
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -56,7 +58,7 @@ class RecordWriter:
         import h5py
 
         self._disk = _Disk(self._part)
-        self._file = h5py.File(self._disk, "w")
+        self._file = h5py.File(self._disk, "w", rdcc_nbytes=_CHUNK_CACHE)
         self._file.attrs["format"] = FORMAT
         self._file.attrs["version"] = VERSION
         self._time = self._dataset("time", "s", "time since the start")

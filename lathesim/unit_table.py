@@ -8,6 +8,8 @@ _BY_DIMENSION: dict[str, dict[str, float]] = {
     "[length] / [time] / [current]": {"V/N": 1.0, "mV/N": 0.001},
     "1 / [length]": {"1/m": 1.0},
     "1 / [time]": {"Hz": 1.0, "kHz": 1000.0, "krpm": 104.71975511965977, "rad/s": 1.0, "rpm": 0.10471975511965977, "1/s": 1.0},
+    "[currency]": {"dollar": 1.0},
+    "[currency] / [time]": {"dollar/h": 1.0 / 3600.0, "dollar/s": 1.0},
     "[current]": {"A": 1.0, "mA": 0.001},
     "[current] ** 2 * [time] ** 3 / [mass] / [length] ** 2": {"A/V": 1.0},
     "[length]": {"m": 1.0, "m/rad": 1.0, "mm": 0.001, "nm": 1e-09, "um": 1e-06},

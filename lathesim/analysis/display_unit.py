@@ -51,4 +51,9 @@ def shown_with_unit(value: float, unit: str, digits: int = 4) -> str:
     if not math.isfinite(value):
         return f"{value} {unit}".strip()
     factor, name = display_unit(unit, value * 10.0 if unit == "m" else value)
-    return f"{value / factor:.{digits}g} {name}".strip()
+    return f"{plain_number(value / factor, digits)} {name}".strip()
+
+
+def plain_number(value: float, digits: int) -> str:
+    """Give a number with so many digits, large ones written out: ``130934`` rather than ``1.309e+05``."""
+    return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e9 else f"{value:.{digits}g}"

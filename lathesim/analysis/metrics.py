@@ -143,6 +143,48 @@ def cutting_energy(record: Record) -> float:
     return float(np.sum(signal(record, "load.power", ".cutting_power"))) * record.sample_period
 
 
+def while_engaged(record: Record, *wanted: str) -> FloatArray:
+    """Give a channel's samples in which material is cut; :class:`RecordError` where there is none."""
+    values = signal(record, *wanted)[signal(record, "cutting.engaged", ".engaged") > 0.5]
+    if not len(values):
+        raise RecordError("not available: nothing is cut")
+    return values
+
+
+def min_cutting_speed(record: Record) -> float:
+    """Give the lowest cutting speed while cutting [m/s]."""
+    return float(np.min(while_engaged(record, "cutting.cutting_speed")))
+
+
+def mean_cutting_speed(record: Record) -> float:
+    """Give the mean cutting speed while cutting [m/s]."""
+    return float(np.mean(while_engaged(record, "cutting.cutting_speed")))
+
+
+def max_cutting_speed(record: Record) -> float:
+    """Give the highest cutting speed while cutting [m/s]."""
+    return float(np.max(while_engaged(record, "cutting.cutting_speed")))
+
+
+def mean_spindle_droop(record: Record) -> float:
+    """Give by how much the spindle turns slower than it should, on average while cutting [rad/s]."""
+    reference = np.abs(while_engaged(record, "interpolator.spindle_reference", ".spindle_reference"))
+    return float(np.mean(reference - np.abs(while_engaged(record, "spindle.speed"))))
+
+
+def voltage_unrest(record: Record, channel: str) -> float:
+    """Give the root mean square of the change of a voltage from sample to sample in contact [V]."""
+    change = np.diff(signal(record, channel))[in_contact(record)[1:]]
+    if not len(change):
+        raise RecordError("not available: tool and part are never in contact")
+    return root_mean_square(change)
+
+
+def spindle_voltage_unrest(record: Record) -> float:
+    """Give the unrest of the voltage of the spindle [V], see :func:`voltage_unrest`."""
+    return voltage_unrest(record, "spindle_dac.voltage")
+
+
 def spindle_speed_error(record: Record) -> float:
     """Give the largest deviation of the spindle from its reference in contact [rad/s]."""
     reference = while_in_contact(record, "interpolator.spindle_reference", ".spindle_reference")
@@ -174,6 +216,9 @@ def _axis_metrics(axis: str) -> list[Metric]:
     def max_voltage(record: Record) -> float:
         return largest(signal(record, f"{axis}_dac.voltage"))
 
+    def unrest(record: Record) -> float:
+        return voltage_unrest(record, f"{axis}_dac.voltage")
+
     def max_current(record: Record) -> float:
         return largest(signal(record, f"{drive}.current"))
 
@@ -188,6 +233,7 @@ def _axis_metrics(axis: str) -> list[Metric]:
         Metric(f"rms_{axis}_force", "N", f"root mean square of the cutting force on the {axis} axis in contact", rms_force),
         Metric(f"max_{axis}_following_error", "m", f"largest distance of the {axis} axis from its reference", max_following_error),
         Metric(f"max_{axis}_voltage", "V", f"largest command voltage of the {axis} axis", max_voltage),
+        Metric(f"{axis}_voltage_unrest", "V", f"rms change of the {axis} voltage from sample to sample in contact", unrest),
         Metric(f"max_{axis}_current", "A", f"largest motor current of the {axis} axis", max_current),
         Metric(f"rms_{axis}_current", "A", f"root mean square of the motor current of the {axis} axis", rms_current),
         Metric(f"max_{axis}_speed", "m/s", f"largest speed of the {axis} axis", max_speed),
@@ -214,6 +260,11 @@ METRICS: tuple[Metric, ...] = (
     Metric("rms_cutting_power", "W", "root mean square of the cutting power in contact", rms_cutting_power),
     Metric("cutting_energy", "J", "work of cutting", cutting_energy),
     Metric("spindle_speed_error", "rad/s", "largest deviation of the spindle from its reference in contact", spindle_speed_error),
+    Metric("mean_spindle_droop", "rad/s", "how much too slow the spindle turns, on average while cutting", mean_spindle_droop),
+    Metric("spindle_voltage_unrest", "V", "rms change of the spindle voltage from sample to sample in contact", spindle_voltage_unrest),
+    Metric("min_cutting_speed", "m/s", "lowest cutting speed while cutting", min_cutting_speed),
+    Metric("mean_cutting_speed", "m/s", "mean cutting speed while cutting", mean_cutting_speed),
+    Metric("max_cutting_speed", "m/s", "highest cutting speed while cutting", max_cutting_speed),
     Metric("rapid_contact_time", "s", "time in which the tool stood in the part in rapid blocks", rapid_contact_time),
     Metric("tool_wear", "m", "flank wear at the end", tool_wear),
     *_axis_metrics("x"),

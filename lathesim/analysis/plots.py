@@ -40,6 +40,8 @@ from lathesim.errors import RecordError, nearest
 from lathesim.record import FloatArray, Record
 
 FORMATS = (".png", ".svg", ".pdf")
+_LABEL = 16
+"""Letters of a quantity that fit beside a low panel."""
 _PATH = ("interpolator.x_reference", "interpolator.z_reference", "x_axis.position", "z_axis.position")
 
 
@@ -84,7 +86,8 @@ def draw_path(panel: Any, record: Record, title: str = "") -> None:
         panel.plot(np.where(moving, z, np.nan), np.where(moving, x, np.nan), color=MEASURED, linewidth=1.0, label="actual, rapid")
     panel.axhline(0.0, color=QUIET, linewidth=0.8, linestyle=(0, (8, 2, 2, 2)))
     panel.set_aspect("equal", adjustable="datalim")
-    dress(panel, label("X, radius", "mm"), label("Z", "mm"), title)
+    dress(panel, label("X, radius", "mm"), label("Z", "mm"))
+    panel.set_title(title, loc="left", pad=20.0, fontsize=10, color=INK, fontweight="bold")  # above the legend, which is wide here
     legend(panel)
 
 
@@ -175,9 +178,9 @@ def _draw_group(panel: Any, record: Record, names: Sequence[str], colors: Mappin
     for name in names:
         time, values = thinned(record.time, record[name] / factor)
         panel.plot(time, values, color=colors[name], linewidth=1.0, label=name, drawstyle="steps-post" if stepped else "default")
-    alone = record.channels[names[0]].description.split(";")[0].split(",")[0] if len(names) == 1 else ""
-    quantity = alone if 0 < len(alone) <= 24 else ""
-    dress(panel, label(quantity, unit).strip() if quantity or unit else names[0].rpartition(".")[2])
+    items = {name.rpartition(".")[2].replace("_", " ") for name in names}
+    quantity = items.pop() if len(items) == 1 else ""
+    dress(panel, label(quantity if len(quantity) <= _LABEL else "", unit).strip() or quantity)
     legend(panel)
 
 

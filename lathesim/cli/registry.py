@@ -25,9 +25,11 @@ plugins_option = click.option(
 
 def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Registry:
     """Give the registry with the user's plug-in folders and that of the workspace; tell each plug-in at fault in one line."""
+    from lathesim.engine.compile_notice import tell_compiling_to
     from lathesim.plugins import load_registry
     from lathesim.workspace import workspace_plugins
 
+    tell_compiling_to(_told_once())
     folders = list(plugin_folders)
     own = workspace_plugins(Path.cwd())
     if own is not None and own.resolve() not in [folder.resolve() for folder in folders]:
@@ -38,6 +40,19 @@ def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Reg
     if tell:
         tell_problems(registry)
     return registry
+
+
+def _told_once() -> Callable[[str], None]:
+    """Give what writes sentences of the compiler to the error stream, of each kind ("Compiling once ...") only the first."""
+    told: set[str] = set()
+
+    def tell(sentence: str) -> None:
+        kind = sentence.partition(",")[0]
+        if kind not in told:
+            told.add(kind)
+            click.echo(sentence, err=True)
+
+    return tell
 
 
 def tell_problems(registry: Registry) -> None:

@@ -96,6 +96,7 @@ class _Session:
         from lathesim.analysis.metric import measure
         from lathesim.cli.run_tables import Outcome
         from lathesim.errors import SimulationError
+        from lathesim.lessons.grading import judge
 
         _make_folder(path)
         try:
@@ -114,7 +115,8 @@ class _Session:
             click.echo(f"Stopped at {last:.4g} s of simulated time; what was simulated until then is kept in {path}.", err=True)
         measurements = measure(record, self.registry.metrics)
         published = {**self.lesson.settings.published, **_published(self.lesson, case)}
-        self.outcomes.append(Outcome(case.case.variant or "", measurements.values, published, record.status))
+        goals = judge(self.lesson.settings.goals, measurements.values, measurements.skipped)
+        self.outcomes.append(Outcome(case.case.variant or "", measurements.values, published, record.status, goals))
         self.results.append(_result(case, record, path, measurements))
         if not self.no_plots and len(record) > 1:
             from lathesim.cli.run_plots import save_run_plots
@@ -126,17 +128,17 @@ class _Session:
         if self.as_json:
             click.echo(_json(self.results, self.stopped))
             return
-        from lathesim.cli.run_tables import case_table, goal_lines, variants_table
+        from lathesim.cli.run_tables import case_table, goals_text, variants_table
 
         if len(self.outcomes) > 1:
-            click.echo(variants_table(self.outcomes))
+            click.echo(variants_table(self.outcomes, {goal.metric for goal in self.lesson.settings.goals}))
         elif self.outcomes:
             click.echo(case_table(self.outcomes[0]))
-            for line in goal_lines(self.lesson.settings.goals, self.outcomes[0].metrics):
-                click.echo(line)
+            if self.outcomes[0].goals:
+                click.echo(f"\n{goals_text(self.outcomes[0].goals)}")
         folders = list(dict.fromkeys(str(path.parent) for path in self.files))
-        kinds = f"{sum(path.suffix == '.h5' for path in self.files)} record(s), {sum(path.suffix != '.h5' for path in self.files)} plot(s)"
-        click.echo(f"\n{kinds} in {', '.join(folders)}")
+        records = len(self.results)
+        click.echo(f"\n{_counted(records, 'record')} and {_counted(len(self.files) - records, 'plot')} in {', '.join(folders)}")
 
     def _simulated(self, case: Prepared) -> Record:
         from lathesim.cli.run_progress import progress_bar
@@ -144,6 +146,10 @@ class _Session:
 
         with progress_bar(case.name, case.expected_time, shown=not self.as_json) as progress:
             return run_prepared(case, engine=self.engine, seed=self.seed, progress=progress)
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
 
 
 def _make_folder(path: Path) -> None:

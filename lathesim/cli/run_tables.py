@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.analysis.display_unit import plain_number, shown_with_unit
 from lathesim.analysis.metric import Measured
-from lathesim.lessons.schema import Goal
-from lathesim.units import from_si, quantity, split_quantity
+from lathesim.lessons.grading import GoalResult
+from lathesim.units import from_si, split_quantity
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """One case as it went: its metrics by name, published values (text), and how it ended."""
+    """One case as it went: its metrics by name, published values (text), how it ended, and the goals held against it."""
 
     case: str
     metrics: Mapping[str, Measured]
     published: Mapping[str, str] = field(default_factory=dict)
     status: str = "complete"
+    goals: Sequence[GoalResult] = ()
 
 
 def case_table(outcome: Outcome) -> str:
@@ -27,52 +29,62 @@ def case_table(outcome: Outcome) -> str:
     rows = [("", outcome.case or "value", *(["published"] if beside else []))]
     for name, measured in outcome.metrics.items():
         published = outcome.published.get(name, "")
-        rows.append((_words(name), _like(measured, published), *([published] if beside else [])))
-    return _aligned(rows)
+        rows.append((words(name), _like(measured, published), *([published] if beside else [])))
+    return aligned(rows)
 
 
-def variants_table(outcomes: Sequence[Outcome]) -> str:
-    """Give one line a case, each metric with a published value beside it; without any, all metrics."""
+def variants_table(outcomes: Sequence[Outcome], wanted: Collection[str] = ()) -> str:
+    """Give one line a case: the metrics with a published value, which stands beside, and the ``wanted`` ones; without any, all metrics."""
     measured = list(dict.fromkeys(name for outcome in outcomes for name in outcome.metrics))
-    named = [name for name in measured if any(name in outcome.published for outcome in outcomes)]
-    names = named or measured
+    named = {name for name in measured if any(name in outcome.published for outcome in outcomes)}
+    names = [name for name in measured if name in named or name in wanted] or measured
+    judged = any(outcome.goals for outcome in outcomes)
     head = ["case"]
     for name in names:
-        head += [_words(name), "published"] if named else [_words(name)]
-    rows = [tuple(head)]
+        head += [words(name), "published"] if name in named else [words(name)]
+    rows = [(*head, "goals") if judged else tuple(head)]
     for outcome in outcomes:
         row = [outcome.case]
         for name in names:
             published = outcome.published.get(name, "")
-            row.append(_cell(outcome, name, published))
-            if named:
+            row.append(_cell(outcome, name, published or _limit(outcome, name)))
+            if name in named:
                 row.append(published or "-")
+        if judged:
+            row.append(f"{sum(goal.met for goal in outcome.goals)} of {len(outcome.goals)}" if outcome.status == "complete" else "-")
         rows.append(tuple(row))
-    return _aligned(rows)
+    return aligned(rows)
+
+
+def _limit(outcome: Outcome, name: str) -> str:
+    """Give the limit a goal sets to a metric, whose unit its values take in the table; empty where there is none."""
+    return next((goal.limit for goal in outcome.goals if goal.metric == name), "")
 
 
 def _cell(outcome: Outcome, name: str, published: str) -> str:
     """Give the measured value; a case that broke down has none to be compared."""
     if outcome.status.startswith("failed"):
-        return "broke down"
+        return "unstable" if " is unstable " in outcome.status else "broke down"
     return _like(outcome.metrics[name], published) if name in outcome.metrics else "-"
 
 
-def goal_lines(goals: Sequence[Goal], metrics: Mapping[str, Measured]) -> list[str]:
-    """Give one line for each goal: met, or missed by how much and the hint."""
-    lines = []
-    for goal in goals:
-        measured = metrics.get(goal.metric)
-        if measured is None:
-            lines.append(f"Goal {_words(goal.metric)}: not measured in this run.")
-            continue
-        for word, text, sign in (("at most", goal.at_most, 1.0), ("at least", goal.at_least, -1.0)):
-            if text is None:
-                continue
-            missed = sign * (measured.value - quantity(text, measured.unit)) > 0.0 or measured.value != measured.value
-            hint = f" Hint: {goal.hint}" if missed and goal.hint else ""
-            lines.append(f"Goal {_words(goal.metric)} {word} {text}: {'missed' if missed else 'met'}, {_like(measured, text)}.{hint}")
-    return lines
+def goals_text(results: Sequence[GoalResult]) -> str:
+    """Give a table of goals (limit, value reached, by how much it is missed) and below it the hints of those that are missed."""
+    rows = [("goal", "limit", "reached", "")]
+    for result in results:
+        reached = f"{plain_number(result.value, 5)} {result.unit}".strip() if not math.isnan(result.value) else "-"
+        rows.append((words(result.metric), f"{result.sense} {result.limit}", reached, _verdict(result)))
+    hints = dict.fromkeys(f"Hint: {result.hint}" for result in results if not result.met and result.hint)
+    return "\n".join([aligned(rows), *hints])
+
+
+def _verdict(result: GoalResult) -> str:
+    if result.met:
+        return "met"
+    if math.isnan(result.value):
+        return f"missed: {result.reason}"
+    share = "" if math.isnan(result.share) else f" ({plain_number(100.0 * result.share, 2)} %)"
+    return f"missed by {result.over:.3g} {result.unit}".strip() + share
 
 
 def _like(measured: Measured, text: str) -> str:
@@ -80,14 +92,16 @@ def _like(measured: Measured, text: str) -> str:
     unit = split_quantity(text)[1] if text else ""
     if not unit:
         return shown_with_unit(measured.value, measured.unit, 5)
-    return f"{from_si(measured.value, unit):.5g} {unit}"
+    return f"{plain_number(from_si(measured.value, unit), 5)} {unit}"
 
 
-def _words(name: str) -> str:
+def words(name: str) -> str:
+    """Give the name of a metric as words."""
     return name.replace("_", " ")
 
 
-def _aligned(rows: Sequence[Sequence[str]]) -> str:
+def aligned(rows: Sequence[Sequence[str]]) -> str:
+    """Give rows as columns of text, the first row as a heading."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     lines.insert(1, "  ".join("-" * width for width in widths))

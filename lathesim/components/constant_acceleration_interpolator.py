@@ -105,6 +105,7 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
         spindle_speed: float,
         feed_command: float,
         feed_override: float,
+        spindle_override: float,
         rapid_speed: float,
         largest_spindle_speed: float,
         acceleration: float,
@@ -134,7 +135,9 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
         else:
             length = path[row][LENGTH] * 1.0
             x = x_on_path(path, row, travelled)
-            wanted = wanted_speed(path, row, x, spindle_speed, feed_command, feed_override, rapid_speed, largest_spindle_speed)
+            wanted = wanted_speed(
+                path, row, x, spindle_speed, feed_command, feed_override, spindle_override, rapid_speed, largest_spindle_speed
+            )
             if wanted <= SLOWEST:
                 slower = max(0.0, path_speed - acceleration * sample_period)
                 travelled = min(length, travelled + 0.5 * (path_speed + slower) * sample_period)

@@ -77,5 +77,6 @@ class CuttingGeometry(Component):
         feed = 0.0
         if turning > slowest_spindle:
             along = math.sqrt(x_velocity * x_velocity + z_velocity * z_velocity)
-            feed = 2.0 * math.pi / turning * min(along, 1.4142135623730951 * inward)
+            bound = 1.4142135623730951 * inward
+            feed = 2.0 * math.pi / turning * (along if along < bound else bound)
         return depth, feed, speed, radius, contact, 1.0, 0.0, depth * feed * speed

@@ -12,7 +12,8 @@ class CuttingProcess(Component):
 
         h = f sin(kappa),   b = d / sin(kappa),   Fp = thrust_ratio Fc,   Ff = feed_ratio Fc
 
-    With exponent m = 0 the law is linear. The tool cuts while feed, depth and speed are above zero.
+    Fc is what arrives at ``acting_force``: wire ``main_force`` to it, and what changes the main force on that wire changes all three. With
+    exponent m = 0 the law is linear. The tool cuts while feed, depth and speed are above zero.
 
     Source: O. Kienzle, VDI-Z 94 (1952); Y. Altintas, Manufacturing Automation, 2nd ed. (2012), section 2.3. kc of a medium steel, the
     ratios are assumed. Left out: edge force, the build-up over the first turn, nose radius, wear, temperature, vibration.
@@ -34,6 +35,7 @@ class CuttingProcess(Component):
     feed = Input("m", doc="feed per turn")
     depth = Input("m", doc="depth of cut")
     speed = Input("m/s", doc="cutting speed")
+    acting_force = Input("N", doc="main force that acts, of which thrust and feed force are shares")
 
     specific_force = Parameter("N/m^2", 1.8e9, low=0.0, doc="kc1.1: force per area of a chip 1 mm thick")
     exponent = Parameter("1", 0.0, low=0.0, high=0.99, doc="m: how the specific force falls with the thickness; 0 linear")
@@ -61,22 +63,26 @@ class CuttingProcess(Component):
         return speed / radius, -since_entry / step
 
     @staticmethod
-    def output(
-        feed: float,
-        depth: float,
-        speed: float,
-        specific_force: float,
-        exponent: float,
-        thrust_ratio: float,
-        feed_ratio: float,
-        approach_angle: float,
-        radius: float,
-        turned: float,
-        since_entry: float,
-    ) -> tuple[float, float, float, float, float, float, float]:
+    def output_main_force(feed: float, depth: float, speed: float, specific_force: float, exponent: float, approach_angle: float) -> float:
         """Kienzle's law."""
         if not (feed > 0.0 and depth > 0.0 and speed > 0.0):
-            return 0.0, 0.0, 0.0, turned, speed / radius, 0.0, since_entry
+            return 0.0
         thickness = feed * math.sin(approach_angle)
-        main = specific_force * feed * depth * math.pow(thickness / 1e-3, -exponent)
-        return main, thrust_ratio * main, feed_ratio * main, turned, speed / radius, 1.0, since_entry
+        return specific_force * feed * depth * math.pow(thickness / 1e-3, -exponent)
+
+    @staticmethod
+    def output_thrust_force(acting_force: float, thrust_ratio: float) -> float:
+        return thrust_ratio * acting_force
+
+    @staticmethod
+    def output_feed_force(acting_force: float, feed_ratio: float) -> float:
+        return feed_ratio * acting_force
+
+    @staticmethod
+    def output(
+        feed: float, depth: float, speed: float, radius: float, turned: float, since_entry: float
+    ) -> tuple[float, float, float, float]:
+        """Where the spindle is and whether the tool cuts."""
+        if not (feed > 0.0 and depth > 0.0 and speed > 0.0):
+            return turned, speed / radius, 0.0, since_entry
+        return turned, speed / radius, 1.0, since_entry

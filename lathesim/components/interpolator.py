@@ -94,18 +94,18 @@ def motion_row(path: Any, row: int) -> int:
     return ahead
 
 
-def programmed_spindle(path: Any, row: int, x: float, largest: float) -> float:
+def programmed_spindle(path: Any, row: int, x: float, override: float, largest: float) -> float:
     """Give the spindle speed [rad/s] a row asks for when the tool stands at radius ``x`` [m]; constant surface speed: V = omega x."""
     mode = path[row][SPINDLE_MODE]
     speed = 0.0
     if mode == CONSTANT_SPEED:
-        speed = path[row][SPINDLE_SPEED] * 1.0
+        speed = path[row][SPINDLE_SPEED] * override
     elif mode == CONSTANT_SURFACE_SPEED:
         limit = path[row][SPINDLE_LIMIT]
         if limit <= 0.0 or limit > largest:
             limit = largest
         radius = abs(x)
-        wanted = abs(path[row][SPINDLE_SPEED])
+        wanted = abs(path[row][SPINDLE_SPEED]) * override
         speed = limit if radius * limit <= wanted else wanted / radius
         if path[row][SPINDLE_DIRECTION] < 0.0:
             speed = -speed
@@ -145,7 +145,15 @@ def z_on_path(path: Any, row: int, travelled: float) -> float:
 
 
 def wanted_speed(
-    path: Any, row: int, x: float, spindle_speed: float, feed_command: float, feed_override: float, rapid_speed: float, largest: float
+    path: Any,
+    row: int,
+    x: float,
+    spindle_speed: float,
+    feed_command: float,
+    feed_override: float,
+    spindle_override: float,
+    rapid_speed: float,
+    largest: float,
 ) -> float:
     """Give the path speed [m/s] asked for now: rapid, feed per minute, or feed per revolution times the actual spindle speed."""
     if path[row][KIND] == RAPID:
@@ -153,7 +161,7 @@ def wanted_speed(
     override = feed_override if feed_override > 0.0 else 0.0
     if feed_command < 0.0 and path[row][FEED_MODE] == 0.0:
         return float(path[row][FEED]) * override
-    speed = programmed_spindle(path, row, x, largest) if spindle_speed >= NOT_WIRED else spindle_speed
+    speed = programmed_spindle(path, row, x, spindle_override, largest) if spindle_speed >= NOT_WIRED else spindle_speed
     feed = feed_command if feed_command >= 0.0 else float(path[row][FEED])
     return feed * override * abs(speed) / TWO_PI
 
@@ -178,8 +186,8 @@ class ConstantVelocityInterpolator(Component):
 
     spindle_speed = Input("rad/s", default=NOT_WIRED, doc="actual spindle speed, which feed per revolution follows")
     feed_command = Input("m", default=-1.0, previous=True, doc="feed per revolution from a process controller; below zero: none")
-    feed_override = Input("1", default=1.0, doc="factor on every programmed feed, 1 as programmed")
-
+    feed_override = Parameter("1", 1.0, low=0.0, doc="factor on every programmed feed, 1 as programmed; may be wired")
+    spindle_override = Parameter("1", 1.0, low=0.0, doc="factor on every programmed spindle or surface speed; may be wired")
     rapid_speed = Parameter("m/s", 0.12, low=1e-6, doc="path speed of rapid moves")
     largest_spindle_speed = Parameter("rad/s", 628.3185307179587, low=0.0, doc="spindle speed that is never exceeded")
 
@@ -225,6 +233,7 @@ class ConstantVelocityInterpolator(Component):
         spindle_speed: float,
         feed_command: float,
         feed_override: float,
+        spindle_override: float,
         rapid_speed: float,
         largest_spindle_speed: float,
         sample_period: float,
@@ -254,7 +263,9 @@ class ConstantVelocityInterpolator(Component):
         else:
             length = float(path[row][LENGTH])
             x = x_on_path(path, row, travelled)
-            wanted = wanted_speed(path, row, x, spindle_speed, feed_command, feed_override, rapid_speed, largest_spindle_speed)
+            wanted = wanted_speed(
+                path, row, x, spindle_speed, feed_command, feed_override, spindle_override, rapid_speed, largest_spindle_speed
+            )
             if wanted <= SLOWEST:
                 path_speed = 0.0
                 planned_speed = 0.0
@@ -279,7 +290,7 @@ class ConstantVelocityInterpolator(Component):
 
     @staticmethod
     def output(
-        path: Any, segment: float, travelled: float, path_speed: float, done: float, largest_spindle_speed: float
+        path: Any, segment: float, travelled: float, path_speed: float, done: float, spindle_override: float, largest_spindle_speed: float
     ) -> tuple[float, ...]:
         """Give the point on the path, its tangent, and what the block asks for."""
         rows = len(path)
@@ -314,7 +325,7 @@ class ConstantVelocityInterpolator(Component):
                 direction_x = (path[way][END_X] - path[way][START_X]) / length
                 direction_z = (path[way][END_Z] - path[way][START_Z]) / length
         cutting = 1.0 if LINE_MOVE <= kind <= ARC_MOVE else 0.0
-        spindle = programmed_spindle(path, row, x, largest_spindle_speed)
+        spindle = programmed_spindle(path, row, x, spindle_override, largest_spindle_speed)
         feed = 0.0
         if cutting > 0.5 and abs(spindle) > 0.0:
             feed = path_speed * TWO_PI / abs(spindle)

@@ -44,6 +44,8 @@ STOCK = {
     "LogTransformProcessController": "log_transform_process_controller",
     "AdaptiveProcessController": "adaptive_process_controller",
     "TaylorWear": "taylor_wear",
+    "LatheDesign": "lathe_design",
+    "TurningEconomy": "turning_economy",
 }
 """Class name -> the file it stands in."""
 

@@ -20,6 +20,8 @@ from lathesim.engine.assembly import FloatArray
 
 _STEP = 3e-3
 _ITERATIONS = 12
+_DAMPINGS = (np.array([0.03, 3.0]), np.array([30.0, 1e3, 3e4, 1e6]))
+"""Factors on the last damping: two are tried at once, the stronger ones where both fail."""
 
 
 @dataclass(frozen=True)
@@ -75,14 +77,9 @@ def noise_of(residual: FloatArray, shapes: Sequence[NoiseShapes]) -> tuple[Noise
     return tuple(fit_noise_model(row, shape) for row, shape in zip(residual, shapes, strict=True))
 
 
-def log_likelihood(residual: FloatArray, noise: Sequence[NoiseModel]) -> float:
+def log_likelihood(residual: FloatArray, noise: Sequence[NoiseModel], *, wide: bool = True) -> float:
     """Give the log-likelihood of a residual (channels, samples) under its noise models, up to a constant [nats]."""
-    return sum(model.log_likelihood(row) for row, model in zip(residual, noise, strict=True))
-
-
-def profile_likelihood(residual: FloatArray, shapes: Sequence[NoiseShapes]) -> float:
-    """Give the log-likelihood of a residual with its own best noise model [nats]."""
-    return log_likelihood(residual, noise_of(residual, shapes))
+    return sum(model.log_likelihood(row, wide=wide) for row, model in zip(residual, noise, strict=True))
 
 
 def fit(
@@ -94,9 +91,15 @@ def fit(
     iterations: int = _ITERATIONS,
     noise: Sequence[NoiseModel] | None = None,
     wide: bool = False,
+    tolerance: float = 1e-6,
+    known: Mapping[str, FloatArray] | None = None,
 ) -> Fitted:
-    """Fit the free parameters, the constant ones staying as they are; ``wide`` uses all frequencies, not only those of the motion."""
-    problem = _Problem(simulator, tuple(free), dict(constant or {}), wide)
+    """Fit the free parameters, the constant ones staying as they are.
+
+    ``wide`` uses all frequencies, not only those of the motion; a descent ends when a step gains less than ``tolerance`` of the cost.
+    ``known`` gives slopes d channels / d value (channels, samples) that are taken as they are, by name: from a fit nearby.
+    """
+    problem = _Problem(simulator, tuple(free), dict(constant or {}), wide, tolerance, known or {})
     values = np.array([item.start for item in free], dtype=float)
     values = np.clip(values, problem.low, problem.high)
     residual = problem.residual(values)
@@ -110,14 +113,23 @@ def fit(
     outer = np.outer(problem.scale, problem.scale)
     covariance = np.linalg.pinv(information * outer, hermitian=True) * outer if len(free) else np.zeros((0, 0))
     penalty = float(np.sum(problem.precision * (values - problem.given) ** 2)) if len(free) else 0.0
-    return Fitted(
-        tuple(free), values, covariance, residual, models, log_likelihood(residual, models), penalty, dict(constant or {}), jacobian
-    )
+    likelihood = log_likelihood(residual, models, wide=wide)
+    return Fitted(tuple(free), values, covariance, residual, models, likelihood, penalty, dict(constant or {}), jacobian)
 
 
 class _Problem:
-    def __init__(self, simulator: Simulator, free: tuple[Free, ...], constant: dict[str, float], wide: bool = False) -> None:
+    def __init__(
+        self,
+        simulator: Simulator,
+        free: tuple[Free, ...],
+        constant: dict[str, float],
+        wide: bool,
+        tolerance: float,
+        known: Mapping[str, FloatArray],
+    ) -> None:
         self.simulator = simulator
+        self.tolerance = tolerance
+        self.known = [known.get(item.name) for item in free]
         self.wide = wide
         self.names = [*constant, *[item.name for item in free]]
         self.fixed = np.array(list(constant.values()))
@@ -145,8 +157,10 @@ class _Problem:
         steps = np.where(values + steps > self.high, -steps, steps)
         if not len(values):
             return np.zeros((0, *residual.shape))
-        moved = self.simulator.residuals(self.names, self.rows(values + np.diag(steps)))
-        return np.array([(residual - other) / step for other, step in zip(moved, steps, strict=True)])
+        asked = [place for place, slope in enumerate(self.known) if slope is None]
+        moved = iter(self.simulator.residuals(self.names, self.rows((values + np.diag(steps))[asked])) if asked else [])
+        slopes = [(residual - next(moved)) / steps[place] if slope is None else slope for place, slope in enumerate(self.known)]
+        return np.array(slopes)
 
     def whitened(self, arrays: FloatArray, models: Sequence[NoiseModel]) -> FloatArray:
         """Give arrays (n, channels, samples) whitened, as columns (channels * samples, n)."""
@@ -154,8 +168,11 @@ class _Problem:
         return np.concatenate(rows, axis=1).T
 
     def cost(self, values: FloatArray, residual: FloatArray, models: Sequence[NoiseModel]) -> float:
-        white = self.whitened(residual[None], models)[:, 0]
-        return float(white @ white + np.sum(self.precision * (values - self.given) ** 2))
+        power = 0.0
+        for row, model in zip(residual, models, strict=True):
+            white = model.whiten(row, wide=self.wide)
+            power += float(white @ white)
+        return float(power + np.sum(self.precision * (values - self.given) ** 2))
 
     def descend(
         self, values: FloatArray, residual: FloatArray, models: Sequence[NoiseModel], iterations: int
@@ -169,17 +186,20 @@ class _Problem:
             error = self.whitened(residual[None], models)[:, 0]
             gram = white.T @ white + np.diag(self.precision * self.scale**2)
             slope = white.T @ error - self.precision * self.scale * (values - self.given)
-            trials = damping * np.array([0.03, 0.3, 3.0, 30.0, 1e3, 3e5])
-            candidates = np.array([self._step(values, gram, slope, amount) for amount in trials])
-            residuals = self.simulator.residuals(self.names, self.rows(candidates))
-            costs = [self.cost(trial, other, models) for trial, other in zip(candidates, residuals, strict=True)]
-            best = int(np.argmin(costs))
-            if not costs[best] < cost:
+            for factors in _DAMPINGS:
+                trials = damping * factors
+                candidates = np.array([self._step(values, gram, slope, amount) for amount in trials])
+                residuals = self.simulator.residuals(self.names, self.rows(candidates))
+                costs = [self.cost(trial, other, models) for trial, other in zip(candidates, residuals, strict=True)]
+                best = int(np.argmin(costs))
+                if costs[best] < cost:
+                    break
+            else:
                 break
             gain = cost - costs[best]
             values, residual, cost = candidates[best], residuals[best], costs[best]
             damping = float(np.clip(trials[best], 1e-9, 1e6))
-            if gain < 0.05 and gain < 1e-6 * cost + 0.05:
+            if gain < 0.05 + self.tolerance * cost:
                 break
         return values, residual
 

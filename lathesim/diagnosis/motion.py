@@ -46,7 +46,7 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
     for channel, values in recorded.items():
         if not np.isfinite(values).all():
             continue
-        source = _measured(parts, wires, channel)
+        source = measured_output(parts, wires, channel)
         host, _, item = source.partition(".")
         ports = parts[host].component.ports if host in parts else {}
         if item == ports.get("displacement"):
@@ -61,7 +61,7 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
     return found
 
 
-def _measured(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
+def measured_output(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
     """Give the output of the machine part that a channel shows: itself, or what its sensor is wired to, past effects in between."""
     name, _, item = channel.partition(".")
     ports = parts[name].component.ports if name in parts else {}

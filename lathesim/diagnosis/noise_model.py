@@ -74,6 +74,7 @@ class NoiseModel:
     samples: int
     differences: int = 0
     band: int = 1 << 62
+    sizes: FloatArray | None = None
 
     def whiten(self, values: FloatArray, *, wide: bool = False) -> FloatArray:
         """Give ``values`` (..., samples) as independent numbers of variance one, real parts and then imaginary ones.
@@ -85,17 +86,20 @@ class NoiseModel:
             scaled[..., self.band :] = 0.0
         return np.concatenate([scaled.real, scaled.imag], axis=-1)
 
-    def log_likelihood(self, residual: FloatArray) -> float:
-        """Give the log-likelihood of a residual (samples,), up to a constant [nats]."""
-        ratio = np.abs(spectrum(residual, self.differences)) ** 2 / self.power
-        return float(-effective_share(self.samples) * np.sum(np.log(self.power) + ratio))
+    def log_likelihood(self, residual: FloatArray, *, wide: bool = True) -> float:
+        """Give the log-likelihood of a residual (samples,), of all frequencies or of those of the motion, up to a constant [nats]."""
+        kept = slice(None) if wide else slice(0, self.band)
+        power = self.power[kept]
+        ratio = np.abs(spectrum(residual, self.differences)[kept]) ** 2 / power
+        return float(-effective_share(self.samples) * np.sum(np.log(power) + ratio))
 
 
-def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: float, *, coloured: bool) -> NoiseShapes:
+def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: float, *, coloured: bool, rate: bool = False) -> NoiseShapes:
     """Give the shapes for a channel; ``kicks`` (states, samples) is its response to a kick of each state, ``motion`` (samples,) itself.
 
     Without ``coloured`` the sensor's noise and the forces on the machine are white: the equation error at every frequency counts alike, as
-    in least squares of the inverse dynamics. With it both may be slow too: the judge of what is significant.
+    in least squares of the inverse dynamics. With it both may be slow too: the judge of what is significant. A ``rate`` has the noise of a
+    position that was differenced as well.
     """
     samples = kicks.shape[-1]
     frequency = rfftfreq(samples, period)
@@ -105,7 +109,9 @@ def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: fl
     times = _differences(gains, differencing)
     corners = _CORNERS if coloured else ()
     sensor = [np.ones_like(frequency)] + [1.0 / (1.0 + (frequency / corner) ** 2) for corner in corners]
-    forces = [gain / gain.max() for gain in gains]
+    if rate:
+        sensor.append(differencing)
+    forces = list(gains)
     forces += [gain / (1.0 + (frequency / corner) ** 2) for gain in forces for corner in corners[1:]]
     return NoiseShapes(np.array(sensor + forces) * differencing**times, floor, samples, times, _band(motion, times))
 
@@ -146,4 +152,13 @@ def fit_noise_model(residual: FloatArray, shapes: NoiseShapes) -> NoiseModel:
     for _ in range(_UPDATES):
         power = least + sizes @ basis
         sizes = sizes * (basis @ (seen / power**2)) / np.maximum(basis @ (1.0 / power), 1e-300)
-    return NoiseModel(least + sizes @ basis, shapes.samples, shapes.differences, shapes.band)
+    return NoiseModel(least + sizes @ basis, shapes.samples, shapes.differences, shapes.band, sizes)
+
+
+def carried_over(model: NoiseModel, shapes: NoiseShapes) -> NoiseModel:
+    """Give the noise of a machine with other values: the sensor's noise and the forces stay, what the machine makes of them changes."""
+    assert model.sizes is not None
+    least = max(shapes.floor**2, 1e-300) * shapes.shapes[0]
+    if model.differences != shapes.differences or len(model.sizes) != len(shapes.shapes):
+        return model
+    return NoiseModel(least + model.sizes @ shapes.shapes, shapes.samples, shapes.differences, model.band, model.sizes)

@@ -10,9 +10,9 @@ import numpy as np
 
 from lathesim.diagnosis.fit import Free
 from lathesim.diagnosis.floor import channel_floor
-from lathesim.diagnosis.motion import recorded_motion
+from lathesim.diagnosis.motion import measured_output, recorded_motion, velocity_of
 from lathesim.diagnosis.replay import cut, drive, seen, sense
-from lathesim.diagnosis.simulator import Simulator
+from lathesim.diagnosis.simulator import SecondSight, Simulator
 from lathesim.diagnosis.terms import Term, insert_candidates
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part
@@ -62,9 +62,33 @@ class Rig:
 
     def _simulator(self, assembly: Assembly) -> Simulator:
         channels = tuple(seen(self.with_candidates, name) for name in self.machine.compare)
-        plan = wire(replace(assembly, record=channels, finish=""))
+        pushing = tuple(source for _, source in acting(assembly) if source not in channels)
+        plan = wire(replace(assembly, record=(*channels, *pushing), finish="", step=self._step(assembly)))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
-        return Simulator(plan, channels, recorded, np.array([self.floors[name] for name in self.machine.compare]), self.name)
+        floors = np.array([self.floors[name] for name in self.machine.compare])
+        return Simulator(plan, channels, recorded, floors, self.name, self._second_sight(recorded))
+
+    def _second_sight(self, recorded: FloatArray) -> tuple[SecondSight, ...]:
+        """Give the channels that show a motion which a channel before them shows already."""
+        parts = {part.name: part for part in self.machine.assembly.parts}
+        wires = {item.target: item for item in self.machine.assembly.wires}
+        shown = [measured_output(parts, wires, name) for name in self.machine.compare]
+        period = self.machine.assembly.sample_period
+        found: list[SecondSight] = []
+        for row, output in enumerate(shown):
+            host, _, item = output.partition(".")
+            ports = parts[host].component.ports
+            earlier = {shown[first]: first for first in range(len(shown)) if first != row and all(first != one.row for one in found)}
+            place = f"{host}.{ports.get('displacement', '')}"
+            if output == place and earlier.get(place, row) < row:
+                found.append(SecondSight(row, earlier[place]))
+            elif item == ports.get("flow") and place in earlier:
+                speed = velocity_of(np.nan_to_num(recorded[earlier[place]]), period)
+                power = float(speed @ speed)
+                if power > 0.0:
+                    gain = float(speed @ np.nan_to_num(recorded[row])) / power
+                    found.append(SecondSight(row, earlier[place], gain, rate=True))
+        return tuple(found)
 
     @cached_property
     def sensed(self) -> Simulator:
@@ -79,8 +103,16 @@ class Rig:
 
     @cached_property
     def own(self) -> Simulator:
-        """The lesson's own simulation."""
-        return self._simulator(self._driven())
+        """The lesson's own simulation, with its own step and its own sensors."""
+        driven = self._driven()
+        channels = tuple(seen(self.with_candidates, name) for name in self.machine.compare)
+        plan = wire(replace(driven, record=channels, finish=""))
+        recorded = np.array([self._recorded[name] for name in self.machine.compare])
+        return Simulator(plan, channels, recorded, np.array([self.floors[name] for name in self.machine.compare]), self.name)
+
+    def _step(self, assembly: Assembly) -> float:
+        """Give the step of a replay: half a sample period, or the lesson's where that is longer already."""
+        return max(assembly.step, 0.5 * assembly.sample_period)
 
     def _whole(self) -> dict[str, FloatArray]:
         return {name: values for name, values in self._recorded.items() if np.isfinite(values).all()}
@@ -101,6 +133,18 @@ class Rig:
                 start, spread = seen_start
                 free.append(Free(name, start, spread, uncertainty=spread, given=start))
         return free
+
+
+def acting(assembly: Assembly) -> list[tuple[str, str]]:
+    """Give for each moving part the output that pushes it: (``part.input``, ``part.output``)."""
+    sources = {item.target: item.source for item in assembly.wires}
+    found = []
+    for part in assembly.parts:
+        ports = part.component.ports
+        target = f"{part.name}.{ports.get('drive', '')}"
+        if "effort" in ports and "flow" in ports and sources.get(target):
+            found.append((target, sources[target]))
+    return found
 
 
 _START_SPREAD = 0.01
@@ -132,7 +176,7 @@ def _exact_sensors(assembly: Assembly) -> Assembly:
 
 def build_rigs(machine: Machine, records: Iterable[tuple[str, Record]], effects: Iterable[type[Effect]]) -> list[Rig]:
     """Give one rig for each recording, all with the same candidates in the same machine."""
-    assembly, terms = insert_candidates(machine.assembly, effects)
+    assembly, terms = insert_candidates(machine.assembly, effects, machine.compare)
     return [Rig(machine, record, name, tuple(terms), assembly) for name, record in records]
 
 

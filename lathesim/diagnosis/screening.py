@@ -26,8 +26,23 @@ class Screened:
     starts: tuple[FloatArray, ...]
 
 
-def screen(simulator: Simulator, fitted: Fitted, terms: Sequence[Term], points: Mapping[str, FloatArray] | None = None) -> list[Screened]:
-    """Give the candidates that move a channel at all, the most promising first. ``points`` adds starting values by term part."""
+@dataclass(frozen=True)
+class Screening:
+    """The candidates that move a channel at all, the most promising first, and what chance reaches among them [nats]."""
+
+    ranked: tuple[Screened, ...]
+    chance: float
+
+
+_DRAWS = 20
+
+
+def screen(simulator: Simulator, fitted: Fitted, terms: Sequence[Term], points: Mapping[str, FloatArray] | None = None) -> Screening:
+    """Screen the candidates; ``points`` adds starting values by term part.
+
+    What chance reaches is the largest gain among all candidates on noise as the noise model has it, with nothing hidden in it; the largest
+    of 20 such draws is given.
+    """
     names = list(fitted.by_name)
     base = np.array(list(fitted.by_name.values()))
     everything = list(dict.fromkeys([*names, *[name for term in terms for name in term.parameters]]))
@@ -40,23 +55,27 @@ def screen(simulator: Simulator, fitted: Fitted, terms: Sequence[Term], points: 
             rows.append(row)
             owners.append((term, point))
     if not rows:
-        return []
+        return Screening((), 0.0)
     absorb = _Absorber(simulator, fitted)
     residuals = simulator.residuals(everything, np.array(rows))
+    responses = absorb.left(fitted.residual - np.array(residuals))
+    powers = np.einsum("ij,ij->i", responses, responses)
+    shares = responses @ absorb.residual / np.maximum(powers, 1e-300)
     found: dict[str, list[tuple[float, float, FloatArray, FloatArray]]] = {}
-    for (term, point), other in zip(owners, residuals, strict=True):
-        response = absorb.left(fitted.residual - other)
-        power = float(response @ response)
-        if not np.isfinite(power) or power < 1e-6:
-            continue
-        share = float(absorb.residual @ response) / power
-        found.setdefault(term.part, []).append((0.5 * share * share * power, share, point, response))
-    result = []
+    for (term, point), response, power, share in zip(owners, responses, powers, shares, strict=True):
+        if np.isfinite(power) and power > 1e-6:
+            found.setdefault(term.part, []).append((0.5 * share * share * power, float(share), point, response))
+    result: list[Screened] = []
+    bases: list[FloatArray] = []
     for term in terms:
         tried = sorted(found.get(term.part, ()), key=lambda item: -item[0] * _plausible(term, item[1]))
         if tried:
-            result.append(Screened(term, _joint_gain(absorb.residual, tried), tuple(_start(term, item) for item in tried[:3])))
-    return sorted(result, key=lambda item: -item.gain)
+            basis = _basis(tried)
+            bases.append(basis)
+            result.append(Screened(term, _gain(basis, absorb.residual), tuple(_start(term, item) for item in tried[:3])))
+    draws = absorb.draws(fitted.residual, _DRAWS)
+    chance = max((float(np.max(0.5 * np.sum((basis.T @ draws.T) ** 2, axis=0))) for basis in bases), default=0.0)
+    return Screening(tuple(sorted(result, key=lambda item: -item.gain)), chance)
 
 
 def _neutral(terms: Sequence[Term], name: str) -> float:
@@ -86,11 +105,16 @@ def _start(term: Term, item: tuple[float, float, FloatArray, FloatArray]) -> Flo
     return np.clip(scaled, term.low, term.high)
 
 
-def _joint_gain(residual: FloatArray, tried: Sequence[tuple[float, float, FloatArray, FloatArray]]) -> float:
+def _basis(tried: Sequence[tuple[float, float, FloatArray, FloatArray]]) -> FloatArray:
+    """Give orthonormal columns that span the responses of a candidate."""
     responses = np.stack([item[3] / np.sqrt(item[3] @ item[3]) for item in tried], axis=1)
-    basis, values, _ = np.linalg.svd(responses, full_matrices=False)
-    kept = basis[:, values > 1e-3 * values[0]]
-    amount = kept.T @ residual
+    values, vectors = np.linalg.eigh(responses.T @ responses)
+    good = values > 1e-6 * values[-1]
+    return np.asarray(responses @ (vectors[:, good] / np.sqrt(values[good])))
+
+
+def _gain(basis: FloatArray, residual: FloatArray) -> float:
+    amount = basis.T @ residual
     return 0.5 * float(amount @ amount)
 
 
@@ -114,9 +138,19 @@ class _Absorber:
     def _whiten(self, arrays: FloatArray) -> FloatArray:
         return np.concatenate([model.whiten(arrays[..., channel, :], wide=True) for channel, model in enumerate(self.noise)], axis=-1)
 
-    def left(self, signal: FloatArray) -> FloatArray:
-        """Give a signal (channels, samples) whitened, less what the baseline absorbs."""
-        white = np.concatenate([self._whiten(signal), np.zeros(self._extra)])
+    def draws(self, residual: FloatArray, number: int) -> FloatArray:
+        """Give noise of the size of the residual (channels, samples), whitened, less what the baseline absorbs; (number, values)."""
+        random = np.random.Generator(np.random.Philox(0))
+        noise = np.zeros((number, len(self.residual)))
+        noise[:, : noise.shape[1] - self._extra] = random.standard_normal((number, noise.shape[1] - self._extra))
+        return self._less_absorbed(noise)
+
+    def left(self, signals: FloatArray) -> FloatArray:
+        """Give signals (..., channels, samples) whitened, less what the baseline absorbs."""
+        white = self._whiten(signals)
+        return self._less_absorbed(np.concatenate([white, np.zeros((*white.shape[:-1], self._extra))], axis=-1))
+
+    def _less_absorbed(self, white: FloatArray) -> FloatArray:
         if self._stacked is None:
             return white
-        return np.asarray(white - self._stacked @ (self._stacked.T @ white))
+        return np.asarray(white - (white @ self._stacked) @ self._stacked.T)

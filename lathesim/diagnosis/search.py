@@ -1,26 +1,27 @@
-"""Which effects were left out: forward selection with everything refitted each time, backward elimination, and a judge.
+"""Which effects were left out: forward selection with everything refitted each time, backward elimination, refinement, and a judge.
 
-An effect is believed when (a) the whitened error of the fitted recording falls by more than the number of its parameters and of the
-candidates tried can explain, (b) the held-out recording agrees, and (c) it moves a channel by more than the floor. Ties are kept.
+An effect is believed when (a) the likelihood of the fitted recording rises by more than its parameters and what chance does among as many
+candidates can explain, (b) the held-out recording agrees, (c) it removes a share of the error that is worth a name, and (d) it moves a
+channel by more than the floor. Simple effects come first; what only refines one of them (a friction that is also asymmetric) may then
+take its place.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from lathesim.diagnosis.fit import Fitted, Free, fit, profile_likelihood, with_start
+from lathesim.component import Parameter
+from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.problem import Rig, baseline_free
 from lathesim.diagnosis.screening import Screened, screen
 from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Bench, Model, Tell, Trial, is_wide, judged_score
+from lathesim.diagnosis.waves import wave_points
+from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
-
-_FAST_FAMILIES = frozenset({"lag", "structure", "once per turn", "encoder", "drive range", "recording"})
-"""Families that show above the frequencies of the motion; a model with one of them is fitted on all frequencies."""
-
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -28,149 +29,172 @@ class Settings:
     """How the search goes about it."""
 
     most_effects: int = 4
-    screened: int = 10
-    margin: float = 12.0
-    """Nats by which a fit must get better beyond its parameters' due; calibrated on recordings in which nothing is hidden."""
+    screened: int = 5
+    """Candidates fitted in one round."""
+    worth_a_fit: float = 0.25
+    """Share of the best candidate's promise below which a candidate is not fitted."""
+    margin: float = 10.0
+    """Nats by which a fit must get better beyond its parameters' due and beyond what chance reaches among the candidates."""
+    per_parameter: float = 3.0
     held_out_margin: float = 3.0
-    tie: float = 4.0
-    """Nats within which two candidates cannot be told apart."""
     smallest_move: float = 1.0
-    """Floors by which an effect must move a channel to be worth a name."""
+    """An effect must move a channel by more than this many times what is left unexplained there."""
+    share_of_all: float = 0.03
+    share_of_rest: float = 0.15
+    """An effect must remove both of these shares of the error: of all that was there, and of what the others left ..."""
+    nearly_all_of_rest: float = 0.6
+    """... or this share of what the others left, however little of all that is."""
 
 
-@dataclass(frozen=True)
-class Trial:
-    """A candidate that was fitted on top of a model: its likelihood gain on the fitted and on the held-out recording [nats]."""
-
-    term: Term
-    fitted: Fitted
-    gain: float
-    held_out_gain: float
-    moves: float
-
-
-@dataclass(frozen=True)
-class Model:
-    """The baseline with the effects believed so far."""
-
-    terms: tuple[Term, ...]
-    fitted: Fitted
-    held_out: float
-
-
-@dataclass(frozen=True)
+@dataclass
 class Found:
-    """The outcome of a search: the refitted baseline, the model, and for each believed effect what was tried beside it."""
+    """The outcome of a search, as far as it has come: the refitted baseline, the model, and what was tried beside each effect."""
 
     baseline: Model
     model: Model
     trials: dict[str, list[Trial]] = field(default_factory=dict)
+    tried: list[Trial] = field(default_factory=list)
+    """Every candidate that was fitted, in order."""
     screened: tuple[Screened, ...] = ()
-    rejected: tuple[Trial, ...] = ()
+    chance: float = 0.0
+    """What chance reaches in the last round of screening [nats]."""
+    complete: bool = False
 
 
 def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell | None = None) -> Found:
-    """Search the candidates of a rig; ``held_out`` judges."""
+    """Search the candidates of a rig; ``held_out`` judges. Stopped with Ctrl-C it gives what was found until then."""
     chosen = settings or Settings()
-    say = tell or (lambda text: None)
-    say("fitting the baseline")
-    free = [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)]
-    fitted = fit(rig.sensed, free, rounds=4)
-    baseline = Model((), fitted, held_out_score(held_out, fitted, ()))
-    model = baseline
-    trials: dict[str, list[Trial]] = {}
-    rejected: list[Trial] = []
-    ranked: list[Screened] = []
-    while len(model.terms) < chosen.most_effects:
-        say(f"screening {len(rig.candidates) - len(model.terms)} candidates")
-        left = [term for term in rig.candidates if term not in model.terms]
-        ranked = screen(rig.sensed, model.fitted, left)
-        tried = [_try(rig, held_out, model, item, say) for item in ranked[: chosen.screened] if item.gain > 0.5 * chosen.margin]
-        good = [trial for trial in tried if _believable(trial, chosen)]
-        rejected = [trial for trial in tried if trial not in good]
+    bench = Bench(rig, held_out, tell or (lambda text: None))
+    bench.say("fitting the baseline")
+    fitted = fit(rig.sensed, [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)], rounds=3)
+    bench.weigh(fitted)
+    baseline = bench.model((), fitted)
+    found = Found(baseline, baseline)
+    try:
+        _grow(bench, found, chosen)
+        if _refine(bench, found, chosen):
+            _grow(bench, found, chosen)
+        found.complete = True
+    except KeyboardInterrupt:
+        bench.say("stopped; what was found until here is kept")
+    return found
+
+
+def _grow(bench: Bench, found: Found, settings: Settings) -> None:
+    """Add effects one at a time as long as one is believable."""
+    while len(found.model.terms) < settings.most_effects:
+        left = [term for term in bench.rig.candidates if term not in found.model.terms and _is_due(term, found.model, bench.rig)]
+        bench.say(f"screening {len(left)} candidates")
+        screening = screen(bench.rig.sensed, found.model.fitted, left, wave_points(bench.rig, found.model.fitted, left))
+        found.screened, found.chance = screening.ranked, screening.chance
+        bench.say(f"chance {screening.chance:.0f}; " + ", ".join(f"{x.term.name}@{x.term.at} {x.gain:.0f}" for x in screening.ranked[:8]))
+        tried: list[Trial] = []
+        for item in screening.ranked[: settings.screened]:
+            if item.gain < max(0.5 * (settings.margin + screening.chance), settings.worth_a_fit * screening.ranked[0].gain):
+                break
+            starts = item.starts[: 2 if len(item.term.parameters) > 1 else 1]
+            tried.append(bench.trial(found.model, item.term, found.model.terms, found.model.free, starts))
+        found.tried += tried
+        good = [trial for trial in tried if believable(trial, settings, screening.chance)]
         if not good:
-            break
-        good.sort(key=lambda trial: -_merit(trial))
+            return
+        good.sort(key=lambda trial: -merit(trial, settings))
         best = good[0]
-        trials[best.term.part] = good
-        model = Model((*model.terms, best.term), best.fitted, model.held_out + best.held_out_gain)
-        say(f"{best.term.name} at {best.term.at}: {best.gain:.0f} nats, {best.held_out_gain:.0f} on the held-out recording")
-        model = _eliminate(rig, held_out, model, chosen, say)
-    return Found(baseline, model, trials, tuple(ranked), tuple(rejected))
+        found.trials[best.term.part] = good
+        found.model = bench.settled(best.model)
+        bench.say(f"{best.term.name} at {best.term.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
+        _eliminate(bench, found, settings)
 
 
-def _merit(trial: Trial) -> float:
-    return min(trial.gain, 2.0 * trial.held_out_gain + trial.gain) - 2.5 * len(trial.term.parameters)
+def _is_due(term: Term, model: Model, rig: Rig) -> bool:
+    """Say whether a term may be added: it is no refinement, what it stands on is there, and no refined form of it is."""
+    there = {(name, other.at) for other in model.terms for name in (other.name, *other.effect.refines)} | _in_baseline(rig)
+    refined = {(name, other.at) for other in model.terms for name in other.effect.refines}
+    stands = not term.effect.needs or any((name, term.at) in there for name in term.effect.needs)
+    return not term.effect.refines and stands and (term.name, term.at) not in refined
 
 
-def _believable(trial: Trial, settings: Settings) -> bool:
-    due = settings.margin + 3.0 * len(trial.term.parameters)
-    return trial.gain > due and trial.held_out_gain > settings.held_out_margin and trial.moves > settings.smallest_move
+def _in_baseline(rig: Rig) -> set[tuple[str, str]]:
+    """Give what the lesson's machine has already: (effect, host), an inserted one or a parameter of the host with its name."""
+    parts = {part.name: part.component for part in rig.machine.assembly.parts}
+    there = set()
+    for wire in rig.machine.assembly.wires:
+        source, target = wire.source.partition(".")[0], wire.target.partition(".")[0]
+        for effect, host in ((source, target), (target, source)):
+            if effect in parts and host in parts and issubclass(parts[effect], Effect):
+                there.add((parts[effect].__name__, host))
+    for name, component in parts.items():
+        if any("coulomb" in item for item in component.declared(Parameter)):
+            there.add(("CoulombFriction", name))
+    return there
 
 
-def _try(rig: Rig, held_out: Rig, model: Model, item: Screened, say: Tell) -> Trial:
-    best: Fitted | None = None
-    for start in item.starts[:2]:
-        free = [*with_start(model.fitted), *term_free(item.term, start)]
-        fitted = fit(rig.sensed, free, model.fitted.constant, rounds=3, wide=is_wide((*model.terms, item.term)))
-        if best is None or fitted.score > best.score:
-            best = fitted
-    assert best is not None
-    terms = (*model.terms, item.term)
-    gain = judged_score(rig, best) - judged_score(rig, model.fitted)
-    held = held_out_score(held_out, best, terms) - model.held_out if gain > 0 else -np.inf
-    say(f"  {item.term.name} at {item.term.at}: {gain:.0f}, held out {held:.0f}")
-    return Trial(item.term, best, gain, float(held), _moves(rig, best, item.term))
+def _refine(bench: Bench, found: Found, settings: Settings) -> bool:
+    """Let a refined form take the place of an effect where it removes much of what is left; say whether one did."""
+    changed = False
+    for term in found.model.terms:
+        rest = tuple(other for other in found.model.terms if other is not term)
+        finer = [other for other in bench.rig.candidates if other.at == term.at and term.name in other.effect.refines]
+        kept = [item for item in found.model.free if item.name not in term.parameters]
+        swaps = [bench.trial(found.model, other, rest, kept, _refined_starts(term, other, found.model)) for other in finer]
+        found.tried += swaps
+        good = [trial for trial in swaps if believable(trial, settings, 0.0) and trial.share_of_all > settings.share_of_all]
+        if good:
+            best = max(good, key=lambda trial: merit(trial, settings))
+            bench.say(f"{best.term.name} takes the place of {term.name}: {best.gain:.0f} nats")
+            found.trials[best.term.part] = good
+            found.model = bench.settled(best.model)
+            changed = True
+    return changed
 
 
-def is_wide(terms: Sequence[Term]) -> bool:
-    """Say whether a model is to be fitted on all frequencies."""
-    return any(term.family in _FAST_FAMILIES for term in terms)
+def _refined_starts(term: Term, other: Term, model: Model) -> list[FloatArray]:
+    """Give starting values of the finer form: what it has in common with the simple one as fitted, the rest neutral or typical."""
+    values = model.fitted.by_name
+    start = other.neutral.copy()
+    for position, name in enumerate(other.parameters):
+        item = name.partition(".")[2]
+        otherwise = start[position] if item in other.effect.neutral else other.points[0][position]
+        start[position] = values.get(f"{term.part}.{item}", otherwise)
+    return [start, *[np.where(start == other.neutral, point, start) for point in other.points[:2]]]
 
 
-def judged_score(rig: Rig, fitted: Fitted) -> float:
-    """Give the likelihood of a fit with noise that may be slow, less its penalty [nats]."""
-    shapes = rig.sensed.noise_shapes(fitted.by_name, coloured=True)
-    return profile_likelihood(fitted.residual, shapes) - 0.5 * fitted.penalty
+def merit(trial: Trial, settings: Settings) -> float:
+    """Give what a trial is chosen by: its gain on both recordings, less its parameters' due [nats]."""
+    agreed = min(trial.gain, trial.held_out_gain) + 0.5 * trial.gain
+    return agreed - settings.per_parameter * len(trial.term.parameters)
 
 
-def term_free(term: Term, start: FloatArray) -> list[Free]:
-    """Give the parameters of a term as free ones, starting at ``start``."""
-    spread = np.maximum(np.abs(term.points).max(axis=0, initial=0.0), np.abs(start)) if len(term.points) else np.abs(start)
-    return [
-        Free(name, float(value), max(float(scale) * 0.3, 1e-12), float(low), float(high))
-        for name, value, scale, low, high in zip(term.parameters, start, spread, term.low, term.high, strict=True)
-    ]
+def believable(trial: Trial, settings: Settings, chance: float) -> bool:
+    """Say whether a trial's effect is to be believed."""
+    due = settings.margin + settings.per_parameter * len(trial.term.parameters) + chance
+    much = trial.share_of_all > settings.share_of_all and trial.share_of_rest > settings.share_of_rest
+    worth = much or trial.share_of_rest > settings.nearly_all_of_rest
+    return trial.gain > due and trial.held_out_gain > settings.held_out_margin and trial.moves > settings.smallest_move and worth
 
 
-def _moves(rig: Rig, fitted: Fitted, term: Term) -> float:
-    """Give by how many floors the effect moves the channel it moves most (root mean square)."""
-    with_it = fitted.by_name
-    without = {**with_it, **dict(zip(term.parameters, term.neutral.tolist(), strict=True))}
-    names = list(with_it)
-    first, second = rig.sensed.residuals(names, np.array([[with_it[name] for name in names], [without[name] for name in names]]))
-    return float(np.max(np.sqrt(np.mean((first - second) ** 2, axis=1)) / rig.sensed.floors))
-
-
-def held_out_score(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> float:
-    """Give the likelihood of the held-out recording under a fitted model [nats]; what belongs to one recording is fitted anew."""
-    starts = rig.start_states(rig.sensed.plan)
-    own = {item.name for item in starts}
-    nuisance = {name for term in terms for name in term.nuisance}
-    values = fitted.by_name
-    free = [*starts, *[replace(item, start=values[item.name]) for item in fitted.free if item.name in nuisance]]
-    constant = {name: value for name, value in values.items() if name not in own and name not in nuisance}
-    judged = fit(rig.sensed, free, constant, rounds=2, iterations=6)
-    return judged_score(rig, judged)
-
-
-def _eliminate(rig: Rig, held_out: Rig, model: Model, settings: Settings, say: Tell) -> Model:
+def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:
     """Take out effects that the others have made needless."""
+    model = found.model
     for term in model.terms[:-1]:
-        rest = tuple(other for other in model.terms if other is not term)
-        free = [item for item in with_start(model.fitted) if item.name not in term.parameters]
-        fitted = fit(rig.sensed, free, model.fitted.constant, rounds=3, wide=is_wide(rest))
-        if judged_score(rig, model.fitted) - judged_score(rig, fitted) < settings.margin + 3.0 * len(term.parameters):
-            say(f"{term.name} at {term.at} is no longer needed")
-            return Model(rest, fitted, held_out_score(held_out, fitted, rest))
-    return model
+        rest: Sequence[Term] = tuple(other for other in model.terms if other is not term)
+        free = [item for item in model.free if item.name not in term.parameters]
+        fitted = fit(bench.rig.sensed, free, model.fitted.constant, rounds=1, wide=is_wide(rest))
+        lost = model.score.above(judged_score(bench.rig, fitted), wide=is_wide(model.terms))
+        if lost < settings.margin + settings.per_parameter * len(term.parameters):
+            bench.say(f"{term.name} at {term.at} is no longer needed")
+            found.model = bench.model(tuple(rest), fitted)
+            return
+
+
+def leave_out(found: Found, terms: Sequence[Term], rig: Rig, held_out: Rig, tell: Tell) -> None:
+    """Take effects out of what was found and fit the rest again."""
+    bench = Bench(rig, held_out, tell)
+    bench.weigh(found.baseline.fitted)
+    rest = tuple(term for term in found.model.terms if term not in terms)
+    if not rest:
+        found.model = found.baseline
+        return
+    gone = {name for term in terms for name in term.parameters}
+    free = [item for item in found.model.free if item.name not in gone]
+    found.model = bench.model(rest, fit(rig.sensed, free, found.model.fitted.constant, rounds=2, wide=is_wide(rest)))

@@ -4,17 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from lathesim.diagnosis.motion import velocity_of
 from lathesim.diagnosis.noise_model import NoiseShapes, noise_shapes
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan
 
+KICK = 1e-3
+"""Size of a kick of a state, in the state's unit; the response is scaled by the noise that is fitted."""
 LOST = 1e12
 """Residual, in floors, of a run whose numbers grew beyond all bounds."""
+
+
+@dataclass(frozen=True)
+class SecondSight:
+    """A channel (``row``) that shows the same motion as another (``first``): its place, or its speed times ``gain``.
+
+    What is unknown of the motion, the forces that nobody modelled, is the same in both; their difference shows the sensors and what
+    lies between them. Source: DIN ISO 230-2 compares scale and motor encoder in this way.
+    """
+
+    row: int
+    first: int
+    gain: float = 1.0
+    rate: bool = False
+
+    def expected(self, first: FloatArray, period: float) -> FloatArray:
+        """Give what the first sensor (samples,) makes one expect of this one."""
+        if not self.rate:
+            return self.gain * first
+        return np.asarray(self.gain * velocity_of(np.nan_to_num(first), period))
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +54,30 @@ class Simulator:
     recorded: FloatArray
     floors: FloatArray
     name: str = "the recording"
+    second_sight: tuple[SecondSight, ...] = ()
+
+    @cached_property
+    def seen(self) -> FloatArray:
+        """What was recorded, as the residual takes it: a second sensor of one motion shows its difference from the first."""
+        return self.as_seen(self.recorded)
+
+    @cached_property
+    def seen_floors(self) -> FloatArray:
+        """The floors of :attr:`seen`, (channels,)."""
+        floors = np.array(self.floors, dtype=float)
+        for sight in self.second_sight:
+            if not sight.rate:
+                floors[sight.row] = np.hypot(self.floors[sight.row], sight.gain * self.floors[sight.first])
+        return floors
+
+    def as_seen(self, channels: FloatArray) -> FloatArray:
+        """Give channels (channels, samples) with the difference in place of a second sensor of one motion."""
+        if not self.second_sight:
+            return channels
+        found = channels.copy()
+        for sight in self.second_sight:
+            found[sight.row] -= sight.expected(channels[sight.first], self.plan.assembly.sample_period)
+        return found
 
     @property
     def samples(self) -> int:
@@ -43,30 +91,44 @@ class Simulator:
         judged with. As the weight follows the machine, a round of fitting solves the equations of the instrumental-variable estimate and
         is not drawn towards a machine that answers less.
         """
-        kicks, motion = self._kicks(values)
+        _, kicks, motion = self.kicks(values)
         period = self.plan.assembly.sample_period
-        return tuple(noise_shapes(kicks[:, row], motion[row], floor, period, coloured=coloured) for row, floor in enumerate(self.floors))
+        rates = {sight.row for sight in self.second_sight if sight.rate}
+        return tuple(
+            noise_shapes(kicks[:, row], motion[row], floor, period, coloured=coloured, rate=row in rates)
+            for row, floor in enumerate(self.seen_floors)
+        )
 
-    def _kicks(self, values: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
-        """Give the response to a kick of each of the machine's own states (states, channels, samples), and the channels themselves."""
+    def kicks(self, values: Mapping[str, float]) -> tuple[list[str], FloatArray, FloatArray]:
+        """Give the machine's own states, the response to a kick of each (states, channels, samples), and the channels themselves."""
         states = [name for name in self.plan.states if not issubclass(self.plan.parts[name.partition(".")[0]].component, Effect)]
         names = list(dict.fromkeys([*values, *states]))
         base = np.array([values[name] if name in values else self._start(name) for name in names])
         rows = np.tile(base, (len(states) + 1, 1))
         for row, state in enumerate(states, start=1):
-            rows[row, names.index(state)] += max(1e-3 * abs(base[names.index(state)]), 1e-3)
+            rows[row, names.index(state)] += KICK
         runs = self.outputs(names, rows)
         kicks = np.array([run - runs[0] for run in runs[1:]]).reshape(len(states), *runs[0].shape)
-        return np.nan_to_num(kicks, nan=0.0, posinf=0.0, neginf=0.0), runs[0]
+        kicks[:, [sight.row for sight in self.second_sight]] = 0.0
+        return states, np.nan_to_num(kicks, nan=0.0, posinf=0.0, neginf=0.0), runs[0]
 
     def _start(self, state: str) -> float:
         return self.plan.start_states[self.plan.states[state]]
 
     def outputs(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
-        """Give the simulated channels, shape (channels, samples), for each row of ``values`` of the names that are set."""
+        """Give the simulated channels, shape (channels, samples), for each row of ``values`` of the names that are set.
+
+        A second sensor of one motion shows its difference from the first, as in :attr:`seen`.
+        """
         positions = [self.plan.channels.index(channel) for channel in self.channels]
         pick: Callable[[FloatArray], FloatArray] = lambda record: record[positions].copy()  # noqa: E731 - one expression, named for the reader
-        return Batch(self.plan, self.samples, noisy=False).run(list(names), values, pick)
+        return [self.as_seen(run) for run in Batch(self.plan, self.samples, noisy=False).run(list(names), values, pick)]
+
+    def channel(self, names: Sequence[str], values: Sequence[float], position: int) -> FloatArray:
+        """Give one recorded output of the plan by its position, shape (samples,)."""
+        pick: Callable[[FloatArray], FloatArray] = lambda record: record[position].copy()  # noqa: E731 - one expression, named for the reader
+        found: FloatArray = Batch(self.plan, self.samples, noisy=False).run(list(names), np.array([values], dtype=float), pick)[0]
+        return found
 
     def residuals(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
         """Give recorded minus simulated for each row of ``values``; zero where nothing was recorded."""
@@ -74,9 +136,9 @@ class Simulator:
 
     def residual_of(self, output: FloatArray) -> FloatArray:
         """Give recorded minus ``output``; zero where nothing was recorded, very large where the run was lost."""
-        bound = LOST * self.floors[:, None]
-        residual = np.clip(np.nan_to_num(self.recorded - output, nan=np.inf, posinf=np.inf, neginf=-np.inf), -bound, bound)
-        return np.where(np.isfinite(self.recorded), residual, 0.0)
+        bound = LOST * self.seen_floors[:, None]
+        residual = np.clip(np.nan_to_num(self.seen - output, nan=np.inf, posinf=np.inf, neginf=-np.inf), -bound, bound)
+        return np.where(np.isfinite(self.seen), residual, 0.0)
 
     def one(self, values: Mapping[str, float]) -> FloatArray:
         """Give the residual for one set of values by name."""

@@ -6,13 +6,13 @@ numbers and never compiles.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import qmc
 
-from lathesim.component import Component, Input, Parameter
+from lathesim.component import Component, Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.engine.wiring import wire
@@ -56,14 +56,22 @@ class Term:
         return tuple(f"{self.part}.{name}" for name in self.effect.nuisance)
 
 
-def insert_candidates(assembly: Assembly, effects: Iterable[type[Effect]]) -> tuple[Assembly, list[Term]]:
-    """Give the assembly with every candidate in it, neutral, and the terms they make."""
+def insert_candidates(
+    assembly: Assembly, effects: Iterable[type[Effect]], compared: Collection[str] | None = None
+) -> tuple[Assembly, list[Term]]:
+    """Give the assembly with every candidate in it, neutral, and the terms they make.
+
+    With ``compared`` channels, sensors that neither give one of them nor feed a part are left alone: nothing at them can be seen.
+    """
+    unseen = {part.name for part in assembly.parts if compared is not None and _is_unseen(assembly, part, compared)}
     driven = {part.name for part in assembly.parts if _has_drive_before_it(assembly, part)}
     places = [
         (effect, part.name)
         for effect in _in_acting_order(effects)
         for part in assembly.parts
-        if _fits(effect, part.component) and not (effect.site == "drive" and part.name in driven)
+        if part.name not in unseen
+        and _fits(effect, part.component)
+        and not (effect.site == "drive" and part.name in driven)
     ]
     terms: list[Term] = []
     result = assembly
@@ -81,6 +89,14 @@ def insert_candidates(assembly: Assembly, effects: Iterable[type[Effect]]) -> tu
         result = trial
         terms.append(_term(name, effect, placed.component, host))
     return result, terms
+
+
+def _is_unseen(assembly: Assembly, part: Part, compared: Collection[str]) -> bool:
+    ports = part.component.ports
+    if "reading" not in ports or "measured" not in ports:
+        return False
+    outputs = {f"{part.name}.{name}" for name in part.component.declared(Output)}
+    return not outputs & set(compared) and not any(wire.source in outputs for wire in assembly.wires)
 
 
 def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
@@ -104,9 +120,7 @@ def _decides(component: type[Component]) -> bool:
 def _fits(effect: type[Effect], host: type[Component]) -> bool:
     if issubclass(host, Effect) or _decides(host):
         return False
-    sitting = {taken for taken, _ in effect.pairs().values()}
-    roles = set(effect.pairs()) | {name for name, item in effect.declared(Input).items() if name not in sitting and item.default is None}
-    return roles <= set(host.ports)
+    return set(effect.pairs()) <= set(host.ports)
 
 
 def _snake(name: str) -> str:
@@ -114,16 +128,29 @@ def _snake(name: str) -> str:
     return "".join(f"_{letter.lower()}" if letter.isupper() and place else letter.lower() for place, letter in enumerate(name))
 
 
+_LENGTH, _ANGLE, _SPEED, _FORCE = "m", "rad", "rad/s", "N"
 _SIGNALS = {
-    "BeltSlip": ("rad/s",),
-    "SpeedDroop": ("rad/s",),
-    "DynamometerDrift": ("N",),
-    "DynamometerResonance": ("N",),
-    "DynamometerCrosstalk": ("N",),
-    "ThermalScrewGrowth": ("m",),
-    "CumulativePitchError": ("m",),
+    "BeltSlip": (_SPEED,),
+    "SpeedDroop": (_SPEED,),
+    "TachometerRipple": (_SPEED,),
+    "DynamometerDrift": (_FORCE,),
+    "DynamometerResonance": (_FORCE,),
+    "DynamometerCrosstalk": (_FORCE,),
+    "ThermalScrewGrowth": (_LENGTH,),
+    "CumulativePitchError": (_LENGTH,),
+    "PeriodicPitchError": (_LENGTH,),
+    "SpindleGrowth": (_LENGTH,),
+    "ToolCompliance": (_LENGTH,),
+    "WorkpieceDeflection": (_LENGTH,),
+    "BaseRocking": (_LENGTH,),
+    "Backlash": (_LENGTH, _ANGLE),
+    "TorsionalWindUp": (_LENGTH, _ANGLE),
+    "EncoderEccentricity": (_LENGTH, _ANGLE),
+    "EncoderInterpolationError": (_LENGTH, _ANGLE),
+    "LostCounts": (_LENGTH, _ANGLE),
     "SampleJitter": (),
 }
+"""Units of the wires on which an effect makes sense, where it does not on any."""
 
 
 def _carries(effect: type[Effect], placed: type[Component]) -> bool:

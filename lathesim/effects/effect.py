@@ -48,6 +48,10 @@ class Effect(Component):
     """The same where the host turns: torque, angle, angular velocity instead of force, position, velocity. Empty: as ``typical``."""
     nuisance: ClassVar[tuple[str, ...]] = ()
     """Parameters that belong to one recording and not to the machine (a phase moves when an encoder's zero moves)."""
+    refines: ClassVar[tuple[str, ...]] = ()
+    """Simpler effects that this one contains: it is tried where one of them was found, in its place."""
+    needs: ClassVar[tuple[str, ...]] = ()
+    """Effects it stands on top of: it is tried only where one of them, or a refinement of one, was found at the same host."""
     fingerprint: ClassVar[str] = ""
     """What it looks like in a recording."""
     confused_with: ClassVar[tuple[str, ...]] = ()

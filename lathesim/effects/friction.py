@@ -80,6 +80,7 @@ class StribeckFriction(Effect):
     Left out: the lag of the lubricant film behind the speed (frictional memory).
     """
 
+    needs = ("CoulombFriction",)
     catalogue, family, site = 2, "reversal", "effort"
     neutral = {"excess": 0.0}
     typical = {"excess": (1.0, 100.0), "stribeck_velocity": (0.001, 0.02), "shape": (1.0, 2.0)}
@@ -119,6 +120,7 @@ class AsymmetricFriction(Effect):
     The level is the mean of both directions; the viscous difference adds to the slope going forward and takes from it coming back.
     """
 
+    refines = ("CoulombFriction",)
     catalogue, family, site = 4, "reversal", "effort"
     neutral = {"level": 0.0, "viscous_difference": 0.0}
     typical = {"level": (5.0, 100.0), "asymmetry": (-0.4, 0.4), "viscous_difference": (-200.0, 200.0)}
@@ -166,6 +168,7 @@ class PositionDependentFriction(Effect):
     Never negative. On top of CoulombFriction the amplitude also raises the mean, so the Coulomb level falls by as much in a fit.
     """
 
+    needs = ("CoulombFriction",)
     catalogue, family, site = 6, "once per turn", "effort"
     neutral = {"amplitude": 0.0}
     typical = {"amplitude": (1.0, 40.0), "period": (0.002, 0.5), "phase": (-math.pi, math.pi)}

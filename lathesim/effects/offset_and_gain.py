@@ -38,18 +38,16 @@ class ForceOffset(Effect):
 
 
 class ConverterOffset(Effect):
-    """An offset and a coarse step of a digital-to-analogue converter or its amplifier.
+    """An offset of a digital-to-analogue converter or its amplifier.
 
-    u_out = round(u_in / resolution) resolution + offset          (no rounding where the resolution is 0)
-
-    Left out: steps that differ in size (integral non-linearity).
+    u_out = u_in + offset
     """
 
     catalogue, family, site = 23, "constants", "drive"
-    neutral = {"offset": 0.0, "resolution": 0.0}
-    typical = {"offset": (-0.2, 0.2), "resolution": (0.0, 0.08)}
-    typical_rotary = {"offset": (-0.2, 0.2), "resolution": (0.0, 0.08)}
-    fingerprint = "A constant between commanded and acting voltage, or a staircase over the command."
+    neutral = {"offset": 0.0}
+    typical = {"offset": (-0.2, 0.2)}
+    typical_rotary = {"offset": (-0.2, 0.2)}
+    fingerprint = "A constant between commanded and acting voltage."
     confused_with = ("ForceOffset, the same thing without a current channel",)
     experiment = (
         "Command zero and measure the current; scan the command slowly through its range. In volts the offset scales with the "
@@ -63,15 +61,35 @@ class ConverterOffset(Effect):
     incoming = Input("{signal}", doc="command before the converter's fault")
     outgoing = Output("{signal}", doc="command that acts")
     offset = Parameter("{signal}", 0.0, doc="constant added to the command")
+
+    @staticmethod
+    def output(incoming: float, offset: float) -> float:
+        return incoming + offset if offset != 0.0 else incoming
+
+
+class ConverterResolution(Effect):
+    """A converter whose steps are coarser than they are said to be.
+
+    u_out = round(u_in / resolution) resolution
+
+    Left out: steps that differ in size (integral non-linearity).
+    """
+
+    catalogue, family, site = 23, "drive range", "drive"
+    neutral = {"resolution": 0.0}
+    typical = {"resolution": (5e-3, 0.1)}
+    fingerprint = "A staircase over the command: what acts stays while the command moves by less than a step."
+    confused_with = ("AmplifierDeadZone, which is flat only around zero",)
+    experiment = "Scan the command slowly through its range and measure the current: steps of one height show everywhere."
+    source = "Kester (ed.), The Data Conversion Handbook, Newnes 2005, ch. 2; 8 to 12 bit on +-10 V: 5 to 80 mV."
+
+    incoming = Input("{signal}", doc="command before the converter")
+    outgoing = Output("{signal}", doc="command that acts")
     resolution = Parameter("{signal}", 0.0, low=0.0, doc="smallest step; 0 for none")
 
     @staticmethod
-    def output(incoming: float, offset: float, resolution: float) -> float:
-        if offset == 0.0 and resolution == 0.0:
-            return incoming
-        if resolution == 0.0:
-            return incoming + offset
-        return math.floor(incoming / resolution + 0.5) * resolution + offset
+    def output(incoming: float, resolution: float) -> float:
+        return math.floor(incoming / resolution + 0.5) * resolution if resolution > 0.0 else incoming
 
 
 class DriveGainError(Effect):

@@ -31,6 +31,7 @@ class PreslidingFriction(Effect):
     Left out: the stiffness of a contact that has rested for long, and the lag of the lubricant film.
     """
 
+    refines = ("CoulombFriction",)
     catalogue, family, site = 3, "reversal", "effort"
     neutral = {"level": 0.0}
     typical = {

@@ -9,7 +9,7 @@ from lathesim.effects.effect import Effect
 STOCK = {
     "friction": ("CoulombFriction", "StribeckFriction", "AsymmetricFriction", "PositionDependentFriction", "ViscousWarmUp"),
     "presliding": ("PreslidingFriction",),
-    "offset_and_gain": ("ForceOffset", "ConverterOffset", "DriveGainError", "ScaleFactorError"),
+    "offset_and_gain": ("ForceOffset", "ConverterOffset", "ConverterResolution", "DriveGainError", "ScaleFactorError"),
     "play": ("Backlash",),
     "screw_error": ("CumulativePitchError", "PeriodicPitchError", "ThermalScrewGrowth", "SquarenessError"),
     "structure": ("AxialResonance", "TorsionalWindUp", "BaseRocking"),

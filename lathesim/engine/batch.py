@@ -7,7 +7,6 @@ a run changes. Memory is one scratch record a thread, whatever the number of mem
 from __future__ import annotations
 
 import os
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.fuse import fuse
-from lathesim.engine.module_cache import compiled_module
+from lathesim.engine.module_cache import compiled_machine
 from lathesim.engine.noise import draw_noise
 from lathesim.engine.run_arrays import RunArrays, start_arrays
 from lathesim.engine.stability import check_step
@@ -33,7 +32,7 @@ class Batch:
     ``run`` takes names (``part.parameter`` or ``part.state``) and values of shape (members, names) in SI and gives one result a member:
     what ``reduce`` makes of the recorded values, shape (channels, samples), in the order of ``plan.channels``. A run that ends early, or
     whose numbers grow beyond all bounds, is filled with NaN. With ``noisy`` off every ``Noise`` is zero: the expected run. ``reduce`` must
-    not keep the array it is given; it is used again.
+    not keep the array it is given; it is used again. One that gives a number makes the memory independent of how many members there are.
     """
 
     plan: Plan
@@ -48,47 +47,43 @@ class Batch:
         members = np.atleast_2d(np.asarray(values, dtype=float))
         positions = [plan.settable(name) for name in names]
         base = start_arrays(plan)
-        module = compiled_module(fuse_once(plan))
+        module = compiled_machine(fuse(plan))
         noise = draw_noise(plan.noises, self.seed, 0, self.samples)
         if not self.noisy:
             noise[:] = 0.0
-        scratch = threading.local()
         assembly = plan.assembly
+        results: list[Any] = [None] * len(members)
+        turns = iter(range(len(members)))
 
-        def one(row: FloatArray) -> Any:
-            if not hasattr(scratch, "record"):
-                scratch.record = np.zeros((max(1, len(plan.channels)), self.samples))
-            record = scratch.record
-            live = _member(base, positions, row)
-            done, _ = module.run_block(
-                0, self.samples, assembly.sample_period, assembly.step, plan.steps_per_sample, live.parameters, live.states, live.discrete,
-                live.memories, live.tables, noise, record,
-            )  # fmt: skip
-            record[:, done:] = np.nan
-            return reduce(record[: len(plan.channels)])
+        def work() -> None:
+            """Take member after member until none is left, with one scratch record for all."""
+            record = np.zeros((self.samples, len(plan.channels)))
+            for turn in turns:
+                live = _member(base, positions, members[turn])
+                done = module.run_block(
+                    0, self.samples, assembly.sample_period, assembly.step, plan.steps_per_sample, live.parameters, live.states,
+                    live.discrete, live.memories, live.tables, noise, record.reshape(-1),
+                )  # fmt: skip
+                record[abs(done) :] = np.nan
+                results[turn] = reduce(record.T)
 
-        threads = self.threads or os.cpu_count() or 1
-        if threads == 1 or len(members) == 1:
-            return [one(row) for row in members]
+        threads = min(self.threads or os.cpu_count() or 1, len(members))
+        if threads <= 1:
+            work()
+            return results
         with ThreadPoolExecutor(threads) as pool:
-            return list(pool.map(one, members))
+            tasks = [pool.submit(work) for _ in range(threads)]
+            try:
+                for task in tasks:
+                    task.result()
+            except BaseException:
+                list(turns)  # leaves nothing for the other threads to begin
+                raise
+        return results
 
     def check_step(self, overrides: Mapping[str, float] | None = None) -> None:
         """Refuse a step that is too long for these values (:class:`WiringError`)."""
         check_step(self.plan, start_arrays(self.plan, overrides))
-
-
-_FUSED: dict[int, Any] = {}
-
-
-def fuse_once(plan: Plan) -> Any:
-    """Give the fused module of a plan, made once for each plan object."""
-    key = id(plan)
-    if key not in _FUSED or _FUSED[key][0] is not plan:
-        if len(_FUSED) > 64:
-            _FUSED.clear()
-        _FUSED[key] = (plan, fuse(plan))
-    return _FUSED[key][1]
 
 
 def _member(base: RunArrays, positions: Sequence[tuple[str, int]], row: FloatArray) -> RunArrays:

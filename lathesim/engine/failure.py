@@ -23,7 +23,7 @@ def describe_failure(plan: Plan, first: int, count: int, arrays: RunArrays, nois
     module = plain_module(fuse(plan, checked=True))
     module.check_law = _checker(plan)
     assembly = plan.assembly
-    record = [[0.0] * count for _ in plan.channels]
+    record = [0.0] * (count * len(plan.channels))
     given = arrays.as_lists()
     try:
         module.run_block(
@@ -56,10 +56,18 @@ def _checker(plan: Plan) -> Callable[..., Any]:
             if not isinstance(value, (int, float)):
                 raise _LawBrokeError(f"{where} gives {type(value).__name__} for {name}, a float is due.", time)
             if not math.isfinite(value):
-                raise _LawBrokeError(f"{part}.{name} stopped being a number at t = {time:.4g} s in {where}; it was given {inputs}.", time)
+                raise _LawBrokeError(f"{_broken(part, name, component, time)} in {where}; it was given {inputs}.", time)
         return result
 
     return check_law
+
+
+def _broken(part: str, name: str, component: Any, time: float) -> str:
+    """Say what broke; a part that is known to break somewhere (``breaks_where``) is unstable there, and says why."""
+    reason = getattr(component, "breaks_where", "")
+    if reason:
+        return f"{part} is unstable at t = {time:.4g} s: {reason}. {part}.{name} stopped being a number"
+    return f"{part}.{name} stopped being a number at t = {time:.4g} s"
 
 
 def _unit(component: Any, name: str) -> str:

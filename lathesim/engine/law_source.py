@@ -6,28 +6,48 @@ functions of which the same holds; all are copied under names of their own, so t
 
 from __future__ import annotations
 
-import ast
 import builtins
+import hashlib
 import inspect
 import math
-import textwrap
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
+from lathesim.engine.law_text import law_text
 from lathesim.errors import ComponentError
 
 _CALLABLE_BUILT_INS = {"abs", "min", "max", "int", "float", "len", "range", "bool"}
 
 
+@dataclass(frozen=True)
+class Piece:
+    """One function with the constants it uses: compiled on its own, so that a changed part compiles only itself and the wiring.
+
+    ``uses`` are the names of the functions it calls; the ``digest`` holds theirs too.
+    """
+
+    name: str
+    text: str
+    uses: tuple[str, ...]
+    digest: str
+
+
 class LawLibrary:
-    """Collects laws and what they use; ``text`` is Python source in which each stands once."""
+    """Collects laws and what they use; ``blocks`` is Python source in which each stands once, ``pieces`` the functions one by one."""
 
     def __init__(self) -> None:
         self._names: dict[Any, str] = {}
         self._taken: dict[str, int] = {}
+        self._constants: dict[str, str] = {}
         self.blocks: list[str] = []
-        self.functions: list[str] = []
+        self.pieces: dict[str, Piece] = {}
+
+    @property
+    def functions(self) -> list[str]:
+        """The names of the functions, each after those it calls."""
+        return list(self.pieces)
 
     def add(self, function: Callable[..., Any], wished: str) -> str:
         """Copy a function and give the name under which it now stands."""
@@ -35,47 +55,46 @@ class LawLibrary:
             return self._names[function]
         name = self._free(wished)
         self._names[function] = name
-        tree = _function_tree(function)
-        renames = self._references(function, tree)
-        tree = _Rename(renames).visit(tree)
-        tree.name = name
-        tree.decorator_list = []
-        tree.returns = None
-        for argument in [*tree.args.args, *tree.args.posonlyargs]:
-            argument.annotation = None
-        if ast.get_docstring(tree):
-            tree.body = tree.body[1:] or [ast.Pass()]
-        self.blocks.append(ast.unparse(ast.fix_missing_locations(tree)))
-        self.functions.append(name)
+        renames = self._references(function)
+        text = law_text(function).named(name, renames)
+        self.blocks.append(text)
+        self._keep_piece(name, text, list(renames.values()))
         return name
+
+    def in_place(self, function: Callable[..., Any], arguments: Mapping[str, str]) -> list[str] | None:
+        """Give what a short law returns, written for these arguments; none where it has to be called."""
+        text = law_text(function)
+        return None if text.values is None else text.in_place(arguments, self._references(function))
+
+    def _keep_piece(self, name: str, text: str, used: list[str]) -> None:
+        constants = [self._constants[item] for item in used if item in self._constants]
+        uses = tuple(item for item in used if item in self.pieces)
+        whole = "\n".join(["import math", *constants, text, ""])
+        inside = "\n".join([whole, *(f"{item} {self.pieces[item].digest}" for item in uses)])
+        self.pieces[name] = Piece(name, whole, uses, hashlib.sha256(inside.encode()).hexdigest()[:32])
 
     def _free(self, wished: str) -> str:
         count = self._taken.get(wished, 0)
         self._taken[wished] = count + 1
         return wished if count == 0 else f"{wished}_{count + 1}"
 
-    def _references(self, function: Callable[..., Any], tree: ast.FunctionDef) -> dict[str, str]:
+    def _references(self, function: Callable[..., Any]) -> dict[str, str]:
         renames: dict[str, str] = {}
-        local = _local_names(tree)
         scope = inspect.unwrap(function).__globals__
-        closure = inspect.getclosurevars(function).nonlocals
+        closure = inspect.getclosurevars(function).nonlocals if function.__closure__ else {}
         place = f"{function.__module__}.{function.__qualname__}"
-        for node in ast.walk(tree):
-            if not isinstance(node, ast.Name) or node.id in local or node.id in renames:
-                continue
-            name = node.id
+        for name, line in law_text(function).free:
             value = closure.get(name, scope.get(name, getattr(builtins, name, None)))
-            if value is math or name in _CALLABLE_BUILT_INS or name in ("True", "False"):
+            if value is math or (name in _CALLABLE_BUILT_INS and value is getattr(builtins, name)):
                 continue
             if isinstance(value, types.FunctionType):
                 renames[name] = self.add(value, f"{function.__module__.rpartition('.')[2]}_{name}")
             elif _is_number(value):
                 renames[name] = self._constant(name, value, function.__module__)
             else:
-                line = getattr(function, "__code__", None)
-                where = f" (line {line.co_firstlineno + node.lineno - 1})" if line else ""
                 raise ComponentError(
-                    f"the law uses '{name}'{where}, which is neither math, a number nor a plain function.",
+                    f"the law uses '{name}' (line {function.__code__.co_firstlineno + line - 1}), which is neither math, a number nor a "
+                    "plain function.",
                     place=place,
                     remedy="Laws take floats and give floats; keep everything else outside.",
                 )
@@ -85,7 +104,8 @@ class LawLibrary:
         key = (module, name, repr(value))
         if key not in self._names:
             self._names[key] = self._free(f"{module.rpartition('.')[2]}_{name}")
-            self.blocks.append(f"{self._names[key]} = {value!r}")
+            self._constants[self._names[key]] = f"{self._names[key]} = {value!r}"
+            self.blocks.append(self._constants[self._names[key]])
         return self._names[key]
 
 
@@ -93,43 +113,3 @@ def _is_number(value: object) -> bool:
     if isinstance(value, tuple):
         return bool(value) and all(_is_number(item) for item in value)
     return isinstance(value, (int, float)) and (not isinstance(value, float) or math.isfinite(value))
-
-
-def _function_tree(function: Callable[..., Any]) -> ast.FunctionDef:
-    try:
-        text = textwrap.dedent(inspect.getsource(function))
-        tree = ast.parse(text).body[0]
-    except (OSError, TypeError, SyntaxError) as error:
-        raise ComponentError(
-            "the source of the law cannot be read.", place=f"{function.__module__}.{function.__qualname__}", remedy="Write it in a file."
-        ) from error
-    if not isinstance(tree, ast.FunctionDef):
-        raise ComponentError(
-            "the law is no plain function.", place=f"{function.__module__}.{function.__qualname__}", remedy="Write it with def."
-        )
-    return tree
-
-
-def _local_names(tree: ast.FunctionDef) -> set[str]:
-    names = {argument.arg for argument in [*tree.args.args, *tree.args.posonlyargs]}
-    names |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-    annotations = [node.annotation for node in ast.walk(tree) if isinstance(node, (ast.arg, ast.AnnAssign)) and node.annotation]
-    annotations += [tree.returns] if tree.returns else []
-    names |= {node.id for item in annotations for node in ast.walk(item) if isinstance(node, ast.Name)}
-    decorators = {node.id for item in tree.decorator_list for node in ast.walk(item) if isinstance(node, ast.Name)}
-    return names | decorators
-
-
-class _Rename(ast.NodeTransformer):
-    def __init__(self, names: dict[str, str]) -> None:
-        self.names = names
-
-    def visit_Name(self, node: ast.Name) -> ast.Name:
-        node.id = self.names.get(node.id, node.id)
-        return node
-
-    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
-        self.generic_visit(node)
-        if node.value is None:
-            return ast.Pass()
-        return ast.Assign(targets=[node.target], value=node.value)

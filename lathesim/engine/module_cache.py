@@ -1,55 +1,50 @@
-"""Loading a fused module, plain or compiled; both come from the same file, named by the digest of its text.
+"""Loading a fused module, plain or compiled; both come from the same text, in files named by its digest.
 
-The file lies in the user's cache folder (``LATHESIM_CACHE`` or the system's usual place). As the name is the digest of everything the
-module is made of, a changed part, helper or constant makes a new file and the machine code beside it is never stale.
+As the name is the digest of everything the module is made of, a changed part, helper or constant makes a new file and the machine code
+beside it is never stale. The laws are compiled from files of their own, which all machines share: a changed part compiles only itself
+and the wiring.
 """
 
 from __future__ import annotations
 
 import functools
 import importlib.util
-import os
 import sys
-import tempfile
 import types
 from pathlib import Path
 from typing import Any
 
+from lathesim.engine.cache_folder import cache_folder, keep
+from lathesim.engine.compile_notice import say
 from lathesim.engine.fuse import FusedModule
+from lathesim.engine.law_source import Piece
+from lathesim.engine.machine_code import CompiledMachine, is_kept, load_code, make_code
+from lathesim.errors import SimulationError
 
-
-@functools.cache
-def cache_folder() -> Path:
-    """Give the folder for generated modules and their machine code, made if absent; a temporary one where it cannot be written."""
-    chosen = os.environ.get("LATHESIM_CACHE")
-    base = Path(os.environ.get("XDG_CACHE_HOME", "")) if os.environ.get("XDG_CACHE_HOME") else Path.home() / ".cache"
-    folder = Path(chosen) if chosen else base / "lathesim" / f"python{sys.version_info.major}.{sys.version_info.minor}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=folder):
-            pass
-    except OSError:
-        folder = Path(tempfile.mkdtemp(prefix="lathesim-cache-"))
-    return folder
+_WIRING_TIME, _LINE_TIME, _LAW_TIME = 0.6, 0.006, 0.12
+"""Seconds it takes to load the compiler, to compile a line of wiring and a law; about 1.5 times what a quiet core of 2.5 GHz takes."""
 
 
 def module_path(fused: FusedModule) -> Path:
     """Give the file of a fused module, written when it is not there (or not what it should be)."""
-    path = cache_folder() / f"machine_{fused.digest}.py"
-    if not path.exists() or path.read_text() != fused.source:
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, suffix=".tmp", delete=False) as file:
-            file.write(fused.source)
-        Path(file.name).replace(path)
-    return path
+    return keep(f"machine_{fused.digest}.py", fused.source.encode())
 
 
 def is_compiled(fused: FusedModule) -> bool:
     """Say whether machine code of the module lies in the cache."""
-    return any((cache_folder() / "__pycache__").glob(f"machine_{fused.digest}.run_block-*.nbi"))
+    return fused.digest in _MACHINES or is_kept(fused)
 
 
-def _load(fused: FusedModule, kind: str) -> types.ModuleType:
-    specification = importlib.util.spec_from_file_location(f"lathesim_{kind}_{fused.digest}", module_path(fused))
+def compile_time(fused: FusedModule) -> float:
+    """Give about how long the module takes to compile [s]; a law that another machine has in common with it is not compiled again."""
+    folder = cache_folder() / "__pycache__"
+    new = sum(not any(folder.glob(f"law_{piece.digest}.*.nbi")) for piece in fused.pieces)
+    lines = fused.source.count("\n", fused.source.index("def run_block("))
+    return _WIRING_TIME + _LINE_TIME * lines + _LAW_TIME * new
+
+
+def _load(path: Path, name: str) -> types.ModuleType:
+    specification = importlib.util.spec_from_file_location(name, path)
     assert specification is not None and specification.loader is not None
     module = importlib.util.module_from_spec(specification)
     sys.modules[specification.name] = module
@@ -60,15 +55,77 @@ def _load(fused: FusedModule, kind: str) -> types.ModuleType:
 @functools.lru_cache(maxsize=64)
 def plain_module(fused: FusedModule) -> Any:
     """Give the module as plain Python."""
-    return _load(fused, "plain")
+    return _load(module_path(fused), f"lathesim_plain_{fused.digest}")
 
 
-@functools.lru_cache(maxsize=64)
-def compiled_module(fused: FusedModule) -> Any:
-    """Give the module compiled by numba (no fast mathematics, the GIL released), from the cache where it is warm."""
+_MACHINES: dict[str, CompiledMachine] = {}
+
+
+def compiled_machine(fused: FusedModule) -> CompiledMachine:
+    """Give the module's ``run_block`` as machine code, from the cache where it is warm; whoever listens is told that it is compiled.
+
+    Raises :class:`SimulationError` where a law cannot be compiled.
+    """
+    if fused.digest not in _MACHINES:
+        machine = load_code(fused)
+        if machine is None:
+            say(f"Compiling once, about {max(1.0, compile_time(fused)):.0f} s.")
+            machine = _compiled(fused)
+        _MACHINES[fused.digest] = machine
+    return _MACHINES[fused.digest]
+
+
+def _compiled(fused: FusedModule) -> CompiledMachine:
+    """Compile a module (no fast mathematics)."""
+    from numba.core.errors import NumbaError, UnsupportedBytecodeError
+
+    from lathesim.engine.array_access import block_signature, matrix, vector
+
+    module: Any = _load(module_path(fused), f"lathesim_compiled_{fused.digest}")
+    given = {**compiled_laws(fused), "vector": vector, "matrix": matrix}
+    for name, function in given.items():
+        setattr(module, name, function)
+    block = _compiler(cache=False)(module.run_block)
+    signature = block_signature()
+    try:
+        block.compile(signature)
+    except (NumbaError, UnsupportedBytecodeError) as error:
+        raise _refusal(fused, error) from error
+    (compiled,) = block.overloads.values()
+    symbol = compiled.fndesc.llvm_func_name
+    made = make_code(fused, block.inspect_llvm(signature.args), symbol)
+    return made or CompiledMachine(compiled.library.get_pointer_to_function(symbol), block)
+
+
+def compiled_laws(fused: FusedModule) -> dict[str, Any]:
+    """Give the laws of a module, each made ready to be compiled (or taken from the cache) when the machine calls it."""
+    laws: dict[str, Any] = {}
+    for piece in fused.pieces:
+        laws[piece.name] = _compiled_law(piece, tuple(laws[name] for name in piece.uses))
+    return laws
+
+
+_LAWS: dict[str, Any] = {}
+
+
+def _compiled_law(piece: Piece, used: tuple[Any, ...]) -> Any:
+    if piece.digest not in _LAWS:
+        module = _load(keep(f"law_{piece.digest}.py", piece.text.encode()), f"lathesim_law_{piece.digest}")
+        for name, law in zip(piece.uses, used, strict=True):
+            setattr(module, name, law)
+        _LAWS[piece.digest] = _compiler(cache=True)(getattr(module, piece.name))
+    return _LAWS[piece.digest]
+
+
+def _compiler(cache: bool) -> Any:
+    """Give the compiler; what it makes is called from machine code only, and never has to be fit to be called from Python."""
     import numba
 
-    module = _load(fused, "compiled")
-    for name in fused.functions:
-        setattr(module, name, numba.njit(cache=True, nogil=True, error_model="numpy", boundscheck=False)(getattr(module, name)))
-    return module
+    return numba.njit(cache=cache, error_model="numpy", boundscheck=False, no_cfunc_wrapper=True, no_cpython_wrapper=True)
+
+
+def _refusal(fused: FusedModule, error: Exception) -> SimulationError:
+    lines = [line.strip() for line in str(error).splitlines() if line.strip() and "nopython mode" not in line]
+    law = next((piece.name for piece in fused.pieces if piece.name in str(error) or piece.digest in str(error)), "the wiring")
+    reason = (lines or [type(error).__name__])[0].partition(" Raised from")[0].rstrip(".")
+    return SimulationError(f"{law} cannot be compiled: {reason}.", remedy="Use floats and math only, or run with --plain.")

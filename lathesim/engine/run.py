@@ -13,9 +13,11 @@ import numpy as np
 
 import lathesim
 from lathesim.engine.assembly import FloatArray
+from lathesim.engine.compile_notice import say
+from lathesim.engine.endless import LawRunsOnError, Watch, may_run_on
 from lathesim.engine.failure import describe_failure
 from lathesim.engine.fuse import FusedModule, fuse
-from lathesim.engine.module_cache import compiled_module, plain_module
+from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, plain_module
 from lathesim.engine.noise import draw_noise
 from lathesim.engine.run_arrays import RunArrays, start_arrays
 from lathesim.engine.stability import check_step
@@ -24,9 +26,11 @@ from lathesim.errors import SimulationError
 from lathesim.record import Channel, Record
 
 ENGINES = ("auto", "plain", "compiled")
-_PLAIN_PATIENCE = 1.0
-"""Seconds of plain running after which ``auto`` loads the compiler; loading it and its cached code takes about as long."""
+_WORTH = 1.5
+"""How many times longer than compiling the rest of a plain run must take for ``auto`` to compile."""
 _BLOCK_TIME = 0.1
+_FIRST_BLOCK = {"plain": 256, "compiled": 4096}
+"""Samples of the first block; later ones are made to last about ``_BLOCK_TIME`` seconds."""
 _LONGEST_WITHOUT_END = 36000.0
 """Simulated seconds after which a run that has neither a duration nor come to its end is ended."""
 
@@ -40,6 +44,7 @@ class Sink(Protocol):
 
 @dataclass
 class _Progress:
+    expected: int
     first: int = 0
     finished: bool = False
     status: str = "complete"
@@ -57,12 +62,17 @@ def run(
     stop: threading.Event | None = None,
     sink: Sink | None = None,
     check_stability: bool = True,
+    expected_time: float | None = None,
 ) -> Record:
     """Run a plan and give its Record.
 
     ``duration`` [s] bounds the run; without it the run ends when the machine's ``finish`` output rises. ``overrides`` maps
     ``part.parameter`` and ``part.state`` to other values [SI]. ``progress`` is told the simulated time after each block; ``stop`` ends the
-    run after the current block, and Ctrl-C does the same. With a ``sink`` the values go there and the Record holds none.
+    run after the current block, or out of a law that does not end, and Ctrl-C does the same. With a ``sink`` the values go there and the
+    Record holds none.
+
+    ``engine`` "auto" takes machine code where it is at hand, and compiles only where the rest of the run, judged by ``expected_time`` [s],
+    would take longer plain. A machine that cannot be compiled runs plain, and whoever listens to the compiler is told why.
 
     Raises :class:`SimulationError` when a law breaks, with the data up to then in its ``record``.
     """
@@ -78,12 +88,15 @@ def run(
     last = round((duration if duration is not None else _LONGEST_WITHOUT_END) / period) + 1
     fused = fuse(plan)
     blocks: list[FloatArray] = []
-    state = _Progress(engine="compiled" if engine == "compiled" else "plain")
+    expected = round(expected_time / period) if duration is None and expected_time is not None else last if duration is not None else 0
+    state = _Progress(expected)
     failure = ""
-    try:
-        failure = _advance(plan, fused, arrays, state, last, seed, engine, blocks, progress, stop, sink, started)
-    except KeyboardInterrupt:
-        state.status = "stopped"
+    with Watch(plan, stop) as watch:
+        try:
+            failure = _advance(plan, fused, arrays, state, last, seed, engine, blocks, progress, stop, sink, watch)
+        except (KeyboardInterrupt, LawRunsOnError) as stopped:
+            failure = watch.verdict(stopped, state.first * period)
+            state.status = f"failed: {failure}" if failure else "stopped"
     if not state.finished and state.status == "complete" and duration is None:
         state.status = f"stopped: no end after {_LONGEST_WITHOUT_END:g} s"
     record = _record(plan, blocks, state, seed, clock.perf_counter() - started)
@@ -94,23 +107,29 @@ def run(
 
 def _advance(
     plan: Plan, fused: FusedModule, arrays: RunArrays, state: _Progress, last: int, seed: int, engine: str, blocks: list[FloatArray],
-    progress: Callable[[float], None] | None, stop: threading.Event | None, sink: Sink | None, started: float,
+    progress: Callable[[float], None] | None, stop: threading.Event | None, sink: Sink | None, watch: Watch,
 ) -> str:  # fmt: skip
     """Run block after block; give the sentence about what broke, empty where nothing did."""
-    module = compiled_module(fused) if engine == "compiled" else plain_module(fused)
-    live = arrays if engine == "compiled" else arrays.as_lists()
+    module, live = plain_module(fused), arrays
+    may_compile = engine == "compiled" or (engine == "auto" and not may_run_on(plan))
+    if may_compile and (engine == "compiled" or is_compiled(fused)):
+        module, may_compile = _machine_code(fused, state, module), False
+    if state.engine == "plain":
+        live = arrays.as_lists()
     period = plan.assembly.sample_period
-    size = min(256, last)
+    size = min(_FIRST_BLOCK[state.engine], last)
+    begun_at = clock.perf_counter()
     while state.first < last and not state.finished:
         if stop is not None and stop.is_set():
             state.status = "stopped"
             break
-        if engine == "auto" and state.engine == "plain" and clock.perf_counter() - started > _PLAIN_PATIENCE:
-            module, live, state.engine = compiled_module(fused), live.as_arrays(), "compiled"
+        if may_compile and state.first and _is_worth_compiling(fused, state, clock.perf_counter() - begun_at):
+            module, may_compile = _machine_code(fused, state, module), False
+            live = live.as_arrays() if state.engine == "compiled" else live
         count = min(size, last - state.first)
         noise = draw_noise(plan.noises, seed, state.first, count)
         before = live.copy()
-        begun = clock.perf_counter()
+        begun = watch.block_begun = clock.perf_counter()
         done, values, broken = _one_block(plan, module, live, state, count, noise)
         if broken or not np.isfinite(values).all():
             sentence, time = describe_failure(plan, state.first, count, before, noise.tolist())
@@ -128,19 +147,37 @@ def _advance(
     return ""
 
 
+def _machine_code(fused: FusedModule, state: _Progress, plain: Any) -> Any:
+    """Give the machine compiled; where it cannot be, say so and give it plain."""
+    try:
+        machine = compiled_machine(fused)
+    except SimulationError as error:
+        say(f"{error.fact} The run is plain, some fifty times slower.")
+        return plain
+    state.engine = "compiled"
+    return machine
+
+
+def _is_worth_compiling(fused: FusedModule, state: _Progress, spent: float) -> bool:
+    """Hold the rest of a plain run against compiling; a run of unknown length is taken to be half done."""
+    rest = spent * (state.expected / state.first - 1.0) if state.expected > state.first else spent
+    return rest > _WORTH * compile_time(fused)
+
+
 def _one_block(plan: Plan, module: Any, live: RunArrays, state: _Progress, count: int, noise: FloatArray) -> tuple[int, FloatArray, bool]:
     compiled = state.engine == "compiled"
-    channels = max(1, len(plan.channels))
-    record: Any = np.zeros((channels, count)) if compiled else [[0.0] * count for _ in range(channels)]
+    size = count * len(plan.channels)
+    record: Any = np.zeros(size) if compiled else [0.0] * size
     assembly = plan.assembly
     try:
-        done, state.finished = module.run_block(
+        done = module.run_block(
             state.first, count, assembly.sample_period, assembly.step, plan.steps_per_sample, live.parameters, live.states, live.discrete,
             live.memories, live.tables, noise if compiled else noise.tolist(), record,
         )  # fmt: skip
     except (ArithmeticError, ValueError, TypeError, IndexError):
-        return count, np.asarray(record, dtype=float)[: len(plan.channels)], True
-    return done, np.asarray(record, dtype=float)[: len(plan.channels), :done], False
+        return count, np.asarray(record, dtype=float).reshape(count, -1).T, True
+    state.finished, done = done < 0, abs(done)
+    return done, np.asarray(record, dtype=float).reshape(count, -1)[:done].T, False
 
 
 def _keep(values: FloatArray, state: _Progress, period: float, blocks: list[FloatArray], sink: Sink | None) -> None:

@@ -55,7 +55,7 @@ class RunArrays:
 
 
 def _list(values: Any) -> list[float]:
-    return [float(item) for item in values]
+    return [float(item) for item in values] if isinstance(values, (list, tuple)) else values.astype(float).tolist()
 
 
 def _rows(table: Any) -> list[list[float]]:

@@ -20,7 +20,8 @@ from lathesim.errors import WiringError
 
 def check_step(plan: Plan, arrays: RunArrays) -> None:
     """Refuse a step that is too long (:class:`WiringError`), naming the part that swings and the largest good step."""
-    if not plan.states:
+    values_seen = (arrays.parameters.tobytes(), arrays.states.tobytes(), arrays.discrete.tobytes())
+    if not plan.states or plan.kept.get("step checked for") == values_seen:
         return
     values, vectors = np.linalg.eig(jacobian(plan, arrays))
     step = plan.assembly.step
@@ -30,6 +31,7 @@ def check_step(plan: Plan, arrays: RunArrays) -> None:
     growth = np.where(decaying, np.abs(amplification(values * step)), 0.0)
     worst = int(np.argmax(growth))
     if growth[worst] <= 1.0 + 1e-9:
+        plan.kept["step checked for"] = values_seen
         return
     good = step
     while np.abs(amplification(values[decaying] * good)).max() > 1.0:

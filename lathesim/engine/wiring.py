@@ -26,7 +26,7 @@ class Plan:
     ``order`` is the order of the output and update laws at a sample instant, ``stage`` that of the outputs every RK4 stage needs.
     ``parameters``, ``states``, ``discrete``, ``memories``, ``tables`` and ``noises`` give the position of each ``part.name`` in the arrays
     a run is given; ``start_*`` their values. ``feeds`` tells for each input or replaced parameter what feeds it: ``("output", name)``,
-    ``("parameter", name)``.
+    ``("parameter", name)``. ``kept`` holds what was made of the plan and is used again (its fused module).
     """
 
     assembly: Assembly
@@ -47,6 +47,7 @@ class Plan:
     channels: tuple[str, ...]
     steps_per_sample: int
     varying: frozenset[Node] = field(default_factory=frozenset)
+    kept: dict[str, object] = field(default_factory=dict, compare=False, repr=False)
 
     def unit(self, name: str) -> str:
         """Give the unit of ``part.name``."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from lathesim.component import Component, Declaration, Input, Memory, Output, Parameter, State, Table
+from lathesim.conformance import line_of
 from lathesim.engine.assembly import FloatArray, Part, Wire
 from lathesim.errors import LessonError, nearest
 from lathesim.lessons.case import Case, Given, Insertion, case_of
@@ -17,7 +18,6 @@ from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import no_item, placed_at, si_value, take_value
 from lathesim.lessons.program_path import limits_of, path_of_program, start_of
-from lathesim.lessons.schema import PartEntry
 from lathesim.plugins import Registry
 from lathesim.units import same_dimension
 
@@ -43,7 +43,7 @@ def assemble_case(case: Case, registry: Registry, path: FloatArray | None = None
     """Give the assembly of a case, see :func:`assemble`; a ``path`` table takes the place of that of the part program."""
     machine = case.lesson.machine
     _refuse_unknown_parts(case)
-    parts = {name: _Placed(case, registry, name, entry) for name, entry in machine.settings.parts.items()}
+    parts = {name: _Placed(case, registry, name) for name in case.parts}
     wires = _wires(case, parts)
     _refuse_settings_without_effect(case, wires)
     path = _path(case, parts) if path is None else path
@@ -60,28 +60,29 @@ def assemble_case(case: Case, registry: Registry, path: FloatArray | None = None
 
 
 class _Placed:
-    """A part of the template with the case's changes: its component and the values that set it."""
+    """A part of the machine with the case's changes: its component and the values that set it."""
 
-    def __init__(self, case: Case, registry: Registry, name: str, entry: PartEntry) -> None:
-        source = case.lesson.machine.source
-        location = ("parts", name)
+    def __init__(self, case: Case, registry: Registry, name: str) -> None:
+        entry, source, location = case.parts[name].entry, case.parts[name].source, case.parts[name].location
         replaced = case.replace.get(name)
+        units = {**entry.units, **case.units.get(name, {})}
         self.name = name
         self.entry = entry
         self.every = case.every.get(name, entry.every)
         with placed_at(source.place((*location, "component"))):
             template = registry.component(entry.component).with_units(entry.units)
-        self.component = template
+            self.component = registry.component(entry.component).with_units(units)
         if replaced:
             with placed_at(replaced.place):
-                self.component = registry.component(str(replaced.value)).with_units(entry.units)
+                self.component = registry.component(str(replaced.value)).with_units(units)
+        changed = replaced is not None or units != entry.units
         self.parameters: dict[str, float] = {}
         self.start: dict[str, float] = {}
         for group in ("set", "start"):
             for item, text in getattr(entry, group).items():
                 where = (*location, group, item)
                 overridden = f"{name}.{item}" in case.set
-                if not overridden and (not replaced or _means_the_same(template, self.component, item)):
+                if not overridden and (not changed or _means_the_same(template, self.component, item)):
                     self._take(item, Given(text, source.place(where), source.place(where, key=True)))
         for target, given in case.set.items():
             part, _, item = target.partition(".")
@@ -105,7 +106,7 @@ def _means_the_same(old: type[Component], new: type[Component], item: str) -> bo
 
 
 def _refuse_unknown_parts(case: Case) -> None:
-    parts = case.lesson.machine.settings.parts
+    parts = case.parts
     inserted = {insertion.part_name for insertion in case.insert}
     entries = [(name.partition(".")[0], given, True) for name, given in case.set.items()]
     entries += [(name.partition(".")[0], given, False) for name, given in case.wires.items()]
@@ -146,8 +147,20 @@ def _wire(target: str, given: Given, parts: Mapping[str, _Placed]) -> Wire:
         return Wire(target, constant=si_value(given, fed.unit))
     source = _item(text, parts, (Output, Parameter), "output", given.place)
     if not same_dimension(fed.unit, source.unit):
-        raise LessonError(f"wire {target} <- {text}: units differ, {fed.unit} against {source.unit}.", place=given.place)
+        guests = [told for told in (_guest_declaration(name, parts) for name in (target, text)) if told]
+        remedy = f"{'; '.join(guests)}. Change {'the unit there' if len(guests) == 1 else 'one of them'}." if guests else ""
+        raise LessonError(f"wire {target} <- {text}: units differ, {fed.unit} against {source.unit}.", place=given.place, remedy=remedy)
     return Wire(target, text)
+
+
+def _guest_declaration(name: str, parts: Mapping[str, _Placed]) -> str:
+    """Say where a part from outside the package declares a name, and in which unit; empty for stock parts."""
+    part, _, item = name.partition(".")
+    component = parts[part].component
+    if component.__module__.partition(".")[0] == "lathesim":
+        return ""
+    unit, place = component.declarations[item].unit, line_of(component, item)
+    return f"{component.__name__} declares {item} in {unit}, at {place}"
 
 
 def _item(name: str, parts: Mapping[str, _Placed], kinds: tuple[type[Declaration], ...], word: str, place: str) -> Declaration:

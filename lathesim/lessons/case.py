@@ -12,8 +12,8 @@ from pathlib import Path
 from lathesim.errors import LessonError, nearest
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.lesson import Lesson, find_program
-from lathesim.lessons.schema import Changes, InsertEntry
-from lathesim.lessons.yaml_source import Location
+from lathesim.lessons.schema import Changes, InsertEntry, PartEntry
+from lathesim.lessons.yaml_source import Location, Source
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,15 @@ class Insertion:
 
 
 @dataclass(frozen=True)
+class PartOfCase:
+    """A part as the machine template, or an ``add:`` of the lesson, has it, and where that stands."""
+
+    entry: PartEntry
+    source: Source
+    location: Location
+
+
+@dataclass(frozen=True)
 class Case:
     """What one run of a lesson is made of."""
 
@@ -50,6 +59,8 @@ class Case:
     duration: Given | None
     sample_period: Given
     step: Given
+    parts: Mapping[str, PartOfCase]
+    units: Mapping[str, Mapping[str, str]]
     set: Mapping[str, Given]
     replace: Mapping[str, Given]
     wires: Mapping[str, Given]
@@ -69,6 +80,8 @@ def case_of(
     if variant is not None:
         layers.append((_variant(lesson, variant), ("variants", variant)))
     changed: dict[str, dict[str, Given]] = {"set": {}, "replace": {}, "wires": {}}
+    parts = {name: PartOfCase(entry, lesson.machine.source, ("parts", name)) for name, entry in lesson.machine.settings.parts.items()}
+    units: dict[str, dict[str, str]] = {}
     every: dict[str, int] = {}
     every_given: dict[str, Given] = {}
     inserted: list[Insertion] = []
@@ -77,6 +90,8 @@ def case_of(
     for changes, location in layers:
         for key, entries in changed.items():
             entries |= {name: _given(lesson, value, (*location, key, name)) for name, value in getattr(changes, key).items()}
+        parts |= _added(lesson, changes, location, parts)
+        units |= _units(lesson, changes, location, parts)
         every |= changes.every
         every_given |= {name: _given(lesson, str(count), (*location, "every", name)) for name, count in changes.every.items()}
         inserted += [_insertion(lesson, entry, (*location, "insert", place)) for place, entry in enumerate(changes.insert)]
@@ -92,6 +107,8 @@ def case_of(
         duration=duration,
         sample_period=_period(lesson, "sample_period"),
         step=_period(lesson, "step"),
+        parts=parts,
+        units=units,
         set=changed["set"],
         replace=changed["replace"],
         wires=changed["wires"],
@@ -108,6 +125,22 @@ def _variant(lesson: Lesson, name: str) -> Changes:
     if not variants:
         raise LessonError(f"the lesson has no variants, so there is no '{name}'.", place=str(lesson.path), remedy="Leave --variant out.")
     raise LessonError(f"the lesson has no variant '{name}'.", place=str(lesson.path), remedy=f"It has {', '.join(variants)}.")
+
+
+def _added(lesson: Lesson, changes: Changes, location: Location, parts: Mapping[str, PartOfCase]) -> dict[str, PartOfCase]:
+    for name in changes.add:
+        if name in parts:
+            place = lesson.source.place((*location, "add", name), key=True)
+            raise LessonError(f"there is a part '{name}' already.", place=place, remedy="Use 'replace:', or another name.")
+    return {name: PartOfCase(entry, lesson.source, (*location, "add", name)) for name, entry in changes.add.items()}
+
+
+def _units(lesson: Lesson, changes: Changes, location: Location, parts: Mapping[str, PartOfCase]) -> dict[str, dict[str, str]]:
+    for name in changes.units:
+        if name not in parts:
+            place = lesson.source.place((*location, "units", name), key=True)
+            raise LessonError(f"there is no part '{name}'.", place=place, remedy=nearest(name, parts))
+    return changes.units
 
 
 def _given(lesson: Lesson, value: str, location: Location) -> Given:

@@ -152,6 +152,10 @@ class Changes(_Model):
     duration: Quantity | None = Field(default=None, description="length of the run where no output ends it")
     set: dict[PartItem, Quantity] = Field(default_factory=dict, description="part.parameter or part.state -> quantity")
     replace: dict[str, Text] = Field(default_factory=dict, description="part -> component that takes its place")
+    add: dict[str, PartEntry] = Field(default_factory=dict, description="parts beside those of the machine; 'wires' connects them")
+    units: dict[str, dict[str, Text]] = Field(
+        default_factory=dict, description="part -> what stands for the {placeholders} in its units, instead of the machine's"
+    )
     insert: list[InsertEntry] = Field(default_factory=list, description="effects, in the order in which they act")
     wires: dict[PartItem, Quantity] = Field(default_factory=dict, description="input -> part.output or a quantity; adds or replaces a wire")
     every: dict[str, Count] = Field(default_factory=dict, description="part -> sampled at each n-th sample instant")

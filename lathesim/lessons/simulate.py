@@ -20,6 +20,7 @@ from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.lesson import Lesson, Machine
 from lathesim.lessons.part_values import si_value
 from lathesim.lessons.program_path import expected_time
+from lathesim.lessons.promises import check_promises
 from lathesim.lessons.schema import LessonSettings
 from lathesim.plugins import Registry
 
@@ -72,9 +73,14 @@ def prepare(
     *,
     program: Path | None = None,
 ) -> Prepared:
-    """Give a lesson's case assembled and wired; see :func:`lathesim.lessons.assemble.assemble` for what is refused."""
+    """Give a lesson's case assembled and wired.
+
+    Refused is what :func:`lathesim.lessons.assemble.assemble` and :func:`lathesim.lessons.promises.check_promises` refuse, and what
+    cannot be wired (:class:`WiringError`).
+    """
     case = case_of(lesson, variant, overrides, program)
     machinery = assemble_case(case, registry)
+    check_promises(lesson, machinery, registry)
     return Prepared(case, machinery, wire(machinery))
 
 
@@ -129,6 +135,7 @@ def run_prepared(
             engine=engine or settings.engine,
             progress=progress,
             stop=stop,
+            expected_time=prepared.expected_time,
         )
     except SimulationError as error:
         if error.record is not None:

@@ -63,7 +63,15 @@ def test_effects_are_listed_by_number_of_the_catalogue(capsys: Capture) -> None:
 
 def test_the_page_of_an_effect_says_what_it_is_known_by(capsys: Capture) -> None:
     page = call(capsys, "effects", "CoulombFriction").out
-    for title in ("Catalogue      1", "Family         reversal", "Vanishes with  level = 0", "Fingerprint ", "Confused with", "Told apart by", "Source "):
+    for title in (
+        "Catalogue      1",
+        "Family         reversal",
+        "Vanishes with  level = 0",
+        "Fingerprint ",
+        "Confused with",
+        "Told apart by",
+        "Source ",
+    ):
         assert f"\n{title}" in page
     assert page.rstrip().endswith("insert: [{effect: CoulombFriction, at: x_axis}]")
 
@@ -79,7 +87,8 @@ def test_the_example_line_of_every_effect_can_be_pasted_into_a_lesson(capsys: Ca
     for name in sorted(load_registry(installed=False).effects.keys() - IN_NO_SAMPLED_LOOP):
         line = call(capsys, "effects", name).out.rstrip().splitlines()[-1].partition("insert:")[2]
         Path("lesson.yaml").write_text(
-            f"lesson: Pasted\nmachine: two_axis_lathe_analytical\nprogram: liu_landers_2004_example_1.nc\ninsert: {line}\n", encoding="utf-8"
+            f"lesson: Pasted\nmachine: two_axis_lathe_analytical\nprogram: liu_landers_2004_example_1.nc\ninsert: {line}\n",
+            encoding="utf-8",
         )
         assert run_command_line(["check", "lesson.yaml"]) == 0, capsys.readouterr().err
 

@@ -74,11 +74,11 @@ def test_a_case_is_told_with_published_values_goal_and_plots(capsys: pytest.Capt
     assert said.code == 0
     lines = {line.partition("  ")[0]: line.split("  ")[1:] for line in said.out.splitlines()}
     assert [cell.strip() for cell in lines["cycle time"] if cell] == ["18.48 s", "18.48 s"]
-    assert "Goal max contour error at most 0.4 mm: missed, 0.68" in said.out
+    assert "max contour error  at most 0.4 mm  0.68508 mm  missed by 0.285 mm (71 %)" in said.out
     assert "Hint: Raise the proportional gain of both axes." in said.out
-    assert "1 record(s), 3 plot(s) in lathesim_runs/01_contour_error" in said.out
+    assert "1 record and 4 plots in lathesim_runs/01_contour_error" in said.out
     names = sorted(path.name for path in Path("lathesim_runs/01_contour_error").glob("*.png"))
-    assert names == [f"01_contour_error_I_{name}.png" for name in ("contour_error", "path", "voltages")]
+    assert names == [f"01_contour_error_I_{name}.png" for name in ("contour_error", "path", "surface", "voltages")]
 
 
 def test_without_a_variant_all_run_and_a_table_compares_them(capsys: pytest.CaptureFixture[str]) -> None:
@@ -86,9 +86,11 @@ def test_without_a_variant_all_run_and_a_table_compares_them(capsys: pytest.Capt
     said = call(capsys, "run", "01_contour_error", "--plain", "--no-plots", "--program", "short.nc")
     assert said.code == 0
     table = said.out.splitlines()
-    assert " ".join(table[0].split()) == "case cycle time published max contour error published contour error squared integral published"
+    assert " ".join(table[0].split()) == (
+        "case cycle time published max contour error published contour error squared integral published goals"
+    )
     assert [line.split()[0] for line in table[2:8]] == ["I", "II", "III", "IV", "V", "VI"]
-    assert "6 record(s), 0 plot(s)" in said.out
+    assert "6 records and no plots in" in said.out
 
 
 def test_json_of_all_cases_repeats_the_first_at_the_top(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,6 +10,7 @@ import pytest
 from lathesim.conformance import check_component
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
+from lathesim.errors import PluginError
 from lathesim.lessons.assemble import assemble
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import Registry, load_registry
@@ -88,3 +89,22 @@ def test_the_force_of_example_2(registry: Registry) -> None:
     assert longitudinal == pytest.approx(1907.00 * 2**0.74 * 0.12**0.79 - 3.08 * 94)
     assert radial == pytest.approx(1464.28 * 2**0.08 * 0.12**1.09 + 0.02 * 94)
     assert registry.components["SandovalForce"].laws["output"](0.0003, 0.12e-3, 94.0 / 60, 1.0, 1.0)[0] == 0.0
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_a_shipped_example_is_found_by_name_from_any_folder(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    registry = load_registry(installed=False)
+    assert name not in registry.components
+    assert registry.component(name).__name__ == name
+    assert registry.problems == []
+    with pytest.raises(PluginError, match="there is no component 'SandovalForc'"):
+        registry.component("SandovalForc")
+
+
+def test_an_own_part_of_the_name_comes_before_the_shipped_example(tmp_path: Path) -> None:
+    text = (PLUGINS / "sandoval_force.py").read_text(encoding="utf-8").replace("2864.63", "1000.0")
+    (tmp_path / "mine.py").write_text(text, encoding="utf-8")
+    registry = load_registry([tmp_path], installed=False)
+    force = registry.component("SandovalForce").laws["output"](0.001, 1e-3, 0.0, 1.0, 1.0)[0]
+    assert force == pytest.approx(1000.0)

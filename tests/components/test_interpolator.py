@@ -152,3 +152,12 @@ def test_progress_rises_to_one() -> None:
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     assert SAMPLE_PERIOD == 0.005
+
+
+@pytest.mark.parametrize("component", BOTH)
+def test_the_spindle_override_scales_spindle_and_surface_speed(component: type) -> None:
+    surface = [line((0.01, 0.0), (0.01, 0.02), feed=1e-3, spindle_mode=2.0, spindle_speed=2.0, direction=1.0)]
+    for path in (polyline((10, 20, 60)), surface):
+        plain, faster = (Walk(component, {"path": path}, spindle_override=share).sample()["spindle_reference"] for share in (1.0, 1.5))
+        assert faster == pytest.approx(1.5 * plain)
+        assert plain > 0.0

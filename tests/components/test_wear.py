@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from lathesim.components.nonlinear_force import NonlinearForce
@@ -63,3 +65,25 @@ def test_every_material_has_a_source_and_sensible_constants() -> None:
     constants = {entry.tool: entry.taylor_constant for entry in table if entry.work == "steel"}
     assert constants["high-speed steel"] < constants["cemented carbide"] < constants["coated carbide"] < constants["ceramic"]
     assert constants["coated carbide"] == pytest.approx(700.0 / 60.0)
+
+
+@pytest.mark.parametrize(
+    ("tool", "criterion", "lives"),
+    [
+        ("cermet TiN-TaN", 0.2, {200.0: ((5.0, 0.161), (10.0, 0.244)), 300.0: ((1.0, 0.155), (2.5, 0.265))}),
+        ("ceramic TiCN-30TiB2", 0.14, {300.0: ((2.5, 0.105), (5.0, 0.14)), 400.0: ((1.0, 0.099), (2.5, 0.188))}),
+    ],
+)
+def test_the_constants_worked_out_from_measurements(
+    tool: str, criterion: float, lives: dict[float, tuple[tuple[float, float], tuple[float, float]]]
+) -> None:
+    """Speed [m/min] -> minutes and wear [mm] before and after the criterion, of the bearing steel SUJ2 in KIT-AMEL/aist_machining_data."""
+    times = {}
+    for speed, ((early, less), (late, more)) in lives.items():
+        times[speed] = early + (criterion - less) / (more - less) * (late - early)
+    (slow, long), (fast, short) = times.items()
+    exponent = math.log(fast / slow) / math.log(long / short)
+    (entry,) = (item for item in tool_materials() if item.tool == tool)
+    assert entry.checked
+    assert entry.taylor_exponent == pytest.approx(exponent, abs=0.001)
+    assert entry.taylor_constant * MINUTE == pytest.approx(slow * long**exponent, rel=0.003)

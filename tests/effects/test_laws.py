@@ -13,7 +13,8 @@ QUARTER = math.pi / 2.0
 NUMBERS: list[tuple[str, dict[str, float], float]] = [
     # weight of 100 kg on a bed slanted by 30 degrees
     ("ForceOffset", {"incoming": 0.0, "offset": 100.0 * 9.81 * 0.5}, 490.5),
-    ("ConverterOffset", {"incoming": 1.2345, "offset": 0.01, "resolution": 0.1}, 1.21),
+    ("ConverterOffset", {"incoming": 1.2345, "offset": 0.01}, 1.2445),
+    ("ConverterResolution", {"incoming": 1.2345, "resolution": 0.1}, 1.2),
     ("DriveGainError", {"incoming": 2.0, "error": 0.05, "sag": 0.01}, 2.06),
     ("ScaleFactorError", {"incoming": 1.0, "factor": 25.4}, 25.4),
     # class 5: 23 um over 300 mm
@@ -34,7 +35,8 @@ NUMBERS: list[tuple[str, dict[str, float], float]] = [
     ),
     (
         "Cogging",
-        {"incoming": 0.0, "displacement": 0.0, "amplitude": 2.0, "second": 1.0, "period": 0.005, "phase": QUARTER, "second_phase": -QUARTER},
+        {"incoming": 0.0, "displacement": 0.0, "amplitude": 2.0, "second": 1.0, "period": 0.005}
+        | {"phase": QUARTER, "second_phase": -QUARTER},
         1.0,
     ),
     ("EncoderEccentricity", {"incoming": 0.0, "amplitude": 3e-6, "turn": 0.005, "phase": QUARTER}, 3e-6),

@@ -52,7 +52,8 @@ WRONG = {
     ),
     "units of a wire to a parameter": (
         "wires: {table.mass: push.target}",
-        "4:21: wire table.mass <- push.target: units differ, kg against m.",
+        "4:21: wire table.mass <- push.target: units differ, kg against m. "
+        "Table declares mass in kg, at small_machine.py:36; Push declares target in m, at small_machine.py:14. Change one of them.",
     ),
     "setting without effect": (
         "wires: {table.viscous: 3 N*s/m}\nset: {table.viscous: 1 N*s/m}",
@@ -66,7 +67,8 @@ WRONG = {
     "unknown part replaced": ("replace: {tables: HeavyTable}", "4:11: there is no part 'tables'. Did you mean 'table'?"),
     "units of a wire": (
         "wires: {table.force: ruler.reading}",
-        "4:22: wire table.force <- ruler.reading: units differ, N against m.",
+        "4:22: wire table.force <- ruler.reading: units differ, N against m. "
+        "Table declares force in N, at small_machine.py:32; Ruler declares reading in m, at small_machine.py:61. Change one of them.",
     ),
     "unknown output": ("wires: {table.force: push.forse}", "4:22: push has no output 'forse'. Did you mean 'force'?"),
     "unknown input": ("wires: {table.forse: push.force}", "4:9: table has no input 'forse'. Did you mean 'force'?"),

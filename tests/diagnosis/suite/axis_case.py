@@ -52,12 +52,12 @@ def draw_axis(rng: np.random.Generator) -> Axis:
         physics = physics._replace(encoder_resolution=min(resolution, 1e-7), encoder_noise=0.4 * min(resolution, 1e-7))
     else:
         physics = physics._replace(
-            velocity_gain=bandwidth * mass / gain, position_gain=bandwidth * float(rng.uniform(0.2, 0.3)), mean_share=float(rng.choice([0.0, 0.5])),
-            integral_rate=float(rng.choice([0.0, rng.uniform(3.0, 10.0)])),
+            velocity_gain=bandwidth * mass / gain, position_gain=bandwidth * float(rng.uniform(0.2, 0.3)),
+            mean_share=float(rng.choice([0.0, 0.5])), integral_rate=float(rng.choice([0.0, rng.uniform(3.0, 10.0)])),
         )  # fmt: skip
     return Axis(
-        physics, float(rng.uniform(0.08, 0.2)), float(rng.uniform(0.08, 0.18)), float(rng.uniform(1.2, 2.5)), float(rng.choice([0.005, 0.01])),
-        10.0 * gain * log_uniform(rng, 2e-4, 2e-3), log_uniform(rng, 1.0, 10.0), bandwidth,
+        physics, float(rng.uniform(0.08, 0.2)), float(rng.uniform(0.08, 0.18)), float(rng.uniform(1.2, 2.5)),
+        float(rng.choice([0.005, 0.01])), 10.0 * gain * log_uniform(rng, 2e-4, 2e-3), log_uniform(rng, 1.0, 10.0), bandwidth,
     )  # fmt: skip
 
 
@@ -140,7 +140,7 @@ def _attempt(rng: np.random.Generator, draws: list[Draw], category: str, poor: s
     base = axis.physics._replace(coulomb=known)
     benches = {name: _bench(rng, axis, poor) for name in ("fit", "validate")}
     if poor:
-        benches |= {f"resolve_{name}": _bench(rng, axis, "") for name in ("fit", "validate")}
+        benches |= {name: _bench(rng, axis, "") for name in ("resolve", "resolve_validate")}
     plain = {name: bench.run(base, {}, False) for name, bench in benches.items()}
     if not all(signals.sound for signals in plain.values()):
         return None
@@ -171,12 +171,15 @@ def _works(signals: AxisSignals, bench: _Bench, axis: Axis) -> bool:
     """Whether the loop still follows its course: no limit cycle over the whole range of the converter."""
     error = signals.position - bench.course.position
     ringing = rms(np.diff(signals.command))
-    return rms(error) < 0.08 * axis.stroke and rms(signals.command) < 7.0 and ringing < 0.9 and float(np.mean(np.abs(signals.command) > 9.99)) < 0.01
+    return (
+        rms(error) < 0.08 * axis.stroke
+        and rms(signals.command) < 7.0
+        and ringing < 0.9
+        and float(np.mean(np.abs(signals.command) > 9.99)) < 0.01
+    )
 
 
-def _told(
-    rng: np.random.Generator, axis: Axis, base: AxisPhysics, known: float, hidden: tuple[Hidden, ...], category: str
-) -> Told:
+def _told(rng: np.random.Generator, axis: Axis, base: AxisPhysics, known: float, hidden: tuple[Hidden, ...], category: str) -> Told:
     sigma = {
         "mass": float(rng.uniform(0.03, 0.08)), "viscous": float(rng.uniform(0.1, 0.25)), "effort_constant": float(rng.uniform(0.02, 0.08)),
         "conductance": float(rng.uniform(0.02, 0.04)),
@@ -216,7 +219,7 @@ def _measured(
             noise = _difference(_channels(noisy[name], told), full)
         floors[name] = {channel: max(rms(values), 1e-12) for channel, values in noise.items()}
         removable[name] = {c: float(np.mean((full[c] - plain[c]) ** 2)) for c in full}
-        if name.endswith("fit"):
+        if name in ("fit", "resolve"):
             for one in hidden:
                 rest = _merged(tuple(other for other in hidden if other is not one))
                 without = _channels(bench.run(base, rest, False), told)
@@ -235,7 +238,9 @@ def _difference(first: dict[str, np.ndarray], second: dict[str, np.ndarray]) -> 
     return {channel: first[channel] - second[channel] for channel in first}
 
 
-def _slopes(told: Told, bench: _Bench, base: AxisPhysics, changes: dict[str, float], at: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
+def _slopes(
+    told: Told, bench: _Bench, base: AxisPhysics, changes: dict[str, float], at: dict[str, np.ndarray]
+) -> list[dict[str, np.ndarray]]:
     """Change of the noise-free channels for one declared standard deviation of each uncertain value, by a difference of a fifth of it."""
     slopes = []
     for name, share in told.sigma.items():
@@ -249,5 +254,3 @@ def _recording(bench: _Bench, signals: AxisSignals, told: Told) -> Recording:
     units = {"command": "V", "encoder": "m", "scale": "m", "current": "A"}
     columns = {"time": ("s", np.arange(len(bench.course.position)) * PERIOD), "reference": ("m", bench.course.position)}
     return Recording(columns | {channel: (units[channel], signals.channels()[channel]) for channel in told.channels})
-
-

@@ -1,4 +1,4 @@
-"""The axis of the truth: sampled control at 1 kHz around a plant stepped at 20 us by semi-implicit Euler with implicit (set-valued) friction.
+"""The axis of the truth: sampled control at 1 kHz around a plant stepped at 20 us by semi-implicit Euler with set-valued friction.
 
 Source of the friction step: Acary, Brogliato, Numerical Methods for Nonsmooth Dynamical Systems (2008), ch. 1 (implicit Coulomb friction);
 bristles: Canudas de Wit et al., IEEE Trans. Automatic Control 40 (1995); hysteresis of covers and magnets: Bouc-Wen form.
@@ -22,7 +22,7 @@ NO_TABLE = np.zeros((1, 2))
 
 @dataclass(frozen=True)
 class AxisSignals:
-    """What the axis did: ``command`` [V], ``encoder``, ``scale``, ``position`` [m], ``current`` [A], ``velocity`` [m/s], each (samples,)."""
+    """What the axis did: ``command`` [V], ``encoder``, ``scale``, ``position`` [m], ``current`` [A], ``velocity`` [m/s]; (samples,)."""
 
     command: np.ndarray
     encoder: np.ndarray
@@ -153,7 +153,7 @@ def _followed(table: float, motor: float, half: float, softness: float) -> float
 
 
 @njit(cache=True)
-def _simulate(  # noqa: C901 - one loop of one machine, kept in one piece so that it can be read beside the block diagram
+def _simulate(
     p: AxisPhysics, reference: np.ndarray, noise: np.ndarray, load: np.ndarray, table: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     samples = reference.shape[0]
@@ -175,16 +175,15 @@ def _simulate(  # noqa: C901 - one loop of one machine, kept in one piece so tha
         time = k * SAMPLE_PERIOD
         reading = _rounded(x + _encoder_error(p, x, time) + p.encoder_noise * noise[0, k], p.encoder_resolution)
         command = _controller(p, reference[k], reading, memory, k == 0)
+        held = command
         if p.converter_bits < 30.0:
             held = -VOLTAGE_LIMIT + math.floor((command + VOLTAGE_LIMIT) / quantum + 0.5) * quantum
-        else:
-            held = command
         commands[k] = _rounded(held, p.coarse_step) + p.converter_offset
         force = p.effort_constant * current
         for fine in range(FINE_STEPS):
             now = time + fine * h
             back = (now - p.delay) / SAMPLE_PERIOD
-            volts = commands[k] if p.delay <= 0.0 else (commands[int(math.floor(back + 1e-9))] if back >= 0.0 else 0.0)
+            volts = commands[k] if p.delay <= 0.0 else (commands[math.floor(back + 1e-9)] if back >= 0.0 else 0.0)
             if p.dead_zone > 0.0:
                 volts = volts - p.dead_zone if volts > p.dead_zone else (volts + p.dead_zone if volts < -p.dead_zone else 0.0)
             volts = min(max(volts, -p.saturation), p.saturation)

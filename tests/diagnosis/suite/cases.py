@@ -28,7 +28,7 @@ def write_case(seed: int, index: int, folder: Path) -> dict[str, Any]:
     entry = schedule(seed)[index]
     folder.mkdir(parents=True, exist_ok=True)
     made = _clear(entry, seed, index)
-    told = {}
+    told: dict[str, Any] = {}
     for name, recording in made.recordings.items():
         if entry.fault and name in ("fit", "validate"):
             recording, told = spoil(np.random.default_rng([seed, index, 77]), entry.rig, entry.fault, recording)
@@ -44,14 +44,14 @@ def _clear(entry: Entry, seed: int, index: int) -> MadeCase:
     draws = [DRAWS[key] for key in entry.keys]
     for attempt in range(CLEAR_DRAWS):
         made = maker(np.random.default_rng([seed, index, attempt]), draws, entry.category, entry.poor)
-        sizes = [per_recording["resolve_fit" if entry.poor else "fit"].largest for per_recording in made.sizes.values()]
+        sizes = [per_recording["resolve" if entry.poor else "fit"].largest for per_recording in made.sizes.values()]
         # one case in ten keeps its first drawing, however small
         if not sizes or min(sizes) >= SEEN_FROM or index % 10 == 3:
             return made
     return made
 
 
-def _truth(entry: Entry, seed: int, index: int, made: MadeCase, fault: dict[str, str]) -> dict[str, Any]:
+def _truth(entry: Entry, seed: int, index: int, made: MadeCase, fault: dict[str, Any]) -> dict[str, Any]:
     effects = []
     for one in made.hidden:
         name = lessons.NAMES.get(one.key)
@@ -59,16 +59,23 @@ def _truth(entry: Entry, seed: int, index: int, made: MadeCase, fault: dict[str,
         effects.append(
             {
                 "key": one.key, "catalogue": name.catalogue if name else 0, "effect": name.effect if name else "", "note": one.note,
-                "family": name.family if name else "", "at": name.at if name else "", "right": list(name.right) if name else [],
+                "families": list(lessons.families(one.key)) if name else [], "at": name.at if name else "",
+                "right": list(name.right) if name else [], "data": one.key in lessons.THE_DATA,
                 "tied": list(lessons.indistinguishable(one.key, made.told.channels)), "size": sizes,
                 "seen": max((s.largest for s in made.sizes[one.key].values()), default=0.0) >= SEEN_FROM,
                 "parameters": {k: {"value": v, "unit": u} for k, (v, u) in one.parameters.items()},
             }
         )  # fmt: skip
-    places = lessons.PLACES[made.told.template]
+    told = made.told
+    places = lessons.PLACES[told.template]
+    outputs = lessons.outputs(made.told.template)
+    if fault:
+        fault = {**fault, "outputs": [outputs[column] for column in fault["channel"].split("|") if column in outputs]}
     return {
         "schema": "concealed-case/1", "seed": seed, "index": index, "rig": entry.rig, "category": entry.category, "poor": entry.poor,
-        "fault": {"kind": entry.fault, **fault} if entry.fault else None, "channels": list(made.told.channels), "effects": effects,
+        "fault": {"kind": entry.fault, **fault} if entry.fault else None, "channels": list(made.told.channels),
+        "recordings": list(made.recordings),
+        "outputs": {channel: outputs[channel] for channel in made.told.channels}, "effects": effects,
         "floors": made.floors, "removable": made.removable,
-        "baseline": {places[k][0]: {"true": v, "given": made.told.given[k], "sigma": made.told.sigma[k]} for k, v in made.true_values.items()},
+        "baseline": {places[k][0]: {"true": v, "given": told.given[k], "sigma": told.sigma[k]} for k, v in made.true_values.items()},
     }  # fmt: skip

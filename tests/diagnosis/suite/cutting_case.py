@@ -53,7 +53,7 @@ def make_cutting_case(rng: np.random.Generator, draws: list[Draw], category: str
     full_physics = base._replace(**changes)
     recordings, floors, removable = {}, {}, {}
     sizes: dict[str, dict[str, Sizes]] = {one.key: {} for one in hidden}
-    for name in ("fit", "validate", *(("resolve_fit", "resolve_validate") if poor else ())):
+    for name in ("fit", "validate", *(("resolve", "resolve_validate") if poor else ())):
         course = _course(rng, "" if name.startswith("resolve") else poor)
 
         def run(physics: CuttingPhysics, course: tuple[np.ndarray, np.ndarray, np.ndarray] = course) -> dict[str, np.ndarray]:
@@ -66,7 +66,7 @@ def make_cutting_case(rng: np.random.Generator, draws: list[Draw], category: str
         noisy = {c: np.round(values / 0.064) * 0.064 for c, values in noisy.items()}
         floors[name] = {c: rms(noisy[c] - full[c]) for c in channels}
         removable[name] = {c: float(np.mean((full[c] - plain[c]) ** 2)) for c in channels}
-        if name.endswith("fit"):
+        if name in ("fit", "resolve"):
             for one in hidden:
                 rest = base._replace(**{k: v for other in hidden if other is not one for k, v in other.changes.items()})
                 without = run(rest)

@@ -1,6 +1,7 @@
-"""The cut of the truth: chip area from feed and depth, forces averaged over 4 points of a sample, states by exact exponentials.
+"""The cut of the truth: chip area from feed and depth, forces at the sample instants, states by exact exponentials.
 
-Sources: Altintas, Manufacturing Automation, 2nd ed. (2012), sec. 2.3 (edge and shear force); Kienzle (1952); ISO 3685 (three phases of wear).
+Sources: Altintas, Manufacturing Automation, 2nd ed. (2012), sec. 2.3 (edge and shear force); Kienzle (1952);
+ISO 3685 (three phases of wear).
 """
 
 from __future__ import annotations
@@ -46,8 +47,6 @@ class CuttingPhysics(NamedTuple):
     build_up_time: float = 0.2
     leak: float = 0.0
     drift: float = 0.0
-    zero: float = 0.0
-    crosstalk: float = 0.0
     depth_power: float = 0.0
     feed_memory: float = 0.0
     wander: float = 0.0
@@ -83,7 +82,7 @@ def _simulate(p: CuttingPhysics, feed: np.ndarray, depth: np.ndarray, speed: np.
     samples = feed.shape[0]
     out = np.zeros((3, samples))
     angle, warmth, cut_time, built, remembered = 0.0, 0.0, 0.0, 0.0, 0.0
-    leaked = np.zeros(3)
+    leaked = 0.0
     ratios = np.array([1.0, p.thrust_ratio, p.feed_ratio])
     edges = np.array([1.0, 1.4, 1.2])
     for k in range(samples):
@@ -91,9 +90,7 @@ def _simulate(p: CuttingPhysics, feed: np.ndarray, depth: np.ndarray, speed: np.
         shape = 0.0
         force = np.zeros(3)
         if cuts:
-            for _ in range(4):
-                shape += 0.25 * _shape(p, angle, depth[k])
-                angle += 0.25 * PERIOD * speed[k] / p.radius
+            shape = _shape(p, angle, depth[k])
             remembered += (feed[k] - remembered) * (1.0 - math.exp(-PERIOD / 0.8))
             area = p.specific_force * feed[k] * depth[k] * (feed[k] / 1e-3) ** (-p.exponent)
             if p.depth_power != 0.0:
@@ -113,15 +110,13 @@ def _simulate(p: CuttingPhysics, feed: np.ndarray, depth: np.ndarray, speed: np.
             warmth += (1.0 - warmth) * (1.0 - math.exp(-PERIOD / p.softening_time))
             built += (1.0 - built) * (1.0 - math.exp(-PERIOD / p.build_up_time))
         else:
-            angle += PERIOD * speed[k] / p.radius
             warmth *= math.exp(-PERIOD / p.softening_time)
             built *= math.exp(-PERIOD / 0.01)
             remembered = 0.0
         for row in range(3):
-            read = force[row]
-            if row == 1:
-                read += p.crosstalk * force[0]
-            read -= leaked[row]
-            leaked[row] += read * (1.0 - math.exp(-p.leak * PERIOD))
-            out[row, k] = read + ratios[row] * (p.zero + p.drift * k * PERIOD)
+            out[row, k] = force[row]
+        # the charge amplifier of the main force leaks and drifts; each channel has its own amplifier
+        out[0, k] += p.drift * k * PERIOD - leaked
+        leaked += (force[0] - leaked) * (1.0 - math.exp(-p.leak * PERIOD))
+        angle += PERIOD * speed[k] / p.radius
     return out

@@ -28,7 +28,10 @@ def spoil(rng: np.random.Generator, rig: str, fault: str, recording: Recording) 
         return recording.with_values(channel, values), {"channel": channel, "words": "frozen|stuck|constant|still|stands|repeat"}
     if fault == "shifted":
         late = int(rng.uniform(30, 120))
-        return recording.with_values(channel, np.r_[np.full(late, values[0]), values[:-late]]), {"channel": channel, "words": "shift|late|delay|align"}
+        return recording.with_values(channel, np.r_[np.full(late, values[0]), values[:-late]]), {
+            "channel": channel,
+            "words": "shift|late|delay|align",
+        }
     if fault == "wrong_period":
         factor = float(rng.choice([2.0, 0.5, 1.25]))
         return recording.with_values("time", time * factor), {"channel": "time", "words": "period|rate|clock|time"}

@@ -69,7 +69,7 @@ def friction_table(rng: np.random.Generator, rig: Rig) -> Hidden:
     """A measured friction curve, falling then rising, a little different in the two directions; ``@table`` holds its numbers."""
     level = float(rng.uniform(15.0, 50.0))
     changes = {"friction_table": 1.0, "@table_level": level, "@table_excess": level * float(rng.uniform(0.2, 0.6))}
-    return Hidden("friction_table", {**changes, "@table_speed": log_uniform(rng, 3e-3, 15e-3)}, {"level": (level, "N")})
+    return Hidden("friction_table", {**changes, "@table_speed": log_uniform(rng, 3e-3, 15e-3)})
 
 
 def three_harmonics(rng: np.random.Generator, rig: Rig) -> Hidden:
@@ -86,11 +86,12 @@ def pitch_harmonics(rng: np.random.Generator, rig: Rig) -> Hidden:
 
 def soft_backlash(rng: np.random.Generator, rig: Rig) -> Hidden:
     width = log_uniform(rng, 10e-6, 60e-6)
-    return Hidden("soft_backlash", {"backlash": width, "backlash_start": 1.0, "backlash_softness": 1.0}, {"width": (width, "m")}, ("scale",))
+    return Hidden(
+        "soft_backlash", {"backlash": width, "backlash_start": 1.0, "backlash_softness": 1.0}, {"width": (width, "m")}, ("scale",)
+    )
 
 
 OUTSIDE: dict[str, Draw] = {d.__name__: d for d in (drag, cubic_by_place, chain, cover, squeal, magnet, way_cover)}
 OTHER_FORM: dict[str, Draw] = {
-    d.__name__: d
-    for d in (lugre_for_coulomb, lugre_for_stribeck, friction_table, three_harmonics, pitch_harmonics, soft_backlash)
+    d.__name__: d for d in (lugre_for_coulomb, lugre_for_stribeck, friction_table, three_harmonics, pitch_harmonics, soft_backlash)
 }

@@ -94,7 +94,7 @@ def speed_effect(rng: np.random.Generator, rig: Rig) -> Hidden:
 
 
 def softening(rng: np.random.Generator, rig: Rig) -> Hidden:
-    share, time = float(rng.uniform(0.05, 0.2)), log_uniform(rng, 0.5, 4.0)
+    share, time = float(rng.uniform(0.08, 0.25)), log_uniform(rng, 0.5, 4.0)
     return Hidden("softening", {"softening": share, "softening_time": time}, {"softening": (share, "1"), "time_constant": (time, "s")})
 
 
@@ -114,7 +114,7 @@ def slot(rng: np.random.Generator, rig: Rig) -> Hidden:
 def hard_spot(rng: np.random.Generator, rig: Rig) -> Hidden:
     width, rise = float(rng.uniform(0.04, 0.12)), float(rng.uniform(0.1, 0.5))
     changes = {"spot": rise, "spot_width": width, "spot_middle": angle(rng)}
-    return Hidden("hard_spot", changes, {"rise": (rise, "1"), "width": (width, "1")})
+    return Hidden("hard_spot", changes, {"rise": (rise, "1"), "width": (width / np.sqrt(2.0), "1")})
 
 
 def runout(rng: np.random.Generator, rig: Rig) -> Hidden:
@@ -155,7 +155,6 @@ SPINDLE_EFFECTS: dict[str, Draw] = {
 }  # fmt: skip
 SPINDLE_OUTSIDE: dict[str, Draw] = {"windage": windage}
 CUTTING_EFFECTS: dict[str, Draw] = {
-    d.__name__: d
-    for d in (edge_force, size_effect, speed_effect, softening, wear, slot, hard_spot, runout, charge_leak)
+    d.__name__: d for d in (edge_force, size_effect, speed_effect, softening, wear, slot, hard_spot, runout, charge_leak)
 }
 CUTTING_OUTSIDE: dict[str, Draw] = {d.__name__: d for d in (depth_power, feed_memory, wander)}

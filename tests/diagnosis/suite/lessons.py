@@ -45,6 +45,13 @@ COMPARE = {
 }  # fmt: skip
 """Template -> column -> (output, unit)."""
 
+
+def outputs(template: str) -> dict[str, str]:
+    """Give what the program calls each column: the output it is held against, or the input it drives."""
+    driven = {column: target for target, (column, _) in DRIVE[template].items()}
+    return driven | {column: target for column, (target, _) in COMPARE[template].items()}
+
+
 _PID_ONLY = ("proportional", "integral", "derivative_gain")
 _CASCADE_ONLY = ("position_gain", "velocity_gain", "integral_rate", "mean_share")
 STEP = {"cascade_axis": "0.25 ms", "torque_spindle": "0.5 ms", "cutting_process": "1 ms"}
@@ -71,7 +78,7 @@ NAMES: dict[str, Name] = {
     "coulomb": Name(1, "CoulombFriction", "reversal", "x_axis", (), ("PreslidingFriction",)),
     "stribeck": Name(2, "StribeckFriction", "reversal", "x_axis", (), ("PreslidingFriction",)),
     "bristles": Name(3, "PreslidingFriction", "reversal", "x_axis"),
-    "asymmetric": Name(4, "AsymmetricFriction", "constants", "x_axis", (), ("CoulombFriction", "ForceOffset")),
+    "asymmetric": Name(4, "AsymmetricFriction", "reversal", "x_axis", (), ("CoulombFriction", "ForceOffset")),
     "gravity": Name(5, "ForceOffset", "constants", "x_axis"),
     "tight_spots": Name(6, "PositionDependentFriction", "once per turn", "x_axis"),
     "backlash": Name(8, "Backlash", "reversal", "x_scale"),
@@ -87,7 +94,7 @@ NAMES: dict[str, Name] = {
     "ripple": Name(21, "TorqueRipple", "once per turn", "x_axis"),
     "cogging": Name(22, "Cogging", "once per turn", "x_axis", ("TorqueRipple",)),
     "converter_offset": Name(23, "ConverterOffset", "constants", "x_drive"),
-    "converter_step": Name(23, "ConverterOffset", "constants", "x_drive", ("Quantisation",)),
+    "converter_step": Name(23, "ConverterResolution", "drive range", "x_drive", ("Quantisation", "ConverterOffset")),
     "delay": Name(24, "TransportDelay", "lag", "x_drive"),
     "clock_skew": Name(26, "ClockSkew", "slow", "x_scale"),
     "channel_shift": Name(27, "ChannelTimeShift", "recording", "x_scale", ("TransportDelay",)),
@@ -103,15 +110,15 @@ NAMES: dict[str, Name] = {
     "pitch_harmonics": Name(10, "PeriodicPitchError", "once per turn", "x_scale", ("EncoderEccentricity",)),
     "soft_backlash": Name(8, "Backlash", "reversal", "x_scale"),
     "spindle_coulomb": Name(1, "CoulombFriction", "reversal", "spindle"),
-    "spindle_asymmetric": Name(4, "AsymmetricFriction", "constants", "spindle", (), ("CoulombFriction", "ForceOffset")),
+    "spindle_asymmetric": Name(4, "AsymmetricFriction", "reversal", "spindle", (), ("CoulombFriction", "ForceOffset")),
     "torque_limit": Name(20, "DriveSaturation", "drive range", "spindle"),
     "spindle_ripple": Name(21, "TorqueRipple", "once per turn", "spindle"),
     "spindle_cogging": Name(22, "Cogging", "once per turn", "spindle", ("TorqueRipple",)),
     "disc_eccentricity": Name(28, "EncoderEccentricity", "once per turn", "spindle_encoder"),
     "tacho_ripple": Name(31, "TachometerRipple", "once per turn", "tachometer"),
     "tacho_gain": Name(31, "TachometerRipple", "once per turn", "tachometer", ("ScaleFactorError",)),
-    "belt_slip": Name(35, "BeltSlip", "spindle speed", "tachometer"),
-    "speed_droop": Name(36, "SpeedDroop", "spindle speed", "tachometer", (), ("BeltSlip",)),
+    "belt_slip": Name(35, "BeltSlip", "spindle speed", "spindle"),
+    "speed_droop": Name(36, "SpeedDroop", "spindle speed", "spindle", (), ("BeltSlip",)),
     "tacho_filter": Name(32, "SensorFilter", "lag", "tachometer"),
     "edge_force": Name(38, "EdgeForce", "force law", "cutting", (), ("ChipThicknessExponent",)),
     "size_effect": Name(39, "ChipThicknessExponent", "force law", "cutting", (), ("EdgeForce",)),
@@ -125,13 +132,17 @@ NAMES: dict[str, Name] = {
 }
 """This suite's key -> what the program calls it. Keys that are not here lie outside the catalogue."""
 
-NAMED_FAMILIES = {
-    "reversal": ("reversal",), "lag": ("lag", "structure", "recording"), "once per turn": ("once per turn",), "slow": ("slow",),
-    "constants": ("constants", "geometry"), "geometry": ("geometry", "constants"), "force law": ("force law",),
-    "drive range": ("drive range",), "encoder": ("encoder",), "spindle speed": ("spindle speed",),
-    "spindle-synchronous": ("spindle-synchronous",), "recording": ("recording", "lag"),
-}  # fmt: skip
-"""Family -> the families an answer may give for it."""
+_SAME_KIND = {"geometry": ("constants",), "constants": ("geometry",), "recording": ("lag",), "lag": ("structure",)}
+"""Families whose members have the same equation at another place (a pitch error and a scale factor), which count for one another."""
+THE_DATA = ("clock_skew", "channel_shift", "scale_factor")
+"""Hidden effects that are as rightly called a fault of the recording, with the channel named."""
+
+
+def families(key: str) -> tuple[str, ...]:
+    """Give the families an answer may give for a hidden effect: its own, those of the other right names, and of the same equation."""
+    name = NAMES[key]
+    own = [other.family for accepted in name.right for other in NAMES.values() if other.effect == accepted]
+    return tuple(dict.fromkeys([name.family, *own, *_SAME_KIND.get(name.family, ())]))
 
 
 def indistinguishable(key: str, channels: tuple[str, ...]) -> tuple[str, ...]:
@@ -158,7 +169,12 @@ def lesson_text(told: Told, recording: str = "fit.csv") -> str:
     if told.template == "cascade_axis":
         dropped = _CASCADE_ONLY if told.pid else _PID_ONLY
         settings = {name: value for name, value in settings.items() if name not in dropped}
-    lines = ["lesson: A machine that may hide something", f"machine: {told.template}", "sample_period: 1 ms", f"step: {STEP[told.template]}"]
+    lines = [
+        "lesson: A machine that may hide something",
+        f"machine: {told.template}",
+        "sample_period: 1 ms",
+        f"step: {STEP[told.template]}",
+    ]
     if told.pid:
         lines.append("replace: {x_controller: PositionController}")
     lines.append("set:")

@@ -46,7 +46,8 @@ class Sizes:
     """How much an effect moves the channels of one recording, each over its own floor.
 
     ``plain`` is the noise-free difference with and without it; ``refitted`` what is left of that once the baseline's uncertain values are
-    re-tuned within three declared deviations (linearised), which is what can be found at all; ``floor`` [unit of the channel] is the noise carried through the loop.
+    re-tuned within three declared deviations (linearised), which is what can be found at all; ``floor`` [unit of the channel] is the noise
+    carried through the loop.
     """
 
     floor: dict[str, float]
@@ -89,7 +90,7 @@ def sizes_of(
 
 
 def with_differences(channels: dict[str, np.ndarray], conductance: float) -> dict[str, np.ndarray]:
-    """Add what two channels say together: scale less encoder (the screw), current less command (the amplifier). Noise of the loop cancels."""
+    """Add what two channels say together: scale less encoder (the screw), current less command (amplifier). Noise of the loop cancels."""
     added = dict(channels)
     if "scale" in channels:
         added["scale-encoder"] = channels["scale"] - channels["encoder"]
@@ -98,14 +99,18 @@ def with_differences(channels: dict[str, np.ndarray], conductance: float) -> dic
     return added
 
 
-def with_fast_part(channels: dict[str, np.ndarray], width: int = 250) -> dict[str, np.ndarray]:
-    """Add what the encoder of a spindle does within a quarter of a second: the wandering that an open loop piles up is taken out."""
+def with_fast_part(channels: dict[str, np.ndarray], gain: float, width: int = 250) -> dict[str, np.ndarray]:
+    """Add what the channels of a spindle say beside the wandering of an open loop, which both of them see.
+
+    The encoder less its mean over a quarter of a second, and the tachometer less the speed that the encoder shows over 50 ms.
+    """
     encoder = channels["encoder"]
-    mean = np.convolve(encoder, np.ones(width) / width, mode="same")
-    fast = encoder - mean
-    fast[:width] = 0.0
-    fast[-width:] = 0.0
-    return {**channels, "encoder-fast": fast}
+    speed = np.convolve(np.gradient(encoder, 1e-3), np.ones(50) / 50, mode="same")
+    fast, apart = encoder - np.convolve(encoder, np.ones(width) / width, mode="same"), channels["tachometer"] - gain * speed
+    for values in (fast, apart):
+        values[:width] = 0.0
+        values[-width:] = 0.0
+    return {**channels, "encoder-fast": fast, "tachometer-encoder": apart}
 
 
 def rms(values: np.ndarray) -> float:

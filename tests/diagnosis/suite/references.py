@@ -92,7 +92,7 @@ def rich_course(rng: np.random.Generator, stroke: float, top_speed: float, accel
     course = np.concatenate(velocity)
     while len(course) < 20000:
         course = np.r_[course, _shuttle(rng, [speeds[int(rng.integers(0, 4))]], stroke * 0.7, acceleration), _rest(0.2)]
-    course = course[:30500]
+    course = course[:30000]
     return Course(np.cumsum(course) * PERIOD, tuple(order))
 
 

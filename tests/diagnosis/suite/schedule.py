@@ -40,12 +40,14 @@ TRIPLES: dict[str, tuple[tuple[str, ...], ...]] = {
 }  # fmt: skip
 POOR: tuple[tuple[str, str, str], ...] = (
     ("axis", "one_direction", "coulomb"), ("axis", "one_direction", "gravity"), ("axis", "one_direction", "coulomb"),
-    ("axis", "one_speed", "stribeck"), ("axis", "one_speed", "cogging"), ("axis", "one_speed", "bristles"), ("axis", "one_direction", "dead_zone"),
-    ("spindle", "one_direction", "spindle_asymmetric"), ("cutting", "one_setting", "edge_force"), ("cutting", "one_setting", "size_effect"),
+    ("axis", "one_speed", "stribeck"), ("axis", "one_speed", "cogging"), ("axis", "one_speed", "bristles"),
+    ("axis", "one_direction", "dead_zone"), ("spindle", "one_direction", "spindle_asymmetric"), ("cutting", "one_setting", "edge_force"),
+    ("cutting", "one_setting", "size_effect"),
 )  # fmt: skip
 FAULTS: tuple[tuple[str, str], ...] = (
     ("axis", "unit_1000"), ("axis", "unit_25.4"), ("axis", "swapped"), ("axis", "frozen"), ("axis", "shifted"), ("axis", "wrong_period"),
-    ("axis", "dropped"), ("axis", "clipped"), ("spindle", "unit_2pi"), ("spindle", "frozen"), ("cutting", "unit_1000"), ("cutting", "swapped"),
+    ("axis", "dropped"), ("axis", "clipped"), ("spindle", "unit_2pi"), ("spindle", "frozen"), ("cutting", "unit_1000"),
+    ("cutting", "swapped"),
 )  # fmt: skip
 
 

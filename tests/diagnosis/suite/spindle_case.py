@@ -22,6 +22,7 @@ class _Run:
     load: np.ndarray
     disturbance: np.ndarray
     noise: np.ndarray
+    gain: float
 
     def log_torque(self, physics: SpindlePhysics) -> np.ndarray:
         """Torque the drive's speed loop asks for, as logged."""
@@ -33,10 +34,10 @@ class _Run:
             physics = physics._replace(tachometer_noise=0.0, encoder_resolution=physics.encoder_resolution if coarse else 0.0)
         disturbance = self.disturbance if noisy else np.zeros_like(self.disturbance)
         _, encoder, volts = simulate_spindle(physics, self.wanted, self.load, disturbance, self.noise, torque)
-        return with_fast_part({"encoder": encoder, "tachometer": volts})
+        return with_fast_part({"encoder": encoder, "tachometer": volts}, self.gain)
 
 
-def _course(rng: np.random.Generator, top: float, load: float, both_ways: bool, deviation: float) -> _Run:
+def _course(rng: np.random.Generator, top: float, load: float, both_ways: bool, deviation: float, gain: float) -> _Run:
     wanted: list[np.ndarray] = [np.zeros(300)]
     torque: list[np.ndarray] = [np.zeros(300)]
     direction = 1.0
@@ -57,7 +58,7 @@ def _course(rng: np.random.Generator, top: float, load: float, both_ways: bool, 
     samples = len(course)
     course = np.convolve(np.r_[np.full(200, course[0]), course], ramp, mode="full")[200 : 200 + samples]
     disturbance = coloured_noise(rng, samples, deviation, log_uniform(rng, 2.0, 10.0))
-    return _Run(course, cuts, disturbance, rng.standard_normal((2, samples)))
+    return _Run(course, cuts, disturbance, rng.standard_normal((2, samples)), gain)
 
 
 def make_spindle_case(rng: np.random.Generator, draws: list[Draw], category: str, poor: str = "") -> MadeCase:
@@ -72,11 +73,11 @@ def make_spindle_case(rng: np.random.Generator, draws: list[Draw], category: str
         loop_gain=inertia * 25.0, loop_rate=float(rng.uniform(2.0, 5.0)),
     )  # fmt: skip
     both = rng.random() < 0.6
-    names = ("fit", "validate", *(("resolve_fit", "resolve_validate") if poor else ()))
+    names = ("fit", "validate", *(("resolve", "resolve_validate") if poor else ()))
     runs = {}
     for name in names:
         ways = (both if not poor else False) or name.startswith("resolve")
-        runs[name] = _course(rng, top, load, ways, rated * log_uniform(rng, 5e-4, 3e-3))
+        runs[name] = _course(rng, top, load, ways, rated * log_uniform(rng, 5e-4, 3e-3), base.gain)
     peak = float(np.max(np.abs(runs["fit"].log_torque(base))))
     rig = {"rated": rated, "peak": peak, "load": load, "top": top}
     hidden = tuple(draw(rng, rig) for draw in draws)
@@ -93,7 +94,7 @@ def make_spindle_case(rng: np.random.Generator, draws: list[Draw], category: str
         full, plain = run.play(full_physics, torque, False), run.play(base, torque, False)
         floors[name] = {c: max(rms(noisy[c] - full[c]), 1e-12) for c in full}
         removable[name] = {c: float(np.mean((full[c] - plain[c]) ** 2)) for c in full}
-        if name.endswith("fit"):
+        if name in ("fit", "resolve"):
             for one in hidden:
                 rest = {k: v for other in hidden if other is not one for k, v in other.changes.items()}
                 without = run.play(base._replace(**rest), torque, False)
@@ -106,9 +107,7 @@ def make_spindle_case(rng: np.random.Generator, draws: list[Draw], category: str
     return MadeCase(told, recordings, hidden, {key: float(getattr(base, key)) for key in told.sigma}, sizes, removable, floors)
 
 
-def _slopes(
-    told: Told, run: _Run, base: SpindlePhysics, torque: np.ndarray, at: dict[str, np.ndarray]
-) -> list[dict[str, np.ndarray]]:
+def _slopes(told: Told, run: _Run, base: SpindlePhysics, torque: np.ndarray, at: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
     slopes = []
     for name, share in told.sigma.items():
         moved = run.play(base._replace(**{name: getattr(base, name) * (1.0 + 0.2 * share)}), torque, False)

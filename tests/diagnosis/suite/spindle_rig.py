@@ -1,4 +1,4 @@
-"""The spindle of the truth: a speed loop in the drive gives the torque that is logged; Heun at 50 us, implicit friction, load torque of cuts.
+"""The spindle of the truth: a speed loop in the drive gives the torque that is logged; Heun at 50 us, implicit friction, load of cuts.
 
 Source: Isermann, Mechatronic Systems (2005), sec. 3.3 (inertia, viscous and Coulomb friction of a drive); belt: creep with the load.
 """

@@ -1,0 +1,134 @@
+"""``lathesim diagnose LESSON RECORDING``: what physics the lesson's simulation left out."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lathesim.cli.case_options import variant_option
+from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.diagnosis.diagnosis import Diagnosis
+    from lathesim.diagnosis.loading import LoadedCase
+
+STOPPED = 130
+
+
+@click.command()
+@click.argument("lesson")
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.option("--validate", type=click.Path(path_type=Path), metavar="FILE", help="The recording that judges [default: the second half].")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where report and lesson go [default: lathesim_runs/LESSON/].")
+@click.option("--json", "json_file", type=click.Path(path_type=Path, allow_dash=True), metavar="FILE", help="Write JSON ('-': print it).")
+@click.option("--effect", "only", multiple=True, metavar="NAME", help="Try only these effects.")
+@click.option("--no-report", is_flag=True, help="Write no report.")
+@variant_option
+@plugins_option
+def diagnose(
+    lesson: str,
+    recording: Path,
+    validate: Path | None,
+    out: Path | None,
+    json_file: Path | None,
+    only: tuple[str, ...],
+    no_report: bool,
+    variant: str | None,
+    plugin_folders: tuple[Path, ...],
+) -> int:
+    """Hold RECORDING against the simulation of LESSON, find what the lesson left out, and show that the fit improves.
+
+    The lesson says in ``recordings:`` what the columns mean and in ``uncertain:`` how sure its values are. The answer is judged on a
+    recording that was not fitted. Ctrl-C ends the search and keeps what is known (exit code 130).
+    """
+    import json
+    import os
+
+    # the runs of a batch share the cores already: threads of the linear algebra would only fight them
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+    from lathesim.diagnosis.diagnose import ask
+    from lathesim.diagnosis.diagnose import diagnose as answer
+    from lathesim.diagnosis.diagnosis import as_json
+    from lathesim.diagnosis.loading import load_case
+    from lathesim.lessons.lesson import load_lesson
+
+    registry = open_registry(plugin_folders)
+    effects = [registry.effect(name) for name in only] if only else list(registry.effects.values())
+    loaded = load_lesson(lesson)
+    quiet = json_file is not None and str(json_file) == "-"
+    case = load_case(loaded, [recording] if validate is None else [recording, validate], registry, variant=variant)
+    with _progress(shown=not quiet) as tell:
+        diagnosis = answer(ask(loaded.title, case.machine, case.recordings, effects), tell)  # type: ignore[arg-type]
+    folder = out or Path("lathesim_runs") / loaded.name
+    files = [] if no_report else _write(diagnosis, case, folder)
+    told = json.dumps({**as_json(diagnosis), "report": str(files[0]) if files else None}, indent=2)
+    if quiet:
+        click.echo(told)
+    else:
+        if json_file is not None:
+            json_file.write_text(told + "\n", encoding="utf-8")
+            files.append(json_file)
+        _tell(diagnosis, files)
+    return 0 if diagnosis.complete else STOPPED
+
+
+@contextmanager
+def _progress(*, shown: bool) -> Iterator[Callable[[str], None]]:
+    """Give what is told each step; on a terminal the last step stands in one line, elsewhere nothing is written."""
+    if not (shown and sys.stderr.isatty()):
+        yield lambda text: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("reading the recording") as status:
+        yield lambda text: status.update(text.strip())
+
+
+def _write(diagnosis: Diagnosis, case: LoadedCase, folder: Path) -> list[Path]:
+    """Write the report and, where something was found, the lesson with it in."""
+    from lathesim.diagnosis.report import write_report
+    from lathesim.lessons.changed_lesson import changed_lesson
+
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [write_report(diagnosis, folder / "report.html")]
+    if diagnosis.insert:
+        refitted = {name: f"{item.refit_with:.6g} {item.unit}".removesuffix(" 1") for name, item in diagnosis.baseline.items()}
+        files.append(folder / f"{case.lesson.name}_explained.yaml")
+        files[-1].write_text(changed_lesson(case.lesson, diagnosis.insert, refitted, folder), encoding="utf-8")
+    return files
+
+
+def _tell(diagnosis: Diagnosis, files: list[Path]) -> None:
+    """Write what was found for a person to read."""
+    from lathesim.analysis.display_unit import shown_with_unit
+
+    for line in diagnosis.findings:
+        click.echo(f"Recording: {line}")
+    click.echo(f"\n{diagnosis.sentence}\n")
+    for effect in diagnosis.effects:
+        sure = f"probability {effect.probability:.2f}, {effect.share:.0%} of the error"
+        click.echo(f"  {effect.effect} at {effect.at}  ({effect.family}, {sure})")
+        for name, item in effect.parameters.items():
+            click.echo(f"    {name} = {item.value:.4g} {item.unit}  (95 %: {item.low:.4g} to {item.high:.4g})")
+    if diagnosis.location.components:
+        where = ", ".join(diagnosis.location.components)
+        depends = f"; it depends on {', '.join(diagnosis.location.variables)}" if diagnosis.location.variables else ""
+        click.echo(f"\nWhere: {where}{depends}")
+    for name, channel in diagnosis.fit.items():
+        sizes = [shown_with_unit(value, channel.unit) for value in (channel.before, channel.after, channel.floor)]
+        click.echo(f"{name} on {channel.recording}: off by {sizes[0]} before, {sizes[1]} after (floor {sizes[2]})")
+    for line in (*diagnosis.left, *diagnosis.not_told):
+        click.echo(line)
+    if diagnosis.insert:
+        click.echo("\nPaste into the lesson:\ninsert:")
+        for entry in diagnosis.insert:
+            click.echo(f"  - {{{', '.join(f'{name}: {value}' for name, value in entry.items())}}}")
+    if not diagnosis.complete:
+        click.echo("The search was stopped; this is what was known until then.")
+    click.echo(f"\n{diagnosis.wall_time:.1f} s. " + (f"See {', '.join(map(str, files))}." if files else ""))

@@ -1,0 +1,132 @@
+"""``lathesim fit LESSON RECORDING --free NAME,...``: parameters of a lesson from a recording."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lathesim.cli.case_options import read_settings, set_option, variant_option
+from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.diagnosis.parameter_fit import FittedParameter, ParameterFit
+    from lathesim.lessons.lesson import Lesson
+
+
+@click.command()
+@click.argument("lesson")
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.option("--free", required=True, multiple=True, metavar="PART.NAME,...", help="What is fitted: parameters, or starts of states.")
+@click.option("--starts", type=click.IntRange(min=1), default=4, show_default=True, help="Fits begun within 50 % of the given values.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which starts these are.")
+@click.option("--closed-loop", "closed", is_flag=True, help="Leave the machine's loops closed, instead of replaying what was recorded.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="LESSON.yaml", help="Write the lesson with the fitted values.")
+@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-fit/1) and nothing else.")
+@variant_option
+@set_option
+@plugins_option
+def fit(
+    lesson: str,
+    recording: Path,
+    free: tuple[str, ...],
+    starts: int,
+    seed: int,
+    closed: bool,
+    out: Path | None,
+    as_json: bool,
+    variant: str | None,
+    settings: tuple[str, ...],
+    plugin_folders: tuple[Path, ...],
+) -> int:
+    """Fit parameters of LESSON to RECORDING by least squares, with standard errors, and say what the recording does not determine.
+
+    The lesson says in ``recordings:`` what the columns mean. Every part is driven by what was recorded of its inputs, so the controllers
+    do not hide a wrong value.
+    """
+    import json
+    import os
+
+    # the runs of a batch share the cores already: threads of the linear algebra would only fight them
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+    from lathesim.diagnosis.fit_question import ask_fit
+    from lathesim.diagnosis.parameter_fit import as_json as json_of
+    from lathesim.diagnosis.parameter_fit import fit_parameters
+    from lathesim.lessons.lesson import load_lesson
+
+    loaded = load_lesson(lesson)
+    names = [name.strip() for text in free for name in text.split(",") if name.strip()]
+    question = ask_fit(loaded, recording, open_registry(plugin_folders), names, variant, read_settings(settings), closed=closed)
+    found = fit_parameters(question.misfit, question.free, starts=starts, seed=seed, tell=None if as_json else _progress)
+    findings = [str(finding) for finding in question.findings]
+    if as_json:
+        click.echo(json.dumps(json_of(loaded.name, str(recording), found, findings), indent=2))
+    else:
+        for line in fit_lines(found, findings):
+            click.echo(line)
+    if out is not None:
+        _write(loaded, found, out)
+        if not as_json:
+            click.echo(f"\nThe lesson with these values is {out}")
+    return 0
+
+
+def _progress(done: int, starts: int) -> None:
+    if sys.stderr.isatty():
+        click.echo(f"\rStart {done} of {starts}" + ("\n" if done == starts else ""), nl=False, err=True)
+
+
+def fit_lines(found: ParameterFit, findings: list[str]) -> list[str]:
+    """Give the result of a fit as a person reads it."""
+    from lathesim.analysis.display_unit import shown_with_unit
+
+    lines = [f"Recording: {text}" for text in findings] + [""] * bool(findings)
+    rows: list[tuple[str, ...]] = [("parameter", "value", "standard error", "unit", "given")]
+    rows += [(item.name, *_value(item), _unit(item), f"{item.given:.6g}") for item in found.parameters]
+    lines += _table(rows)
+    rows = [("channel", "misfit, rms, as given", "fitted", "floor")]
+    rows += [
+        (item.channel, *(shown_with_unit(size, item.unit, 3) for size in (item.before, item.after, item.floor))) for item in found.channels
+    ]
+    lines += ["", *_table(rows), ""]
+    lines += [f"{first} and {second} go together (correlation {rho:+.3f})." for first, second, rho in found.correlated]
+    lines += found.undetermined
+    lines.append(f"{found.agreeing} of {found.starts} starts agree; {found.runs} runs, {found.wall_time:.1f} s.")
+    return lines
+
+
+def _value(item: FittedParameter) -> tuple[str, str]:
+    """Give value and standard error as text, to the two digits of the error that mean something."""
+    if not item.determined:
+        return "not determined", "-"
+    if not 0.0 < item.error < math.inf or item.value == 0.0:
+        return f"{item.value:.6g}", f"{item.error:.2g}"
+    digits = max(1, 2 + math.floor(math.log10(abs(item.value))) - math.floor(math.log10(item.error)))
+    return f"{item.value:.{min(digits, 12)}g}", f"{item.error:.2g}"
+
+
+def _unit(item: FittedParameter) -> str:
+    """Give the unit without the brackets that stand around what was filled in; nothing for a pure number."""
+    unit = re.sub(r"\(+(\w+)\)+", r"\1", item.unit)
+    return "" if unit == "1" else unit
+
+
+def _table(rows: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return [lines[0], "  ".join("-" * width for width in widths), *lines[1:]]
+
+
+def _write(lesson: Lesson, found: ParameterFit, out: Path) -> None:
+    from lathesim.errors import LessonError
+    from lathesim.lessons.changed_lesson import changed_lesson
+
+    values = {item.name: f"{item.value:.10g} {_unit(item)}".strip() for item in found.parameters if item.determined}
+    if not out.parent.is_dir():
+        raise LessonError(f"there is no folder '{out.parent}'.", place=str(out), remedy="Make it, or choose another place.")
+    out.write_text(changed_lesson(lesson, [], values, out.parent), encoding="utf-8")

@@ -1,0 +1,59 @@
+"""``lathesim plot RUN.h5``: figures of a record."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from lathesim.record import Record
+
+
+@click.command()
+@click.argument("run", type=click.Path(path_type=Path), metavar="RUN.h5")
+@click.argument("channels", nargs=-1, metavar="[CHANNEL ...]")
+@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Where the figure goes (.png, .svg or .pdf).")
+def plot(run: Path, channels: tuple[str, ...], save: Path | None) -> int:
+    """Plot channels of the record RUN.h5 over time; without a CHANNEL the path, the contour error and the voltages.
+
+    A part's name alone stands for all its channels. Without --save the figures are left beside the record, and opened where there is a
+    screen.
+    """
+    from lathesim.analysis.plots import channels_figure, overview_figure, save_figure
+    from lathesim.cli.run_plots import save_run_plots
+    from lathesim.record import load
+
+    record = load(run)
+    title = str(record.meta.get("lesson_name") or run.stem)
+    if channels:
+        files = [save or run.with_name(f"{run.stem}_channels.png")]
+        save_figure(channels_figure(record, _named(record, channels), title), files[0])
+    elif save is not None:
+        files = [save]
+        save_figure(overview_figure(record, title), save)
+    else:
+        files = save_run_plots(record, run, title)
+    for file in files:
+        click.echo(str(file))
+        if save is None and _has_screen():
+            click.launch(str(file))
+    return 0
+
+
+def _named(record: Record, wanted: tuple[str, ...]) -> list[str]:
+    """Give the channels asked for; a part's name stands for all of its channels."""
+    names: list[str] = []
+    for name in wanted:
+        of_part = [channel for channel in record if channel.partition(".")[0] == name]
+        names += of_part or [record.channel(name).name]
+    return list(dict.fromkeys(names))
+
+
+def _has_screen() -> bool:
+    """Say whether someone sits before a screen on which a figure can be opened."""
+    drawn = sys.platform in ("darwin", "win32") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    return drawn and sys.stdout.isatty()

@@ -1,0 +1,209 @@
+"""``lathesim sweep LESSON --vary PART.NAME=LOW..HIGH:N``: one lesson over ranges of its parameters, to a table and a plot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lathesim.cli.case_options import find_program_file, program_option, read_settings, set_option, variant_option
+from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.lessons.simulate import Prepared
+    from lathesim.lessons.sweeping.members import Member, Members
+    from lathesim.lessons.sweeping.ranges import Range
+    from lathesim.lessons.sweeping.table import SweepTable
+    from lathesim.plugins import Registry
+
+STOPPED = 130
+
+
+@click.command()
+@click.argument("lesson")
+@click.option(
+    "--vary",
+    "varied",
+    multiple=True,
+    required=True,
+    metavar="PART.NAME=LOW..HIGH[ UNIT]:N[log]",
+    help="N values from LOW to HIGH, or a list: x_dac.bits=8,10,12. Parameters joined with + move together.",
+)
+@click.option("--metric", "metrics", multiple=True, metavar="NAME", help="What is measured [default: the metrics of the lesson's goals].")
+@click.option("--out", type=click.Path(path_type=Path), metavar="F.csv", help="The table [default: lathesim_runs/LESSON/sweep.csv].")
+@click.option("--plot", type=click.Path(path_type=Path), metavar="F.png", help="The plot [default: beside the table].")
+@click.option("--no-plot", is_flag=True, help="Draw no plot.")
+@click.option("--threads", type=click.IntRange(min=1), help="Runs at the same time [default: as many as there are cores].")
+@click.option("--executor", metavar="dask://HOST:PORT", help="Make the runs on a Dask cluster.")
+@variant_option
+@program_option
+@set_option
+@plugins_option
+def sweep(
+    lesson: str,
+    varied: tuple[str, ...],
+    metrics: tuple[str, ...],
+    out: Path | None,
+    plot: Path | None,
+    no_plot: bool,
+    threads: int | None,
+    executor: str | None,
+    variant: str | None,
+    program: Path | None,
+    settings: tuple[str, ...],
+    plugin_folders: tuple[Path, ...],
+) -> int:
+    """Run LESSON over all combinations of the --vary ranges and write one row a run.
+
+    The table grows as runs end. Stopped (Ctrl-C, exit code 130) and started again, the same command goes on where it was; it refuses a
+    table of another sweep. A run that breaks down has the reason in its row.
+    """
+    from lathesim.errors import LatheSimError
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.simulate import prepare
+    from lathesim.lessons.sweeping.members import Members
+    from lathesim.lessons.sweeping.ranges import grid, read_range
+
+    if executor is not None and not executor.startswith("dask://"):
+        raise click.UsageError(f"--executor {executor}: write it as dask://host:port.")
+    registry = open_registry(plugin_folders)
+    loaded = load_lesson(lesson)
+    overrides = read_settings(settings)
+    prepared = prepare(loaded, registry, variant, overrides, program=find_program_file(program, loaded.path.parent))
+    ranges = [read_range(text, prepared) for text in varied]
+    for item in ranges:
+        if item.remark:
+            click.echo(item.remark, err=True)
+    points = grid(ranges)
+    names = tuple(name for item in ranges for name in item.names)
+    wanted = {name: registry.metric(name) for name in metrics or _default_metrics(prepared)}
+    if not wanted:
+        raise LatheSimError("the lesson has no goals.", place=str(loaded.path), remedy="Say what to measure with --metric.")
+    members = Members(prepared, names, wanted)
+    table = _table(out or Path("lathesim_runs") / loaded.name / "sweep.csv", prepared, members, ranges, points)
+    done = table.open()
+    there = len(done)
+    jobs = [(number, _values(ranges, point)) for number, point in enumerate(points) if number not in done]
+    stopped = False
+    try:
+        with _progress(prepared.name, len(points), there) as tell:
+            for member in _runs(members, jobs, threads, executor, registry, overrides):
+                table.add(member)
+                done[member.number] = member
+                tell()
+    except KeyboardInterrupt:
+        stopped = True
+    if stopped:
+        click.echo(f"Stopped after {len(done)} of {len(points)} runs; the same command goes on from there.", err=True)
+        return STOPPED
+    done = dict(sorted(done.items()))
+    table.finish(done)
+    click.echo(f"{len(points)} runs, {len(points) - there} of them made now; the table is {table.path}")
+    for line in _extremes(ranges, points, members, done):
+        click.echo(line)
+    if not no_plot:
+        _draw(plot or table.path.with_suffix(".png"), loaded.title, ranges, members, done)
+    return 0
+
+
+def _default_metrics(prepared: Prepared) -> list[str]:
+    """Give the metrics of the lesson's goals, else those it has published values of."""
+    settings = prepared.case.lesson.settings
+    published = [*settings.published, *(name for variant in settings.variants.values() for name in variant.published)]
+    return list(dict.fromkeys([goal.metric for goal in settings.goals] or published))
+
+
+def _table(path: Path, prepared: Prepared, members: Members, ranges: Sequence[Range], points: Sequence[tuple[int, ...]]) -> SweepTable:
+    from lathesim.lessons.sweeping.table import SweepTable
+
+    case = prepared.case
+    header = [f"lesson: {case.lesson.name}{f', variant {case.variant}' if case.variant else ''}", f"machine: {members.digest}"]
+    header += [f"vary: {item.text}" for item in ranges]
+    columns = ["run", *(f"{item.label} [{item.unit}]" for item in ranges)]
+    columns += [f"{name} [{metric.unit}]" for name, metric in members.metrics.items()]
+    shown = [[repr(value) for value in item.shown] for item in ranges]
+    given = tuple(tuple(texts[place] for texts, place in zip(shown, point, strict=True)) for point in points)
+    return SweepTable(path, tuple(header), (*columns, "status"), given)
+
+
+def _values(ranges: Sequence[Range], point: Sequence[int]) -> tuple[float, ...]:
+    return tuple(item.values[place] for item, place in zip(ranges, point, strict=True) for _ in item.names)
+
+
+def _runs(
+    members: Members,
+    jobs: Sequence[tuple[int, tuple[float, ...]]],
+    threads: int | None,
+    executor: str | None,
+    registry: Registry,
+    overrides: dict[str, str | float],
+) -> Iterator[Member]:
+    from lathesim.lessons.sweeping.executors import run_here, run_on_cluster
+
+    if not jobs:
+        return iter(())
+    if executor is None:
+        return run_here(members, jobs, threads or 0)
+    from lathesim.lessons.sweeping.bundle import pack
+
+    return run_on_cluster(executor, pack(members, overrides, registry.plugins), members.digest, jobs)
+
+
+@contextmanager
+def _progress(name: str, total: int, there: int) -> Iterator[Any]:
+    """Give what is told of each run that ends; a bar on the error stream where a person looks at it."""
+    import sys
+
+    if not sys.stderr.isatty():
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=total, completed=there)
+        yield lambda: bar.advance(task)
+
+
+def _extremes(ranges: Sequence[Range], points: Sequence[tuple[int, ...]], members: Members, done: dict[int, Member]) -> Iterator[str]:
+    """Give a line for each metric: its least and largest value and where they are; and how many runs gave none."""
+    from lathesim.analysis.display_unit import shown_with_unit
+
+    for place, (name, metric) in enumerate(members.metrics.items()):
+        found = {number: member.metrics[place] for number, member in done.items() if member.metrics[place] == member.metrics[place]}
+        if not found:
+            continue
+        if min(found.values()) == max(found.values()):
+            value = shown_with_unit(next(iter(found.values())), metric.unit)
+            yield f"{name.replace('_', ' ')}: {value} in {'all runs' if len(found) == len(done) else 'every run that has it'}"
+            continue
+        told = []
+        for word, number in (("least", min(found, key=found.__getitem__)), ("most", max(found, key=found.__getitem__))):
+            at = ", ".join(f"{item.label} = {item.told(spot)}" for item, spot in zip(ranges, points[number], strict=True))
+            told.append(f"{word} {shown_with_unit(found[number], metric.unit)} at {at}")
+        yield f"{name.replace('_', ' ')}: {'; '.join(told)}"
+    bad = [member.status for _, member in sorted(done.items()) if member.status != "complete"]
+    if bad:
+        yield (
+            f"1 run has no complete result: {bad[0]}" if len(bad) == 1 else f"{len(bad)} runs have no complete result, the first: {bad[0]}"
+        )
+
+
+def _draw(path: Path, title: str, ranges: Sequence[Range], members: Members, done: dict[int, Member]) -> None:
+    import numpy as np
+
+    from lathesim.analysis.plots import save_figure
+    from lathesim.analysis.sweep_figure import SweepAxis, sweep_figure
+
+    if len(ranges) > 2:
+        click.echo("No plot: more than two ranges are varied.")
+        return
+    axes = [SweepAxis(item.label, item.shown, item.unit, item.logarithmic) for item in ranges]
+    values = np.array([done[number].metrics for number in sorted(done)], dtype=float)
+    metrics = [(name, metric.unit, values[:, place]) for place, (name, metric) in enumerate(members.metrics.items())]
+    save_figure(sweep_figure(axes, metrics, title), path)
+    click.echo(f"The plot is {path}")

@@ -1,0 +1,279 @@
+"""``diagnose``: from a machine and its recordings to what physics the simulation left out.
+
+    recording checked -> baseline refitted within its uncertainties -> mismatch located -> candidates screened, fitted and judged on the
+    held-out recording -> values and intervals -> is the model adequate? -> verdict
+
+Every step is a function in a file of its own; here they are put in order.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict
+from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
+from lathesim.diagnosis.fit import fit, with_start
+from lathesim.diagnosis.loading import Recorded
+from lathesim.diagnosis.parameters import CONFIDENCE, Estimates, estimates, is_significant
+from lathesim.diagnosis.problem import Machine, Rig, build_rigs
+from lathesim.diagnosis.search import Found, Settings, leave_out, search
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Bench, judged_score
+from lathesim.diagnosis.verdict import ADEQUATE, NAMED_SHARE, Standing, removed_in_band, standing, structured_share
+from lathesim.effects.effect import Effect
+from lathesim.record import Record
+
+Tell = Callable[[str], None]
+STRAINED = 4.0
+"""Declared standard deviations beyond which a value of the lesson is not believed to be so far off."""
+MOVED = 0.05
+"""Share of the error that a refit of the baseline must remove for its values to be called off."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a diagnosis is asked: a machine, the recording it is fitted to, the one it is judged on, and the effects to be tried."""
+
+    lesson: str
+    machine: Machine
+    fitted: Recorded
+    held_out: Recorded | None
+    effects: tuple[type[Effect], ...]
+    settings: Settings = field(default_factory=Settings)
+
+
+def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
+    """Answer a question. Stopped with Ctrl-C, the answer holds what was known until then (``complete`` is false)."""
+    began = time.perf_counter()
+    say = tell or (lambda text: None)
+    faults = [*question.fitted.faults, *(question.held_out.faults if question.held_out else ())]
+    findings = tuple(str(finding) for recorded in (question.fitted, question.held_out) if recorded for finding in recorded.findings)
+    if faults:
+        return Diagnosis(
+            "recording_fault",
+            f"{VERDICTS['recording_fault']} {faults[0]}",
+            question.lesson,
+            question.fitted.name,
+            question.held_out.name if question.held_out else question.fitted.name,
+            findings=findings,
+            wall_time=time.perf_counter() - began,
+        )
+    rigs, whole, held_name = _rigs(question)
+    rig, held_out = rigs
+    found = search(rig, held_out, question.settings, say)
+    say("fitting the found model to everything")
+    values = estimates(found.model, held_out, whole)
+    doubtful = [term for term in found.model.terms if not is_significant(term, values)]
+    if doubtful:
+        say(f"leaving out again {', '.join(term.name for term in doubtful)}: the recordings do not agree on its size")
+        leave_out(found, doubtful, rig, held_out, say)
+        values = estimates(found.model, held_out, whole)
+    return replace(
+        _answer(question, found, rig, held_out, values, say),
+        held_out=held_name,
+        findings=findings,
+        wall_time=time.perf_counter() - began,
+        complete=found.complete,
+    )
+
+
+def _rigs(question: Question) -> tuple[list[Rig], Rig | None, str]:
+    """Give the rigs of the fitted and of the held-out recording, and of the whole where both are halves of one file."""
+    fitted = question.fitted
+    if question.held_out is not None:
+        pairs = [(fitted.name, fitted.record), (question.held_out.name, question.held_out.record)]
+        return build_rigs(question.machine, pairs, question.effects), None, question.held_out.name
+    first, second = halves(fitted.record)
+    name = f"{fitted.name}, second half"
+    rigs = build_rigs(question.machine, [(fitted.name, first), (name, second), (fitted.name, fitted.record)], question.effects)
+    return rigs[:2], rigs[2], name
+
+
+def halves(record: Record) -> tuple[Record, Record]:
+    """Give the first and the second half of a recording, each from time 0."""
+    middle = len(record) // 2
+    period = record.sample_period
+    parts = []
+    for piece in (slice(0, middle), slice(middle, None)):
+        channels = {name: replace(channel, values=channel.values[piece]) for name, channel in record.channels.items()}
+        count = len(next(iter(channels.values())).values)
+        parts.append(Record(np.asarray(np.arange(count) * period, dtype=np.float64), channels, dict(record.meta)))
+    return parts[0], parts[1]
+
+
+def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: Estimates, say: Tell) -> Diagnosis:
+    say("simulating the lesson before and after")
+    given = _given(rig, found)
+    moved = _values_are_off(rig, found, given)
+    without = found.baseline.held_out_fit.by_name if found.model.terms else _given(held_out, found)
+    own = compared(held_out, without, {**found.model.held_out_fit.by_name, **_machine_values(values)})
+    evidence = gather(rig, held_out, found, own)
+    location = located(held_out, found, evidence)
+    standings = standing(found, question.settings)
+    after = strongest_variables(evidence.bars, [], after=True)
+    removed = removed_in_band(found)
+    baseline = _baseline(rig, found, values)
+    strained = tuple(name for name, item in baseline.items() if abs(item.refit_with - item.given) > STRAINED * rig.machine.uncertain[name])
+    adequate = structured_share(evidence, rig.machine.compare) < ADEQUATE and not strained
+    verdict = _verdict(found, standings, moved, adequate, removed)
+    effects = tuple(_effect(item, values, rig, adequate) for item in standings)
+    return Diagnosis(
+        verdict=verdict,
+        sentence=_sentence(verdict, effects),
+        lesson=question.lesson,
+        recording=question.fitted.name,
+        held_out="",
+        effects=effects,
+        location=location,
+        fit=own.fit,
+        removed_share=own.removed_share,
+        adequate=adequate,
+        baseline=baseline,
+        insert=tuple(_insert(item) for item in effects) if verdict in ("named", "tied") else (),
+        left=(*_left(evidence, after, found, question.settings), *_strain(strained, baseline)),
+        not_told=_not_told(effects, values),
+        evidence=evidence,
+    )
+
+
+def _given(rig: Rig, found: Found) -> dict[str, float]:
+    """Give the values as the lesson has them, with the start of the recording fitted."""
+    constant = {item.name: item.given for item in found.baseline.fitted.free if item.name in rig.machine.uncertain}
+    starts = rig.start_states(rig.sensed.plan)
+    fitted = fit(rig.sensed, starts, constant, rounds=2, iterations=6)
+    return fitted.by_name
+
+
+def _values_are_off(rig: Rig, found: Found, given: dict[str, float]) -> bool:
+    """Say whether other values of the uncertain parameters explain much that the given ones leave."""
+    bench = Bench(rig, rig, lambda text: None, found.baseline.fitted.noise)
+    names = [item for item in with_start(found.baseline.fitted) if item.name not in rig.machine.uncertain]
+    constant = {name: given[name] for name in rig.machine.uncertain}
+    as_given = fit(rig.sensed, names, constant, rounds=2, iterations=6)
+    error, refitted = bench.error(rig, as_given), found.baseline.error
+    gain = found.baseline.score.motion - judged_score(rig, as_given).motion
+    return bool(gain > 10.0 and np.max((error - refitted) / error) > MOVED)
+
+
+def _verdict(found: Found, standings: list[Standing], moved: bool, adequate: bool, removed: float) -> Verdict:
+    if not standings:
+        if not adequate:
+            return "unknown"
+        return "parameters_only" if moved else "no_mismatch"
+    if not adequate and removed < NAMED_SHARE:
+        return "unknown"
+    return "tied" if standings[0].tied else "named"
+
+
+def _sentence(verdict: Verdict, effects: tuple[FoundEffect, ...]) -> str:
+    if verdict not in ("named", "tied") or not effects:
+        return VERDICTS[verdict]
+    names = [f"{effect.effect} at {effect.at}" + (f" (or {', '.join(effect.tied_with)})" if effect.tied_with else "") for effect in effects]
+    listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return f"The simulation left out {listed}."
+
+
+def _effect(item: Standing, values: Estimates, rig: Rig, adequate: bool) -> FoundEffect:
+    term = item.term
+    parameters, undetermined = {}, []
+    for name, scale in zip(term.parameters, np.abs(term.points).max(axis=0, initial=0.0), strict=True):
+        short = name.partition(".")[2]
+        if name not in values.by_name:
+            continue
+        estimate = values.by_name[name]
+        half = CONFIDENCE * estimate.error
+        parameters[short] = Interval(estimate.value, rig.sensed.plan.unit(name), estimate.value - half, estimate.value + half)
+        if estimate.error <= 0.0 or estimate.error > 0.5 * max(float(scale), abs(estimate.value)):
+            undetermined.append(short)
+    tied = tuple(dict.fromkeys(trial.term.name for trial in item.tied if trial.term.name != term.name))
+    experiment = term.effect.experiment if tied or undetermined else None
+    return FoundEffect(
+        term.name,
+        term.at,
+        term.family,
+        item.probability,
+        parameters,
+        tied,
+        experiment,
+        item.share,
+        item.removes,
+        _first_line(term),
+        tuple(undetermined),
+    )
+
+
+def _first_line(term: Term) -> str:
+    return (term.effect.__doc__ or "").strip().splitlines()[0]
+
+
+def _machine_values(values: Estimates) -> dict[str, float]:
+    return values.values()
+
+
+def _insert(effect: FoundEffect) -> dict[str, str]:
+    quantities = {name: _quantity(item) for name, item in effect.parameters.items()}
+    return {"effect": effect.effect, "at": effect.at, **quantities}
+
+
+def _quantity(item: Interval) -> str:
+    number = f"{item.value:.6g}"
+    return number if item.unit == "1" else f"{number} {item.unit}"
+
+
+def _baseline(rig: Rig, found: Found, values: Estimates) -> dict[str, BaselineValue]:
+    result = {}
+    for item in found.baseline.fitted.free:
+        if item.name not in rig.machine.uncertain:
+            continue
+        estimate = values.by_name[item.name]
+        half = CONFIDENCE * estimate.error
+        unit = rig.sensed.plan.unit(item.name)
+        without = found.baseline.fitted.by_name[item.name]
+        result[item.name] = BaselineValue(unit, item.given, without, estimate.value, estimate.value - half, estimate.value + half)
+    return result
+
+
+def _left(evidence: object, variables: tuple[str, ...], found: Found, settings: Settings) -> tuple[str, ...]:
+    """Say what is still missing, where, and what it depends on."""
+    sentences = []
+    for item in evidence.missing:  # type: ignore[attr-defined]
+        size = float(np.sqrt(np.mean(item.after**2)))
+        shares = f"{item.share_after:.1%} of what acts there, {item.share_before:.1%} before"
+        sentences.append(f"{size:.3g} {item.unit} is still missing at {item.at} ({shares}).")
+    if variables:
+        sentences.append(f"What is left depends on {', '.join(variables[:3])}.")
+    for trial in found.tried:
+        small = trial.gain > settings.margin and trial.held_out_gain > settings.margin and trial.term not in found.model.terms
+        if small and trial.share_of_rest > settings.share_of_rest and found.complete and trial.share_of_all <= settings.share_of_all:
+            shares = f"{trial.share_of_rest:.0%} of the rest, which is {trial.share_of_all:.1%} of all"
+            sentences.append(f"{trial.term.name} at {trial.term.at} would take away {shares}: too little to name it.")
+    return tuple(dict.fromkeys(sentences))
+
+
+def _strain(strained: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> list[str]:
+    """Say which values would have to be further off than the lesson holds possible."""
+    sentences = []
+    for name in strained:
+        item = baseline[name]
+        off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
+        sentences.append(f"{name} would have to be {item.refit_with:.4g} {item.unit}{off}, further off than the lesson holds possible.")
+    return sentences
+
+
+def _not_told(effects: tuple[FoundEffect, ...], values: Estimates) -> tuple[str, ...]:
+    sentences = []
+    for effect in effects:
+        if effect.tied_with:
+            sentences.append(f"{effect.effect} cannot be told from {', '.join(effect.tied_with)} here. {effect.separating_experiment}")
+        for name in effect.undetermined:
+            sentences.append(f"{name} of {effect.effect} is not determined by this recording. {effect.separating_experiment or ''}".strip())
+    return tuple(sentences)
+
+
+def ask(lesson: str, machine: Machine, recordings: tuple[Recorded, ...], effects: Iterable[type[Effect]]) -> Question:
+    """Put a question together."""
+    return Question(lesson, machine, recordings[0], recordings[1] if len(recordings) > 1 else None, tuple(effects))

@@ -1,0 +1,240 @@
+"""What a diagnosis says: the verdict, the effects with their parameters and ties, the place, and how much better the model fits.
+
+It holds numbers and text only; :func:`as_json` gives the JSON of schema ``lathesim-diagnosis/1``, and the report draws from
+:class:`Evidence`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from lathesim.engine.assembly import FloatArray
+
+SCHEMA = "lathesim-diagnosis/1"
+
+Verdict = Literal["no_mismatch", "parameters_only", "named", "tied", "unknown", "recording_fault"]
+
+VERDICTS: dict[Verdict, str] = {
+    "no_mismatch": "The simulation explains the recording as it is.",
+    "parameters_only": "No physics is missing: other values of the uncertain parameters explain the recording.",
+    "named": "Physics is missing, and it is named.",
+    "tied": "Physics is missing; this recording cannot tell between a few explanations.",
+    "unknown": "Physics is missing that the catalogue does not explain.",
+    "recording_fault": "The recording itself is at fault; no physics is named from it.",
+}
+"""One sentence for each verdict."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A value with its 95 % interval [``unit``]."""
+
+    value: float
+    unit: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """An effect that was left out.
+
+    ``probability`` that it is this one and none of the other candidates; ``tied_with`` names those the recording cannot tell from it, and
+    ``separating_experiment`` says what would; ``share`` is the share of the whole error that it removes, ``removes`` the same of what was
+    left when it came in; ``undetermined`` names parameters that the recording does not determine.
+    """
+
+    effect: str
+    at: str
+    family: str
+    probability: float
+    parameters: Mapping[str, Interval]
+    tied_with: tuple[str, ...] = ()
+    separating_experiment: str | None = None
+    share: float = 0.0
+    removes: float = 0.0
+    doc: str = ""
+    undetermined: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where the mismatch sits: parts (the suspect first), channels (the worst first), stretches of time [s], and what it depends on."""
+
+    components: tuple[str, ...] = ()
+    channels: tuple[str, ...] = ()
+    windows: tuple[tuple[float, float], ...] = ()
+    variables: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ChannelFit:
+    """Root mean square of a channel's residual before and after, beside what the recording cannot resolve [``unit``]."""
+
+    unit: str
+    floor: float
+    before: float
+    after: float
+    recording: str
+
+
+@dataclass(frozen=True)
+class BaselineValue:
+    """A value of the lesson: as given, refitted without the effects (what it had absorbed), and refitted with them [``unit``]."""
+
+    unit: str
+    given: float
+    refit_without: float
+    refit_with: float
+    low: float = math.nan
+    high: float = math.nan
+
+
+@dataclass(frozen=True)
+class VariableBar:
+    """How much of a channel's missing signal a variable explains on the held-out recording (1 all, 0 nothing), before and after."""
+
+    channel: str
+    variable: str
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class MissingSignal:
+    """What is missing at a place [``unit``] over ``time`` [s], before and after; ``share`` is its size as a share of what acts there."""
+
+    at: str
+    unit: str
+    time: FloatArray
+    before: FloatArray
+    after: FloatArray
+    total: FloatArray
+    share_before: float
+    share_after: float
+
+
+@dataclass(frozen=True)
+class ChannelTrace:
+    """A channel of the held-out recording over ``time`` [s]: recorded, simulated without and with what was found [``unit``]."""
+
+    channel: str
+    unit: str
+    time: FloatArray
+    recorded: FloatArray
+    before: FloatArray
+    after: FloatArray
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the report draws."""
+
+    bars: tuple[VariableBar, ...] = ()
+    missing: tuple[MissingSignal, ...] = ()
+    traces: tuple[ChannelTrace, ...] = ()
+    wires: tuple[tuple[str, str], ...] = ()
+    """Wires of the machine, from part to part."""
+    tried: tuple[tuple[str, float, float], ...] = ()
+    """Candidates that were fitted: name with place, gain in log-likelihood on the fitted and on the held-out recording [nats]."""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The outcome of a diagnosis."""
+
+    verdict: Verdict
+    sentence: str
+    lesson: str
+    recording: str
+    held_out: str
+    effects: tuple[FoundEffect, ...] = ()
+    location: Location = field(default_factory=Location)
+    fit: Mapping[str, ChannelFit] = field(default_factory=dict)
+    removed_share: float = 0.0
+    adequate: bool = False
+    baseline: Mapping[str, BaselineValue] = field(default_factory=dict)
+    insert: tuple[Mapping[str, str], ...] = ()
+    left: tuple[str, ...] = ()
+    """What is still left, and where, one sentence each."""
+    not_told: tuple[str, ...] = ()
+    """What this recording could not tell, and which experiment would, one sentence each."""
+    findings: tuple[str, ...] = ()
+    """What was found in the recording itself, and what was done about it."""
+    discovered: str = ""
+    """The formula of a term that was discovered, with its unit; empty where none was."""
+    report: str = ""
+    wall_time: float = 0.0
+    complete: bool = True
+    """False where the diagnosis was stopped and tells what was known until then."""
+    evidence: Evidence = field(default_factory=Evidence)
+
+
+def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Give the JSON of a diagnosis; numbers that are not finite become null."""
+    return {
+        "schema": SCHEMA,
+        "verdict": diagnosis.verdict,
+        "sentence": diagnosis.sentence,
+        "effects": [_effect(effect) for effect in diagnosis.effects],
+        "location": {
+            "components": list(diagnosis.location.components),
+            "channels": list(diagnosis.location.channels),
+            "windows_s": [[_number(begin), _number(end)] for begin, end in diagnosis.location.windows],
+            "variables": list(diagnosis.location.variables),
+        },
+        "fit": {
+            name: {
+                "unit": item.unit,
+                "floor": _number(item.floor),
+                "before": _number(item.before),
+                "after": _number(item.after),
+                "recording": item.recording,
+            }
+            for name, item in diagnosis.fit.items()
+        },
+        "missing": [
+            {"at": item.at, "unit": item.unit, "share_before": _number(item.share_before), "share_after": _number(item.share_after)}
+            for item in diagnosis.evidence.missing
+        ],
+        "removed_share": _number(diagnosis.removed_share),
+        "adequate": diagnosis.adequate,
+        "baseline": {name: _baseline(item) for name, item in diagnosis.baseline.items()},
+        "insert": [dict(entry) for entry in diagnosis.insert],
+        "left": list(diagnosis.left),
+        "not_told": list(diagnosis.not_told),
+        "recording": list(diagnosis.findings),
+        "discovered": diagnosis.discovered or None,
+        "complete": diagnosis.complete,
+        "report": diagnosis.report or None,
+        "wall_time_s": _number(diagnosis.wall_time),
+    }
+
+
+def _effect(effect: FoundEffect) -> dict[str, Any]:
+    return {
+        "effect": effect.effect,
+        "at": effect.at,
+        "family": effect.family,
+        "probability": _number(effect.probability),
+        "parameters": {
+            name: {"value": _number(item.value), "unit": item.unit, "low": _number(item.low), "high": _number(item.high)}
+            for name, item in effect.parameters.items()
+        },
+        "tied_with": list(effect.tied_with),
+        "separating_experiment": effect.separating_experiment,
+        "share": _number(effect.share),
+        "undetermined": list(effect.undetermined),
+    }
+
+
+def _baseline(item: BaselineValue) -> dict[str, Any]:
+    numbers = {"given": item.given, "refit_without": item.refit_without, "refit_with": item.refit_with, "low": item.low, "high": item.high}
+    return {"unit": item.unit, **{name: _number(value) for name, value in numbers.items()}}
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.8g}") if math.isfinite(value) else None

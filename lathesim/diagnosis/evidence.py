@@ -1,0 +1,156 @@
+"""What shows the mismatch before and after: residuals in the lesson's own simulation, the missing force, and what it depends on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.diagnosis.diagnosis import ChannelFit, ChannelTrace, Evidence, Location, MissingSignal, VariableBar
+from lathesim.diagnosis.fit import Fitted
+from lathesim.diagnosis.locate import bars, missing_signal, places
+from lathesim.diagnosis.problem import Rig, acting
+from lathesim.diagnosis.search import Found
+from lathesim.diagnosis.trial import SETTLING, Model
+from lathesim.engine.assembly import FloatArray
+
+SEEN = 0.1
+"""A variable that explains less than this share of the missing signal is not named as one it depends on."""
+_SIMPLEST = ("sign of velocity", "velocity", "speed", "position", "time")
+
+
+@dataclass(frozen=True)
+class Compared:
+    """The lesson's own simulation held against a recording: simulated channels (channels, samples) without and with what was found."""
+
+    before: FloatArray
+    after: FloatArray
+    fit: dict[str, ChannelFit]
+    removed_share: float
+
+
+def compared(rig: Rig, before: Mapping[str, float], after: Mapping[str, float]) -> Compared:
+    """Simulate the lesson with two sets of values and compare both with the recording."""
+    names = list(dict.fromkeys([*before, *after]))
+    plan = rig.own.plan
+    values = {name: _own_value(plan, name) for name in names}
+    rows = np.array([[{**values, **chosen}[name] for name in names] for chosen in (before, after)])
+    first, second = rig.own.outputs(names, rows)
+    begin = int(SETTLING * rig.own.samples)
+    fits: dict[str, ChannelFit] = {}
+    for row, name in enumerate(rig.machine.compare):
+        recorded, floor = rig.own.recorded[row], rig.floors[name]
+        sizes = [_root_mean_square((recorded - simulated[row])[begin:]) for simulated in (first, second)]
+        fits[name] = ChannelFit(plan.unit(rig.own.channels[row]), floor, sizes[0], sizes[1], rig.name)
+    return Compared(first, second, fits, _removed(rig, first, second, begin))
+
+
+def _removed(rig: Rig, before: FloatArray, after: FloatArray, begin: int) -> float:
+    """Give the share of the squared error above the floors, over all channels, that is gone; of two sensors of one motion their
+    difference counts."""
+    error = []
+    for simulated in (before, after):
+        residual = np.nan_to_num(rig.sensed.seen - rig.sensed.as_seen(simulated))[:, begin:]
+        power = np.mean(residual**2, axis=1) / rig.sensed.seen_floors**2
+        error.append(float(np.sum(np.maximum(power - 1.0, 0.0))))
+    return 1.0 - error[1] / error[0] if error[0] > 0.0 else 0.0
+
+
+def _own_value(plan: object, name: str) -> float:
+    parameters, states = plan.parameters, plan.states  # type: ignore[attr-defined]
+    return float(plan.parameter_values[parameters[name]] if name in parameters else plan.start_states[states[name]])  # type: ignore[attr-defined]
+
+
+def _root_mean_square(values: FloatArray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("inf")
+
+
+def missing_share(rig: Rig, fitted: Fitted, row: int) -> tuple[float, FloatArray]:
+    """Give the missing signal's size as a share of what acts there, and what acts there (samples,)."""
+    missing = missing_signal(rig, fitted, row)
+    sources = dict(acting(rig.sensed.plan.assembly))
+    part = missing.at.partition(".")[0]
+    source = next((output for target, output in sources.items() if target.partition(".")[0] == part), "")
+    if missing.at == rig.machine.compare[row] or source not in rig.sensed.plan.channels:
+        total = np.nan_to_num(rig.sensed.recorded[row])
+        total = total - float(np.mean(total))
+    else:
+        names = list(fitted.by_name)
+        position = rig.sensed.plan.channels.index(source)
+        total = rig.sensed.channel(names, [fitted.by_name[name] for name in names], position)
+    size = float(np.sqrt(np.mean(total**2)))
+    return (float(np.sqrt(np.mean(missing.values**2))) / size if size > 0.0 else float("nan")), total
+
+
+def gather(rig: Rig, held_out: Rig, found: Found, own: Compared) -> Evidence:
+    """Give what the report draws, on the held-out recording."""
+    before, after = found.baseline, found.model
+    return Evidence(
+        bars=tuple(_bars(rig, held_out, before, after)),
+        missing=tuple(_missing(held_out, before, after)),
+        traces=tuple(_traces(held_out, own)),
+        wires=_wires(held_out),
+        tried=tuple((f"{trial.term.name} at {trial.term.at}", trial.gain, trial.held_out_gain) for trial in found.tried),
+    )
+
+
+def _bars(rig: Rig, held_out: Rig, before: Model, after: Model) -> list[VariableBar]:
+    first = {(bar.channel, bar.variable): bar.share for bar in bars(rig, before.fitted, held_out, before.held_out_fit)}
+    if after is before:
+        second = first
+    else:
+        second = {(bar.channel, bar.variable): bar.share for bar in bars(rig, after.fitted, held_out, after.held_out_fit)}
+    return [VariableBar(channel, variable, share, second[channel, variable]) for (channel, variable), share in first.items()]
+
+
+def _missing(held_out: Rig, before: Model, after: Model) -> list[MissingSignal]:
+    result: list[MissingSignal] = []
+    for row in range(len(held_out.machine.compare)):
+        first = missing_signal(held_out, before.held_out_fit, row)
+        second = missing_signal(held_out, after.held_out_fit, row)
+        share_before, total = missing_share(held_out, before.held_out_fit, row)
+        share_after, _ = missing_share(held_out, after.held_out_fit, row)
+        time = held_out.record.time
+        result.append(MissingSignal(first.at, first.unit, time, first.values, second.values, total, share_before, share_after))
+    return result
+
+
+def _traces(held_out: Rig, own: Compared) -> list[ChannelTrace]:
+    return [
+        ChannelTrace(name, own.fit[name].unit, held_out.record.time, held_out.own.recorded[row], own.before[row], own.after[row])
+        for row, name in enumerate(held_out.machine.compare)
+    ]
+
+
+def _wires(rig: Rig) -> tuple[tuple[str, str], ...]:
+    pairs = [
+        (wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in rig.machine.assembly.wires if wire.source
+    ]
+    return tuple(dict.fromkeys(pairs))
+
+
+def located(held_out: Rig, found: Found, evidence: Evidence) -> Location:
+    """Say where the mismatch sits: the hosts of what was found first, then what the worst channel passes through."""
+    worst = places(held_out, found.baseline.held_out_fit)
+    hosts = [term.at for term in found.model.terms]
+    channels = [place.channel for place in worst if place.over_floor > 1.0]
+    suspects = [*hosts, *[part for place in worst[:1] for part in place.parts if not found.model.terms]]
+    windows = worst[0].windows if worst else ()
+    return Location(tuple(dict.fromkeys(suspects)), tuple(channels), windows, strongest_variables(evidence.bars, channels))
+
+
+def strongest_variables(bars_: tuple[VariableBar, ...], channels: list[str], *, after: bool = False) -> tuple[str, ...]:
+    """Give the variables that explain most of what is missing; of two that explain nearly alike the simpler one comes first."""
+    shares: dict[str, float] = {}
+    for bar in bars_:
+        if not channels or bar.channel in channels:
+            share = bar.after if after else bar.before
+            shares[bar.variable] = max(shares.get(bar.variable, 0.0), share)
+    ranked = sorted((name for name, share in shares.items() if share > SEEN), key=lambda name: -(shares[name] - 0.02 * _complexity(name)))
+    return tuple(ranked[:4])
+
+
+def _complexity(variable: str) -> int:
+    return next((place for place, word in enumerate(_SIMPLEST) if variable.startswith(word + " of") or variable == word), len(_SIMPLEST))

@@ -1,0 +1,112 @@
+"""From a lesson and the files of its recordings to what a diagnosis works on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from lathesim.diagnosis.problem import Machine
+from lathesim.engine.assembly import Assembly
+from lathesim.engine.wiring import Plan
+from lathesim.errors import LessonError, RecordingError
+from lathesim.lessons.case import Given
+from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.part_values import si_value
+from lathesim.lessons.recording_mapping import mapping_of
+from lathesim.lessons.simulate import Prepared, prepare
+from lathesim.plugins import Registry
+from lathesim.record import Record
+from lathesim.recordings.faults import recording_faults
+from lathesim.recordings.finding import Finding
+from lathesim.recordings.mapping import MappedRecording, map_recording
+from lathesim.recordings.reading import read_recording
+from lathesim.units import split_quantity
+
+LEAST_SAMPLES = 100
+"""Fewer samples than this say nothing about a machine."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A recording on its sample grid: its file's name, its channels [SI] and what was found in it."""
+
+    name: str
+    record: Record
+    findings: tuple[Finding, ...]
+
+    @property
+    def faults(self) -> tuple[Finding, ...]:
+        """What makes the recording unfit to name physics from."""
+        return tuple(finding for finding in self.findings if finding.serious)
+
+
+@dataclass(frozen=True)
+class LoadedCase:
+    """A lesson's machine with the recordings held against it."""
+
+    lesson: Lesson
+    prepared: Prepared
+    machine: Machine
+    recordings: tuple[Recorded, ...]
+
+
+def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant: str | None = None) -> LoadedCase:
+    """Load the recordings of a lesson; the first one is fitted, the second one judges.
+
+    Raises :class:`LessonError` where the lesson does not say how the columns map to the machine, and :class:`RecordError` where a file
+    cannot be read as it says.
+    """
+    prepared = prepare(lesson, registry, variant)
+    mapping = mapping_of(lesson, prepared.machinery)
+    recordings = []
+    resolution: dict[str, float] = {}
+    period = prepared.machinery.sample_period
+    for file in files:
+        mapped: MappedRecording = map_recording(read_recording(file, registry.readers), mapping)
+        found = [*mapped.findings, *recording_faults(mapped.record, mapping)]
+        if len(mapped.record) < LEAST_SAMPLES:
+            raise RecordingError(
+                f"the recording has {len(mapped.record)} usable samples.", place=str(file), remedy=f"Record at least {LEAST_SAMPLES}."
+            )
+        recordings.append(Recorded(file.name, mapped.record, tuple(found)))
+        resolution |= mapped.resolution
+        period = mapped.record.sample_period
+    machine = Machine(
+        at_period(prepared.machinery, period),
+        tuple(lesson.settings.recordings.drive) if lesson.settings.recordings else (),
+        tuple(lesson.settings.recordings.compare) if lesson.settings.recordings else (),
+        uncertainties(lesson, prepared.plan),
+        resolution,
+    )
+    return LoadedCase(lesson, prepared, machine, tuple(recordings))
+
+
+def at_period(assembly: Assembly, period: float) -> Assembly:
+    """Give the assembly sampled as the recording is, with a step that divides the period and is no longer than before."""
+    steps = max(1, math.ceil(period / assembly.step - 1e-6))
+    return replace(assembly, sample_period=period, step=period / steps)
+
+
+def uncertainties(lesson: Lesson, plan: Plan) -> dict[str, float]:
+    """Give one standard deviation [SI] of each value that the lesson calls uncertain; refused where it calls none so."""
+    entries = lesson.settings.uncertain
+    if not entries:
+        raise LessonError(
+            "the lesson does not say how sure its values are, so nothing can be told from a misfit.",
+            place=str(lesson.path),
+            remedy="Add, for example, uncertain: {x_axis.mass: 5 %}.",
+        )
+    found = {}
+    for name, text in entries.items():
+        place = lesson.source.place(("uncertain", name))
+        number, unit = split_quantity(text)
+        _, position = plan.settable(name)
+        given = plan.parameter_values[position] if name in plan.parameters else plan.start_states[position]
+        part, _, item = name.partition(".")
+        declared = plan.parts[part].component.declarations[item].unit
+        found[name] = abs(given) * float(number) / 100.0 if unit == "%" else si_value(Given(text, place, place), declared)
+        if found[name] <= 0.0:
+            fact = f"{name} is {given:g}, and a share of it is no uncertainty."
+            raise LessonError(fact, place=place, remedy="Write a quantity with its unit.")
+    return found

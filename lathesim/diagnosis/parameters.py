@@ -1,0 +1,96 @@
+"""The values a diagnosis reports: fitted to all that was recorded, with intervals that two recordings have been asked about."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.diagnosis.fit import Fitted, fit, with_start
+from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Model, is_wide
+
+CONFIDENCE = 1.96
+"""Standard errors in half a 95 % interval."""
+SIGNIFICANT = 3.0
+"""Standard errors by which a size must differ from nothing."""
+_LARGEST_INFLATION = 10.0
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value and one standard error [SI]."""
+
+    value: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Values by name; ``inflation`` is by how much more than their errors allow the two recordings disagree."""
+
+    by_name: Mapping[str, Estimate]
+    inflation: float
+
+    def values(self) -> dict[str, float]:
+        """Give the values alone."""
+        return {name: item.value for name, item in self.by_name.items()}
+
+
+def estimates(model: Model, held_out: Rig, whole: Rig | None) -> Estimates:
+    """Give the machine's values: fitted to the whole recording where both parts are of one file, else the weighted mean of both.
+
+    The parts are fitted by themselves first. Where they disagree by more than their standard errors, all errors are made larger by the
+    root mean square of that disagreement: an error that the noise model knows nothing of (the model's form, a drifting machine).
+    """
+    wide = is_wide(model.terms)
+    first = model.fitted
+    second = _refitted(model, held_out, wide)
+    of_recording = {item.name for item in held_out.start_states(held_out.sensed.plan)}
+    of_recording |= {name for term in model.terms for name in term.nuisance}
+    names = [name for name in first.names if name not in of_recording]
+    pull = [
+        ((first.by_name[name] - second.by_name[name]) ** 2 / (first.error(name) ** 2 + second.error(name) ** 2))
+        for name in names
+        if first.error(name) > 0.0 and second.error(name) > 0.0
+    ]
+    inflation = float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, _LARGEST_INFLATION))
+    if whole is not None:
+        both = _refitted(model, whole, wide)
+        return Estimates({name: Estimate(both.by_name[name], _inflated(both, name, inflation)) for name in names}, inflation)
+    found = {}
+    for name in names:
+        errors = np.array([_inflated(fitted, name, inflation) for fitted in (first, second)])
+        pair = np.array([first.by_name[name], second.by_name[name]])
+        weights = 1.0 / np.maximum(errors, 1e-300) ** 2
+        found[name] = Estimate(float(weights @ pair / weights.sum()), float(1.0 / np.sqrt(weights.sum())))
+    return Estimates(found, inflation)
+
+
+def _refitted(model: Model, rig: Rig, wide: bool) -> Fitted:
+    """Fit everything that is free in the model to another recording."""
+    starts = rig.start_states(rig.sensed.plan)
+    states = {item.name for item in starts}
+    free = [*starts, *[item for item in with_start(model.fitted) if item.name not in states]]
+    return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide)
+
+
+def is_significant(term: Term, values: Estimates) -> bool:
+    """Say whether a parameter of an effect that makes it vanish is away from that value by more than its interval."""
+    for name, neutral in zip(term.parameters, term.neutral, strict=True):
+        if name.partition(".")[2] in term.effect.neutral and name in values.by_name:
+            estimate = values.by_name[name]
+            if abs(estimate.value - neutral) > SIGNIFICANT * estimate.error:
+                return True
+    return False
+
+
+def _inflated(fitted: Fitted, name: str, inflation: float) -> float:
+    """Give a standard error made larger, as far as it comes from the recording and not from what was known beforehand."""
+    item = fitted.free[fitted.names.index(name)]
+    error = fitted.error(name)
+    known = 1.0 / item.uncertainty**2 if np.isfinite(item.uncertainty) else 0.0
+    learned = max(1.0 / max(error, 1e-300) ** 2 - known, 0.0)
+    return float(1.0 / np.sqrt(max(learned / inflation**2 + known, 1e-300)))

@@ -1,0 +1,70 @@
+"""From what a search found to what is said: how sure each name is, what it is tied with, and whether the model is adequate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.diagnosis.diagnosis import Evidence
+from lathesim.diagnosis.search import Found, Settings, merit
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Trial
+
+TIE = 4.0
+"""Nats within which two candidates cannot be told apart ..."""
+TIE_SHARE = 0.02
+"""... or this share of what the better one gains, as a model is never quite right."""
+ADEQUATE = 0.025
+"""A model is inadequate where a part of the missing signal larger than this share of all that acts there is explained, on the held-out
+recording, by what the machine was doing."""
+NAMED_SHARE = 0.5
+"""Share of the baseline's error that the effects must remove for them to be named."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How sure an effect is: its probability among all candidates, and the trials it is tied with."""
+
+    term: Term
+    probability: float
+    tied: tuple[Trial, ...]
+    share: float
+    removes: float
+
+
+def standing(found: Found, settings: Settings) -> list[Standing]:
+    """Give how sure each effect of the model is, the one that removes most first."""
+    result = []
+    for term in found.model.terms:
+        trials = found.trials.get(term.part, [])
+        chosen = next((trial for trial in trials if trial.term.part == term.part), None)
+        if chosen is None:
+            result.append(Standing(term, 0.5, (), 0.0, 0.0))
+            continue
+        best = merit(chosen, settings)
+        width = max(TIE, TIE_SHARE * best)
+        trials = [trial for trial in trials if abs(trial.share_of_all - chosen.share_of_all) < TIE_SHARE or trial is chosen]
+        others = [trial for trial in trials if trial.term.part != term.part]
+        tied = tuple(trial for trial in others if best - merit(trial, settings) < width and trial.term not in found.model.terms)
+        weights = [np.exp(-max(0.0, best - merit(trial, settings)) / (0.5 * width)) for trial in others]
+        probability = float(1.0 / (1.0 + sum(weights)))
+        result.append(Standing(term, probability, tied, chosen.share_of_all, chosen.share_of_rest))
+    return sorted(result, key=lambda item: -item.share)
+
+
+def removed_in_band(found: Found) -> float:
+    """Give the share of the baseline's error, in the band of the motion, that the effects remove on the fitted recording."""
+    before, after = found.baseline.error, found.model.error
+    return float(1.0 - after.sum() / before.sum()) if before.sum() > 0.0 else 0.0
+
+
+def structured_share(evidence: Evidence, channels: Sequence[str]) -> float:
+    """Give the size of what is still missing and depends on the motion, as a share of what acts there; the worst channel."""
+    worst = 0.0
+    for channel, missing in zip(channels, evidence.missing, strict=True):
+        explained = max((bar.after for bar in evidence.bars if bar.channel == channel), default=0.0)
+        if np.isfinite(missing.share_after):
+            worst = max(worst, float(missing.share_after * np.sqrt(explained)))
+    return worst

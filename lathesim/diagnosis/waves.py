@@ -1,0 +1,126 @@
+"""Where a periodic effect is looked for: the wavelengths, over the place of a part, at which the missing signals are strongest.
+
+A ripple, a pitch error or an eccentricity repeats over position; fitting its period from a typical one ends in the nearest wrong hump. The
+periodogram over position, |sum_k r_k exp(-i w x_k)|^2, is taken of every missing signal: the samples are summed into fine bins of x and
+transformed at once. Source: Lomb, Least-squares frequency analysis of unequally spaced data, Astrophysics and Space Science 39 (1976).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.fft import rfft, rfftfreq
+
+from lathesim.diagnosis.fit import Fitted
+from lathesim.diagnosis.locate import direction_of, missing_signal
+from lathesim.diagnosis.motion import measured_output, recorded_motion
+from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.terms import Term
+from lathesim.engine.assembly import FloatArray
+
+_PERIODS = ("lead", "turn", "period", "signal_period")
+_ORDER = "order"
+_SIZES = ("amplitude", "ripple")
+_PEAKS = 2
+_PHASES = (0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi)
+_MOST_BINS = 1 << 20
+_BEYOND = 1.3
+"""By how much a wavelength may lie outside the typical range."""
+
+
+def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatArray]:
+    """Give starting values by term part for effects that repeat over the place of their host: strongest wavelengths, four phases."""
+    places = _places(rig)
+    signals = [_standardised(missing_signal(rig, fitted, row).values) for row in range(len(rig.machine.compare))]
+    spectra: dict[tuple[str, bool], tuple[FloatArray, FloatArray]] = {}
+    found: dict[str, FloatArray] = {}
+    for term in terms:
+        names = [name.partition(".")[2] for name in term.parameters]
+        wave = next((name for name in (*_PERIODS, _ORDER) if name in names), "")
+        size = next((name for name in _SIZES if name in names), "")
+        if not wave or not size or term.at not in places:
+            continue
+        signed = term.family == "once per turn" and "Friction" in term.name
+        key = (term.at, signed)
+        if key not in spectra:
+            place, velocity = places[term.at]
+            spectra[key] = _periodogram(place, signals, direction_of(velocity) if signed else None, _shortest(terms, term.at))
+        column = names.index(wave)
+        low, high = np.sort(term.points[:, column])[[0, -1]]
+        if wave == _ORDER:
+            low, high = 2.0 * math.pi / high, 2.0 * math.pi / low
+        lengths = _strongest(*spectra[key], low / _BEYOND, high * _BEYOND)
+        points = []
+        for length in lengths:
+            for phase in _PHASES:
+                point = np.where(np.isin(names, ["phase", "second_phase"]), phase, term.neutral)
+                point[column] = 2.0 * math.pi / length if wave == _ORDER else length
+                point[names.index(size)] = float(np.median(term.points[:, names.index(size)]))
+                points.append(point)
+        if points:
+            found[term.part] = np.array(points)
+    return found
+
+
+def _places(rig: Rig) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Give place and velocity by part: of a moving part its own, of a sensor those of the part it looks at."""
+    recorded = {name: rig.record[name] for name in rig.machine.compare}
+    motion = recorded_motion(rig.with_candidates, recorded)
+    parts = {part.name: part for part in rig.machine.assembly.parts}
+    wires = {wire.target: wire for wire in rig.machine.assembly.wires}
+    found: dict[str, tuple[FloatArray, FloatArray]] = {}
+    for name, part in parts.items():
+        ports = part.component.ports
+        host = name if "displacement" in ports else measured_output(parts, wires, f"{name}.{ports.get('reading', '')}").partition(".")[0]
+        of_host = parts[host].component.ports if host in parts else {}
+        place, velocity = (motion.get(f"{host}.{of_host.get(role, '')}") for role in ("displacement", "flow"))
+        if place is not None and velocity is not None and np.ptp(place) > 0.0:
+            found[name] = (place, velocity)
+    return found
+
+
+def _standardised(values: FloatArray) -> FloatArray:
+    spread = float(np.std(values))
+    return (values - float(np.mean(values))) / spread if spread > 0.0 and np.isfinite(spread) else np.zeros_like(values)
+
+
+def _shortest(terms: list[Term], at: str) -> float:
+    """Give the shortest wavelength that a term at a part may have."""
+    lengths = [
+        float(np.min(term.points[:, column]))
+        for term in terms
+        if term.at == at
+        for column, name in enumerate(term.parameters)
+        if name.partition(".")[2] in _PERIODS
+    ]
+    return min(lengths, default=math.inf) / _BEYOND
+
+
+def _periodogram(
+    place: FloatArray, signals: list[FloatArray], direction: FloatArray | None, shortest: float
+) -> tuple[FloatArray, FloatArray]:
+    """Give waves per length and power, summed over the signals; the slowest trend over the place is taken out."""
+    span = float(np.ptp(place))
+    bins = int(np.clip(6.0 * span / shortest, 256, _MOST_BINS)) if math.isfinite(shortest) else 4096
+    index = np.minimum(((place - place.min()) / span * bins).astype(np.int64), bins - 1)
+    padded = 4 * bins
+    power = np.zeros(padded // 2 + 1)
+    scaled = (place - place.min()) / span - 0.5
+    for signal in signals:
+        values = signal if direction is None else signal * direction
+        trend = np.polynomial.Polynomial.fit(scaled, values, 3)
+        power += np.abs(rfft(np.bincount(index, weights=values - trend(scaled), minlength=bins), padded)) ** 2
+    return np.asarray(rfftfreq(padded, span / bins)), power
+
+
+def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float) -> list[float]:
+    """Give the strongest wavelengths between two, apart from one another."""
+    inside = (waves > 1.0 / high) & (waves < 1.0 / low)
+    left = np.where(inside, power, 0.0)
+    found: list[float] = []
+    while len(found) < _PEAKS and left.max(initial=0.0) > 0.0:
+        best = int(np.argmax(left))
+        found.append(float(1.0 / waves[best]))
+        left[np.abs(waves - waves[best]) < 8.0 * waves[1]] = 0.0
+    return found

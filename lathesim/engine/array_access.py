@@ -1,0 +1,42 @@
+"""How machine code reaches its arrays: ``vector`` and ``matrix`` of a fused module, compiled.
+
+Machine code is given one directory of addresses for memories, one for tables and one for noise: address, rows and columns of each array.
+Imported only where something is compiled.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+from numba import types
+from numba.extending import intrinsic
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _pointer(typing_context: Any, address: Any) -> Any:
+    """Give the pointer to 64-bit floats that an address is."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+    return types.CPointer(types.float64)(types.int64), generate
+
+
+@numba.njit(error_model="numpy", boundscheck=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
+def vector(directory: Any, position: Any) -> Any:
+    """Give one array of numbers."""
+    return numba.carray(_pointer(directory[3 * position]), (directory[3 * position + 1],))
+
+
+@numba.njit(error_model="numpy", boundscheck=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
+def matrix(directory: Any, position: Any) -> Any:
+    """Give one array of rows."""
+    return numba.carray(_pointer(directory[3 * position]), (directory[3 * position + 1], directory[3 * position + 2]))
+
+
+def block_signature() -> Any:
+    """Give the types of the arguments of ``run_block``: the same for every machine."""
+    numbers, directory = types.CPointer(types.float64), types.CPointer(types.int64)
+    scalars = (types.int64, types.int64, types.float64, types.float64, types.int64)
+    return types.int64(*scalars, numbers, numbers, numbers, directory, directory, directory, numbers)

@@ -1,0 +1,173 @@
+"""The text of one law or helper function as it will stand in a generated module: without docstring, annotations and decorators.
+
+Reading and parsing the sources of a machine takes a tenth of a second, so the text is kept on disk under the digest of the function's
+byte code and defaults: what Python would run. A changed law has other byte code, so what is found there is never stale; and only a
+source that compiles to the byte code at hand is kept, so that an edit while the program runs cannot be taken for the law it replaces.
+"""
+
+from __future__ import annotations
+import __future__
+
+import ast
+import functools
+import hashlib
+import inspect
+import json
+import re
+import textwrap
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from lathesim.engine.cache_folder import cache_folder, keep
+from lathesim.errors import ComponentError
+
+_FORMAT = 3
+_MARK = "⟨{}⟩"
+_MARKED = re.compile("⟨([^⟩]*)⟩")
+_ARGUMENT = re.compile("«([^»]*)»")
+_SHORT = 60
+"""Nodes of the expressions that may be written in place of a call; more would only make the module longer."""
+
+
+@dataclass(frozen=True)
+class LawText:
+    """A function's text with marks for its own name and the names it takes from outside (``free``: name and line of the first use).
+
+    ``values`` are the expressions it returns, with marks for its arguments too, where it is nothing but one short ``return``; such a law
+    can be written where it is called, which spares plain Python the call. None for any other.
+    """
+
+    marked: str
+    free: tuple[tuple[str, int], ...]
+    values: tuple[str, ...] | None
+
+    def named(self, name: str, renames: Mapping[str, str]) -> str:
+        """Give the text of the function under ``name``, with outside names replaced; those without a new name stay."""
+        return _MARKED.sub(lambda match: renames.get(match[1], match[1]) if match[1] else name, self.marked)
+
+    def in_place(self, arguments: Mapping[str, str], renames: Mapping[str, str]) -> list[str]:
+        """Give what the function returns, written for these arguments (variables, not expressions)."""
+        named = [_MARKED.sub(lambda match: renames.get(match[1], match[1]), value) for value in self.values or ()]
+        return [_ARGUMENT.sub(lambda match: arguments[match[1]], value) for value in named]
+
+
+@functools.lru_cache(maxsize=4096)
+def law_text(function: Callable[..., Any]) -> LawText:
+    """Give the text of a function, from the cache where it is known.
+
+    Raises :class:`ComponentError` where its source cannot be read or is no ``def``.
+    """
+    name = f"text_{_fingerprint(function)}.json"
+    kept = _kept(name)
+    if kept is None:
+        source = _source(function)
+        kept = _written(function, source)
+        if _is_source_of(function, source):
+            keep(name, json.dumps(asdict(kept)).encode())
+    return kept
+
+
+def _kept(name: str) -> LawText | None:
+    try:
+        found = json.loads((cache_folder() / name).read_bytes())
+        free = tuple((str(item), int(line)) for item, line in found["free"])
+        return LawText(str(found["marked"]), free, None if found["values"] is None else tuple(found["values"]))
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _fingerprint(function: Callable[..., Any]) -> str:
+    defaults = (function.__defaults__, function.__kwdefaults__)
+    return hashlib.sha256(repr((_FORMAT, _code(function.__code__), defaults)).encode()).hexdigest()[:32]
+
+
+def _code(code: types.CodeType) -> tuple[object, ...]:
+    constants = tuple(_code(item) if isinstance(item, types.CodeType) else repr(item) for item in code.co_consts)
+    counts = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
+    return code.co_code, code.co_exceptiontable, constants, counts, code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars
+
+
+def _is_source_of(function: Callable[..., Any], source: str) -> bool:
+    futures = function.__code__.co_flags & __future__.annotations.compiler_flag
+    compiled = compile(source, "law", "exec", flags=futures, dont_inherit=True)
+    return any(_code(item) == _code(function.__code__) for item in compiled.co_consts if isinstance(item, types.CodeType))
+
+
+def _written(function: Callable[..., Any], source: str) -> LawText:
+    tree = _function_tree(function, source)
+    local = _local_names(tree)
+    free: dict[str, int] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and node.id not in local:
+            free.setdefault(node.id, node.lineno)
+    tree.decorator_list = []
+    tree.returns = None
+    for argument in [*tree.args.args, *tree.args.posonlyargs]:
+        argument.annotation = None
+    if ast.get_docstring(tree):
+        tree.body = tree.body[1:] or [ast.Pass()]
+    tree = _Mark(free, _MARK).visit(tree)
+    tree.name = _MARK.format("")
+    marked = ast.unparse(ast.fix_missing_locations(tree))
+    return LawText(marked, tuple(free.items()), _values(tree))
+
+
+def _values(tree: ast.FunctionDef) -> tuple[str, ...] | None:
+    """Give the expressions that a marked function returns, where it does nothing else."""
+    if len(tree.body) != 1 or not isinstance(tree.body[0], ast.Return) or tree.body[0].value is None:
+        return None
+    value = tree.body[0].value
+    nodes = list(ast.walk(value))
+    own_names = (ast.NamedExpr, ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp, ast.Starred)
+    if len(nodes) > _SHORT or any(isinstance(node, own_names) for node in nodes):
+        return None
+    value = _Mark({argument.arg: 0 for argument in [*tree.args.posonlyargs, *tree.args.args]}, "«{}»").visit(value)
+    return tuple(ast.unparse(item) for item in (value.elts if isinstance(value, ast.Tuple) else [value]))
+
+
+def _source(function: Callable[..., Any]) -> str:
+    try:
+        return textwrap.dedent(inspect.getsource(function))
+    except (OSError, TypeError) as error:
+        place = f"{function.__module__}.{function.__qualname__}"
+        raise ComponentError("the source of the law cannot be read.", place=place, remedy="Write it in a file.") from error
+
+
+def _function_tree(function: Callable[..., Any], source: str) -> ast.FunctionDef:
+    place = f"{function.__module__}.{function.__qualname__}"
+    try:
+        tree = ast.parse(source).body[0]
+    except SyntaxError as error:
+        raise ComponentError("the law is no plain function.", place=place, remedy="Write it with def.") from error
+    if not isinstance(tree, ast.FunctionDef):
+        raise ComponentError("the law is no plain function.", place=place, remedy="Write it with def.")
+    return tree
+
+
+def _local_names(tree: ast.FunctionDef) -> set[str]:
+    names = {argument.arg for argument in [*tree.args.args, *tree.args.posonlyargs]}
+    names |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    annotations = [node.annotation for node in ast.walk(tree) if isinstance(node, (ast.arg, ast.AnnAssign)) and node.annotation]
+    annotations += [tree.returns] if tree.returns else []
+    names |= {node.id for item in annotations for node in ast.walk(item) if isinstance(node, ast.Name)}
+    decorators = {node.id for item in tree.decorator_list for node in ast.walk(item) if isinstance(node, ast.Name)}
+    return names | decorators
+
+
+class _Mark(ast.NodeTransformer):
+    def __init__(self, names: Mapping[str, int], mark: str) -> None:
+        self.names = names
+        self.mark = mark
+
+    def visit_Name(self, node: ast.Name) -> ast.Name:
+        if node.id in self.names:
+            node.id = self.mark.format(node.id)
+        return node
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
+        self.generic_visit(node)
+        if node.value is None:
+            return ast.Pass()
+        return ast.Assign(targets=[node.target], value=node.value)

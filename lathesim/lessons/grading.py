@@ -1,0 +1,228 @@
+"""Grading: the goals of a lesson held against what a run reached, for one record or for those of a whole class.
+
+The goals are those of the lesson a teacher names, or of the lesson of the record's name where none is named; a record brings a copy of the
+lesson it was made with, and where that copy differs the grade says so.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lathesim.analysis.metric import Measured, measure
+from lathesim.errors import LatheSimError, LessonError
+from lathesim.lessons.lesson import find_lesson
+from lathesim.lessons.promises import check_goals
+from lathesim.lessons.schema import Goal, LessonSettings
+from lathesim.lessons.validation import validated
+from lathesim.lessons.yaml_source import Source, read_source, source_of
+from lathesim.plugins import Registry
+from lathesim.record import Record, load
+from lathesim.units import from_si, quantity, split_quantity
+
+REACHED, MISSED, NO_GOALS, UNFINISHED, OTHER, UNREADABLE = "met", "missed", "no goals", "not finished", "another lesson", "unreadable"
+_ORDER = (REACHED, MISSED, NO_GOALS, UNFINISHED, OTHER, UNREADABLE)
+
+
+@dataclass(frozen=True)
+class GoalResult:
+    """One limit of a goal and what was reached: ``value`` and ``over`` (by how much the limit is missed, 0 where it is met) in ``unit``."""
+
+    metric: str
+    sense: str
+    """``"at most"`` or ``"at least"``."""
+    limit: str
+    """The limit as the lesson has it, with its unit."""
+    unit: str
+    """The unit of the limit as written."""
+    value: float
+    """NaN where it could not be measured."""
+    over: float
+    hint: str
+    reason: str = ""
+    """Why it could not be measured."""
+
+    @property
+    def met(self) -> bool:
+        """Whether the limit is kept."""
+        return self.over == 0.0
+
+    @property
+    def share(self) -> float:
+        """By how much of the limit it is missed; NaN where the limit is 0 or nothing was measured."""
+        limit = split_quantity(self.limit)[0]
+        return abs(self.over / limit) if limit != 0.0 else math.nan
+
+
+@dataclass(frozen=True)
+class Yardstick:
+    """The lesson that records are held against: its name, where it stands, and what it says."""
+
+    name: str
+    place: str
+    settings: LessonSettings
+    text: str
+
+    @property
+    def title(self) -> str:
+        """The title of the lesson."""
+        return self.settings.lesson
+
+
+@dataclass(frozen=True)
+class Grade:
+    """What became of one record: ``result`` is one of the words of this module, ``notes`` are sentences for the teacher."""
+
+    record: str
+    result: str
+    lesson: str = ""
+    variant: str = ""
+    status: str = ""
+    goals: tuple[GoalResult, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def met(self) -> int:
+        """How many limits are kept."""
+        return sum(goal.met for goal in self.goals)
+
+    @property
+    def hints(self) -> tuple[str, ...]:
+        """The hints of the goals that are missed, each once."""
+        return tuple(dict.fromkeys(goal.hint for goal in self.goals if not goal.met and goal.hint))
+
+
+def judge(goals: Sequence[Goal], metrics: Mapping[str, Measured], skipped: Mapping[str, str] | None = None) -> tuple[GoalResult, ...]:
+    """Hold metrics against goals: one result for each limit, in order; ``skipped`` gives reasons for metrics that are missing."""
+    results = []
+    for goal in goals:
+        measured = metrics.get(goal.metric)
+        for sense, text, sign in (("at most", goal.at_most, 1.0), ("at least", goal.at_least, -1.0)):
+            if text is None:
+                continue
+            unit = split_quantity(text)[1]
+            if measured is None or not math.isfinite(measured.value):
+                reason = (skipped or {}).get(goal.metric, "not measured in this run" if measured is None else "no finite number")
+                results.append(GoalResult(goal.metric, sense, text, unit, math.nan, math.nan, goal.hint, reason))
+                continue
+            over = max(0.0, sign * (measured.value - quantity(text, measured.unit)))
+            results.append(GoalResult(goal.metric, sense, text, unit, from_si(measured.value, unit), from_si(over, unit), goal.hint))
+    return tuple(results)
+
+
+def yardstick(path_or_name: str | Path, registry: Registry) -> Yardstick:
+    """Give the lesson a teacher names; :class:`LessonError` where it cannot be read or a goal of it cannot be measured."""
+    path = find_lesson(path_or_name)
+    return _yardstick(path.stem, read_source(path), registry)
+
+
+def yardstick_of_record(record: Record, beside: Path, registry: Registry) -> Yardstick:
+    """Give the lesson a record names: a file of that name beside it, in the current folder or shipped; else the copy in the record."""
+    name = str(record.meta.get("lesson_name", ""))
+    if re.fullmatch(r"[\w.-]+", name):
+        for folder in (beside.parent, Path(), Path("lesson_configs")):
+            if (folder / f"{name}.yaml").is_file():
+                return yardstick(folder / f"{name}.yaml", registry)
+        try:
+            return yardstick(name, registry)
+        except LessonError as error:
+            if not error.fact.startswith("there is no lesson"):
+                raise
+    text = str(record.meta.get("lesson", ""))
+    if not text.strip():
+        raise LessonError("the record holds no lesson.", place=str(beside), remedy="Name the lesson before the records.")
+    return _yardstick(name or beside.stem, source_of(text, f"the lesson in {beside}"), registry)
+
+
+def grade_file(path: Path, registry: Registry, given: Yardstick | None = None) -> Grade:
+    """Grade the record in a file; what cannot be read becomes a grade that says why, so that a class is graded to the end."""
+    try:
+        record = load(path)
+        return grade(record, str(path), given or yardstick_of_record(record, path, registry), registry)
+    except LatheSimError as error:
+        reason = f"{error.fact} {error.remedy}".strip() if error.place == str(path) else str(error)
+        return Grade(str(path), UNREADABLE, given.name if given else "", notes=(reason,))
+
+
+def grade(record: Record, name: str, lesson: Yardstick, registry: Registry) -> Grade:
+    """Hold a record against the goals of a lesson."""
+    measurements = measure(record, registry.metrics)
+    goals = judge(lesson.settings.goals, measurements.values, measurements.skipped)
+    variant = str(record.meta.get("variant", ""))
+    ended = record.status
+    finished = ended == "complete"
+    notes = [] if finished else [f"The run was not finished: {ended.partition('. ')[0].rstrip('.')}."]
+    if not _is_of(record, lesson):
+        title, own = _title_in(record), str(record.meta.get("lesson_name", ""))
+        named = " ".join(item for item in (f"'{title}'" if title else "", f"({own})" if own else "") if item)
+        notes.append(f"The record is of another lesson{f': {named}' if named else ''}.")
+        return Grade(name, OTHER, lesson.name, variant, ended, goals, tuple(notes))
+    notes += _differences(record, lesson)
+    if not finished:
+        result = UNFINISHED
+    elif not goals:
+        result = NO_GOALS
+    else:
+        result = REACHED if all(goal.met for goal in goals) else MISSED
+    return Grade(name, result, lesson.name, variant, ended, goals, tuple(notes))
+
+
+def ranked(grades: Sequence[Grade]) -> list[Grade]:
+    """Give grades with the best first: by lesson, result, number of goals met, then by what the first goal asks for, then by name."""
+    return sorted(grades, key=_merit)
+
+
+def _merit(graded: Grade) -> tuple[str, int, int, float, str]:
+    first = 0.0
+    if graded.goals and math.isfinite(graded.goals[0].value):
+        first = graded.goals[0].value if graded.goals[0].sense == "at most" else -graded.goals[0].value
+    return (graded.lesson, _ORDER.index(graded.result), -graded.met, first, graded.record)
+
+
+def _yardstick(name: str, source: Source, registry: Registry) -> Yardstick:
+    settings = validated(LessonSettings, source)
+    check_goals(settings, source, registry)
+    return Yardstick(name, source.name, settings, source.text)
+
+
+def _is_of(record: Record, lesson: Yardstick) -> bool:
+    """Say whether a record was made with a lesson or with a copy of it: name or title agree."""
+    return record.meta.get("lesson_name") == lesson.name or _title_in(record) == lesson.title
+
+
+def _title_in(record: Record) -> str:
+    settings = _settings_in(record)
+    return settings.lesson if settings is not None else ""
+
+
+def _settings_in(record: Record) -> LessonSettings | None:
+    try:
+        return validated(LessonSettings, source_of(str(record.meta.get("lesson", "")), "record"))
+    except LatheSimError:
+        return None
+
+
+def _differences(record: Record, lesson: Yardstick) -> list[str]:
+    """Say in what the run differs from the lesson as it stands, as far as the record tells."""
+    notes = []
+    if record.meta.get("overrides"):
+        notes.append(f"Set: {record.meta['overrides']}.")
+    own = _settings_in(record)
+    if own is None:
+        return [*notes, "The record holds no copy of its lesson."]
+    changed = [
+        field.alias or name
+        for name, field in LessonSettings.model_fields.items()
+        if name not in ("lesson", "text", "try_", "published") and getattr(own, name) != getattr(lesson.settings, name)
+    ]
+    if changed:
+        notes.append(f"Its copy of the lesson differs in {', '.join(changed)}.")
+    variant = str(record.meta.get("variant", ""))
+    chosen = own.variants[variant].program if variant in own.variants else None
+    expected, ran = chosen or own.program, str(record.meta.get("program", ""))
+    if expected and ran and Path(expected).name != Path(ran).name:
+        notes.append(f"Another part program: {Path(ran).name}.")
+    return notes

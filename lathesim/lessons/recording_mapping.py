@@ -1,0 +1,73 @@
+"""What a lesson says under ``recordings:``, with the units of the machine's inputs and outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from lathesim.component import Declaration
+from lathesim.engine.assembly import Assembly
+from lathesim.errors import LessonError
+from lathesim.lessons.case import Given
+from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.part_values import si_value
+from lathesim.lessons.schema import RecordedSignal
+from lathesim.lessons.yaml_source import Location
+from lathesim.recordings.mapping import RecordingMapping, SignalMapping
+
+_EXAMPLE = "recordings: {time: {column: t, unit: s}, drive: {x_controller.reference: {column: r, unit: m}}, compare: {...}}"
+
+
+def mapping_of(lesson: Lesson, assembly: Assembly) -> RecordingMapping:
+    """Give how the columns of a recording map to the machine, each entry with its place in the lesson.
+
+    A driven input may also be read from a column called as the output that feeds it in the machine, as records of runs have it.
+    Raises :class:`LessonError` where the lesson maps no recording or compares nothing; names and units were checked with the lesson.
+    """
+    recordings = lesson.settings.recordings
+    if recordings is None:
+        raise LessonError(
+            "the lesson does not say what the columns of a recording mean.", place=str(lesson.path), remedy=f"Add {_EXAMPLE}."
+        )
+    if not recordings.compare:
+        place = lesson.source.place(("recordings",), key=True)
+        raise LessonError(
+            "the lesson compares nothing with the recording.", place=place, remedy="Add compare: {x_encoder.position: {...}}."
+        )
+    declared = {f"{part.name}.{name}": item for part in assembly.parts for name, item in part.component.declarations.items()}
+    feeding = {wire.target: wire.source for wire in assembly.wires if wire.source}
+    signals = [
+        _signal(lesson, "drive", name, entry, declared, (feeding[name],) if name in feeding else ())
+        for name, entry in recordings.drive.items()
+    ]
+    signals += [_signal(lesson, "compare", name, entry, declared, ()) for name, entry in recordings.compare.items()]
+    time = recordings.time
+    rate = None if time.rate is None else _si(lesson, time.rate, "Hz", ("recordings", "time", "rate"))
+    place = lesson.source.place(("recordings", "time", "column" if time.column is not None else "rate"))
+    if rate is not None and rate <= 0.0:
+        raise LessonError(f"the rate is {time.rate}.", place=place, remedy="Write a rate above 0 Hz.")
+    return RecordingMapping(time.column, time.unit, rate, tuple(signals), place)
+
+
+def _signal(
+    lesson: Lesson,
+    role: Literal["drive", "compare"],
+    name: str,
+    entry: RecordedSignal,
+    declared: Mapping[str, Declaration],
+    also: tuple[str, ...],
+) -> SignalMapping:
+    location: Location = ("recordings", role, name)
+    unit = declared[name].unit
+    resolution = None if entry.resolution is None else _si(lesson, entry.resolution, unit, (*location, "resolution"))
+    place = lesson.source.place((*location, "column"))
+    if entry.scale == 0.0:
+        raise LessonError(
+            "the scale is 0.", place=lesson.source.place((*location, "scale")), remedy="Leave it out, or write another number."
+        )
+    return SignalMapping(name, entry.column, entry.unit, entry.scale, resolution, role, unit, also=also, place=place)
+
+
+def _si(lesson: Lesson, text: str, unit: str, location: Location) -> float:
+    place = lesson.source.place(location)
+    return si_value(Given(text, place, place), unit)

@@ -1,0 +1,1 @@
+"""Sweeps: one lesson run over ranges of its parameters."""

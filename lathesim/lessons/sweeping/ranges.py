@@ -1,0 +1,149 @@
+"""What is varied in a sweep: ``x_controller.proportional=0.1..0.5 V/mm:9`` to names and values."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.component import Declaration, Parameter, State
+from lathesim.errors import LessonError, nearest
+from lathesim.lessons.case import Given
+from lathesim.lessons.part_values import no_item, si_value, take_value
+from lathesim.lessons.simulate import Prepared
+from lathesim.units import from_si, split_quantity
+
+_RANGE = re.compile(r"^(?P<low>\S+?)\s*\.\.\s*(?P<high>[^:\s]+)\s*(?P<unit>[^:]*):\s*(?P<count>\d+)\s*(?P<log>log)?$")
+_EXAMPLE = "Write it as --vary x_controller.proportional='0.1..0.5 V/mm:9', with ':9log' for equal ratios, or as a list: '8, 10, 12'."
+LARGEST_SWEEP = 1_000_000
+
+
+@dataclass(frozen=True)
+class Range:
+    """One ``--vary``: the names that take the same value, the values [SI], and the unit in which they are shown."""
+
+    text: str
+    names: tuple[str, ...]
+    values: tuple[float, ...]
+    unit: str
+    logarithmic: bool = False
+    remark: str = ""
+    """Said where the unit was not written."""
+
+    @property
+    def label(self) -> str:
+        """The names as they head a column."""
+        return "+".join(self.names)
+
+    @property
+    def shown(self) -> tuple[float, ...]:
+        """The values in ``unit``, rounded to what a person wrote or reads."""
+        return tuple(float(f"{from_si(value, self.unit):.12g}") for value in self.values)
+
+    def told(self, place: int) -> str:
+        """Give one value with its unit."""
+        return f"{self.shown[place]:.6g} {self.unit}".removesuffix(" 1")
+
+
+def read_range(text: str, prepared: Prepared) -> Range:
+    """Read one ``--vary``, and refuse (:class:`LessonError`) what the machine does not have or may not be.
+
+    A number without a unit is right where the unit is 1; elsewhere it is taken in the unit in which the lesson or its machine writes that
+    parameter, and ``remark`` says so.
+    """
+    place = f"--vary {text}"
+    named, equals, spread = text.partition("=")
+    names = tuple(name.strip() for name in named.split("+"))
+    if not equals or not all(re.fullmatch(r"\w+\.\w+", name) for name in names):
+        raise LessonError("this names no parameters and values.", place=place, remedy=_EXAMPLE)
+    units = [_declared(name, prepared, place).unit for name in names]
+    texts, logarithmic = _texts(spread.strip(), place)
+    remark = ""
+    if not any(split_quantity(item)[1] for item in texts) and units[0] not in ("1", ""):
+        unit = _written_unit(names[0], prepared)
+        if not unit:
+            raise LessonError(f"the values have no unit, and {units[0]} is wanted.", place=place, remedy=_EXAMPLE)
+        remark = f"{names[0]} is varied in {unit}, the unit in which the lesson gives it."
+        texts = [f"{item} {unit}" for item in texts]
+    values = [si_value(Given(item, place, place), units[0]) for item in texts]
+    if ".." in spread:
+        values = _spread(values, int(_matched(spread.strip(), place)["count"]), logarithmic, place)
+    for name in names:
+        part, _, item = name.partition(".")
+        for value in values:
+            take_value(part, prepared.plan.parts[part].component, item, Given(value, place, place), {}, {})
+    return Range(text, names, tuple(values), split_quantity(texts[-1])[1] or "1", logarithmic, remark)
+
+
+def grid(ranges: Sequence[Range]) -> list[tuple[int, ...]]:
+    """Give all combinations as positions in the ranges, the last range running fastest."""
+    count = math.prod(len(item.values) for item in ranges)
+    if count > LARGEST_SWEEP:
+        raise LessonError(f"the sweep has {count} runs, and {LARGEST_SWEEP} is the most.", remedy="Give fewer values.")
+    names = [name for item in ranges for name in item.names]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise LessonError(f"{twice} is varied twice.", place="--vary", remedy="Join parameters that move together: a.b+c.d=...")
+    return list(itertools.product(*(range(len(item.values)) for item in ranges)))
+
+
+def _texts(spread: str, place: str) -> tuple[list[str], bool]:
+    """Give the ends of a range, or the members of a list, each with the unit that was written."""
+    if ".." in spread:
+        match = _matched(spread, place)
+        unit = match["unit"].strip()
+        return [f"{match[end]} {unit}".strip() for end in ("low", "high")], bool(match["log"])
+    items = [item.strip() for item in spread.split(",")]
+    if not all(items):
+        raise LessonError("a value is missing.", place=place, remedy=_EXAMPLE)
+    unit = split_quantity(items[-1])[1]
+    return [item if split_quantity(item)[1] else f"{item} {unit}".strip() for item in items], False
+
+
+def _matched(spread: str, place: str) -> re.Match[str]:
+    match = _RANGE.match(spread)
+    if match is None:
+        raise LessonError(f"'{spread}' is no range.", place=place, remedy=_EXAMPLE)
+    return match
+
+
+def _spread(ends: Sequence[float], count: int, logarithmic: bool, place: str) -> list[float]:
+    low, high = ends
+    if count < 2:
+        raise LessonError(f"a range has {count} values, and 2 or more are due.", place=place)
+    if not logarithmic:
+        return [float(value) for value in np.linspace(low, high, count)]
+    if low * high <= 0.0:
+        raise LessonError("equal ratios need two ends of one sign, neither of them 0.", place=place)
+    return [math.copysign(float(value), low) for value in np.geomspace(abs(low), abs(high), count)]
+
+
+def _declared(name: str, prepared: Prepared, place: str) -> Declaration:
+    """Give the declaration of a parameter or state; refused is what the machine does not have and what a wire feeds."""
+    plan = prepared.plan
+    part, _, item = name.partition(".")
+    if part not in plan.parts:
+        raise LessonError(f"there is no part '{part}'.", place=place, remedy=nearest(part, plan.parts))
+    component = plan.parts[part].component
+    declared = component.declarations.get(item)
+    if not isinstance(declared, (Parameter, State)):
+        raise no_item(part, component, item, (Parameter, State), "parameter", place)
+    source = plan.feeds.get(name, ("", name))[1]
+    if source != name:
+        raise LessonError(f"{name} is fed by {source}, so varying it changes nothing.", place=place, remedy=f"Vary {source}.")
+    return declared
+
+
+def _written_unit(name: str, prepared: Prepared) -> str:
+    """Give the unit in which the lesson, else its machine, writes a parameter; empty where neither does."""
+    given = prepared.case.set.get(name)
+    if given is not None and isinstance(given.value, str):
+        return split_quantity(given.value)[1]
+    part, _, item = name.partition(".")
+    placed = prepared.case.parts.get(part)
+    written = (placed.entry.set.get(item) or placed.entry.start.get(item)) if placed else None
+    return split_quantity(written)[1] if written else ""

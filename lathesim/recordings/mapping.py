@@ -1,0 +1,265 @@
+"""From the columns of a file to a :class:`Record` whose channels are called as the machine's inputs and outputs, in SI, on an even clock.
+
+Nothing is mended in silence: each thing found and what was done about it is a :class:`Finding`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from lathesim.errors import RecordingError
+from lathesim.record import Channel, FloatArray, Meta, Record
+from lathesim.recordings.finding import Finding
+from lathesim.recordings.raw_table import RawTable, is_unit
+from lathesim.recordings.sample_grid import SHORT_GAP, SampleGrid, even_grid, regular_grid
+from lathesim.units import same_dimension, si_factor
+
+__all__ = ["Finding", "MappedRecording", "RecordingMapping", "SignalMapping", "map_recording"]
+
+LEAST_SAMPLES = 20
+_FAR = 30.0
+"""A spike stands this many times farther out than what one sample in a hundred does."""
+
+
+@dataclass(frozen=True)
+class SignalMapping:
+    """A column and what it means: channel [``si_unit``] = column * scale, read in ``unit``, plus ``offset`` [SI].
+
+    ``target`` is the input it drives or the output it is compared with, ``resolution`` [SI] its smallest step where it is known.
+    ``also`` are columns that mean the same where the file has no ``column``; ``place`` is where the lesson says all this.
+    """
+
+    target: str
+    column: str
+    unit: str
+    scale: float
+    resolution: float | None
+    role: Literal["drive", "compare"]
+    si_unit: str
+    offset: float = 0.0
+    also: tuple[str, ...] = ()
+    place: str = ""
+
+
+@dataclass(frozen=True)
+class RecordingMapping:
+    """When the rows were taken (a column in ``time_unit``, or ``rate`` [Hz]) and what the columns mean."""
+
+    time_column: str | None
+    time_unit: str
+    rate: float | None
+    signals: tuple[SignalMapping, ...]
+    time_place: str = ""
+
+    def targets(self, role: Literal["drive", "compare"]) -> tuple[str, ...]:
+        """Give the names of the channels of one role."""
+        return tuple(signal.target for signal in self.signals if signal.role == role)
+
+
+@dataclass(frozen=True, eq=False)
+class MappedRecording:
+    """The recording as a record, what was found on the way, and the resolution [SI] of the channels whose lesson tells it."""
+
+    record: Record
+    findings: tuple[Finding, ...]
+    resolution: dict[str, float]
+
+
+def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording:
+    """Give the recording in SI on an even clock that begins at 0; ``meta`` keeps the start and the period.
+
+    Short gaps and short runs without a number are bridged by straight lines; of a recording with longer ones the longest whole stretch
+    is kept. Raises :class:`RecordingError` where a column is missing or what is left has fewer than 20 samples.
+    """
+    findings = [Finding("reading", "", note, "") for note in table.notes if not note.startswith("left out")]
+    columns = {signal.target: _column(table, signal, findings) for signal in mapping.signals}
+    time = _time(table, mapping, findings)
+    _same_length(table, mapping, columns, time)
+    count = len(next(iter(columns.values())))
+    _enough(table, count)
+    grid = regular_grid(count, 1.0 / mapping.rate) if mapping.rate is not None else even_grid(time, findings)
+    channels = {signal.target: _in_si(columns[signal.target], signal) for signal in mapping.signals}
+    empty = [name for name, values in channels.items() if _mostly_missing(name, values, findings)]
+    values = _bridged(grid, {name: values for name, values in channels.items() if name not in empty}, findings)
+    _enough(table, grid.length)
+    begin, end = _whole_stretch(values, grid.length, grid.period, findings)
+    _enough(table, end - begin)
+    units = {signal.target: signal.si_unit for signal in mapping.signals}
+    resolution = {signal.target: signal.resolution for signal in mapping.signals if signal.resolution}
+    kept = {
+        name: Channel(name, units[name], values[name][begin:end] if name in values else np.full(end - begin, np.nan)) for name in channels
+    }
+    meta: Meta = {
+        "sample_period": grid.period,
+        "original_start": grid.start + begin * grid.period,
+        "source": str(table.source),
+        "status": "complete",
+    }
+    return MappedRecording(
+        Record(np.arange(end - begin, dtype=np.float64) * np.float64(grid.period), kept, meta), tuple(findings), resolution
+    )
+
+
+def _column(table: RawTable, signal: SignalMapping, findings: list[Finding]) -> FloatArray:
+    """Give the column of a signal in ``signal.unit`` and before its scale."""
+    found = table.column_name(signal.column)
+    if found is not None:
+        _check_header_unit(table.units[found], signal, findings)
+        return table.columns[found]
+    for name in (signal.target, *signal.also):
+        unit = table.units.get(name, "")
+        if name in table.columns and (unit == signal.si_unit or (is_unit(unit) and same_dimension(unit, signal.si_unit))):
+            fact = f"the file has no column '{signal.column}', but one called '{name}' in {unit}"
+            findings.append(Finding("mapping", signal.target, fact, "that one is taken"))
+            return table.columns[name] * (si_factor(unit)[0] / si_factor(signal.unit)[0] / signal.scale)
+    raise RecordingError(f"{table.source.name} has no column '{signal.column}'.", place=signal.place, remedy=table.near(signal.column))
+
+
+def _check_header_unit(header: str, signal: SignalMapping, findings: list[Finding]) -> None:
+    """Note where the file names another unit than the lesson; with a scale in the lesson that is meant."""
+    if not header or header == signal.unit or signal.scale != 1.0 or not is_unit(header):
+        return
+    if not same_dimension(header, signal.unit):
+        fact = f"the file calls '{signal.column}' {header} and the lesson reads it as {signal.unit}"
+        findings.append(Finding("unit", signal.target, fact, "the lesson counts"))
+        return
+    ratio = si_factor(header)[0] / si_factor(signal.unit)[0]
+    if abs(ratio - 1.0) > 1e-9:
+        fact = f"the unit of '{signal.column}' is {header} in the file and {signal.unit} in the lesson, a factor of {ratio:.6g}"
+        findings.append(Finding("unit", signal.target, fact, f"the lesson counts; write unit: {header} there if the file is right", True))
+
+
+def _in_si(column: FloatArray, signal: SignalMapping) -> FloatArray:
+    values = column * (signal.scale * si_factor(signal.unit)[0]) + signal.offset
+    values[~np.isfinite(values)] = np.nan
+    return values
+
+
+def _time(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -> FloatArray:
+    """Give the times of the rows [s]; empty where a rate tells them."""
+    if mapping.time_column is None:
+        return np.zeros(0)
+    name = table.column_name(mapping.time_column)
+    unit = mapping.time_unit
+    if name is None and table.units.get("time") == "s":
+        findings.append(
+            Finding("mapping", "time", f"the file has no column '{mapping.time_column}', but one called 'time' in s", "that one is taken")
+        )
+        name, unit = "time", "s"
+    if name is None:
+        raise RecordingError(
+            f"{table.source.name} has no column '{mapping.time_column}' for the time.",
+            place=mapping.time_place,
+            remedy=table.near(mapping.time_column),
+        )
+    header = table.units[name]
+    if is_unit(header) and same_dimension(header, "s") and abs(si_factor(header)[0] / si_factor(unit)[0] - 1.0) > 1e-9:
+        fact = f"the time is in {header} in the file and in {unit} in the lesson"
+        findings.append(Finding("unit", "time", fact, f"the lesson counts; write unit: {header} there if the file is right", True))
+    return table.columns[name] * si_factor(unit)[0]
+
+
+def _same_length(table: RawTable, mapping: RecordingMapping, columns: dict[str, FloatArray], time: FloatArray) -> None:
+    lengths = {signal.column: len(columns[signal.target]) for signal in mapping.signals}
+    if mapping.time_column is not None:
+        lengths[mapping.time_column] = len(time)
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise RecordingError(f"the columns differ in length: {told}.", place=str(table.source), remedy="Map columns of one measurement.")
+
+
+def _enough(table: RawTable, count: int) -> None:
+    if count < LEAST_SAMPLES:
+        fact = f"the recording has {count} usable samples; at least {LEAST_SAMPLES} are needed."
+        raise RecordingError(fact, place=str(table.source), remedy="Record longer, or map other columns.")
+
+
+def _mostly_missing(name: str, values: FloatArray, findings: list[Finding]) -> bool:
+    missing = int(np.count_nonzero(np.isnan(values)))
+    if 2 * missing <= len(values):
+        return False
+    fact = f"{missing} of {len(values)} values are missing" if missing < len(values) else f"none of the {len(values)} values is a number"
+    findings.append(Finding("missing", name, fact, "the channel is left empty", True))
+    return True
+
+
+def _bridged(grid: SampleGrid, channels: dict[str, FloatArray], findings: list[Finding]) -> dict[str, FloatArray]:
+    """Put channels on the grid; runs of up to four samples without a number are bridged, longer ones stay NaN."""
+    on_grid = {}
+    for name, values in channels.items():
+        placed = grid.place(values)
+        cleaned = _without_spikes(name, placed, findings)
+        bridged = _bridge_short_runs(cleaned)
+        count = int(np.count_nonzero(np.isnan(placed) & ~np.isnan(bridged))) - grid.missing
+        if count > 0 and np.isnan(values).any():
+            findings.append(
+                Finding("missing", name, f"{count} values are missing, in runs of fewer than {SHORT_GAP}", "bridged by straight lines")
+            )
+        on_grid[name] = bridged
+    return on_grid
+
+
+def _without_spikes(name: str, values: FloatArray, findings: list[Finding]) -> FloatArray:
+    """Take out single samples that stand far from both neighbours, which agree; pulses that come regularly are signal."""
+    if len(values) < 100:
+        return values
+    away = np.full(len(values), np.nan)
+    away[1:-1] = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
+    apart = np.full(len(values), np.nan)
+    apart[1:-1] = np.abs(values[2:] - values[:-2])
+    usual = float(np.nanquantile(away, 0.99)) if np.isfinite(away).any() else 0.0
+    spikes = np.flatnonzero((away > _FAR * usual) & (apart < 0.2 * away)) if usual > 0.0 else np.zeros(0, dtype=np.int64)
+    between = np.diff(spikes)
+    regular = len(spikes) > 3 and float(np.std(between)) < 0.1 * float(np.mean(between))
+    if not len(spikes) or len(spikes) > max(3, len(values) // 1000) or regular:
+        return values
+    findings.append(Finding("spike", name, f"{len(spikes)} samples stand far from their neighbours", "bridged by straight lines"))
+    mended = values.copy()
+    mended[spikes] = np.nan
+    return mended
+
+
+def _bridge_short_runs(values: FloatArray) -> FloatArray:
+    missing = np.isnan(values)
+    if not missing.any() or missing.all():
+        return values
+    begins, ends = runs(missing)
+    inside = (ends - begins < SHORT_GAP) & (begins > 0) & (ends < len(values))
+    filled = values.copy()
+    present = np.flatnonzero(~missing)
+    for begin, end in zip(begins[inside], ends[inside], strict=True):
+        filled[begin:end] = (
+            np.interp(np.arange(begin, end), present, values[present]) if end - begin > 1 else 0.5 * (values[begin - 1] + values[end])
+        )
+    return filled
+
+
+def runs(flags: Any) -> tuple[Any, Any]:
+    """Give the begins and ends (behind the last one) of the stretches in which a condition holds."""
+    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
+    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+
+
+def _whole_stretch(values: dict[str, FloatArray], length: int, period: float, findings: list[Finding]) -> tuple[int, int]:
+    """Give the longest stretch of samples in which every channel has a number."""
+    whole = np.ones(length, dtype=bool)
+    for column in values.values():
+        whole &= ~np.isnan(column)
+    if whole.all():
+        return 0, length
+    begins, ends = runs(whole)
+    if not len(begins):
+        return 0, 0
+    longest = int(np.argmax(ends - begins))
+    begin, end = int(begins[longest]), int(ends[longest])
+    left = length - (end - begin)
+    blamed = [name for name, column in values.items() if np.isnan(column).any()]
+    channel = "" if len(blamed) == len(values) else ", ".join(blamed)
+    gaps = f"{len(begins) - 1} gaps" if len(begins) > 2 else "a gap" if len(begins) == 2 else "missing values at an end"
+    fact = f"the recording has {gaps} too long to bridge"
+    done = f"kept is the longest whole stretch, {begin * period:.6g} to {(end - 1) * period:.6g} s; {left} samples are left out"
+    findings.append(Finding("gap", channel, fact, done))
+    return begin, end

@@ -1,0 +1,33 @@
+"""Records of this program: the time and the channels by their names, with units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lathesim.record import is_record, load
+from lathesim.recordings.array_columns import ArrayColumns
+from lathesim.recordings.hdf5_file import reads_hdf5
+from lathesim.recordings.raw_table import RawTable, as_table
+from lathesim.recordings.reader import Reader
+
+
+def reads_record(path: Path) -> bool:
+    """Say whether a file is a record of this program."""
+    return reads_hdf5(path) and is_record(path)
+
+
+def read_record(path: Path) -> RawTable:
+    """Read a record as a table whose columns are its channels, with the time as the column ``time``."""
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        names = len(file["channels"]) if "channels" in file else 0
+        ArrayColumns(path).check((len(file["time"]) if "time" in file else 0, names + 1))
+    record = load(path)
+    columns = {"time": record.time} | {name: channel.values for name, channel in record.channels.items()}
+    units = {"time": "s"} | {name: channel.unit for name, channel in record.channels.items()}
+    notes = () if record.status == "complete" else (f"the run that made it ended as '{record.status}'",)
+    return as_table(path, columns, units, notes, {})
+
+
+READER = Reader("own record", (".h5",), "record of lathesim", reads_record, read_record)

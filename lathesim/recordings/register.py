@@ -1,0 +1,19 @@
+"""The stock readers of recordings, in the order in which they look into a file of unknown kind."""
+
+from __future__ import annotations
+
+from lathesim.recordings import delimited_text, halsampler, hdf5_file, labview, matlab, matlab73, own_record
+from lathesim.recordings.reader import Reader
+
+
+def stock_readers() -> list[Reader]:
+    """Give every stock reader, the most particular first."""
+    return [
+        own_record.READER,
+        matlab73.READER,
+        hdf5_file.READER,
+        matlab.READER,
+        labview.READER,
+        halsampler.READER,
+        delimited_text.READER,
+    ]

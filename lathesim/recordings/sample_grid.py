@@ -1,0 +1,179 @@
+"""The even clock of a recording, from the times its rows carry: repeated, unordered, missing and jittered times, found and said."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from lathesim.record import FloatArray
+from lathesim.recordings.finding import Finding
+
+SHORT_GAP = 5
+"""Fewer missing samples than this are bridged by a straight line."""
+_ON_GRID = 0.05
+"""Times this close to the even clock [periods] count as on it: loggers round their time stamps."""
+_LONGEST = 40_000_000
+"""Samples of a grid; a clock with holes cannot ask for more."""
+
+
+@dataclass(frozen=True, eq=False)
+class SampleGrid:
+    """An even clock: ``start`` and ``period`` [s], ``length`` samples, and where the rows of the file belong on it.
+
+    ``rows`` are the rows that are used. With ``times`` (in periods) the values between them are found by straight lines; without it
+    each row lies on the sample ``slots``, and samples without a row stay NaN. ``missing`` counts the short gaps' samples.
+    """
+
+    start: float
+    period: float
+    length: int
+    rows: npt.NDArray[np.int64] | slice
+    slots: npt.NDArray[np.int64] | None = None
+    times: FloatArray | None = None
+    missing: int = 0
+
+    def place(self, values: FloatArray) -> FloatArray:
+        """Give a column (rows of the file,) on the grid (``length``,)."""
+        used = values[self.rows]
+        if self.times is not None:
+            return self._between(used)
+        if self.slots is None:
+            return used.copy()
+        placed = np.full(self.length, np.nan)
+        placed[self.slots] = used
+        return placed
+
+    def _between(self, used: FloatArray) -> FloatArray:
+        times = self.times if self.times is not None else np.zeros(0)
+        grid = np.arange(self.length, dtype=np.float64)
+        known = ~np.isnan(used)
+        placed: FloatArray = np.interp(grid, times[known], used[known]) if known.any() else np.full(self.length, np.nan)
+        after = np.searchsorted(times[known], grid)
+        if known.any():
+            marks = times[known]
+            width = marks[np.minimum(after, len(marks) - 1)] - marks[np.maximum(after - 1, 0)]
+            placed[(width > SHORT_GAP + 0.5) & (np.abs(grid - marks[np.minimum(after, len(marks) - 1)]) > _ON_GRID)] = np.nan
+        return placed
+
+
+def regular_grid(count: int, period: float) -> SampleGrid:
+    """Give the clock of rows taken at a known rate."""
+    return SampleGrid(0.0, period, count, slice(None))
+
+
+def even_grid(time: FloatArray, findings: list[Finding]) -> SampleGrid:
+    """Give the even clock nearest to the times of the rows [s], and note in ``findings`` where they are not even."""
+    rows = np.flatnonzero(np.isfinite(time))
+    if len(rows) < len(time):
+        findings.append(Finding("time", "time", f"{len(time) - len(rows)} rows have no time", "they are left out"))
+    rows = _in_order(time, rows, findings)
+    if len(rows) < 2:
+        return SampleGrid(0.0, 1.0, len(rows), rows)
+    coarse = _coarse(time[rows])
+    if coarse is not None:
+        period, distinct = coarse
+        fact = f"the times have {distinct} values for {len(rows)} rows"
+        findings.append(Finding("time", "time", fact, f"the rows are taken as even, {period:.6g} s apart"))
+        return SampleGrid(float(time[rows[0]]), period, len(rows), rows)
+    rows = _without_repeats(time, rows, findings)
+    if len(rows) < 2:
+        return SampleGrid(0.0, 1.0, len(rows), rows)
+    return _fitted(time[rows], rows, findings)
+
+
+def _in_order(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Finding]) -> npt.NDArray[np.int64]:
+    """Sort rows that are a little out of order; of a clock that starts anew keep the longest stretch."""
+    steps = np.diff(time[rows])
+    backward = np.flatnonzero(steps < 0.0)
+    if not len(backward):
+        return rows
+    forward = steps[steps > 0.0]
+    usual = float(np.median(forward)) if len(forward) else 1.0
+    anew = backward[-steps[backward] > 10.0 * usual]
+    if len(anew) and len(anew) <= max(20, len(rows) // 1000):
+        edges = np.concatenate([[0], anew + 1, [len(rows)]])
+        pieces = [rows[begin:end] for begin, end in itertools.pairwise(edges)]
+        longest = max(pieces, key=len)
+        fact = f"the clock starts anew {len(anew)} times"
+        done = f"kept is the longest stretch, {len(longest)} of {len(rows)} rows from row {longest[0] + 1} on"
+        findings.append(Finding("time", "time", fact, done))
+        rows = longest
+        backward = np.flatnonzero(np.diff(time[rows]) < 0.0)
+        if not len(backward):
+            return rows
+    findings.append(Finding("time", "time", f"{len(backward)} rows are earlier than the row before them", "the rows are sorted by time"))
+    return rows[np.argsort(time[rows], kind="stable")]
+
+
+def _coarse(time: FloatArray) -> tuple[float, int] | None:
+    """Give the period where the times are rounded so far that rows share them, and the number of values they take."""
+    steps = np.diff(time)
+    distinct = 1 + int(np.count_nonzero(steps > 0.0))
+    if distinct > 0.8 * len(time) or distinct < 3:
+        return None
+    quantum = float(np.quantile(steps[steps > 0.0], 0.9))
+    number = np.arange(len(time))
+    period, start = np.polyfit(number, time, 1)
+    if period <= 0.0 or np.abs(time - (start + period * number)).max() > 1.01 * quantum:
+        return None
+    return _rounded(float(period), quantum / len(time)), distinct
+
+
+def _without_repeats(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Finding]) -> npt.NDArray[np.int64]:
+    fresh = np.concatenate([[True], np.diff(time[rows]) > 0.0])
+    repeated = len(rows) - int(np.count_nonzero(fresh))
+    if repeated:
+        findings.append(Finding("time", "time", f"{repeated} rows repeat the time of the row before", "the first of them counts"))
+    kept: npt.NDArray[np.int64] = rows[fresh]
+    return kept
+
+
+def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Finding]) -> SampleGrid:
+    start = float(time[0])
+    period = float(np.median(np.diff(time)))
+    slots = _slots(time, period)
+    if len(np.unique(slots)) == len(slots):
+        period = _rounded(_slope(slots, time), _ON_GRID * period / max(slots[-1], 1))
+        slots = _slots(time, period)
+    away = np.abs((time - start) / period - slots)
+    length = int(slots[-1]) + 1
+    if length > _LONGEST:
+        fact = f"the times span {length} periods of {period:.6g} s, most of them without a row"
+        findings.append(Finding("time", "time", fact, "the rows are taken as even"))
+        return SampleGrid(start, period, len(rows), rows)
+    lost = np.diff(slots) - 1
+    short = int(lost[(lost > 0) & (lost < SHORT_GAP)].sum())
+    if away.max() <= _ON_GRID and len(np.unique(slots)) == len(slots):
+        if short:
+            findings.append(
+                Finding("gap", "", f"{short} samples are missing in gaps of fewer than {SHORT_GAP}", "bridged by straight lines")
+            )
+        return SampleGrid(start, period, length, rows, slots if length > len(rows) else None, missing=short)
+    spread = float(np.sqrt(np.mean(np.square(np.diff(time) / period - np.maximum(np.round(np.diff(time) / period), 1.0)))))
+    fact = f"the times are uneven by {100.0 * spread:.2g} % of the period of {period:.6g} s (root mean square)"
+    findings.append(Finding("jitter", "time", fact, "the channels are interpolated onto an even clock"))
+    moments = (time - start) / period
+    return SampleGrid(start, period, int(moments[-1] + 1e-9) + 1, rows, times=moments)
+
+
+def _slots(time: FloatArray, period: float) -> npt.NDArray[np.int64]:
+    slots: npt.NDArray[np.int64] = np.round((time - time[0]) / period).astype(np.int64)
+    return slots
+
+
+def _slope(slots: npt.NDArray[np.int64], time: FloatArray) -> float:
+    """Give the period that fits best, through the first row."""
+    number = slots.astype(np.float64)
+    return float(number @ (time - time[0]) / (number @ number))
+
+
+def _rounded(period: float, room: float) -> float:
+    """Give the roundest number of seconds within ``room`` of the period, so that 1 kHz is exactly 1 ms."""
+    for digits in range(1, 13):
+        round_one = float(f"{period:.{digits}g}")
+        if abs(round_one - period) <= room:
+            return round_one
+    return period

@@ -1,0 +1,176 @@
+"""Values that stay where they are while the machine moves: frozen channels, clipped ones, and blocks written twice."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lathesim.recordings.common_motion import MOTION_UNITS, Pair
+from lathesim.recordings.finding import Finding
+from lathesim.recordings.recorded_channel import RecordedChannel, runs_of
+
+_LONG = 30
+"""A channel is called frozen after this many equal samples at least."""
+
+
+def frozen_channels(channels: list[RecordedChannel], found_pairs: list[Pair], period: float) -> list[Finding]:
+    """Find stretches in which a channel repeats one value while the machine goes on, as a logger leaves them that lost its source."""
+    findings = []
+    for channel in channels:
+        if channel.constant or channel.unit == "1":
+            continue
+        begins, ends = runs_of(channel.steps == 0.0)
+        lengths = ends - begins + 1
+        long = lengths >= max(_LONG, 8.0 * _usual_run(lengths))
+        stuck = [
+            (int(begin), int(end) + 1)
+            for begin, end in zip(begins[long], ends[long], strict=True)
+            if _is_frozen(channel, int(begin), int(end) + 1, channels, found_pairs)
+        ]
+        if stuck:
+            begin, end = max(stuck, key=lambda run: run[1] - run[0])
+            more = f", the longest of {len(stuck)} such stretches" if len(stuck) > 1 else ""
+            when = f"{begin * period:.6g} to {(end - 1) * period:.6g} s"
+            fact = f"it is frozen at {channel.values[begin]:.6g} {channel.unit} from {when}{more}"
+            findings.append(Finding("frozen", channel.name, fact, "leave this stretch out, or record again", True))
+    return findings
+
+
+def _usual_run(lengths: npt.NDArray[np.int64]) -> float:
+    """Give the length of the runs in which most samples lie that repeat at all, without the longest few."""
+    if len(lengths) < 10:
+        return 0.0
+    ordered = np.sort(lengths)[:-5]
+    reached = np.cumsum(ordered) / max(float(ordered.sum()), 1.0)
+    return float(ordered[int(np.searchsorted(reached, 0.5))])
+
+
+def _is_frozen(channel: RecordedChannel, begin: int, end: int, channels: list[RecordedChannel], found_pairs: list[Pair]) -> bool:
+    """Say whether a run of equal values, samples ``begin`` to ``end`` - 1, cannot be the machine's own rest."""
+    value = channel.values[begin]
+    extreme = value in (channel.values.max(), channel.values.min())
+    if extreme and np.count_nonzero(channel.values == value) > 1.5 * (end - begin):
+        return False
+    for pair in found_pairs:
+        if channel in (pair.first, pair.second) and abs(pair.correlation) > 0.9:
+            if _leaves_partner(pair, channel, begin, end):
+                return True
+            if channel.unit in ("m", "rad"):
+                return False
+    if channel.driven:
+        return False
+    others = [other for other in channels if other is not channel]
+    if value in (0.0, channel.values.max(), channel.values.min()) or not _stops_on_its_way(channel, begin):
+        return False
+    if _jumps_at_end(channel, begin, end):
+        return any(_moves(other, begin, end) for other in others if other.group == channel.group or other.driven)
+    return _noise_is_gone(channel, begin, end) and any(_alive(other, begin, end) for other in others if not other.driven)
+
+
+def _leaves_partner(pair: Pair, channel: RecordedChannel, begin: int, end: int) -> bool:
+    """Say whether the partner goes on while the channel stands, and the channel then catches up in one step."""
+    if channel is pair.second:
+        gone = np.abs(np.ptp(pair.expected[begin:end])) * abs(pair.slope)
+    elif channel.unit == pair.second.unit:
+        gone = np.abs(np.ptp(pair.second.values[begin:end])) / max(abs(pair.slope), 1e-300)
+    else:
+        return False
+    if gone < 0.003 * channel.span or end + 20 >= len(channel.values):
+        return False
+    step, after = abs(channel.steps[end - 1]), float(np.abs(channel.steps[end + 1 : end + 20]).max())
+    return _jumps_at_end(channel, begin, end) or bool(step > 8.0 * after + 10.0 * channel.roughness)
+
+
+def _moves(channel: RecordedChannel, begin: int, end: int) -> bool:
+    inside = channel.values[begin:end]
+    return not channel.constant and float(np.ptp(inside)) > 0.05 * channel.span + 6.0 * channel.roughness
+
+
+def _stops_on_its_way(channel: RecordedChannel, begin: int) -> bool:
+    """Say whether a channel changes up to the begin of a run and enters it without a jump; a cut that ends leaves its force by one."""
+    before = channel.steps[max(begin - 20, 0) : begin]
+    moving = len(before) == 20 and float(np.mean(before == 0.0)) < 0.2
+    return moving and float(np.abs(before[-3:]).max()) <= channel.usual_step
+
+
+def _jumps_at_end(channel: RecordedChannel, begin: int, end: int) -> bool:
+    """Say whether the channel leaves the run by a step that it makes nowhere else in motion."""
+    if end >= len(channel.values):
+        return False
+    step = abs(channel.values[end] - channel.values[end - 1])
+    return bool(step > 5.0 * channel.usual_step and step > 10.0 * channel.roughness)
+
+
+def _alive(channel: RecordedChannel, begin: int, end: int) -> bool:
+    """Say whether a channel changes from sample to sample all through a stretch."""
+    return float(np.mean(channel.steps[begin : end - 1] == 0.0)) < 0.3
+
+
+def _noise_is_gone(channel: RecordedChannel, begin: int, end: int) -> bool:
+    """Say whether a channel whose samples are hardly ever equal repeats one value all through a long run; a place may well rest."""
+    if channel.unit in ("m", "rad"):
+        return False
+    around = np.concatenate([channel.steps[max(begin - 200, 0) : begin], channel.steps[end - 1 : end + 199]])
+    turns = float(np.mean(around[1:] * around[:-1] < 0.0)) if len(around) > 100 else 0.0
+    return turns > 0.3 and float(np.mean(around == 0.0)) < 0.3 and end - begin >= 2 * _LONG
+
+
+def clipped_channels(found_pairs: list[Pair], period: float) -> list[Finding]:
+    """Find measured motion with flat tops at one level beyond which its partner goes on."""
+    findings: list[Finding] = []
+    for pair in found_pairs:
+        channel = pair.second
+        if channel.driven or channel.unit not in MOTION_UNITS or pair.correlation < 0.5 or channel.unit != pair.first.unit:
+            continue
+        if any(finding.channel == channel.name for finding in findings):
+            continue
+        inner = (channel.values > channel.values.min()) & (channel.values < channel.values.max())
+        if np.count_nonzero(inner) < 50:
+            continue
+        slope, constant = np.polyfit(pair.expected[inner], channel.values[inner], 1)
+        beyond = slope * pair.expected + constant
+        spread = float(np.quantile(np.abs(channel.values[inner] - beyond[inner]), 0.99))
+        for level, sign in ((channel.values.max(), 1.0), (channel.values.min(), -1.0)):
+            flat = channel.values == level
+            over = sign * (beyond - level)
+            if np.count_nonzero(flat) >= _LONG and np.median(over[flat]) > max(0.01 * channel.span, 2.0 * spread) and _flat_runs(flat):
+                begin, end = (int(edge[np.argmax(runs_of(flat)[1] - runs_of(flat)[0])]) for edge in runs_of(flat))
+                side = "above" if sign > 0.0 else "below"
+                fact = (
+                    f"it is clipped {side} {level:.6g} {channel.unit}: {np.count_nonzero(flat)} samples stand there, the longest run from "
+                    f"{begin * period:.6g} to {(end - 1) * period:.6g} s, while {pair.first.name} goes on"
+                )
+                findings.append(Finding("clipped", channel.name, fact, "widen the range of the instrument and record again", True))
+                break
+    return findings
+
+
+def _flat_runs(flat: npt.NDArray[np.bool_]) -> bool:
+    begins, ends = runs_of(flat)
+    return bool(np.max(ends - begins) >= _LONG)
+
+
+def repeated_blocks(channels: list[RecordedChannel], period: float) -> list[Finding]:
+    """Find rows that were written twice: a block equal in every channel to the one right before it, with a jump back at the seam."""
+    moving = [channel for channel in channels if not channel.constant]
+    if not moving:
+        return []
+    rows = np.ascontiguousarray(np.column_stack([channel.values for channel in moving]))
+    names = np.unique(rows.view([("", rows.dtype)] * rows.shape[1]).ravel(), return_inverse=True)[1].ravel()
+    order = np.argsort(names, kind="stable")
+    back = np.zeros(len(names), dtype=np.int64)
+    same = names[order][1:] == names[order][:-1]
+    back[order[1:][same]] = (order[1:] - order[:-1])[same]
+    begins, ends = runs_of(np.concatenate([[False], (back[1:] == back[:-1]) & (back[1:] > 1)]))
+    for begin, end in zip(begins - 1, ends, strict=True):
+        distance = int(back[begin])
+        whole = end - begin >= 0.9 * distance
+        if distance >= 20 and whole and _seam(moving, int(begin)):
+            fact = f"the rows from {(begin - distance) * period:.6g} to {(begin - 1) * period:.6g} s are written twice"
+            return [Finding("repeated", "", fact, "take the second copy out", True)]
+    return []
+
+
+def _seam(channels: list[RecordedChannel], begin: int) -> bool:
+    places = [channel for channel in channels if channel.unit in MOTION_UNITS]
+    return begin > 0 and any(abs(channel.steps[begin - 1]) > 5.0 * channel.usual_step for channel in places)

@@ -1,0 +1,23 @@
+(Exercise of one axis in air, for judging: other speeds and other places than axis_exercise.nc, every speed both ways)
+(X is a radius; no stock is meant)
+N10 G90 G94 G71 G18
+N20 G01 Z5.0 F1500
+N30 G01 X40.0 F2700
+N40 X25.0
+N50 X115.0 F5100
+N60 X75.0
+N70 X79.0 F360
+N80 X75.0
+N90 G01 Z0.0 F1500
+N100 X15.0 F3600
+N110 X130.0 F5800
+N120 X100.0 F1200
+N130 X112.0
+N140 X22.0 F4800
+N150 X50.0 F2100
+N160 X47.0 F180
+N170 X50.0
+N180 X90.0 F3300
+N190 X0.0 F5500
+N200 G01 Z5.0 F1000
+N210 M30

@@ -1,0 +1,54 @@
+"""``lathesim plot``: figures of a record."""
+
+from pathlib import Path
+
+import pytest
+
+from lathesim.record import save
+from tests.analysis.small_record import shoulder
+from tests.cli.command import call
+
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    save(shoulder(), tmp_path / "run.h5")
+    return tmp_path / "run.h5"
+
+
+def test_the_standard_figures_are_left_beside_the_record(capsys: Capture, run: Path) -> None:
+    said = call(capsys, "plot", run)
+    files = [run.with_name(f"run_{name}.png") for name in ("path", "contour_error", "voltages")]
+    assert (said.code, said.out.split(), said.err) == (0, [str(file) for file in files], "")
+    assert all(file.read_bytes().startswith(b"\x89PNG") for file in files)
+
+
+def test_channels_and_whole_parts(capsys: Capture, run: Path) -> None:
+    said = call(capsys, "plot", run, "x_dac.voltage", "x_axis", "--save", run.with_name("figure.svg"))
+    assert (said.code, said.out) == (0, f"{run.with_name('figure.svg')}\n")
+    text = run.with_name("figure.svg").read_text(encoding="utf-8")
+    assert "<svg" in text
+
+
+def test_one_page_with_save(capsys: Capture, run: Path) -> None:
+    assert call(capsys, "plot", run, "--save", run.with_name("page.pdf")).code == 0
+    assert run.with_name("page.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["x_dac.voltge"], "the record has no channel 'x_dac.voltge'. Did you mean 'x_dac.voltage'?\n"),
+        (["x_dac.voltage", "--save", "f.gif"], "f.gif: a figure cannot be saved as '.gif'. Use .png, .svg or .pdf.\n"),
+    ],
+)
+def test_what_cannot_be_plotted(arguments: list[str], sentence: str, capsys: Capture, run: Path) -> None:
+    said = call(capsys, "plot", run, *arguments)
+    assert (said.code, said.out, said.err) == (1, "", sentence)
+
+
+def test_a_record_that_is_not_there(capsys: Capture, run: Path) -> None:
+    said = call(capsys, "plot", run.with_name("rnu.h5"))
+    assert said.code == 1
+    assert "Did you mean 'run.h5'?" in said.err

@@ -1,0 +1,189 @@
+"""Diagnoses as the pipeline might give them, made up, for looking at the report: one for each verdict."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.diagnosis.diagnosis import (
+    BaselineValue,
+    ChannelFit,
+    ChannelTrace,
+    Diagnosis,
+    Evidence,
+    FoundEffect,
+    Interval,
+    Location,
+    MissingSignal,
+    VariableBar,
+)
+
+WIRES = (
+    ("x_encoder", "x_controller"), ("x_controller", "x_dac"), ("x_dac", "x_drive"), ("x_axis", "x_drive"), ("x_drive", "x_axis"),
+    ("x_axis", "x_encoder"), ("x_axis", "x_scale"), ("try_x_axis_coulomb_friction", "x_axis"),
+)  # fmt: skip
+
+
+def _evidence() -> Evidence:
+    rng = np.random.default_rng(4)
+    time = np.arange(8000) * 2e-3
+    speed = 0.1 * np.sin(2.0 * np.pi * time / 4.0) * np.where(time < 8.0, 1.0, 0.4)
+    travel = np.cumsum(speed) * 2e-3
+    friction = 20.4 * np.tanh(speed / 1e-4)
+    total = 95.0 * np.gradient(speed, time) + 203.0 * speed + friction
+    noise = rng.standard_normal((3, len(time)))
+    lag = 2e-6 * np.convolve(friction, np.ones(40) / 40.0, mode="same")
+    position = ChannelTrace("x_encoder.position", "m", time, travel, travel - lag, travel - 4e-7 * noise[0])
+    voltage = total / 35.15
+    command = ChannelTrace("x_controller.voltage", "V", time, voltage, voltage - friction / 35.15, voltage + 0.01 * noise[1])
+    missing = MissingSignal("x_axis.disturbance", "N", time, friction + noise[2], noise[2], total, 0.171, 0.043)
+    bars = (
+        VariableBar("x_controller.voltage", "sign of velocity of x_axis", 0.972, 0.02),
+        VariableBar("x_controller.voltage", "velocity of x_axis", 0.951, 0.03),
+        VariableBar("x_controller.voltage", "position and direction of x_axis", 0.93, 0.02),
+        VariableBar("x_encoder.position", "distance since reversal of x_axis", 0.94, 0.11),
+        VariableBar("x_controller.voltage", "x_controller.reference", 0.21, 0.0),
+        VariableBar("x_controller.voltage", "time", 0.08, 0.02),
+        VariableBar("x_controller.voltage", "acceleration of x_axis", 0.04, 0.01),
+        VariableBar("x_controller.voltage", "speed of x_axis", 0.01, 0.0),
+    )
+    tried = (
+        ("CoulombFriction at x_axis", 8123.4, 7871.2), ("PreslidingFriction at x_axis", 8119.0, 7862.7),
+        ("AsymmetricFriction at x_axis", 8124.1, 7870.9), ("Backlash at x_scale", 412.0, 98.0), ("TransportDelay at x_drive", 96.0, -31.0),
+        ("TorqueRipple at x_axis", 44.0, 12.5), ("Cogging at x_axis", 41.0, -3.0), ("ForceOffset at x_axis", 8.0, math.nan),
+    )  # fmt: skip
+    return Evidence(bars, (missing,), (position, command), WIRES, tried)
+
+
+FIT = {
+    "x_encoder.position": ChannelFit("m", 2.1e-7, 2.7e-5, 4.4e-7, "validate.csv"),
+    "x_controller.voltage": ChannelFit("V", 4e-3, 0.58, 0.0104, "validate.csv"),
+}
+BASELINE = {
+    "x_axis.mass": BaselineValue("kg", 95.1, 97.9, 95.32, 94.95, 95.7),
+    "x_axis.viscous": BaselineValue("N*s/m", 203.5, 410.2, 203.1, 198.8, 207.3),
+    "x_drive.effort_constant": BaselineValue("N/A", 35.15, 35.21, 35.12, 34.2, 36.1),
+}
+COULOMB = FoundEffect(
+    "CoulombFriction",
+    "x_axis",
+    "reversal",
+    0.974,
+    {"level": Interval(20.41, "N", 20.22, 20.6)},
+    (),
+    None,
+    0.97,
+    0.97,
+    "Friction of constant size against the motion, which holds the body at rest while less than that pushes it.",
+)
+LOCATION = Location(
+    ("x_axis", "x_drive"),
+    ("x_controller.voltage", "x_encoder.position"),
+    ((1.99, 2.06), (3.98, 4.09), (6.0, 6.05), (7.99, 8.07), (10.0, 10.06)),
+    ("sign of velocity of x_axis", "velocity of x_axis"),
+)
+
+NAMED = Diagnosis(
+    "named",
+    "Coulomb friction of 20.4 N at x_axis is missing from the lesson.",
+    "EMPS axis with mass and viscous friction only",
+    "recording.csv",
+    "validate.csv",
+    (COULOMB,),
+    LOCATION,
+    FIT,
+    0.983,
+    True,
+    BASELINE,
+    ({"effect": "CoulombFriction", "at": "x_axis", "level": "20.41 N"},),
+    ("At x_axis 4.3 % of the force is still missing; it repeats with the position (period 11.9 mm).",),
+    (
+        "x_drive.effort_constant is not determined: mass, friction and gain scale together. A current sensor, or a known mass "
+        "on the table, would tell.",
+    ),
+    ("x_encoder.position moves in steps of 50 nm.", "3 samples of 8000 were missing and were joined by lines."),
+    "",
+    "",
+    13.2,
+    True,
+    _evidence(),
+)
+
+TIED = replace(
+    NAMED,
+    verdict="tied",
+    sentence="A constant force of 11 N is missing at x_axis, or a constant voltage of 0.31 V at x_drive: this recording cannot tell.",
+    effects=(
+        FoundEffect(
+            "ForceOffset", "x_axis", "constants", 0.52, {"force": Interval(11.0, "N", 10.4, 11.6)}, ("ConverterOffset at x_drive",),
+            "Record the current as well, or switch the power off: an offset of the converter vanishes, gravity does not.",
+            0.91, 0.91,
+        ),
+    ),
+    insert=({"effect": "ForceOffset", "at": "x_axis", "force": "11.0 N"},),
+)  # fmt: skip
+
+UNKNOWN = replace(
+    NAMED,
+    verdict="unknown",
+    sentence="A force is missing at x_axis that nothing in the catalogue explains; it depends on the position of x_axis and the direction.",
+    effects=(),
+    adequate=False,
+    removed_share=0.61,
+    discovered="F = 3.1 N (x / 10 mm)^2 sgn(v),   0 < x < 120 mm, abs(v) < 0.1 m/s   (empirical, unverified)",
+    insert=({"effect": "DiscoveredTerm", "at": "x_axis"},),
+    left=("x_encoder.position is still 12 times over its floor, most of it between 6.0 and 6.05 s.",),
+)
+
+FAULT = replace(
+    NAMED,
+    verdict="recording_fault",
+    sentence="The column of x_encoder.position is 25.4 times too small: it looks like inches where the lesson says millimetres.",
+    effects=(),
+    location=Location((), ("x_encoder.position",), (), ()),
+    insert=(),
+    baseline={},
+    left=(),
+    not_told=("No physics is named from this recording. Mend the unit in the lesson, and diagnose again.",),
+    evidence=Evidence((), (), _evidence().traces[:1], WIRES, ()),
+)
+
+CLEAN = replace(
+    NAMED,
+    verdict="no_mismatch",
+    sentence="The simulation explains the recording as it is.",
+    effects=(),
+    location=Location(),
+    fit={name: replace(item, before=1.1 * item.floor, after=1.1 * item.floor) for name, item in FIT.items()},
+    baseline={name: replace(item, refit_without=item.refit_with) for name, item in BASELINE.items()},
+    insert=(),
+    left=(),
+    evidence=Evidence((), (), tuple(replace(item, before=item.after) for item in _evidence().traces), WIRES, _evidence().tried[4:]),
+)
+
+PARAMETERS = replace(
+    CLEAN,
+    verdict="parameters_only",
+    sentence="No physics is missing; x_axis.viscous is 410 N·s/m and not 203.5 N·s/m.",
+    removed_share=0.99,
+    fit=FIT,
+    baseline=BASELINE,
+    evidence=_evidence(),
+)
+
+STOPPED = Diagnosis(
+    "unknown",
+    "Stopped after locating: the mismatch sits in x_axis.",
+    "EMPS axis",
+    "recording.csv",
+    "laps 5 to 8 of recording.csv",
+    location=LOCATION,
+    complete=False,
+    wall_time=4.0,
+    evidence=Evidence(bars=_evidence().bars[:3], wires=WIRES),
+)
+
+ALL = {
+    "named": NAMED, "tied": TIED, "unknown": UNKNOWN, "recording_fault": FAULT, "no_mismatch": CLEAN, "parameters_only": PARAMETERS,
+    "stopped": STOPPED,
+}  # fmt: skip

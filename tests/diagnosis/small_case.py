@@ -1,0 +1,42 @@
+"""A lesson that is quick to run: an axis under cascade control that goes out and back a few times, with the recordings it maps."""
+
+from pathlib import Path
+
+PROGRAM = """\
+(Out and back at three speeds)
+G21 G90 G94 G18
+G04 P0.1
+G01 X4.0 F1200
+X1.0
+X13.0 F3000
+X2.0
+X20.0 F4800
+X0.0
+G04 P0.1
+M02
+"""
+LESSON = """\
+lesson: A small axis
+machine: cascade_axis
+dialect: linuxcnc
+program: small.nc
+duration: {duration}
+add:
+  exercise: {{component: ConstantAccelerationInterpolator, set: {{acceleration: 2 m/s^2}}}}
+wires: {{x_controller.reference: exercise.x_reference}}
+recordings:
+  time: {{column: t, unit: ms}}
+  drive: {{x_controller.reference: {{column: asked, unit: mm}}}}
+  compare:
+    x_encoder.position: {{column: motor, unit: mm, resolution: 50 nm}}
+    x_controller.voltage: {{column: voltage, unit: V, scale: 2.0}}
+uncertain: {{x_axis.mass: 3 %, x_axis.viscous: 10 %}}
+"""
+
+
+def write_lesson(folder: Path, duration: str = "2.2 s", extra: str = "") -> Path:
+    """Write the lesson and its part program into a folder and give the lesson's file."""
+    (folder / "small.nc").write_text(PROGRAM, encoding="utf-8")
+    path = folder / "small.yaml"
+    path.write_text(LESSON.format(duration=duration) + extra, encoding="utf-8")
+    return path

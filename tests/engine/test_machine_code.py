@@ -1,0 +1,208 @@
+"""Machine code: made once, found again, never stale, and nothing lost where there is none."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.component import Component, Output, State
+from lathesim.engine import module_cache, run_arrays
+from lathesim.engine.assembly import Assembly, Part
+from lathesim.engine.cache_folder import cache_folder
+from lathesim.engine.compile_notice import tell_compiling_to
+from lathesim.engine.fuse import fuse
+from lathesim.engine.law_text import law_text
+from lathesim.engine.machine_code import is_kept, load_code
+from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled
+from lathesim.engine.run import run
+from lathesim.engine.wiring import wire
+from lathesim.errors import SimulationError
+from tests.engine import small_machine
+from tests.engine.small_machine import PARTS, Axis, loop
+
+
+@pytest.fixture
+def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A cache in which nothing is known yet, not even to this process."""
+    monkeypatch.setenv("LATHESIM_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(module_cache, "_MACHINES", {})
+    monkeypatch.setattr(module_cache, "_LAWS", {})
+    caches = (cache_folder, law_text, module_cache.plain_module)
+    for cache in caches:
+        cache.cache_clear()
+    yield tmp_path / "cache"
+    for cache in caches:
+        cache.cache_clear()
+
+
+@pytest.fixture
+def said() -> Iterator[list[str]]:
+    """What was told about compiling."""
+    told: list[str] = []
+    tell_compiling_to(told.append)
+    yield told
+    tell_compiling_to(None)
+
+
+def compile_loop(assembly: Assembly) -> None:
+    compiled_machine(fuse(wire(assembly)))
+
+
+def laws_compiled(folder: Path) -> set[str]:
+    return {path.name for path in (folder / "__pycache__").glob("law_*.nbi")}
+
+
+def test_values_never_compile_and_a_changed_helper_compiles_its_law_only(
+    empty_cache: Path, said: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compile_loop(loop())
+    first = laws_compiled(empty_cache)
+    assert len(said) == 1
+    assert said[0].startswith("Compiling once, about ")
+
+    compile_loop(replace(loop(), parts=(*PARTS[:2], Part("axis", Axis, {"lag": 0.2}, {"travel": 1.0}))))
+    assert len(said) == 1
+
+    monkeypatch.setattr(small_machine, "AMPLITUDE", 3.0)
+    compile_loop(loop())
+    assert len(said) == 2
+    assert len(laws_compiled(empty_cache) - first) == 2  # the sine that uses the constant, and the law that calls it
+
+
+def test_damaged_code_is_made_anew(empty_cache: Path) -> None:
+    fused = fuse(wire(loop()))
+    before = run(wire(loop()), duration=1.0, engine="compiled")
+    (kept,) = empty_cache.glob("machine_*.code")
+    kept.write_bytes(kept.read_bytes()[:-100])
+    assert load_code(fused) is None
+    module_cache._MACHINES.clear()
+    after = run(wire(loop()), duration=1.0, engine="compiled")
+    assert np.array_equal(before["axis.position"], after["axis.position"])
+    assert load_code(fused) is not None
+
+
+def test_a_second_start_runs_compiled_without_the_compiler() -> None:
+    compile_loop(loop())
+    lines = (
+        "import sys",
+        "from lathesim.engine.run import run",
+        "from lathesim.engine.wiring import wire",
+        "from tests.engine.small_machine import loop",
+        "print(run(wire(loop()), duration=1.0).meta['engine'], 'numba' in sys.modules)",
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True, cwd=Path(__file__).parents[2]
+    )
+    assert done.stdout == "compiled False\n"
+
+
+def test_auto_compiles_only_what_pays(said: list[str], empty_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = wire(loop())
+    assert compile_time(fuse(plan)) > 0.5
+    assert run(plan, duration=5.0).meta["engine"] == "plain"
+    assert said == []
+    monkeypatch.setattr("lathesim.engine.run.compile_time", lambda _: 0.01)
+    assert run(plan, duration=50.0).meta["engine"] == "compiled"
+    assert len(said) == 1
+    assert run(plan, duration=5.0).meta["engine"] == "compiled"
+
+
+def test_code_is_known_by_the_module_it_was_made_from(empty_cache: Path) -> None:
+    fused = fuse(wire(loop()))
+    assert not is_compiled(fused)
+    compile_loop(loop())
+    assert is_compiled(fused)
+    assert is_kept(fused)
+
+
+class Named(Component):
+    """Uses text, which is plain Python but cannot be compiled."""
+
+    size = State("m", 1.0, doc="size")
+    shown = Output("m", doc="size")
+
+    @staticmethod
+    def derivative(size: float) -> float:
+        text = f"{-size:.17g}"
+        return float(text)
+
+    @staticmethod
+    def output(size: float) -> float:
+        return size
+
+
+def test_a_part_that_cannot_be_compiled_runs_plain_and_that_is_said(said: list[str]) -> None:
+    plan = wire(Assembly((Part("part", Named),), (), 0.01, 0.01))
+    record = run(plan, duration=1.0, engine="compiled")
+    assert record.meta["engine"] == "plain"
+    assert record["part.shown"][-1] == pytest.approx(np.exp(-1.0), abs=1e-9)
+    assert said[-1].startswith("Named_derivative cannot be compiled: ")
+    assert said[-1].endswith("The run is plain, some fifty times slower.")
+
+
+class Refusing(Component):
+    """dx/dt = 1, and refuses more than half."""
+
+    size = State("m", doc="size")
+    shown = Output("m", doc="size")
+
+    @staticmethod
+    def derivative(size: float) -> float:
+        assert size < 0.5, "more than half"
+        return 1.0
+
+    @staticmethod
+    def output(size: float) -> float:
+        return size
+
+
+def test_a_law_that_raises_in_machine_code_is_named() -> None:
+    plan = wire(Assembly((Part("part", Refusing),), (), 0.01, 0.01))
+    with pytest.raises(SimulationError, match=r"part failed at t = 0.5 s in Refusing.derivative .*: more than half"):
+        run(plan, duration=1.0, engine="compiled")
+
+
+def test_an_array_that_is_not_laid_out_for_machine_code_is_refused() -> None:
+    plan = wire(loop())
+    machine = compiled_machine(fuse(plan))
+    live = run_arrays.start_arrays(plan)
+    with pytest.raises(TypeError, match="not contiguous"):
+        machine.run_block(0, 1, 0.005, 0.0005, 10, live.parameters, live.states[::-1], live.discrete, (), (), np.zeros((1, 1)), np.zeros(9))
+
+
+def shaped(width: float, limit: float = 2.0) -> float:
+    """Square a width, up to a limit."""
+    squared: float = width * width
+    return min(squared, limit)
+
+
+def test_the_text_of_a_law_is_found_again_and_told_from_any_other(empty_cache: Path) -> None:
+    text = law_text(shaped)
+    assert text.named("f", {}) == "def f(width, limit=2.0):\n    squared = width * width\n    return min(squared, limit)"
+    law_text.cache_clear()
+    assert law_text(shaped) == text
+    (kept,) = empty_cache.glob("text_*.json")
+
+    law_text.cache_clear()
+    kept.write_text("{}")
+    assert law_text(shaped) == text
+
+    shaped.__defaults__ = (3.0,)
+    law_text.cache_clear()
+    try:
+        law_text(shaped)
+    finally:
+        shaped.__defaults__ = (2.0,)
+    assert len(list(empty_cache.glob("text_*.json"))) == 2
+
+
+def test_a_source_edited_while_the_program_runs_is_not_taken_for_the_law(empty_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("inspect.getsource", lambda _: "def shaped(width: float, limit: float = 2.0) -> float:\n    return 0.0\n")
+    law_text(shaped)
+    assert not list(empty_cache.glob("text_*.json"))

@@ -1,0 +1,62 @@
+"""The runs of a shipped lesson: each case simulated once, its metrics and goals, and golden channels held against it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+
+import pytest
+
+from lathesim.analysis.metric import Measurements, measure
+from lathesim.errors import SimulationError
+from lathesim.lessons.grading import GoalResult, judge
+from lathesim.lessons.lesson import Lesson, load_lesson
+from lathesim.lessons.simulate import simulate
+from lathesim.plugins import Registry, load_registry
+from lathesim.record import Record
+
+Golden = Mapping[str, tuple[float, Sequence[float]]]
+"""Channel -> tolerance and values [SI] at some times."""
+
+
+class Runs:
+    """The cases of a lesson; with ``""`` for the lesson as it stands. Each is run when it is first asked for, in plain Python."""
+
+    def __init__(self, name: str) -> None:
+        self.lesson: Lesson = load_lesson(name)
+        self.registry: Registry = load_registry(installed=False)
+
+    @functools.cache  # noqa: B019 - one object a test module
+    def record(self, variant: str = "", overrides: tuple[tuple[str, str], ...] = ()) -> Record:
+        """Give the record of a case; of one that breaks down what was simulated until then."""
+        try:
+            return simulate(self.lesson, self.registry, variant or None, dict(overrides), engine="plain")
+        except SimulationError as error:
+            assert isinstance(error.record, Record)
+            return error.record
+
+    @functools.cache  # noqa: B019
+    def measured(self, variant: str = "", overrides: tuple[tuple[str, str], ...] = ()) -> Measurements:
+        """Give the metrics of a case."""
+        return measure(self.record(variant, overrides), self.registry.metrics)
+
+    def value(self, metric: str, variant: str = "", **settings: str) -> float:
+        """Give a metric of a case [SI], with settings (``x_dac__bits="12"`` for x_dac.bits)."""
+        overrides = tuple((name.replace("__", "."), text) for name, text in settings.items())
+        return self.measured(variant, overrides).values[metric].value
+
+    def goals(self, variant: str = "") -> tuple[GoalResult, ...]:
+        """Give the goals of the lesson held against a case."""
+        found = self.measured(variant)
+        return judge(self.lesson.settings.goals, found.values, found.skipped)
+
+    def goals_met(self, variant: str = "") -> str:
+        """Give for each goal ``+`` where it is met and ``-`` where it is missed."""
+        return "".join("+" if goal.met else "-" for goal in self.goals(variant))
+
+    def check_golden(self, channel: str, golden: Golden, times: Sequence[float], variant: str = "") -> None:
+        """Hold a channel against its golden values."""
+        record = self.record(variant)
+        tolerance, values = golden[channel]
+        samples = [round(time / record.sample_period) for time in times]
+        assert record[channel][samples] == pytest.approx(values, abs=tolerance)

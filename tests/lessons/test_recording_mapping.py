@@ -1,0 +1,88 @@
+"""A lesson says what the columns of a recording mean; its faults are told with the place in the lesson."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.errors import LatheSimError
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.recording_mapping import mapping_of
+from lathesim.lessons.simulate import prepare, run_prepared
+from lathesim.record import save
+from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
+from lathesim.recordings.reading import read_recording
+from lathesim.recordings.register import stock_readers
+from tests.lessons.small_machine import small_registry, write_lesson
+
+RECORDINGS = """\
+recordings:
+  time: {column: t, unit: ms}
+  drive:
+    table.force: {column: f, unit: kN, scale: 2}
+  compare:
+    ruler.reading: {column: q, unit: mm, resolution: 1 um}
+"""
+
+
+def mapping(folder: Path, body: str) -> RecordingMapping:
+    prepared = prepare(load_lesson(write_lesson(folder, body)), small_registry())
+    return mapping_of(prepared.case.lesson, prepared.machinery)
+
+
+def test_units_come_from_the_machine(tmp_path: Path) -> None:
+    path = tmp_path / "lesson.yaml"
+    assert mapping(tmp_path, RECORDINGS) == RecordingMapping(
+        "t",
+        "ms",
+        None,
+        (
+            SignalMapping("table.force", "f", "kN", 2.0, None, "drive", "N", also=("push.force",), place=f"{path}:7:27"),
+            SignalMapping("ruler.reading", "q", "mm", 1.0, 1e-6, "compare", "m", place=f"{path}:9:29"),
+        ),
+        f"{path}:5:18",
+    )
+
+
+def test_a_rate_instead_of_a_time_column(tmp_path: Path) -> None:
+    assert mapping(tmp_path, RECORDINGS.replace("column: t, unit: ms", "rate: 2 kHz")).rate == 2000.0
+
+
+WRONG = {
+    "no mapping": (
+        "",
+        ": the lesson does not say what the columns of a recording mean. Add recordings: {time: {column: t, unit: s}, "
+        "drive: {x_controller.reference: {column: r, unit: m}}, compare: {...}}.",
+    ),
+    "nothing compared": (
+        RECORDINGS.partition("  compare")[0],
+        ":4:1: the lesson compares nothing with the recording. Add compare: {x_encoder.position: {...}}.",
+    ),
+    "scale of zero": (RECORDINGS.replace("scale: 2", "scale: 0"), ":7:47: the scale is 0. Leave it out, or write another number."),
+    "rate of zero": (RECORDINGS.replace("column: t, unit: ms", "rate: 0 Hz"), ":5:16: the rate is 0 Hz. Write a rate above 0 Hz."),
+}
+
+
+@pytest.mark.parametrize("kind", WRONG)
+def test_a_mapping_that_maps_nothing(kind: str, tmp_path: Path) -> None:
+    body, sentence = WRONG[kind]
+    with pytest.raises(LatheSimError) as refused:
+        mapping(tmp_path, body)
+    assert str(refused.value) == f"{tmp_path / 'lesson.yaml'}{sentence}"
+
+
+def test_a_missing_column_is_told_with_its_place_in_the_lesson(tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text("t [ms],f [kN],qq [mm]\n" + "".join(f"{row},1,{row}\n" for row in range(50)), encoding="utf-8")
+    with pytest.raises(LatheSimError) as refused:
+        map_recording(read_recording(tmp_path / "run.csv", stock_readers()), mapping(tmp_path, RECORDINGS))
+    assert str(refused.value) == f"{tmp_path / 'lesson.yaml'}:9:29: run.csv has no column 'q'. Did you mean 'qq'?"
+
+
+def test_the_record_of_a_run_maps_itself(tmp_path: Path) -> None:
+    prepared = prepare(load_lesson(write_lesson(tmp_path, RECORDINGS)), small_registry())
+    run = run_prepared(prepared)
+    save(run, tmp_path / "run.h5")
+    mapped = map_recording(read_recording(tmp_path / "run.h5", stock_readers()), mapping_of(prepared.case.lesson, prepared.machinery))
+    assert np.allclose(mapped.record["table.force"], run["push.force"], rtol=1e-14)
+    assert np.allclose(mapped.record["ruler.reading"], run["ruler.reading"], rtol=1e-14)
+    assert [finding.kind for finding in mapped.findings] == ["mapping", "mapping", "mapping"]

@@ -1,0 +1,201 @@
+"""Columns become channels in SI on an even clock, and everything that was mended is said."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.errors import LatheSimError
+from lathesim.recordings.mapping import Finding, MappedRecording, RecordingMapping, SignalMapping, map_recording
+from lathesim.recordings.raw_table import RawTable
+
+TIME = np.arange(1000) * 1e-3
+PLACE = 50.0 + 10.0 * np.sin(7.0 * TIME)
+ENCODER = SignalMapping("x_encoder.position", "q", "mm", 1.0, 1e-6, "compare", "m", place="lesson.yaml:9:40")
+VOLTAGE = SignalMapping("x_dac.voltage", "u", "V", -2.0, None, "compare", "V", offset=0.5)
+
+
+def table(units: dict[str, str] | None = None, **columns: np.ndarray) -> RawTable:
+    known = {name: np.asarray(values, dtype=float) for name, values in columns.items()}
+    return RawTable(known, {name: (units or {}).get(name, "") for name in known}, Path("run.csv"))
+
+
+def mapped(given: RawTable, *signals: SignalMapping, time: str | None = "t", unit: str = "s", rate: float | None = None) -> MappedRecording:
+    mapping = RecordingMapping(time, unit, rate, signals or (ENCODER,), "lesson.yaml:7:18")
+    return map_recording(given, mapping)
+
+
+def test_units_scale_offset_and_resolution() -> None:
+    found = mapped(table(t=TIME * 1e3, q=PLACE, u=TIME), ENCODER, VOLTAGE, unit="ms")
+    assert found.findings == ()
+    assert np.allclose(found.record["x_encoder.position"], 1e-3 * PLACE, rtol=1e-15)
+    assert np.allclose(found.record["x_dac.voltage"], 0.5 - 2.0 * TIME, rtol=1e-15)
+    assert found.record.unit("x_encoder.position") == "m"
+    assert found.resolution == {"x_encoder.position": 1e-6}
+    assert found.record.meta["sample_period"] == 1e-3
+    assert found.record.time[-1] == 999 * 1e-3
+
+
+def test_a_clock_that_starts_late_starts_at_zero_here() -> None:
+    found = mapped(table(t=TIME + 12.5, q=PLACE))
+    assert found.record.time[0] == 0.0
+    assert found.record.meta["original_start"] == 12.5
+
+
+def test_a_rate_instead_of_times() -> None:
+    found = mapped(table(q=PLACE), time=None, rate=10.0)
+    assert found.record.sample_period == 0.1
+    assert found.record.time[-1] == pytest.approx(99.9)
+
+
+@pytest.mark.parametrize("digits", [4, 6, 10])
+def test_rounded_times_give_the_round_period(digits: int) -> None:
+    time = np.array([float(f"{moment:.{digits}g}") for moment in np.arange(5000) * 2e-3])
+    found = mapped(table(t=time, q=np.resize(PLACE, 5000)))
+    assert found.record.sample_period == 2e-3
+    assert found.findings == ()
+
+
+def test_times_with_too_few_digits_are_taken_as_even() -> None:
+    time = np.round(TIME, 2)
+    found = mapped(table(t=time, q=PLACE))
+    assert found.record.sample_period == pytest.approx(1e-3, rel=1e-3)
+    fact = "the times have 101 values for 1000 rows"
+    assert [(finding.kind, finding.fact, finding.serious) for finding in found.findings] == [("time", fact, False)]
+
+
+def test_uneven_times_are_interpolated() -> None:
+    rng = np.random.default_rng(1)
+    time = np.sort(TIME + rng.uniform(-0.3e-3, 0.3e-3, len(TIME)))
+    found = mapped(table(t=time, q=50.0 + 10.0 * np.sin(7.0 * time)))
+    there = found.record.meta["original_start"] + found.record.time
+    assert np.abs(found.record["x_encoder.position"] - 1e-3 * (50.0 + 10.0 * np.sin(7.0 * there))).max() < 1e-6
+    assert [finding.kind for finding in found.findings] == ["jitter"]
+    assert "interpolated onto an even clock" in found.findings[0].done
+
+
+def test_short_gaps_are_bridged() -> None:
+    kept = np.ones(1000, dtype=bool)
+    kept[[100, 101, 500, 501, 502, 503]] = False
+    found = mapped(table(t=TIME[kept], q=PLACE[kept]))
+    assert len(found.record) == 1000
+    assert np.abs(found.record["x_encoder.position"] - 1e-3 * PLACE).max() < 1e-6
+    assert found.findings == (Finding("gap", "", "6 samples are missing in gaps of fewer than 5", "bridged by straight lines"),)
+
+
+def test_of_a_recording_with_a_long_gap_the_longest_stretch_is_kept() -> None:
+    kept = np.r_[0:300, 320:1000]
+    found = mapped(table(t=TIME[kept], q=PLACE[kept]))
+    assert len(found.record) == 680
+    assert found.record.meta["original_start"] == pytest.approx(0.32)
+    assert np.allclose(found.record["x_encoder.position"], 1e-3 * PLACE[320:])
+    assert found.findings[0].fact == "the recording has a gap too long to bridge"
+    assert found.findings[0].done == "kept is the longest whole stretch, 0.32 to 0.999 s; 320 samples are left out"
+
+
+def test_cells_without_a_number() -> None:
+    spoiled = PLACE.copy()
+    spoiled[[10, 11, 12, 700]] = np.nan
+    found = mapped(table(t=TIME, q=spoiled, u=TIME), ENCODER, VOLTAGE)
+    assert np.abs(found.record["x_encoder.position"] - 1e-3 * PLACE).max() < 1e-6
+    assert found.findings == (
+        Finding("missing", "x_encoder.position", "4 values are missing, in runs of fewer than 5", "bridged by straight lines"),
+    )
+    spoiled[400:450] = np.inf
+    found = mapped(table(t=TIME, q=spoiled, u=TIME), ENCODER, VOLTAGE)
+    assert len(found.record) == 550
+    assert found.findings[-1].channel == "x_encoder.position"
+
+
+@pytest.mark.parametrize(("present", "fact"), [(0, "none of the 1000 values is a number"), (400, "600 of 1000 values are missing")])
+def test_a_channel_without_numbers_is_serious(present: int, fact: str) -> None:
+    values = np.where(np.arange(1000) < present, PLACE, np.nan)
+    found = mapped(table(t=TIME, q=values, u=TIME), ENCODER, VOLTAGE)
+    assert found.findings == (Finding("missing", "x_encoder.position", fact, "the channel is left empty", True),)
+    assert len(found.record) == 1000
+    assert np.isnan(found.record["x_encoder.position"]).all()
+
+
+def test_a_single_sample_far_from_its_neighbours_is_bridged() -> None:
+    rng = np.random.default_rng(2)
+    clean = PLACE + 1e-3 * rng.standard_normal(1000)
+    spoiled = clean.copy()
+    spoiled[[333, 777]] = [1e6, 0.0]
+    found = mapped(table(t=TIME, q=spoiled))
+    assert np.abs(found.record["x_encoder.position"] - 1e-3 * clean).max() < 1e-5
+    assert found.findings == (
+        Finding("spike", "x_encoder.position", "2 samples stand far from their neighbours", "bridged by straight lines"),
+    )
+
+
+def test_repeated_and_unordered_times() -> None:
+    rows = np.arange(1000)
+    rows[[400, 401]] = [401, 400]
+    rows = np.insert(rows, [600, 800], [599, 799])
+    found = mapped(table(t=TIME[rows], q=PLACE[rows]))
+    assert np.allclose(found.record["x_encoder.position"], 1e-3 * PLACE)
+    assert [str(finding) for finding in found.findings] == [
+        "time: 1 rows are earlier than the row before them; the rows are sorted by time.",
+        "time: 2 rows repeat the time of the row before; the first of them counts.",
+    ]
+
+
+def test_a_clock_that_starts_anew() -> None:
+    rows = np.r_[0:300, 0:700]
+    found = mapped(table(t=TIME[rows], q=PLACE[rows]))
+    assert np.allclose(found.record["x_encoder.position"], 1e-3 * PLACE[:700])
+    assert str(found.findings[0]) == "time: the clock starts anew 1 times; kept is the longest stretch, 700 of 1000 rows from row 301 on."
+
+
+def test_another_unit_in_the_file_than_in_the_lesson_is_serious() -> None:
+    found = mapped(table({"q": "um", "t": "ms"}, t=TIME, q=PLACE))
+    assert [(finding.kind, finding.channel, finding.serious) for finding in found.findings] == [
+        ("unit", "x_encoder.position", True),
+        ("unit", "time", True),
+    ]
+    assert found.findings[0].fact == "the unit of 'q' is um in the file and mm in the lesson, a factor of 0.001"
+    assert found.findings[0].done == "the lesson counts; write unit: um there if the file is right"
+
+
+def test_a_label_of_another_kind_is_told_and_the_lesson_counts() -> None:
+    found = mapped(table({"q": "V"}, t=TIME, q=PLACE))
+    assert [(finding.fact, finding.serious) for finding in found.findings] == [
+        ("the file calls 'q' V and the lesson reads it as mm", False),
+    ]
+
+
+def test_a_record_maps_itself_by_its_names() -> None:
+    own = table({"time": "s", "x_encoder.position": "m"}, time=TIME, **{"x_encoder.position": 1e-3 * PLACE})
+    found = mapped(own)
+    assert np.allclose(found.record["x_encoder.position"], 1e-3 * PLACE)
+    assert [str(finding) for finding in found.findings] == [
+        "x_encoder.position: the file has no column 'q', but one called 'x_encoder.position' in m; that one is taken.",
+        "time: the file has no column 't', but one called 'time' in s; that one is taken.",
+    ]
+
+
+REFUSED = {
+    "missing column": (table(t=TIME, place=PLACE), "lesson.yaml:9:40: run.csv has no column 'q'. It has t, place."),
+    "near column": (table(t=TIME, place=PLACE, q_=PLACE), "lesson.yaml:9:40: run.csv has no column 'q'. Did you mean 'q_'?"),
+    "missing time": (table(q=PLACE, tt=TIME), "lesson.yaml:7:18: run.csv has no column 't' for the time. Did you mean 'tt'?"),
+    "ten samples": (
+        table(t=TIME[:10], q=PLACE[:10]),
+        "run.csv: the recording has 10 usable samples; at least 20 are needed. Record longer, or map other columns.",
+    ),
+    "times without a number": (
+        table(t=np.full(1000, np.nan), q=PLACE),
+        "run.csv: the recording has 0 usable samples; at least 20 are needed. Record longer, or map other columns.",
+    ),
+    "other lengths": (
+        table(t=TIME, q=PLACE[:-1]),
+        "run.csv: the columns differ in length: q 999, t 1000. Map columns of one measurement.",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_what_cannot_be_mapped(kind: str) -> None:
+    given, sentence = REFUSED[kind]
+    with pytest.raises(LatheSimError) as refused:
+        mapped(given)
+    assert str(refused.value) == sentence
