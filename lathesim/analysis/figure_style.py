@@ -44,10 +44,7 @@ def dress(panel: Any, ylabel: str = "", xlabel: str = "", title: str = "") -> No
         panel.spines[side].set_linewidth(0.8)
     panel.grid(True, color=GRID, linewidth=0.7)
     panel.set_axisbelow(True)
-    panel.tick_params(colors=INK, labelsize=8.5, width=0.8, length=3)
-    for axis in (panel.xaxis, panel.yaxis):
-        for line in axis.get_ticklines():
-            line.set_color(QUIET)
+    panel.tick_params(color=QUIET, labelcolor=INK, labelsize=8.5, width=0.8, length=3)
     panel.set_ylabel(ylabel, fontsize=9, color=INK)
     panel.set_xlabel(xlabel, fontsize=9, color=INK)
     if title:

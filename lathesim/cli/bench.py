@@ -72,7 +72,7 @@ def _scale(work: Work, as_json: bool, quick: bool, save: Path | None) -> int:
     if as_json:
         rows = [row for item in series for row in item.rows()]
         compiled = next(row.median_s for row in series[-1].rows())
-        slopes = {item.name: item.slope for item in series}
+        slopes = {item.name: {"all": item.slope, "upper": item.upper_slope} for item in series}
         result = {"schema": SCHEMA, "rows": _as_json(rows, compiled), "slopes": slopes, "two_threads": gain, "hour": vars(long)}
         result |= {"batch_memory_mb": memory, "figure": str(place), "machine": _machine()}
         click.echo(json.dumps(result, indent=2))
@@ -127,12 +127,12 @@ def _table1(as_json: bool, quick: bool) -> int:
 def _table(rows: list[Row], starts: list[Row], work: Work) -> str:
     """Give the table as the README shows it."""
     compiled = rows[0].median_s
-    lines = [f"A program of {work.duration:.2f} s, {work.samples} samples; median CPU time.", ""]
+    lines = [f"A program of {work.duration:.3f} s, {work.samples} samples; median CPU time.", ""]
     lines += ["| one run | median | ratio to compiled | times real time | largest difference |", "|---|---:|---:|---:|---:|"]
     for row in rows:
         difference = "" if row.difference is None else "none" if row.difference == 0.0 else f"{row.difference:.1g} counts"
-        speed = f"{work.duration / row.median_s:.3g}"
-        lines.append(f"| {row.name} | {_seconds(row.median_s)} | {row.median_s / compiled:.3g} | {speed} | {difference} |")
+        speed, ratio = _figure(work.duration / row.median_s), _figure(row.median_s / compiled)
+        lines.append(f"| {row.name} | {_seconds(row.median_s)} | {ratio} | {speed} | {difference} |")
     lines += ["", "| from nothing | median |", "|---|---:|"]
     lines += [f"| {row.name} | {_seconds(row.median_s)} |" for row in starts]
     return "\n".join([*lines, "", _machine_line()])
@@ -145,6 +145,10 @@ def _as_json(rows: list[Row], compiled: float) -> list[dict[str, Any]]:
 def _echo_rest(skipped: list[Skipped]) -> None:
     for item in skipped:
         click.echo(f"Left out: {item.name}: {item.reason}.")
+
+
+def _figure(value: float) -> str:
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
 
 
 def _seconds(value: float) -> str:

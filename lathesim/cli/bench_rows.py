@@ -74,6 +74,10 @@ def work_rows(work: Work, rounds: int, *, slow: bool, tell: Tell) -> tuple[list[
     members = 10
     batch = Batch(work.plan, work.samples, seed=SEED, threads=1)
     values = np.full((members, 1), work.parameters["x_controller.proportional"])
+
+    def last(record: np.ndarray) -> float:
+        return float(record[0, -1])
+
     calls: dict[str, tuple[Callable[[], Any], int]] = {
         "compiled": (lambda: run(work.plan, seed=SEED, engine="compiled"), 1),
         "compiled, one run of a batch": (
@@ -158,15 +162,14 @@ def start_rows(rounds: int, tell: Tell) -> list[Row]:
 
 
 def _child(command: list[str], folder: str, more: dict[str, str] | None = None) -> tuple[float, str]:
-    """Run a command and give its CPU seconds, and what it wrote."""
-    import resource
-
+    """Run a command and give its CPU seconds (those of the clock where the system does not count them), and what it wrote."""
     root = str(Path(__file__).parents[2])
     environment = {**os.environ, "PYTHONPATH": root, **(more or {})}
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = os.times()
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=folder, env=environment)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, done.stdout
+    after = os.times()
+    spent = after.children_user + after.children_system - before.children_user - before.children_system
+    return spent or after.elapsed - before.elapsed, done.stdout
 
 
 def _difference(ours: np.ndarray, theirs: np.ndarray) -> float:

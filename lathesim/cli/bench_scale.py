@@ -34,7 +34,7 @@ _PARAMETER = "x_controller.proportional"
 
 @dataclass(frozen=True)
 class Series:
-    """Cost [CPU s] over a size; ``slope`` is that of the straight line through the points on a log plot, 1 where cost is in proportion."""
+    """Cost [CPU s] over a size; a slope of 1 on a log plot means that the cost is in proportion."""
 
     name: str
     sizes: tuple[float, ...]
@@ -42,8 +42,16 @@ class Series:
 
     @property
     def slope(self) -> float:
-        """The slope of the least-squares line through the logarithms."""
-        return float(np.polyfit(np.log(self.sizes), np.log(self.seconds), 1)[0])
+        """The slope of the least-squares line through the logarithms of all points."""
+        return self._slope(0)
+
+    @property
+    def upper_slope(self) -> float:
+        """The same without the smaller sizes, in which what does not grow with the size still counts."""
+        return self._slope(len(self.sizes) // 3)
+
+    def _slope(self, first: int) -> float:
+        return float(np.polyfit(np.log(self.sizes[first:]), np.log(self.seconds[first:]), 1)[0])
 
     def rows(self) -> list[Row]:
         """Give one row a point."""
@@ -105,7 +113,7 @@ def scale_series(work: Work, rounds: int, *, quick: bool, tell: Tell) -> list[Se
 
 
 def _series(name: str, calls: dict[float, Callable[[], Any]], rounds: int, tell: Tell) -> Series:
-    """Measure calls in turns, short ones more often, so that a busy moment of the machine strikes all alike."""
+    """Measure calls in turns, short ones more often; the least counts, as a busy machine only ever adds to it."""
     seconds: dict[float, list[float]] = {size: [] for size in calls}
     next(iter(calls.values()))()
     for turn in range(rounds):
@@ -113,7 +121,7 @@ def _series(name: str, calls: dict[float, Callable[[], Any]], rounds: int, tell:
         for size, call in calls.items():
             often = 5 if not seconds[size] or seconds[size][0] < 0.1 else 1
             seconds[size] += [cpu_seconds(call) for _ in range(often)]
-    return Series(name, tuple(calls), tuple(statistics.median(found) for found in seconds.values()))
+    return Series(name, tuple(calls), tuple(min(found) for found in seconds.values()))
 
 
 def thread_gain(work: Work, rounds: int, tell: Tell) -> float:
@@ -199,10 +207,14 @@ def _batch_here(runs: int) -> str:
 
 
 def _largest_memory() -> float:
+    """Give the largest memory of this process so far [MB]; ``ru_maxrss`` also counts what its parent had when it started it."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM:"))
+        return float(line.split()[1]) * 1024 / 1e6
     import resource
 
-    largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return largest / 1e6 if sys.platform == "darwin" else largest * 1024 / 1e6
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
 
 
 def _values(work: Work, runs: int) -> np.ndarray:
@@ -225,7 +237,8 @@ def told(series: Sequence[Series]) -> list[str]:
     for item in series:
         factor = item.seconds[-1] / item.seconds[0]
         sizes = f"{item.sizes[0]:g} to {item.sizes[-1]:g} {item.name}"
-        lines.append(f"{sizes}: {factor:.4g} times the cost, slope {item.slope:.3f} on a log plot (1 is in proportion)")
+        upper = f"{item.upper_slope:.3f} from {item.sizes[len(item.sizes) // 3]:g} on"
+        lines.append(f"{sizes}: {factor:.4g} times the cost; slope on a log plot {item.slope:.3f}, {upper} (1 is in proportion)")
         costs = dict(zip(item.sizes, item.seconds, strict=True))
         if 1000 in costs and 5000 in costs and not math.isclose(costs[1000], 0.0):
             lines.append(f"5000 runs take {costs[5000] / costs[1000]:.2f} times as long as 1000")

@@ -97,6 +97,9 @@ def _write(diagnosis: Diagnosis, case: LoadedCase, folder: Path) -> list[Path]:
 
     folder.mkdir(parents=True, exist_ok=True)
     files = [write_report(diagnosis, folder / "report.html")]
+    if diagnosis.plugin:
+        files.append(folder / "discovered_term.py")
+        files[-1].write_text(diagnosis.plugin, encoding="utf-8")
     if diagnosis.insert:
         refitted = {name: f"{item.refit_with:.6g} {item.unit}".removesuffix(" 1") for name, item in diagnosis.baseline.items()}
         files.append(folder / f"{case.lesson.name}_explained.yaml")
@@ -116,15 +119,21 @@ def _tell(diagnosis: Diagnosis, files: list[Path]) -> None:
         click.echo(f"  {effect.effect} at {effect.at}  ({effect.family}, {sure})")
         for name, item in effect.parameters.items():
             click.echo(f"    {name} = {item.value:.4g} {item.unit}  (95 %: {item.low:.4g} to {item.high:.4g})")
-    if diagnosis.location.components:
+    if diagnosis.location.components and diagnosis.verdict not in ("no_mismatch", "parameters_only"):
         where = ", ".join(diagnosis.location.components)
         depends = f"; it depends on {', '.join(diagnosis.location.variables)}" if diagnosis.location.variables else ""
         click.echo(f"\nWhere: {where}{depends}")
+    if diagnosis.verdict == "parameters_only":
+        for name, value in diagnosis.baseline.items():
+            interval = f"95 %: {value.low:.5g} to {value.high:.5g}"
+            click.echo(f"  {name} = {value.refit_with:.5g} {value.unit}  (given {value.given:.5g}, {interval})")
     for name, channel in diagnosis.fit.items():
         sizes = [shown_with_unit(value, channel.unit) for value in (channel.before, channel.after, channel.floor)]
         click.echo(f"{name} on {channel.recording}: off by {sizes[0]} before, {sizes[1]} after (floor {sizes[2]})")
     for line in (*diagnosis.left, *diagnosis.not_told):
         click.echo(line)
+    if diagnosis.discovered:
+        click.echo(f"A formula for what is left: {diagnosis.discovered}")
     if diagnosis.insert:
         click.echo("\nPaste into the lesson:\ninsert:")
         for entry in diagnosis.insert:

@@ -59,13 +59,13 @@ def run(
     file = find_program_file(program, loaded.path.parent)
     names: list[str | None] = [variant] if variant is not None else list(loaded.variants) or [None]
     prepared = [prepare(loaded, registry, name, changes, program=file) for name in names]
-    session = _Session(loaded, registry, as_json, engine, seed, no_plots)
+    runs = _Runs(loaded, registry, as_json, engine, seed, no_plots)
     for case in prepared:
-        session.one(case, _record_path(out, loaded, case, alone=len(prepared) == 1))
-        if session.stopped:
+        runs.one(case, _record_path(out, loaded, case, alone=len(prepared) == 1))
+        if runs.stopped:
             break
-    session.tell()
-    return STOPPED if session.stopped else int(session.failed)
+    runs.tell()
+    return STOPPED if runs.stopped else int(runs.failed)
 
 
 def _record_path(out: Path | None, lesson: Lesson, case: Prepared, *, alone: bool) -> Path:
@@ -75,7 +75,7 @@ def _record_path(out: Path | None, lesson: Lesson, case: Prepared, *, alone: boo
     return out if alone else out.with_name(f"{out.stem}_{case.case.variant}{out.suffix}")
 
 
-class _Session:
+class _Runs:
     """The runs of one call: each is made, kept, measured and drawn; then all are told."""
 
     def __init__(self, lesson: Lesson, registry: Registry, as_json: bool, engine: str | None, seed: int | None, no_plots: bool) -> None:

@@ -21,6 +21,7 @@ STOCK = {
     "AnalyticalAxis": "analytical_axis",
     "AxisDrive": "axis_drive",
     "ForceAxis": "force_axis",
+    "LedAxis": "led_axis",
     "EmpiricalSpindle": "empirical_spindle",
     "AnalyticalSpindle": "analytical_spindle",
     "SpindleDrive": "spindle_drive",

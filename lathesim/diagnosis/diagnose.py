@@ -15,11 +15,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict
-from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
+from lathesim.diagnosis.discovery import discover, plugin_text
+from lathesim.diagnosis.evidence import compared, contradicted, gather, located, strongest_variables
 from lathesim.diagnosis.fit import fit, with_start
 from lathesim.diagnosis.loading import Recorded
 from lathesim.diagnosis.parameters import CONFIDENCE, Estimates, estimates, is_significant
-from lathesim.diagnosis.problem import Machine, Rig, build_rigs
+from lathesim.diagnosis.problem import POSSIBLE, Machine, Rig, baseline_free, build_rigs
+from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import Found, Settings, leave_out, search
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, judged_score
@@ -28,8 +30,8 @@ from lathesim.effects.effect import Effect
 from lathesim.record import Record
 
 Tell = Callable[[str], None]
-STRAINED = 4.0
-"""Declared standard deviations beyond which a value of the lesson is not believed to be so far off."""
+STRAINED = 0.98 * POSSIBLE
+"""Declared standard deviations from which on a value of the lesson is strained: it would go further if it might."""
 MOVED = 0.05
 """Share of the error that a refit of the baseline must remove for its values to be called off."""
 
@@ -50,21 +52,16 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     """Answer a question. Stopped with Ctrl-C, the answer holds what was known until then (``complete`` is false)."""
     began = time.perf_counter()
     say = tell or (lambda text: None)
-    faults = [*question.fitted.faults, *(question.held_out.faults if question.held_out else ())]
+    faults = [str(fault) for fault in (*question.fitted.faults, *(question.held_out.faults if question.held_out else ()))]
     findings = tuple(str(finding) for recorded in (question.fitted, question.held_out) if recorded for finding in recorded.findings)
+    if not faults:
+        (rig, held_out), whole, held_name = _rigs(question)
+        faults = [sentence for one in (rig, held_out) if (sentence := contradicted(one, one.sensed.one(_as_given(one))))]
     if faults:
-        return Diagnosis(
-            "recording_fault",
-            f"{VERDICTS['recording_fault']} {faults[0]}",
-            question.lesson,
-            question.fitted.name,
-            question.held_out.name if question.held_out else question.fitted.name,
-            findings=findings,
-            wall_time=time.perf_counter() - began,
-        )
-    rigs, whole, held_name = _rigs(question)
-    rig, held_out = rigs
+        return _recording_fault(question, faults, findings, began)
     found = search(rig, held_out, question.settings, say)
+    if question.held_out is not None and (stranger := another_machine(found.model, rig, held_out)):
+        return _recording_fault(question, [stranger], findings, began)
     say("fitting the found model to everything")
     values = estimates(found.model, held_out, whole)
     doubtful = [term for term in found.model.terms if not is_significant(term, values)]
@@ -78,6 +75,18 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
         findings=findings,
         wall_time=time.perf_counter() - began,
         complete=found.complete,
+    )
+
+
+def _recording_fault(question: Question, faults: list[str], findings: tuple[str, ...], began: float) -> Diagnosis:
+    return Diagnosis(
+        "recording_fault",
+        f"{VERDICTS['recording_fault']} {faults[0]}",
+        question.lesson,
+        question.fitted.name,
+        question.held_out.name if question.held_out else question.fitted.name,
+        findings=(*findings, *[fault for fault in faults if fault not in findings]),
+        wall_time=time.perf_counter() - began,
     )
 
 
@@ -121,6 +130,10 @@ def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: E
     adequate = structured_share(evidence, rig.machine.compare) < ADEQUATE and not strained
     verdict = _verdict(found, standings, moved, adequate, removed)
     effects = tuple(_effect(item, values, rig, adequate) for item in standings)
+    term = None
+    if not adequate:
+        say("looking for a formula for what is left")
+        term = discover(rig, found.model.fitted, held_out, found.model.held_out_fit)
     return Diagnosis(
         verdict=verdict,
         sentence=_sentence(verdict, effects),
@@ -133,9 +146,11 @@ def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: E
         removed_share=own.removed_share,
         adequate=adequate,
         baseline=baseline,
-        insert=tuple(_insert(item) for item in effects) if verdict in ("named", "tied") else (),
+        insert=tuple(_insert(*pair, found) for pair in zip(effects, standings, strict=True)) if verdict in ("named", "tied") else (),
         left=(*_left(evidence, after, found, question.settings), *_strain(strained, baseline)),
         not_told=_not_told(effects, values),
+        discovered=f"{term.formula}, which explains {term.share:.0%} of what is left at {term.at}" if term else "",
+        plugin=plugin_text(term) if term else "",
         evidence=evidence,
     )
 
@@ -146,6 +161,11 @@ def _given(rig: Rig, found: Found) -> dict[str, float]:
     starts = rig.start_states(rig.sensed.plan)
     fitted = fit(rig.sensed, starts, constant, rounds=2, iterations=6)
     return fitted.by_name
+
+
+def _as_given(rig: Rig) -> dict[str, float]:
+    """Give the uncertain values as the lesson has them."""
+    return {item.name: item.given for item in baseline_free(rig.machine)}
 
 
 def _values_are_off(rig: Rig, found: Found, given: dict[str, float]) -> bool:
@@ -196,7 +216,7 @@ def _effect(item: Standing, values: Estimates, rig: Rig, adequate: bool) -> Foun
         term.at,
         term.family,
         item.probability,
-        parameters,
+        _turned(term, parameters),
         tied,
         experiment,
         item.share,
@@ -214,8 +234,24 @@ def _machine_values(values: Estimates) -> dict[str, float]:
     return values.values()
 
 
-def _insert(effect: FoundEffect) -> dict[str, str]:
-    quantities = {name: _quantity(item) for name, item in effect.parameters.items()}
+def _turned(term: Term, parameters: dict[str, Interval]) -> dict[str, Interval]:
+    """Give a wave with a negative size as the same wave of positive size, half a turn on."""
+    if "phase" not in term.effect.nuisance or not (parameters.get("amplitude") and parameters["amplitude"].value < 0.0):
+        return parameters
+    size = parameters["amplitude"]
+    return {**parameters, "amplitude": Interval(-size.value, size.unit, -size.high, -size.low)}
+
+
+def _insert(effect: FoundEffect, item: Standing, found: Found) -> dict[str, str]:
+    """Give the entry for the lesson; what belongs to a recording is that of the fitted one."""
+    term = item.term
+    quantities = {name: _quantity(value) for name, value in effect.parameters.items()}
+    fitted = found.model.fitted.by_name
+    for name in term.nuisance:
+        short = name.partition(".")[2]
+        if name in fitted:
+            half_turn = np.pi if short == "phase" and fitted.get(f"{term.part}.amplitude", 0.0) < 0.0 else 0.0
+            quantities[short] = f"{fitted[name] + half_turn:.6g} {term.effect.declarations[short].unit}".removesuffix(" 1")
     return {"effect": effect.effect, "at": effect.at, **quantities}
 
 

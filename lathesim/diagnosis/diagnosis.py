@@ -171,6 +171,8 @@ class Diagnosis:
     complete: bool = True
     """False where the diagnosis was stopped and tells what was known until then."""
     evidence: Evidence = field(default_factory=Evidence)
+    plugin: str = ""
+    """The text of a plug-in file with the discovered term as an effect; empty where none was discovered."""
 
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:

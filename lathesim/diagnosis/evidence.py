@@ -12,12 +12,16 @@ from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.locate import bars, missing_signal, places
 from lathesim.diagnosis.problem import Rig, acting
 from lathesim.diagnosis.search import Found
+from lathesim.diagnosis.terms import decides
 from lathesim.diagnosis.trial import SETTLING, Model
 from lathesim.engine.assembly import FloatArray
 
 SEEN = 0.1
 """A variable that explains less than this share of the missing signal is not named as one it depends on."""
 _SIMPLEST = ("sign of velocity", "velocity", "speed", "position", "time")
+_MOTION = 2
+"""The first of these are always named; one further down only where it explains clearly more than all before it."""
+_CLEARLY = 0.02
 
 
 @dataclass(frozen=True)
@@ -142,15 +146,48 @@ def located(held_out: Rig, found: Found, evidence: Evidence) -> Location:
 
 
 def strongest_variables(bars_: tuple[VariableBar, ...], channels: list[str], *, after: bool = False) -> tuple[str, ...]:
-    """Give the variables that explain most of what is missing; of two that explain nearly alike the simpler one comes first."""
+    """Give the variables that explain most of what is missing; one that a simpler one nearly replaces is not named."""
     shares: dict[str, float] = {}
     for bar in bars_:
         if not channels or bar.channel in channels:
             share = bar.after if after else bar.before
             shares[bar.variable] = max(shares.get(bar.variable, 0.0), share)
-    ranked = sorted((name for name, share in shares.items() if share > SEEN), key=lambda name: -(shares[name] - 0.02 * _complexity(name)))
-    return tuple(ranked[:4])
+    chosen: list[str] = []
+    for name in sorted(shares, key=lambda name: (_complexity(name), -shares[name])):
+        motion = _complexity(name) < _MOTION
+        simpler = max((shares[other] for other in chosen), default=0.0)
+        if shares[name] > SEEN and (motion or shares[name] > simpler + _CLEARLY):
+            chosen.append(name)
+    return tuple(sorted(chosen, key=lambda name: -shares[name])[:4])
 
 
 def _complexity(variable: str) -> int:
     return next((place for place, word in enumerate(_SIMPLEST) if variable.startswith(word + " of") or variable == word), len(_SIMPLEST))
+
+
+CONTROLLED = 0.2
+"""Share of a controller's command that may stay unexplained by what it was given before the recording is held to be at fault."""
+
+
+def contradicted(rig: Rig, residual: FloatArray) -> str:
+    """Give a sentence where a recorded command does not follow from what its controller was given, by the ``residual`` of a replay.
+
+    The text is empty where it does.
+
+    Between them lies no physics that could be left out, only the controller's law: a channel is shifted, swapped or in another unit, or
+    the controller is not the lesson's.
+    """
+    parts = {part.name: part.component for part in rig.machine.assembly.parts}
+    for row, name in enumerate(rig.machine.compare):
+        component = parts[name.partition(".")[0]]
+        if not decides(component) or "displacement" in component.ports:
+            continue
+        size = float(np.std(np.nan_to_num(rig.sensed.recorded[row])))
+        settled = residual[row][int(SETTLING * rig.sensed.samples) :]
+        share = _root_mean_square(settled) / size if size > 0.0 else 0.0
+        if share > CONTROLLED:
+            return (
+                f"{share:.0%} of {name} does not follow from what its controller was given: a channel is shifted, swapped or in another "
+                "unit, the sample period is another, or the controller is not that of the lesson."
+            )
+    return ""

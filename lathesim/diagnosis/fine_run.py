@@ -33,7 +33,9 @@ _HEUN = (
 def fine_plan(assembly: Assembly, *, finer: int = FINER) -> Plan:
     """Give the plan of an assembly that runs by Heun's method with steps ``finer`` times shorter."""
     plan = wire(replace(assembly, step=assembly.step / finer))
-    plan.kept["module"] = by_heun(fuse(plan)) if plan.states else fuse(plan)
+    if plan.states:
+        fuse(plan)
+        plan.kept.update({key: by_heun(kept) for key, kept in plan.kept.items() if isinstance(kept, FusedModule)})
     return plan
 
 

@@ -23,6 +23,8 @@ from lathesim.recordings.mapping import MappedRecording, map_recording
 from lathesim.recordings.reading import read_recording
 from lathesim.units import split_quantity
 
+MOST_SAMPLES = 300_000
+"""More samples than this, times a few hundred runs of a round of candidates, do not fit the memory of an ordinary computer."""
 LEAST_SAMPLES = 100
 """Fewer samples than this say nothing about a machine."""
 
@@ -64,11 +66,15 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
     period = prepared.machinery.sample_period
     for file in files:
         mapped: MappedRecording = map_recording(read_recording(file, registry.readers), mapping)
+        if len(mapped.record) > MOST_SAMPLES:
+            fact = f"the recording has {len(mapped.record):,} samples; a diagnosis takes {MOST_SAMPLES:,} at most.".replace(",", " ")
+            raise RecordingError(fact, place=str(file), remedy="Keep a part of the time, or every n-th row after a low-pass filter.")
         found = [*mapped.findings, *recording_faults(mapped.record, mapping)]
         if len(mapped.record) < LEAST_SAMPLES:
             raise RecordingError(
                 f"the recording has {len(mapped.record)} usable samples.", place=str(file), remedy=f"Record at least {LEAST_SAMPLES}."
             )
+        _refuse_without_overlap(file, mapped, prepared)
         recordings.append(Recorded(file.name, mapped.record, tuple(found)))
         resolution |= mapped.resolution
         period = mapped.record.sample_period
@@ -80,6 +86,15 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
         resolution,
     )
     return LoadedCase(lesson, prepared, machine, tuple(recordings))
+
+
+def _refuse_without_overlap(file: Path, mapped: MappedRecording, prepared: Prepared) -> None:
+    """Refuse a recording whose clock begins after the part program of the lesson has ended."""
+    begin = float(mapped.record.meta["original_start"])
+    end = prepared.duration
+    if prepared.case.program is not None and end is not None and begin >= end:
+        fact = f"the recording begins at {begin:g} s, and the lesson's program has ended at {end:g} s: they do not overlap."
+        raise RecordingError(fact, place=str(file), remedy="Shift the times of the recording, or drive the reference with a recorded one.")
 
 
 def at_period(assembly: Assembly, period: float) -> Assembly:

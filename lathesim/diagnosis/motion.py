@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.signal import butter, sosfiltfilt
 
 from lathesim.component import Input
@@ -57,7 +58,7 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
             velocity = smooth(values, period)
             found[f"{host}.{item}"] = velocity
             if "displacement" in ports:
-                found.setdefault(f"{host}.{ports['displacement']}", np.cumsum(velocity) * period)
+                found.setdefault(f"{host}.{ports['displacement']}", cumulative_trapezoid(velocity, dx=period, initial=0.0))
     return found
 
 

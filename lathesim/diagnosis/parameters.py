@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,18 +47,18 @@ def estimates(model: Model, held_out: Rig, whole: Rig | None) -> Estimates:
     """
     wide = is_wide(model.terms)
     first = model.fitted
-    second = _refitted(model, held_out, wide)
+    second = _refitted(model, held_out, held_out, wide)
     of_recording = {item.name for item in held_out.start_states(held_out.sensed.plan)}
     of_recording |= {name for term in model.terms for name in term.nuisance}
     names = [name for name in first.names if name not in of_recording]
     pull = [
         ((first.by_name[name] - second.by_name[name]) ** 2 / (first.error(name) ** 2 + second.error(name) ** 2))
         for name in names
-        if first.error(name) > 0.0 and second.error(name) > 0.0
+        if first.error(name) > 0.0 and second.error(name) > 0.0 and not name.endswith(".order")
     ]
     inflation = float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, _LARGEST_INFLATION))
     if whole is not None:
-        both = _refitted(model, whole, wide)
+        both = _refitted(model, whole, held_out, wide)
         return Estimates({name: Estimate(both.by_name[name], _inflated(both, name, inflation)) for name in names}, inflation)
     found = {}
     for name in names:
@@ -69,11 +69,19 @@ def estimates(model: Model, held_out: Rig, whole: Rig | None) -> Estimates:
     return Estimates(found, inflation)
 
 
-def _refitted(model: Model, rig: Rig, wide: bool) -> Fitted:
+def _refitted(model: Model, rig: Rig, held_out: Rig, wide: bool) -> Fitted:
     """Fit everything that is free in the model to another recording."""
     starts = rig.start_states(rig.sensed.plan)
     states = {item.name for item in starts}
-    free = [*starts, *[item for item in with_start(model.fitted) if item.name not in states]]
+    # a phase belongs to its recording: on another one the search starts from where that one was found to have it
+    nuisance = {name for term in model.terms for name in term.nuisance}
+    there = model.held_out_fit.by_name if rig.record is held_out.record else {}
+    free = [
+        replace(item, start=there.get(item.name, item.start)) if item.name in nuisance else item
+        for item in with_start(model.fitted)
+        if item.name not in states
+    ]
+    free = [*starts, *free]
     return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide)
 
 

@@ -102,6 +102,12 @@ class Rig:
         return self._simulator(cut(_exact_sensors(self._driven()), self._whole()))
 
     @cached_property
+    def feeds_back(self) -> bool:
+        """Whether a recorded channel feeds a part of the machine, so that its replay is another run than the lesson's own simulation."""
+        driven = self._driven()
+        return cut(driven, self._whole()).wires != driven.wires
+
+    @cached_property
     def own(self) -> Simulator:
         """The lesson's own simulation, with its own step and its own sensors."""
         driven = self._driven()
@@ -180,8 +186,12 @@ def build_rigs(machine: Machine, records: Iterable[tuple[str, Record]], effects:
     return [Rig(machine, record, name, tuple(terms), assembly) for name, record in records]
 
 
+POSSIBLE = 3.5
+"""Declared standard deviations by which a value of the lesson may be off; further off is not believed, whatever it would explain."""
+
+
 def baseline_free(machine: Machine) -> list[Free]:
-    """Give the uncertain parameters as free ones, held by their uncertainty."""
+    """Give the uncertain parameters as free ones, held by their uncertainty and within what it makes possible."""
     plan = wire(replace(machine.assembly, finish=""))
     free = []
     for name, deviation in machine.uncertain.items():
@@ -189,5 +199,7 @@ def baseline_free(machine: Machine) -> list[Free]:
         given = plan.parameter_values[position]
         part, _, item = name.partition(".")
         declared = plan.parts[part].component.declarations[item]
-        free.append(Free(name, given, max(deviation, 1e-12), declared.low, declared.high, deviation, given))  # type: ignore[attr-defined]
+        low = max(declared.low, given - POSSIBLE * deviation)  # type: ignore[attr-defined]
+        high = min(declared.high, given + POSSIBLE * deviation)  # type: ignore[attr-defined]
+        free.append(Free(name, given, max(deviation, 1e-12), low, high, deviation, given))
     return free

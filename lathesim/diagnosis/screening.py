@@ -19,11 +19,16 @@ from lathesim.engine.assembly import FloatArray
 
 @dataclass(frozen=True)
 class Screened:
-    """A candidate with the log-likelihood its responses promise [nats], and the starting values that promise most, best first."""
+    """A candidate with the log-likelihood its responses promise [nats], and the starting values that promise most, best first.
+
+    ``share`` is the share of the whitened residual that they promise to take away in the channel where that is most, in the band of the
+    motion or on all frequencies.
+    """
 
     term: Term
     gain: float
     starts: tuple[FloatArray, ...]
+    share: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,8 @@ def screen(simulator: Simulator, fitted: Fitted, terms: Sequence[Term], points: 
         if tried:
             basis = _basis(tried)
             bases.append(basis)
-            result.append(Screened(term, _gain(basis, absorb.residual), tuple(_start(term, item) for item in tried[:3])))
+            starts = tuple(_start(term, item) for item in tried[:3])
+            result.append(Screened(term, _gain(basis, absorb.residual), starts, absorb.share(basis @ (basis.T @ absorb.residual))))
     draws = absorb.draws(fitted.residual, _DRAWS)
     chance = max((float(np.max(0.5 * np.sum((basis.T @ draws.T) ** 2, axis=0))) for basis in bases), default=0.0)
     return Screening(tuple(sorted(result, key=lambda item: -item.gain)), chance)
@@ -100,6 +106,8 @@ def _plausible(term: Term, share: float) -> float:
 def _start(term: Term, item: tuple[float, float, FloatArray, FloatArray]) -> FloatArray:
     _, share, point, _ = item
     size = float(np.clip(abs(share), 0.02, 20.0))
+    if share < 0.0 and bool((term.low < 0.0).any()) and not any(name.endswith("phase") for name in term.parameters):
+        size = -size
     away = np.array([name.partition(".")[2] in term.effect.neutral for name in term.parameters])
     scaled = np.where(away, term.neutral + (point - term.neutral) * size, point)
     return np.clip(scaled, term.low, term.high)
@@ -133,10 +141,27 @@ class _Absorber:
             good = np.abs(np.diag(r)) > 1e-10 * np.abs(np.diag(r)).max(initial=1e-300)
             self._stacked = q[:, good]
         self._extra = len(fitted.free) if white is not None else 0
-        self.residual = self.left(fitted.residual)
+        # what holds the baseline away from its given values is evidence too: a candidate may take that strain away
+        strain = precision * (np.array([item.given for item in fitted.free]) - fitted.values) if self._extra else np.zeros(0)
+        self.residual = self._less_absorbed(np.concatenate([self._whiten(fitted.residual), strain]))
 
     def _whiten(self, arrays: FloatArray) -> FloatArray:
         return np.concatenate([model.whiten(arrays[..., channel, :], wide=True) for channel, model in enumerate(self.noise)], axis=-1)
+
+    def share(self, explained: FloatArray) -> float:
+        """Give the share of the residual that is gone with ``explained``, in the channel and band where it is most."""
+        best, begin = 0.0, 0
+        for model in self.noise:
+            half = len(model.power)
+            parts = [slice(begin, begin + 2 * half)]
+            if model.band < half:
+                parts.append(np.r_[begin : begin + model.band, begin + half : begin + half + model.band])
+            for part in parts:
+                power = float(np.sum(self.residual[part] ** 2))
+                if power > 0.0:
+                    best = max(best, 1.0 - float(np.sum((self.residual[part] - explained[part]) ** 2)) / power)
+            begin += 2 * half
+        return best
 
     def draws(self, residual: FloatArray, number: int) -> FloatArray:
         """Give noise of the size of the residual (channels, samples), whitened, less what the baseline absorbs; (number, values)."""

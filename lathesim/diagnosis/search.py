@@ -23,6 +23,13 @@ from lathesim.diagnosis.waves import wave_points
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 
+_EQUAL = 1.0
+"""Nats within which two candidates are equals; of equals the one that comes first in the catalogue, the commoner one, is taken."""
+_LAST = 1000
+_ALIKE = 0.1
+"""Candidates whose promises differ by less than this share may be the same thing to the channels."""
+_MOST_RIVALS = 3
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -87,11 +94,14 @@ def _grow(bench: Bench, found: Found, settings: Settings) -> None:
         bench.say(f"screening {len(left)} candidates")
         screening = screen(bench.rig.sensed, found.model.fitted, left, wave_points(bench.rig, found.model.fitted, left))
         found.screened, found.chance = screening.ranked, screening.chance
-        bench.say(f"chance {screening.chance:.0f}; " + ", ".join(f"{x.term.name}@{x.term.at} {x.gain:.0f}" for x in screening.ranked[:8]))
+        first = ", ".join(f"{item.term.name} at {item.term.at} {item.gain:.0f} ({item.share:.0%})" for item in screening.ranked[:5])
+        bench.say(f"  promised nats (chance gives {screening.chance:.0f}): {first}")
         tried: list[Trial] = []
         for item in screening.ranked[: settings.screened]:
             if item.gain < max(0.5 * (settings.margin + screening.chance), settings.worth_a_fit * screening.ranked[0].gain):
                 break
+            if item.share < settings.worth_a_fit * settings.share_of_rest:
+                continue
             starts = item.starts[: 2 if len(item.term.parameters) > 1 else 1]
             tried.append(bench.trial(found.model, item.term, found.model.terms, found.model.free, starts))
         found.tried += tried
@@ -99,11 +109,23 @@ def _grow(bench: Bench, found: Found, settings: Settings) -> None:
         if not good:
             return
         good.sort(key=lambda trial: -merit(trial, settings))
-        best = good[0]
+        equals = [trial for trial in good if merit(good[0], settings) - merit(trial, settings) < _EQUAL]
+        best = min(equals, key=lambda trial: trial.term.effect.catalogue or _LAST)
+        good += [trial for trial in _rivals(bench, found, screening.ranked, best, tried) if believable(trial, settings, screening.chance)]
         found.trials[best.term.part] = good
         found.model = bench.settled(best.model)
         bench.say(f"{best.term.name} at {best.term.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
         _eliminate(bench, found, settings)
+
+
+def _rivals(bench: Bench, found: Found, ranked: Sequence[Screened], best: Trial, tried: Sequence[Trial]) -> list[Trial]:
+    """Fit what promised as much as the best and was not fitted yet: what cannot be told from it is said to be tied."""
+    known = {trial.term.part for trial in tried}
+    promised = next(item.gain for item in ranked if item.term.part == best.term.part)
+    alike = [item for item in ranked if item.term.part not in known and abs(item.gain - promised) < _ALIKE * promised][:_MOST_RIVALS]
+    rivals = [bench.trial(found.model, item.term, found.model.terms, found.model.free, item.starts[:1]) for item in alike]
+    found.tried += rivals
+    return rivals
 
 
 def _is_due(term: Term, model: Model, rig: Rig) -> bool:
@@ -161,7 +183,7 @@ def _refined_starts(term: Term, other: Term, model: Model) -> list[FloatArray]:
 
 def merit(trial: Trial, settings: Settings) -> float:
     """Give what a trial is chosen by: its gain on both recordings, less its parameters' due [nats]."""
-    agreed = min(trial.gain, trial.held_out_gain) + 0.5 * trial.gain
+    agreed = min(trial.wide_gain, trial.wide_held_out_gain) + 0.5 * trial.wide_gain
     return agreed - settings.per_parameter * len(trial.term.parameters)
 
 
@@ -169,7 +191,7 @@ def believable(trial: Trial, settings: Settings, chance: float) -> bool:
     """Say whether a trial's effect is to be believed."""
     due = settings.margin + settings.per_parameter * len(trial.term.parameters) + chance
     much = trial.share_of_all > settings.share_of_all and trial.share_of_rest > settings.share_of_rest
-    worth = much or trial.share_of_rest > settings.nearly_all_of_rest
+    worth = much or trial.share_of_rest > settings.nearly_all_of_rest or trial.relieves
     return trial.gain > due and trial.held_out_gain > settings.held_out_margin and trial.moves > settings.smallest_move and worth
 
 

@@ -17,6 +17,8 @@ from lathesim.engine.wiring import Plan
 
 KICK = 1e-3
 """Size of a kick of a state, in the state's unit; the response is scaled by the noise that is fitted."""
+_BEYOND = 1e150
+"""Where a run whose numbers grow beyond all bounds is cut off before it is differenced [SI]."""
 LOST = 1e12
 """Residual, in floors, of a run whose numbers grew beyond all bounds."""
 
@@ -38,7 +40,8 @@ class SecondSight:
         """Give what the first sensor (samples,) makes one expect of this one."""
         if not self.rate:
             return self.gain * first
-        return np.asarray(self.gain * velocity_of(np.nan_to_num(first), period))
+        bounded = np.clip(np.nan_to_num(first), -_BEYOND, _BEYOND)
+        return np.asarray(self.gain * velocity_of(bounded, period))
 
 
 @dataclass(frozen=True, eq=False)

@@ -109,16 +109,16 @@ def _has_drive_before_it(assembly: Assembly, part: Part) -> bool:
     port = part.component.ports.get("drive")
     source = next((wire.source for wire in assembly.wires if wire.target == f"{part.name}.{port}"), "")
     before = next((other for other in assembly.parts if other.name == source.partition(".")[0]), None)
-    return before is not None and "drive" in before.component.ports and not _decides(before.component)
+    return before is not None and "drive" in before.component.ports and not decides(before.component)
 
 
-def _decides(component: type[Component]) -> bool:
+def decides(component: type[Component]) -> bool:
     """Say whether a part is a controller or a converter: it takes a measurement or a command and gives a command."""
     return "drive" in component.ports and "measured" in component.ports
 
 
 def _fits(effect: type[Effect], host: type[Component]) -> bool:
-    if issubclass(host, Effect) or _decides(host):
+    if issubclass(host, Effect) or decides(host):
         return False
     return set(effect.pairs()) <= set(host.ports)
 
@@ -168,12 +168,17 @@ def _term(part: str, effect: type[Effect], placed: type[Component], host: str) -
     ranges: Mapping[str, tuple[float, float]] = effect.typical_rotary if rotary and effect.typical_rotary else effect.typical
     declared = placed.declared(Parameter)
     names = [name for name in declared if name in ranges]
+    points = _spread([ranges[name] for name in names])
+    if "order" in names:
+        # lobes and ripples come in whole numbers a turn, the lowest first; between two of them nothing adds up over many turns
+        low_order = round(ranges["order"][0])
+        points[:, names.index("order")] = np.repeat([low_order, low_order + 1], _START_POINTS // 2)
+        if "phase" in names:
+            points[:, names.index("phase")] = np.tile([0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi], _START_POINTS // 4)
     neutral = np.array([effect.neutral.get(name, _middle(*ranges[name])) for name in names])
     low = np.array([declared[name].low for name in names])
     high = np.array([declared[name].high for name in names])
-    return Term(
-        part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, _spread([ranges[name] for name in names])
-    )
+    return Term(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, points)
 
 
 def _middle(low: float, high: float) -> float:

@@ -57,7 +57,7 @@ def standing(found: Found, settings: Settings) -> list[Standing]:
 def removed_in_band(found: Found) -> float:
     """Give the share of the baseline's error, in the band of the motion, that the effects remove on the fitted recording."""
     before, after = found.baseline.error, found.model.error
-    return float(1.0 - after.sum() / before.sum()) if before.sum() > 0.0 else 0.0
+    return float(1.0 - after[::2].sum() / before[::2].sum()) if before[::2].sum() > 0.0 else 0.0
 
 
 def structured_share(evidence: Evidence, channels: Sequence[str]) -> float:

@@ -33,7 +33,9 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
     """Give starting values by term part for effects that repeat over the place of their host: strongest wavelengths, four phases."""
     places = _places(rig)
     signals = [_standardised(missing_signal(rig, fitted, row).values) for row in range(len(rig.machine.compare))]
-    spectra: dict[tuple[str, bool], tuple[FloatArray, FloatArray]] = {}
+    # what is missing is known in the band of the motion; a shorter ripple shows in the residual's second differences
+    fast = [_standardised(np.diff(row, n=2, prepend=[row[0], row[0]])) for row in fitted.residual]
+    spectra: dict[tuple[str, bool], list[tuple[FloatArray, FloatArray]]] = {}
     found: dict[str, FloatArray] = {}
     for term in terms:
         names = [name.partition(".")[2] for name in term.parameters]
@@ -45,12 +47,13 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
         key = (term.at, signed)
         if key not in spectra:
             place, velocity = places[term.at]
-            spectra[key] = _periodogram(place, signals, direction_of(velocity) if signed else None, _shortest(terms, term.at))
+            direction = direction_of(velocity) if signed else None
+            spectra[key] = [_periodogram(place, kind, direction, _shortest(terms, term.at)) for kind in (signals, fast)]
         column = names.index(wave)
         low, high = np.sort(term.points[:, column])[[0, -1]]
         if wave == _ORDER:
             low, high = 2.0 * math.pi / high, 2.0 * math.pi / low
-        lengths = _strongest(*spectra[key], low / _BEYOND, high * _BEYOND)
+        lengths = [length for spectrum in spectra[key] for length in _strongest(*spectrum, low / _BEYOND, high * _BEYOND)]
         points = []
         for length in lengths:
             for phase in _PHASES:

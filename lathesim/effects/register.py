@@ -16,6 +16,7 @@ STOCK = {
     "drive_lag": ("MotorInductance", "CurrentLoopLag", "SensorFilter"),
     "drive_range": ("AmplifierDeadZone", "DriveSaturation", "SlewLimit"),
     "motor_ripple": ("TorqueRipple", "Cogging"),
+    "servo_lag": ("ServoLag",),
     "time_shift": ("TransportDelay", "ChannelTimeShift", "ClockSkew", "SampleJitter"),
     "encoder_error": ("EncoderEccentricity", "EncoderInterpolationError", "LostCounts", "Quantisation"),
     "tachometer_error": ("TachometerRipple",),

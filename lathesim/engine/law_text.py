@@ -1,12 +1,11 @@
 """The text of one law or helper function as it will stand in a generated module: without docstring, annotations and decorators.
 
 Reading and parsing the sources of a machine takes a tenth of a second, so the text is kept on disk under the digest of the function's
-byte code and defaults: what Python would run. A changed law has other byte code, so what is found there is never stale; and only a
-source that compiles to the byte code at hand is kept, so that an edit while the program runs cannot be taken for the law it replaces.
+byte code and defaults: what Python would run. A changed law has other byte code, so what is found there is never stale; and it is kept
+only while the file compiles to the byte code at hand, so that an edit while the program runs is not taken for the law it replaces.
 """
 
 from __future__ import annotations
-import __future__
 
 import ast
 import functools
@@ -18,6 +17,7 @@ import textwrap
 import types
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 from lathesim.engine.cache_folder import cache_folder, keep
@@ -62,9 +62,8 @@ def law_text(function: Callable[..., Any]) -> LawText:
     name = f"text_{_fingerprint(function)}.json"
     kept = _kept(name)
     if kept is None:
-        source = _source(function)
-        kept = _written(function, source)
-        if _is_source_of(function, source):
+        kept = _written(function)
+        if _is_on_disk(function):
             keep(name, json.dumps(asdict(kept)).encode())
     return kept
 
@@ -89,14 +88,27 @@ def _code(code: types.CodeType) -> tuple[object, ...]:
     return code.co_code, code.co_exceptiontable, constants, counts, code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars
 
 
-def _is_source_of(function: Callable[..., Any], source: str) -> bool:
-    futures = function.__code__.co_flags & __future__.annotations.compiler_flag
-    compiled = compile(source, "law", "exec", flags=futures, dont_inherit=True)
-    return any(_code(item) == _code(function.__code__) for item in compiled.co_consts if isinstance(item, types.CodeType))
+def _is_on_disk(function: Callable[..., Any]) -> bool:
+    """Say whether the file of a function, compiled again, still holds its byte code."""
+    try:
+        file = inspect.getsourcefile(function) or ""
+        return _code(function.__code__) in _codes_of(file, Path(file).stat().st_mtime_ns)
+    except (OSError, TypeError, SyntaxError, ValueError):
+        return False
 
 
-def _written(function: Callable[..., Any], source: str) -> LawText:
-    tree = _function_tree(function, source)
+@functools.lru_cache(maxsize=256)
+def _codes_of(file: str, changed: int) -> frozenset[tuple[object, ...]]:
+    found, rest = set(), [compile(Path(file).read_bytes(), file, "exec", dont_inherit=True)]
+    while rest:
+        code = rest.pop()
+        found.add(_code(code))
+        rest += [item for item in code.co_consts if isinstance(item, types.CodeType)]
+    return frozenset(found)
+
+
+def _written(function: Callable[..., Any]) -> LawText:
+    tree = _function_tree(function)
     local = _local_names(tree)
     free: dict[str, int] = {}
     for node in ast.walk(tree):
@@ -127,20 +139,12 @@ def _values(tree: ast.FunctionDef) -> tuple[str, ...] | None:
     return tuple(ast.unparse(item) for item in (value.elts if isinstance(value, ast.Tuple) else [value]))
 
 
-def _source(function: Callable[..., Any]) -> str:
-    try:
-        return textwrap.dedent(inspect.getsource(function))
-    except (OSError, TypeError) as error:
-        place = f"{function.__module__}.{function.__qualname__}"
-        raise ComponentError("the source of the law cannot be read.", place=place, remedy="Write it in a file.") from error
-
-
-def _function_tree(function: Callable[..., Any], source: str) -> ast.FunctionDef:
+def _function_tree(function: Callable[..., Any]) -> ast.FunctionDef:
     place = f"{function.__module__}.{function.__qualname__}"
     try:
-        tree = ast.parse(source).body[0]
-    except SyntaxError as error:
-        raise ComponentError("the law is no plain function.", place=place, remedy="Write it with def.") from error
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
+    except (OSError, TypeError, SyntaxError) as error:
+        raise ComponentError("the source of the law cannot be read.", place=place, remedy="Write it in a file.") from error
     if not isinstance(tree, ast.FunctionDef):
         raise ComponentError("the law is no plain function.", place=place, remedy="Write it with def.")
     return tree

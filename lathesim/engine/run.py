@@ -17,6 +17,7 @@ from lathesim.engine.compile_notice import say
 from lathesim.engine.endless import LawRunsOnError, Watch, may_run_on
 from lathesim.engine.failure import describe_failure
 from lathesim.engine.fuse import FusedModule, fuse
+from lathesim.engine.machine_code import CompiledMachine
 from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, plain_module
 from lathesim.engine.noise import draw_noise
 from lathesim.engine.run_arrays import RunArrays, start_arrays
@@ -110,12 +111,13 @@ def _advance(
     progress: Callable[[float], None] | None, stop: threading.Event | None, sink: Sink | None, watch: Watch,
 ) -> str:  # fmt: skip
     """Run block after block; give the sentence about what broke, empty where nothing did."""
-    module, live = plain_module(fused), arrays
+    module: Any = None
+    live = arrays
     may_compile = engine == "compiled" or (engine == "auto" and not may_run_on(plan))
     if may_compile and (engine == "compiled" or is_compiled(fused)):
-        module, may_compile = _machine_code(fused, state, module), False
+        module, may_compile = _machine_code(fused, state), False
     if state.engine == "plain":
-        live = arrays.as_lists()
+        module, live = plain_module(fused), arrays.as_lists()
     period = plan.assembly.sample_period
     size = min(_FIRST_BLOCK[state.engine], last)
     begun_at = clock.perf_counter()
@@ -124,7 +126,7 @@ def _advance(
             state.status = "stopped"
             break
         if may_compile and state.first and _is_worth_compiling(fused, state, clock.perf_counter() - begun_at):
-            module, may_compile = _machine_code(fused, state, module), False
+            module, may_compile = _machine_code(fused, state) or module, False
             live = live.as_arrays() if state.engine == "compiled" else live
         count = min(size, last - state.first)
         noise = draw_noise(plan.noises, seed, state.first, count)
@@ -147,13 +149,13 @@ def _advance(
     return ""
 
 
-def _machine_code(fused: FusedModule, state: _Progress, plain: Any) -> Any:
-    """Give the machine compiled; where it cannot be, say so and give it plain."""
+def _machine_code(fused: FusedModule, state: _Progress) -> CompiledMachine | None:
+    """Give the machine compiled; where it cannot be, say so."""
     try:
         machine = compiled_machine(fused)
     except SimulationError as error:
         say(f"{error.fact} The run is plain, some fifty times slower.")
-        return plain
+        return None
     state.engine = "compiled"
     return machine
 
@@ -183,19 +185,20 @@ def _one_block(plan: Plan, module: Any, live: RunArrays, state: _Progress, count
 def _keep(values: FloatArray, state: _Progress, period: float, blocks: list[FloatArray], sink: Sink | None) -> None:
     count = values.shape[1]
     if sink is not None:
-        sink.write((state.first + np.arange(count)) * period, values)
+        sink.write((state.first + np.arange(count)) * period, np.ascontiguousarray(values))
     else:
-        blocks.append(values)
+        blocks.append(np.ascontiguousarray(values))
     state.first += count
 
 
 def _record(plan: Plan, blocks: list[FloatArray], state: _Progress, seed: int, wall_time: float) -> Record:
-    values = np.concatenate(blocks, axis=1) if blocks else np.zeros((len(plan.channels), 0))
     period = plan.assembly.sample_period
+    blocks = blocks or [np.zeros((len(plan.channels), 0))]
     channels = {
-        name: Channel(name, plan.unit(name), np.ascontiguousarray(values[position]), plan.doc(name))
+        name: Channel(name, plan.unit(name), np.concatenate([block[position] for block in blocks]), plan.doc(name))
         for position, name in enumerate(plan.channels)
     }
+    samples = sum(block.shape[1] for block in blocks)
     meta: dict[str, str | float | int] = {
         "seed": seed,
         "engine": state.engine,
@@ -207,4 +210,4 @@ def _record(plan: Plan, blocks: list[FloatArray], state: _Progress, seed: int, w
         "python": platform.python_version(),
         "numpy": np.__version__,
     }
-    return Record(np.arange(values.shape[1], dtype=np.float64) * period, channels, meta)
+    return Record(np.arange(samples, dtype=np.float64) * period, channels, meta)

@@ -10,12 +10,14 @@ from typing import Any
 import yaml
 
 from lathesim.lessons.lesson import Lesson, find_program
+from lathesim.shipped import shipped_files
 
 
 def changed_lesson(lesson: Lesson, insert: Sequence[Mapping[str, str]], values: Mapping[str, str], folder: Path) -> str:
     """Give the YAML text of a lesson with further ``insert:`` entries and ``set:`` values, for a file in ``folder``.
 
-    A machine template or part program beside the lesson is named by its way from the new folder. Comments of the lesson are lost.
+    A machine template or part program beside the lesson is named by its way from the new folder, a part program that came with lathesim by
+    its name. Comments of the lesson are lost.
     """
     data: dict[str, Any] = yaml.safe_load(yaml.safe_dump(_plain(lesson.source.data)))
     if insert:
@@ -24,10 +26,12 @@ def changed_lesson(lesson: Lesson, insert: Sequence[Mapping[str, str]], values: 
         data["set"] = {**data.get("set", {}), **values}
     if Path(str(data["machine"])).suffix in (".yaml", ".yml"):
         data["machine"] = os.path.relpath(lesson.machine.path, folder)
+    shipped = {path.resolve() for path in shipped_files("part_programs", "*")}
     for changes in (data, *data.get("variants", {}).values()):
         if "program" in changes:
             found = find_program(changes["program"], lesson.path.parent)
-            changes["program"] = os.path.relpath(found, folder) if found else changes["program"]
+            if found is not None:
+                changes["program"] = found.name if found.resolve() in shipped else os.path.relpath(found, folder)
     text: str = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120)
     return text
 

@@ -68,15 +68,16 @@ def load_machine(path: Path) -> Machine:
 
 
 def find_lesson(path_or_name: str | Path) -> Path:
-    """Give the file of a lesson: a path, or the name of a shipped one."""
+    """Give the file of a lesson: a path, or the name of one in ``./lesson_configs`` or of a shipped one, in this order."""
     given = Path(path_or_name)
     if given.is_file():
         return given
-    shipped = {path.stem: path for path in shipped_files("lesson_configs", "*.yaml")}
+    own = sorted(Path("lesson_configs").glob("*.y*ml"))
+    known = {path.stem: path for path in (*shipped_files("lesson_configs", "*.yaml"), *own)}
     name = given.stem if given.suffix in (".yaml", ".yml") else given.name
-    if str(given.parent) in (".", "lesson_configs") and name in shipped:
-        return shipped[name]
-    raise LessonError(f"there is no lesson '{path_or_name}'.", remedy=nearest(name, shipped) or "See 'lathesim lessons'.")
+    if str(given.parent) in (".", "lesson_configs") and name in known:
+        return known[name]
+    raise LessonError(f"there is no lesson '{path_or_name}'.", remedy=nearest(name, known) or "See 'lathesim lessons'.")
 
 
 def find_program(named: str | Path, beside: Path) -> Path | None:

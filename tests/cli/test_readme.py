@@ -1,29 +1,57 @@
-"""What the README shows is what happens: the two commands first, the lesson and the part of its examples in working order."""
+"""What the README shows is what happens: the two commands first, every command of it in working order, the lesson and the part too."""
 
+import os
 import re
+import shlex
+import subprocess
+import sys
 from pathlib import Path
 
+import click
 import pytest
 
-from tests.cli.command import ROOT, call
+from lathesim.cli.main import group
+from tests.cli.command import ROOT, call, environment
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+SETUP = [
+    "python -m pip install . && lathesim run lesson_configs/01_contour_error.yaml\n",
+    "python -m pip install '.[test]' && python -m pytest\n",
+]
+
+
+def blocks(language: str) -> list[str]:
+    """Give the fenced blocks of the README in a language, without their indentation."""
+    found = re.findall(r"^( *)```(\w*)\n(.*?)^ *```$", README, re.S | re.M)
+    texts = [(indent, text) for indent, named, text in found if named == language]
+    return ["".join(line.removeprefix(indent) for line in text.splitlines(keepends=True)) for indent, text in texts]
 
 
 def block(language: str, containing: str) -> str:
-    """Give the fenced block of the README that holds a text, without its indentation."""
-    found = [match for match in re.findall(rf"^ *```{language}\n(.*?)^ *```$", README, re.S | re.M) if containing in match]
-    assert len(found) == 1
-    indent = len(found[0]) - len(found[0].lstrip(" "))
-    return "\n".join(line[indent:] for line in found[0].splitlines()) + "\n"
+    """Give the one block of a language that holds a text."""
+    (found,) = (text for text in blocks(language) if containing in text)
+    return found
+
+
+def commands() -> list[list[str]]:
+    """Give every call of lathesim that the README tells to make, as its arguments."""
+    lines = "".join(blocks("sh")).replace("\\\n", " ").splitlines()
+    calls = [shlex.split(part) for line in lines for part in line.split("&&")]
+    calls += [shlex.split(text) for text in re.findall(r"^\d\. .*?`(lathesim [^`&]+)`", README, re.M)]
+    return [words[1 : words.index(">") if ">" in words else None] for words in calls if words[0] == "lathesim"]
 
 
 def test_the_first_screen_holds_exactly_the_two_commands() -> None:
     screen = "\n".join(README.splitlines()[:20])
-    assert re.findall(r"```sh\n(.*?)```", screen, re.S) == [
-        "python -m pip install . && lathesim run lesson_configs/01_contour_error.yaml\n",
-        "python -m pip install '.[test]' && python -m pytest\n",
-    ]
+    assert re.findall(r"```sh\n(.*?)```", screen, re.S) == SETUP
+
+
+@pytest.mark.parametrize("words", commands(), ids=" ".join)
+def test_a_command_of_the_readme_is_understood(words: list[str]) -> None:
+    name, *arguments = words
+    command = group.get_command(click.Context(group), name)
+    assert command is not None
+    command.make_context(name, arguments)
 
 
 def test_the_part_and_the_lesson_of_the_readme_work(
@@ -38,3 +66,41 @@ def test_the_part_and_the_lesson_of_the_readme_work(
     assert said.code == 0, said.err
     assert "\ncutting_force: MyForce\n" in call(capsys, "wiring", "mine.yaml").out
     assert call(capsys, "run", "mine.yaml", "--variant", "stiff", "--plain", "--no-plots").code == 0
+
+
+def test_the_mapping_of_the_readme_fits_its_lesson(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    lesson = "lesson: Mapped\nmachine: cascade_axis\n"
+    Path("mapped.yaml").write_text(lesson + block("yaml", "recordings:"), encoding="utf-8")
+    assert call(capsys, "check", "mapped.yaml").code == 0
+
+
+def test_a_lesson_changed_in_the_workspace_is_the_one_that_its_name_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert "cutting_force: NonlinearForce" in call(capsys, "wiring", "08_feed_and_roughness").out
+    Path("lesson_configs").mkdir()
+    changed = "lesson: Mine\nmachine: two_axis_lathe\nprogram: one_pass.nc\nreplace: {cutting_force: LinearForce}\n"
+    Path("lesson_configs/08_feed_and_roughness.yaml").write_text(changed, encoding="utf-8")
+    assert "cutting_force: LinearForce" in call(capsys, "wiring", "08_feed_and_roughness").out
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_all_commands_of_the_readme_work_as_written_in_a_new_folder(tmp_path: Path) -> None:
+    caller = tmp_path / "bin" / "lathesim"
+    caller.parent.mkdir()
+    caller.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m lathesim "$@"\n', encoding="utf-8")
+    caller.chmod(0o755)
+    paths = {**environment(), "PATH": f"{caller.parent}{os.pathsep}{os.environ['PATH']}"}
+    script = "".join(["set -e\n", *[text for text in blocks("sh") if text not in SETUP], "lathesim run 01_contour_error --no-plots\n"])
+    done = subprocess.run(["/bin/sh", "-c", script], cwd=tmp_path, env=paths, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    for table in (block("", "VI    18.48 s"), block("", "sharp_nose")):
+        assert table in done.stdout
+    assert "The mismatch sits in x_axis." in done.stdout
+    assert block("", "The simulation left out").splitlines()[0] in done.stdout
+    assert block("", "Right: ").splitlines()[0] in done.stdout

@@ -36,12 +36,12 @@ def test_a_run_without_plots_loads_no_more_than_it_needs() -> None:
 def test_help_lists_the_commands_that_are_there(capsys: pytest.CaptureFixture[str]) -> None:
     said = call(capsys, "--help")
     assert said.code == 0
-    for name in ("run", "lessons", "components", "effects", "plugins", "wiring", "check", "schema", "init"):
+    for name in COMMANDS:
         assert f"\n  {name} " in said.out
     assert "Exit codes: 0 done" in said.out
 
 
-@pytest.mark.parametrize("name", ["run", "lessons", "components", "effects", "plugins", "wiring", "check", "schema", "init"])
+@pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_has_a_help_of_its_own(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     said = call(capsys, name, "--help")
     assert said.code == 0

@@ -66,7 +66,7 @@ def rows(path: str | Path = "s.csv") -> list[str]:
 def test_a_sweep_over_one_parameter(capsys: pytest.CaptureFixture[str]) -> None:
     said = call(capsys, *SWEEP, "controller.proportional=0.1..0.5:9", "--out", "s.csv")
     assert said.code == 0
-    assert said.err == "controller.proportional is varied in V/mm, the unit in which the lesson gives it.\n"
+    assert said.err.splitlines()[0] == "controller.proportional is varied in V/mm, the unit in which the lesson gives it."
     lines = Path("s.csv").read_text().splitlines()
     assert lines[0] == "# lathesim-sweep/1"
     assert lines[1] == "# lesson: pushed_table"

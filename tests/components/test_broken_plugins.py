@@ -166,6 +166,7 @@ def test_what_breaks_only_during_a_run_is_named_with_time_law_and_inputs(new: st
     bench.the_rest_works(registry)
 
 
+@pytest.mark.slow  # it stops a run from outside, after a time in which a busy machine may not have come to the loop
 @pytest.mark.parametrize("way", ["STOP", "Ctrl-C"])
 def test_an_endless_loop_during_a_run_is_ended_and_named(way: str, bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lathesim.engine.endless.PATIENCE", 0.3)
@@ -174,11 +175,11 @@ def test_an_endless_loop_during_a_run_is_ended_and_named(way: str, bench: Bench,
     registry = bench.load(text)
     assert registry.problems == []
     stop = threading.Event()
-    threading.Timer(1.0, stop.set if way == "STOP" else _thread.interrupt_main).start()
+    threading.Timer(5.0, stop.set if way == "STOP" else _thread.interrupt_main).start()
     begun = time.monotonic()
     with pytest.raises(SimulationError) as failed:
         bench.run(registry, stop=stop)
-    assert time.monotonic() - begun < 10.0
+    assert time.monotonic() - begun < 20.0
     told = str(failed.value)
     assert told.startswith(
         f"cutting_force: SandovalForce.output ({bench.broken}:{line(text, 'def output') - 1}) runs on without end after t = "

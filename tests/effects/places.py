@@ -38,6 +38,7 @@ PLACES: dict[str, tuple[str, str, Setting, Setting]] = {
     "TorqueRipple": ("axis", "x_axis", {}, {"amplitude": 3.0, "share": 0.02}),
     "Cogging": ("axis", "x_axis", {}, {"amplitude": 3.0, "second": 1.0}),
     "TransportDelay": ("axis", "x_drive", {}, {"delay": 1.3e-3}),
+    "ServoLag": ("axis", "x_scale.measured", {"flow": "x_axis.velocity"}, {"lag": 2e-3}),
     "ChannelTimeShift": ("axis", "x_scale", {}, {"shift": 1.3e-3}),
     "ClockSkew": ("axis", "x_scale", {}, {"skew": 1e-2}),
     "SampleJitter": ("axis", "x_scale", {}, {"deviation": 1e-4}),

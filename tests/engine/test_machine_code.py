@@ -202,7 +202,12 @@ def test_the_text_of_a_law_is_found_again_and_told_from_any_other(empty_cache: P
     assert len(list(empty_cache.glob("text_*.json"))) == 2
 
 
-def test_a_source_edited_while_the_program_runs_is_not_taken_for_the_law(empty_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("inspect.getsource", lambda _: "def shaped(width: float, limit: float = 2.0) -> float:\n    return 0.0\n")
+def test_a_source_edited_while_the_program_runs_is_not_taken_for_the_law(
+    empty_cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    edited = tmp_path / "edited.py"
+    edited.write_text("def shaped(width: float, limit: float = 2.0) -> float:\n    return 0.0\n")
+    monkeypatch.setattr("inspect.getsource", lambda _: edited.read_text())
+    monkeypatch.setattr("inspect.getsourcefile", lambda _: str(edited))
     law_text(shaped)
     assert not list(empty_cache.glob("text_*.json"))

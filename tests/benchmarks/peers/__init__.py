@@ -1,8 +1,9 @@
 """The same lathe in other hands: one peer a file, found by ``lathesim bench`` when it runs from a checkout.
 
-A peer has ``NAME``, ``absent()`` (why it cannot be measured here, empty where it can) and one of two things: ``simulate(work)``, which gives
-the positions of both axes, shape (2, samples) [m], or ``times_and_positions(work, repeats)``, which measures by itself. ``PACKAGE`` names
-what it needs installed; ``SLOW`` marks what takes longer than half a minute, ``IN_TURNS`` what is quick enough to be measured in turns with the engine. All must agree with the engine to one encoder count.
+A peer has ``NAME``, ``absent()`` (why it cannot be measured here, empty where it can) and one of two things: ``simulate(work)``, which
+gives the positions of both axes, shape (2, samples) [m], or ``times_and_positions(work, repeats)``, which measures by itself. ``PACKAGE``
+names what it needs installed; ``SLOW`` marks what takes longer than half a minute, ``IN_TURNS`` what is quick enough to be measured in
+turns with the engine. All must agree with the engine to one encoder count.
 """
 
 from __future__ import annotations

@@ -1,0 +1,12 @@
+"""The work item, made once for all benchmarks."""
+
+from __future__ import annotations
+
+import pytest
+
+from lathesim.cli.bench_work import Work, lathe_work
+
+
+@pytest.fixture(scope="session")
+def work() -> Work:
+    return lathe_work()

@@ -1,0 +1,96 @@
+"""``lathesim bench``: what it says, with measuring itself cut short."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.cli import bench_rows, bench_scale, bench_table1
+from lathesim.cli.bench_axes import axes_plan
+from lathesim.cli.bench_rows import Row, Skipped
+from lathesim.cli.bench_scale import Hour, Series
+from lathesim.engine.run import run
+from tests.cli.command import call
+
+
+@pytest.fixture
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Measurements that take no time."""
+    rows = [Row("compiled", 0.006), Row("by hand", 0.005, 0.0), Row("another", 3.0, 2e-4)]
+    left = [Skipped("third", "it is not installed")]
+    monkeypatch.setattr(bench_rows, "work_rows", lambda *_, **__: (rows, left))
+    monkeypatch.setattr(bench_rows, "start_rows", lambda *_: [Row("start: lathesim --help", 0.06)])
+
+
+@pytest.mark.usefixtures("short")
+def test_json_has_the_rows_of_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
+    said = call(capsys, "bench", "--json", "--quick")
+    assert said.code == 0
+    found = json.loads(said.out)
+    assert found["schema"] == "lathesim-bench/1"
+    assert all(set(row) == {"name", "median_s", "ratio_to_compiled"} for row in found["rows"])
+    assert [row["ratio_to_compiled"] for row in found["rows"]] == pytest.approx([1.0, 5 / 6, 500.0, 10.0])
+    assert found["skipped"] == [{"name": "third", "reason": "it is not installed"}]
+    assert found["machine"]["python"].startswith("3.")
+
+
+@pytest.mark.usefixtures("short")
+def test_the_table_is_markdown_with_ratios_and_agreement(capsys: pytest.CaptureFixture[str]) -> None:
+    said = call(capsys, "bench", "--quick")
+    assert said.code == 0
+    assert "| compiled | 6 ms | 1 |" in said.out
+    assert "| by hand | 5 ms | 0.833 | 3669 | none |" in said.out
+    assert "| another | 3 s | 500 | 6.11 | 0.0002 counts |" in said.out
+    assert "| start: lathesim --help | 60 ms |" in said.out
+    assert "Left out: third: it is not installed." in said.out
+
+
+def test_a_peer_that_disagrees_is_told_and_leaves_with_one(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(bench_rows, "work_rows", lambda *_, **__: ([Row("compiled", 0.006), Row("other", 1.0, 2.5)], []))
+    monkeypatch.setattr(bench_rows, "start_rows", lambda *_: [])
+    said = call(capsys, "bench")
+    assert said.code == 1
+    assert "other differs from the engine by 2.5 encoder counts." in said.err
+
+
+def test_without_the_checkout_only_own_rows_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bench_rows, "_peers", lambda: None)
+    present, skipped = bench_rows._present(slow=True)
+    assert present == []
+    assert skipped[0].reason == "they are measured from a checkout, with its folder tests/benchmarks/peers"
+
+
+def test_scale_draws_and_tells_slopes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    sizes = (1.0, 10.0, 1000.0, 5000.0)
+    even = Series("runs", sizes, tuple(0.006 * size for size in sizes))
+    monkeypatch.setattr(bench_scale, "scale_series", lambda *_, **__: [even])
+    monkeypatch.setattr(bench_scale, "thread_gain", lambda *_: 1.9)
+    monkeypatch.setattr(bench_scale, "hour", lambda *_: Hour(2.5, 2.0, 1.4, 160.0, 179.0))
+    monkeypatch.setattr(bench_scale, "batch_memory", lambda *_: {100: 119.0, 10000: 119.0})
+    said = call(capsys, "bench", "--scale", "--save", tmp_path / "scale.png")
+    assert said.code == 0
+    assert (tmp_path / "scale.png").stat().st_size > 5000
+    assert "1 to 5000 runs: 5000 times the cost; slope on a log plot 1.000, 1.000 from 10 on (1 is in proportion)" in said.out
+    assert "5000 runs take 5.00 times as long as 1000" in said.out
+    assert "two threads are 1.90 times as fast as one" in said.out
+    found = json.loads(call(capsys, "bench", "--scale", "--json", "--save", tmp_path / "scale.png").out)
+    assert found["slopes"]["runs"]["all"] == pytest.approx(1.0)
+    assert found["rows"][0] == {"name": "1 runs", "median_s": 0.006, "ratio_to_compiled": 1.0}
+
+
+def test_table1_tells_what_is_off_its_limit(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(bench_table1, "REFERENCE", {"I": (18.48, 0.684, 0.150)})
+    said = call(capsys, "bench", "--table1", "--quick")
+    assert said.code == 1
+    assert "| I | cycle_time | 18.48 s | 18.48 s | " in said.out
+    assert "I: contour_error_squared_integral is -" in said.err
+    assert "% off, more than 6 %." in said.err
+
+
+def test_the_axes_of_the_scale_all_do_the_same() -> None:
+    record = run(axes_plan(3), duration=2.0, engine="plain")
+    assert np.ptp(record["axis1.position"]) > 0.02
+    assert np.array_equal(record["axis1.position"], record["axis3.position"])

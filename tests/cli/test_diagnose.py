@@ -1,0 +1,166 @@
+"""``lathesim diagnose``: an answer for a person, JSON for a program, a report, and a lesson that explains the recording."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import load_registry
+from tests.cli.command import Said, call
+from tests.diagnosis.pushed_table import LESSON, POSITION, Hidden, write_case
+from tests.diagnosis.small_case import write_lesson
+
+ONLY = ("--effect", "CoulombFriction", "--effect", "ForceOffset", "--effect", "TorqueRipple")
+KEYS = {"schema", "verdict", "effects", "location", "fit", "removed_share", "adequate", "baseline", "insert", "report", "wall_time_s"}
+
+
+@pytest.fixture(scope="module")
+def rubbing(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
+    """A lesson without friction and two recordings of a table that rubs with 8 N."""
+    return write_case(tmp_path_factory.mktemp("rubbing"), Hidden(dry=8.0))
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
+    """A lesson and two recordings of the very machine that it describes."""
+    return write_case(tmp_path_factory.mktemp("sound"))
+
+
+def diagnosed(capsys: pytest.CaptureFixture[str], files: tuple[Path, Path, Path], *more: str | Path) -> Said:
+    return call(capsys, "diagnose", files[0], files[1], "--validate", files[2], *ONLY, *more)
+
+
+def told(said: Said) -> dict[str, Any]:
+    assert said.code == 0, said.err
+    found: dict[str, Any] = json.loads(said.out)
+    return found
+
+
+def test_json_is_json_and_nothing_else(rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+    answer = told(diagnosed(capsys, rubbing, "--json", "-", "--no-report"))
+    assert set(answer) >= KEYS
+    assert (answer["schema"], answer["verdict"], answer["report"]) == ("lathesim-diagnosis/1", "named", None)
+    (effect,) = answer["effects"]
+    assert set(effect) >= {"effect", "at", "family", "probability", "parameters", "tied_with", "separating_experiment"}
+    assert (effect["effect"], effect["at"], effect["family"]) == ("CoulombFriction", "x_axis", "reversal")
+    assert set(effect["parameters"]["level"]) == {"value", "unit", "low", "high"}
+    assert effect["parameters"]["level"]["value"] == pytest.approx(8.0, rel=0.05)
+    assert set(answer["location"]) >= {"components", "channels", "windows_s", "variables"}
+    assert set(answer["fit"][POSITION]) >= {"unit", "floor", "before", "after", "recording"}
+    assert answer["fit"][POSITION]["recording"] == "check.csv"
+    assert set(answer["baseline"]["x_axis.viscous"]) >= {"unit", "given", "refit_without", "refit_with"}
+    assert answer["insert"][0]["effect"] == "CoulombFriction"
+    assert 0.9 < answer["removed_share"] <= 1.0
+    assert answer["adequate"] is True
+
+
+def test_a_person_reads_what_where_and_how_sure(
+    rubbing: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = diagnosed(capsys, rubbing, "--out", tmp_path)
+    assert said.code == 0, said.err
+    assert "The simulation left out CoulombFriction at x_axis." in said.out
+    assert "Where: x_axis" in said.out
+    assert "Paste into the lesson:\ninsert:\n  - {effect: CoulombFriction, at: x_axis, level: " in said.out
+    assert "Traceback" not in said.err
+    assert (tmp_path / "report.html").is_file()
+
+
+def test_the_lesson_it_writes_explains_the_recording(
+    rubbing: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert diagnosed(capsys, rubbing, "--out", tmp_path).code == 0
+    explained = load_lesson(tmp_path / "table_explained.yaml")
+    assert "x_axis_coulomb_friction" in {part.name for part in prepare(explained, load_registry(installed=False)).machinery.parts}
+    answer = told(diagnosed(capsys, (tmp_path / "table_explained.yaml", *rubbing[1:]), "--json", "-", "--no-report"))
+    assert (answer["verdict"], answer["effects"]) == ("no_mismatch", [])
+
+
+def test_a_sound_machine_needs_no_new_lesson(sound: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = diagnosed(capsys, sound, "--out", tmp_path, "--json", tmp_path / "answer.json")
+    assert said.code == 0, said.err
+    assert "The simulation explains the recording as it is." in said.out
+    assert not (tmp_path / "table_explained.yaml").exists()
+    answer = json.loads((tmp_path / "answer.json").read_text(encoding="utf-8"))
+    assert (answer["verdict"], answer["insert"]) == ("no_mismatch", [])
+    assert answer["report"] == str(tmp_path / "report.html")
+
+
+def test_without_another_recording_the_second_half_judges(rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+    answer = told(call(capsys, "diagnose", rubbing[0], rubbing[1], *ONLY, "--json", "-", "--no-report"))
+    assert answer["fit"][POSITION]["recording"] == "fit.csv, second half"
+
+
+def test_ctrl_c_keeps_what_is_known(
+    rubbing: tuple[Path, Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import lathesim.diagnosis.search as searching
+
+    screen, rounds = searching.screen, []
+
+    def interrupted(*given: Any, **more: Any) -> Any:
+        rounds.append(1)
+        if len(rounds) == 2:
+            raise KeyboardInterrupt
+        return screen(*given, **more)
+
+    monkeypatch.setattr(searching, "screen", interrupted)
+    said = diagnosed(capsys, rubbing, "--out", tmp_path)
+    assert said.code == 130
+    assert "The simulation left out CoulombFriction at x_axis." in said.out
+    assert "The search was stopped; this is what was known until then." in said.out
+    assert (tmp_path / "report.html").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "sentence"),
+    [
+        (("{lesson}", "{folder}/missing.csv"), 1, "there is no such file"),
+        (("{lesson}", "{recording}", "--effect", "CoulombFrictoin"), 1, "CoulombFriction"),
+        (("{lesson}",), 2, "RECORDING"),
+        (("no_such_lesson", "{recording}"), 1, "no_such_lesson"),
+        (("{lesson}", "{recording}", "--variant", "worn"), 1, "worn"),
+        (("01_contour_error", "{recording}"), 1, "the lesson does not say what the columns of a recording mean"),
+    ],
+    ids=["no recording", "misspelt effect", "usage", "no lesson", "no variant", "no mapping"],
+)
+def test_what_cannot_be_diagnosed_says_why_in_a_sentence(
+    arguments: tuple[str, ...], code: int, sentence: str, rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    filled = [text.format(lesson=rubbing[0], recording=rubbing[1], folder=rubbing[0].parent) for text in arguments]
+    said = call(capsys, "diagnose", *filled, "--no-report")
+    assert (said.code, said.out) == (code, "")
+    assert sentence in said.err
+    assert "Traceback" not in said.err
+
+
+def test_a_lesson_that_is_sure_of_everything_is_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = write_case(tmp_path, lesson=LESSON.partition("uncertain:")[0], count=300)
+    said = diagnosed(capsys, files, "--no-report")
+    assert said.code == 1
+    assert "the lesson does not say how sure its values are" in said.err
+
+
+def test_a_friction_that_a_controller_hides_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """In closed loop the position hardly shows it; the command does."""
+    lesson = write_lesson(tmp_path, duration="2.6 s")
+    hide = ("--effect", "CoulombFriction:level=20 N@x_axis", "--seed", "4")
+    assert call(capsys, "conceal", lesson, "--out", tmp_path / "case", *hide).code == 0
+    files = tmp_path / "case" / "lesson.yaml", tmp_path / "case" / "recording.csv"
+    answer = told(call(capsys, "diagnose", *files, *ONLY[:4], "--json", "-", "--no-report"))
+    assert answer["verdict"] == "named"
+    (effect,) = answer["effects"]
+    assert (effect["effect"], effect["at"]) == ("CoulombFriction", "x_axis")
+    assert effect["parameters"]["level"]["value"] == pytest.approx(20.0, rel=0.1)
+    assert set(answer["fit"]) == {"x_encoder.position", "x_controller.voltage"}
+
+
+@pytest.mark.slow
+def test_the_whole_catalogue_names_the_same(rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+    answer = told(call(capsys, "diagnose", rubbing[0], rubbing[1], "--validate", rubbing[2], "--json", "-", "--no-report"))
+    names = {name for effect in answer["effects"] for name in (effect["effect"], *effect["tied_with"])}
+    assert answer["verdict"] in ("named", "tied")
+    assert names & {"CoulombFriction", "AsymmetricFriction", "PreslidingFriction"}

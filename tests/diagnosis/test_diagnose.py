@@ -1,0 +1,174 @@
+"""A diagnosis from end to end: every verdict, and what stands behind it. One table, one small catalogue."""
+
+import functools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.diagnose import Question, ask, diagnose, halves
+from lathesim.diagnosis.diagnosis import Diagnosis, as_json
+from lathesim.diagnosis.loading import Recorded
+from lathesim.record import Record
+from lathesim.recordings.finding import Finding
+from tests.diagnosis.pushed_table import EFFECTS, MASS, POSITION, Hidden, Law, machine, recording
+
+
+def offset(v: float, q: float, t: float) -> float:
+    return 6.0
+
+
+def outside(v: float, q: float, t: float) -> float:
+    """A drag that grows with the square of the speed is not in the small catalogue."""
+    return 600.0 * v * abs(v)
+
+
+def question(first: Record, second: Record | None, **values: Any) -> Question:
+    recordings = [Recorded("fit.csv", first, ()), *([Recorded("check.csv", second, ())] if second is not None else [])]
+    return ask("A table", machine(**values), tuple(recordings), EFFECTS)
+
+
+@functools.cache
+def diagnosis(hidden: Hidden, mass: float = MASS) -> Diagnosis:
+    return diagnose(question(recording(hidden, seed=1), recording(hidden, seed=2), mass=mass))
+
+
+def test_a_simulation_that_is_right_is_called_so() -> None:
+    found = diagnosis(Hidden())
+    assert (found.verdict, found.effects, found.insert) == ("no_mismatch", (), ())
+    assert found.adequate
+    assert found.complete
+    assert found.fit[POSITION].after < 3.0 * found.fit[POSITION].floor
+    assert found.discovered == ""
+
+
+def test_other_values_are_no_missing_physics() -> None:
+    found = diagnosis(Hidden(), mass=1.04 * MASS)
+    assert (found.verdict, found.effects) == ("parameters_only", ())
+    mass = found.baseline["x_axis.mass"]
+    assert mass.given == pytest.approx(1.04 * MASS)
+    assert mass.refit_with == pytest.approx(MASS, rel=1e-3)
+
+
+def test_a_friction_is_named_with_its_size_and_where_it_sits() -> None:
+    found = diagnosis(Hidden(dry=8.0))
+    assert found.verdict == "named"
+    (effect,) = found.effects
+    assert (effect.effect, effect.at, effect.family) == ("CoulombFriction", "x_axis", "reversal")
+    assert effect.probability > 0.9
+    level = effect.parameters["level"]
+    assert level.unit == "N"
+    assert level.value == pytest.approx(8.0, rel=0.05)
+    assert level.low < level.value < level.high
+    assert found.sentence == "The simulation left out CoulombFriction at x_axis."
+    assert found.location.components[0] == "x_axis"
+    assert found.location.channels == (POSITION,)
+    assert found.fit[POSITION].after < 0.1 * found.fit[POSITION].before
+    assert found.removed_share > 0.9
+    (entry,) = found.insert
+    assert entry["effect"] == "CoulombFriction"
+    assert entry["level"].endswith(" N")
+
+
+def test_what_the_baseline_had_absorbed_is_shown() -> None:
+    viscous = diagnosis(Hidden(dry=8.0)).baseline["x_axis.viscous"]
+    assert viscous.given == 200.0
+    assert viscous.refit_without > 230.0
+    assert viscous.refit_with == pytest.approx(200.0, rel=0.05)
+    assert viscous.low < viscous.refit_with < viscous.high
+
+
+def test_two_effects_are_named_together() -> None:
+    found = diagnosis(Hidden(dry=8.0, law=offset))
+    assert found.verdict in ("named", "tied")
+    assert {effect.effect for effect in found.effects} == {"CoulombFriction", "ForceOffset"}
+    sizes = {effect.effect: next(iter(effect.parameters.values())).value for effect in found.effects}
+    assert sizes == pytest.approx({"CoulombFriction": 8.0, "ForceOffset": 6.0}, rel=0.1)
+
+
+def test_what_is_in_no_catalogue_is_not_given_a_name() -> None:
+    found = diagnosis(Hidden(law=outside))
+    assert (found.verdict, found.adequate, found.insert) == ("unknown", False, ())
+    assert any("velocity of x_axis" in sentence for sentence in found.left)
+
+
+def test_what_is_in_no_catalogue_is_told_as_a_formula() -> None:
+    found = diagnosis(Hidden(law=outside))
+    assert "v * abs(v)" in found.discovered
+    assert "class DiscoveredTerm(Effect)" in found.plugin
+
+
+def test_a_recording_at_fault_names_no_physics() -> None:
+    fault = Finding("frozen", POSITION, "it stands still for 0.5 s", "", serious=True)
+    first = Recorded("fit.csv", recording(Hidden(dry=8.0)), (fault,))
+    found = diagnose(ask("A table", machine(), (first,), EFFECTS))
+    assert (found.verdict, found.effects) == ("recording_fault", ())
+    assert "it stands still for 0.5 s" in found.sentence
+    assert found.findings == (str(fault),)
+
+
+def test_one_recording_is_judged_on_its_second_half() -> None:
+    found = diagnose(question(recording(Hidden(dry=8.0), count=4000), None))
+    assert found.held_out == "fit.csv, second half"
+    assert [effect.effect for effect in found.effects] == ["CoulombFriction"]
+    assert found.effects[0].parameters["level"].value == pytest.approx(8.0, rel=0.05)
+
+
+def test_halves_begin_at_zero_and_share_nothing() -> None:
+    record = recording(count=401)
+    first, second = halves(record)
+    assert (len(first), len(second)) == (200, 201)
+    assert first.time[0] == second.time[0] == 0.0
+    assert np.array_equal(np.concatenate([first[POSITION], second[POSITION]]), record[POSITION])
+    assert second.sample_period == record.sample_period
+
+
+def test_stopped_it_tells_what_is_known() -> None:
+    said: list[str] = []
+
+    def stop(text: str) -> None:
+        said.append(text)
+        if sum(line.startswith("screening") for line in said) == 2 and text.startswith("screening"):
+            raise KeyboardInterrupt
+
+    found = diagnose(question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2)), stop)
+    assert not found.complete
+    assert [effect.effect for effect in found.effects] == ["CoulombFriction"]
+    assert as_json(found)["verdict"] == "named"
+
+
+def test_a_noisier_recording_gives_wider_intervals() -> None:
+    widths = []
+    for noise in (0.3e-6, 30e-6):
+        pair = [recording(Hidden(law=offset), seed=seed, noise=noise) for seed in (1, 2)]
+        found = diagnose(question(pair[0], pair[1]))
+        assert [effect.effect for effect in found.effects] == ["ForceOffset"]
+        (interval,) = found.effects[0].parameters.values()
+        assert interval.low < interval.value < interval.high
+        assert interval.value == pytest.approx(6.0, rel=0.02)
+        widths.append(interval.high - interval.low)
+    assert widths[1] > 3.0 * widths[0]
+
+
+def test_an_answer_is_the_same_twice() -> None:
+    again = diagnose(question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2)))
+    first, second = as_json(diagnosis(Hidden(dry=8.0))), as_json(again)
+    for told in (first, second):
+        told.pop("wall_time_s")
+    assert first == second
+
+
+def test_every_number_of_the_answer_can_be_written() -> None:
+    laws: list[Law | None] = [None, outside]
+    for law in laws:
+        told = as_json(diagnosis(Hidden(law=law)))
+        assert all(math.isfinite(value) for value in numbers(told))
+
+
+def numbers(told: Any) -> list[float]:
+    if isinstance(told, dict):
+        return [number for value in told.values() for number in numbers(value)]
+    if isinstance(told, list):
+        return [number for value in told for number in numbers(value)]
+    return [told] if isinstance(told, float) else []

@@ -1,0 +1,57 @@
+"""How a part really moved, from what its sensor recorded: without lag, and with the velocity of the position."""
+
+import math
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.motion import measured_output, recorded_motion, smooth, velocity_of
+from lathesim.effects.play import Backlash
+from lathesim.lessons.insertion import insert_effect
+from tests.diagnosis.pushed_table import PERIOD, POSITION, machine
+
+TIME = np.arange(2000) * PERIOD
+PLACE = 0.05 * np.sin(2.0 * math.pi * 1.5 * TIME)
+SPEED = 0.05 * 2.0 * math.pi * 1.5 * np.cos(2.0 * math.pi * 1.5 * TIME)
+INSIDE = slice(50, -50)
+
+
+def test_smoothing_has_no_lag() -> None:
+    assert np.max(np.abs(smooth(PLACE, PERIOD) - PLACE)[INSIDE]) < 1e-6
+
+
+def test_smoothing_takes_noise_away() -> None:
+    noise = np.random.default_rng(0).standard_normal(len(TIME))
+    assert np.std(smooth(noise, PERIOD)) < 0.75
+
+
+def test_the_velocity_of_a_quantised_position() -> None:
+    seen = np.round(PLACE / 1e-6) * 1e-6
+    assert np.max(np.abs(velocity_of(seen, PERIOD) - SPEED)[INSIDE]) < 2e-3 * np.max(np.abs(SPEED))
+
+
+def test_an_encoder_tells_position_and_velocity_of_its_host() -> None:
+    motion = recorded_motion(machine().assembly, {POSITION: PLACE})
+    assert set(motion) == {"x_axis.position", "x_axis.velocity"}
+    assert motion["x_axis.velocity"][INSIDE] == pytest.approx(SPEED[INSIDE], abs=1e-3)
+
+
+def test_a_recorded_velocity_tells_the_position_too() -> None:
+    motion = recorded_motion(machine().assembly, {"x_axis.velocity": SPEED})
+    moved = motion["x_axis.position"] - motion["x_axis.position"][100]
+    in_one_sample = float(np.max(np.abs(SPEED))) * PERIOD
+    assert moved[INSIDE] == pytest.approx((PLACE - PLACE[100])[INSIDE], abs=in_one_sample)
+
+
+def test_a_channel_with_holes_tells_nothing() -> None:
+    holes = PLACE.copy()
+    holes[10] = np.nan
+    assert recorded_motion(machine().assembly, {POSITION: holes}) == {}
+
+
+def test_a_sensor_shows_its_host_past_effects_in_between() -> None:
+    assembly = insert_effect(machine().assembly, Backlash, "x_encoder")
+    parts = {part.name: part for part in assembly.parts}
+    wires = {wire.target: wire for wire in assembly.wires}
+    assert measured_output(parts, wires, POSITION) == "x_axis.position"
+    assert measured_output(parts, wires, "x_axis.velocity") == "x_axis.velocity"

@@ -1,0 +1,104 @@
+"""The noise of a residual: known shapes, sizes from the residual, and numbers of variance one after whitening."""
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.noise_model import carried_over, effective_share, fit_noise_model, noise_shapes, spectrum, taper
+from lathesim.engine.assembly import FloatArray
+
+SAMPLES, PERIOD = 4000, 2e-3
+NO_KICK = np.zeros((1, SAMPLES))
+FADING = float(np.exp(-PERIOD / 0.2))
+MASS_KICK = (0.2 * (1.0 - FADING ** np.arange(SAMPLES)))[None, :]
+"""Response of the place of a braked mass to a kick of its speed: it comes to rest within a fifth of a second or so."""
+
+
+def white(size: float, seed: int = 0) -> FloatArray:
+    return np.asarray(size * np.random.default_rng(seed).standard_normal(SAMPLES))
+
+
+def wandering(size: float, seed: int = 0) -> FloatArray:
+    """The place of the braked mass when white forces push it."""
+    return np.asarray(np.convolve(white(size, seed) * PERIOD, MASS_KICK[0])[:SAMPLES])
+
+
+def test_white_noise_is_found_with_its_size() -> None:
+    shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=False)
+    model = fit_noise_model(white(2e-6), shapes)
+    assert np.sqrt(np.mean(model.power)) == pytest.approx(2e-6, rel=0.05)
+
+
+def test_noise_is_never_smaller_than_the_floor() -> None:
+    shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-6, PERIOD, coloured=True)
+    model = fit_noise_model(white(1e-9), shapes)
+    assert np.min(model.power) >= 1e-12
+    assert np.sqrt(np.mean(model.power)) == pytest.approx(1e-6, rel=0.01)
+
+
+def test_white_noise_and_a_slow_drift_are_told_apart() -> None:
+    drift = np.zeros(SAMPLES)
+    pushes = white(1e-6, 1)
+    for now in range(1, SAMPLES):
+        drift[now] = drift[now - 1] * np.exp(-2.0 * np.pi * 0.3 * PERIOD) + pushes[now]
+    shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=True)
+    model = fit_noise_model(white(2e-6) + drift, shapes)
+    low, high = model.power[2:8].mean(), model.power[SAMPLES // 4 :].mean()
+    assert np.sqrt(high) == pytest.approx(2e-6, rel=0.1)
+    assert low > 30.0 * high
+
+
+def test_forces_on_the_machine_are_told_from_noise_of_the_sensor() -> None:
+    shapes = noise_shapes(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
+    quiet, pushed = (fit_noise_model(residual, shapes) for residual in (white(2e-6), white(2e-6) + wandering(0.5)))
+    assert quiet.sizes is not None
+    assert pushed.sizes is not None
+    assert pushed.sizes[-1] > 1e3 * quiet.sizes[-1]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_whitened_noise_has_variance_one(seed: int) -> None:
+    shapes = noise_shapes(MASS_KICK, MASS_KICK[0] ** 2, 1e-7, PERIOD, coloured=True)
+    residual = white(2e-6, seed) + wandering(0.5, seed + 10)
+    model = fit_noise_model(residual, shapes)
+    whitened = model.whiten(residual, wide=True)
+    # the taper makes neighbours alike: the sum of squares counts the independent ones
+    assert np.mean(whitened**2) / effective_share(SAMPLES) == pytest.approx(1.0, abs=0.1)
+    other = model.whiten(white(2e-6, seed + 100) + wandering(0.5, seed + 110), wide=True)
+    assert np.mean(other**2) / effective_share(SAMPLES) == pytest.approx(1.0, abs=0.15)
+
+
+def test_only_the_band_of_the_motion_counts_unless_asked_otherwise() -> None:
+    time = np.arange(SAMPLES) * PERIOD
+    motion = 0.05 * np.sin(2.0 * np.pi * 2.0 * time)
+    shapes = noise_shapes(MASS_KICK, motion, 1e-7, PERIOD, coloured=False)
+    frequencies = np.arange(SAMPLES // 2 + 1) / (SAMPLES * PERIOD)
+    assert 2.0 < frequencies[shapes.band] < 4.0
+    model = fit_noise_model(white(2e-6), shapes)
+    kept = model.whiten(white(2e-6))
+    assert np.count_nonzero(kept) <= 2 * shapes.band
+    assert np.count_nonzero(model.whiten(white(2e-6), wide=True)) > 0.9 * len(kept)
+
+
+def test_the_likelihood_is_greatest_at_the_size_that_is_there() -> None:
+    shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=False)
+    residual = white(2e-6)
+    sizes = [0.5e-6, 1e-6, 2e-6, 4e-6, 8e-6]
+    likelihoods = [fit_noise_model(white(size, 5), shapes).log_likelihood(residual) for size in sizes]
+    assert int(np.argmax(likelihoods)) == 2
+
+
+def test_the_noise_of_another_machine_keeps_sensor_and_forces() -> None:
+    shapes = noise_shapes(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
+    heavier = noise_shapes(0.5 * MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
+    model = fit_noise_model(white(1e-9) + wandering(0.5), shapes)
+    moved = carried_over(model, heavier)
+    assert moved.sizes is model.sizes
+    middle = slice(10, 200)
+    assert moved.power[middle] == pytest.approx(0.25 * model.power[middle], rel=0.05)
+
+
+def test_the_taper_keeps_the_power_of_noise() -> None:
+    assert np.mean(taper(SAMPLES) ** 2) == pytest.approx(1.0)
+    assert 0.85 < effective_share(SAMPLES) < 1.0
+    power = np.abs(spectrum(white(3.0))) ** 2
+    assert power.mean() == pytest.approx(9.0, rel=0.06)

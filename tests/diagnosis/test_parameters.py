@@ -1,0 +1,76 @@
+"""The values a diagnosis reports: from both recordings, with intervals that grow where the recordings disagree."""
+
+import functools
+
+import pytest
+
+from lathesim.diagnosis.fit import fit
+from lathesim.diagnosis.parameters import Estimate, Estimates, estimates, is_significant
+from lathesim.diagnosis.trial import Bench, Model
+from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, baseline, pair, recording, rigs
+
+TRUE = {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}
+
+
+@functools.cache
+def estimated(second: Hidden) -> Estimates:
+    """Fit a sound table to one recording and ask a recording of another table about it."""
+    rig, held_out = rigs(recording(Hidden(), seed=1), recording(second, seed=2))
+    return estimates(model_of(rig, held_out), held_out, None)
+
+
+def model_of(rig, held_out) -> Model:  # type: ignore[no-untyped-def]
+    fitted = fit(rig.sensed, baseline(rig))
+    bench = Bench(rig, held_out, lambda text: None)
+    bench.weigh(fitted)
+    return bench.model((), fitted)
+
+
+def test_two_recordings_of_one_machine_agree() -> None:
+    found = estimated(Hidden())
+    assert set(found.by_name) == set(TRUE)
+    assert found.inflation < 3.0
+    for name, true in TRUE.items():
+        assert found.by_name[name].value == pytest.approx(true, rel=1e-4)
+
+
+def test_intervals_grow_where_two_recordings_disagree() -> None:
+    """A table that became two percent heavier between the recordings has no one mass."""
+    same, other = estimated(Hidden()), estimated(Hidden(mass=1.02 * MASS))
+    assert other.inflation > 3.0 * same.inflation
+    assert other.by_name["x_axis.mass"].error > 3.0 * same.by_name["x_axis.mass"].error
+
+
+def test_what_belongs_to_one_recording_is_not_reported() -> None:
+    assert not any(name.endswith((".speed", ".travel", ".phase")) for name in estimated(Hidden()).by_name)
+
+
+def test_a_whole_recording_is_fitted_once_more_where_both_are_its_halves() -> None:
+    rig, held_out, whole = rigs(recording(seed=1, count=1000), recording(seed=2, count=1000), recording(seed=3))
+    found = estimates(model_of(rig, held_out), held_out, whole)
+    for name, true in TRUE.items():
+        assert found.by_name[name].value == pytest.approx(true, rel=1e-4)
+        assert abs(found.by_name[name].value - true) < 4.0 * found.by_name[name].error
+
+
+def test_what_was_known_beforehand_is_not_made_less_sure() -> None:
+    """An inflated error never exceeds the uncertainty that the lesson gives."""
+    rig, held_out = rigs(recording(count=300, size=0.0), recording(count=300, size=0.0, seed=2))
+    found = estimates(model_of(rig, held_out), held_out, None)
+    assert found.by_name["x_axis.mass"].error <= 1.001 * 0.05 * MASS
+
+
+def test_a_size_counts_when_it_is_three_errors_away_from_nothing() -> None:
+    term = next(term for term in pair(Hidden())[0].candidates if term.name == "CoulombFriction")
+    (name,) = term.parameters
+    assert is_significant(term, Estimates({name: Estimate(8.0, 2.0)}, 1.0))
+    assert not is_significant(term, Estimates({name: Estimate(8.0, 3.0)}, 1.0))
+    assert not is_significant(term, Estimates({}, 1.0))
+
+
+def test_only_values_that_make_an_effect_vanish_count() -> None:
+    term = next(term for term in pair(Hidden())[0].candidates if term.name == "TorqueRipple")
+    sizes = {name: Estimate(float(value), 1e-9) for name, value in zip(term.parameters, term.neutral, strict=True)}
+    moved = {**sizes, f"{term.part}.period": Estimate(0.02, 1e-9)}
+    assert not is_significant(term, Estimates(moved, 1.0))
+    assert is_significant(term, Estimates({**moved, f"{term.part}.amplitude": Estimate(1.0, 0.1)}, 1.0))

@@ -1,0 +1,64 @@
+"""``lathesim diagnose`` on recordings of real machines: a motor axis, a motor bench and a mill."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import call
+from tests.shared_data import SHARED, needs_shared
+
+pytestmark = [pytest.mark.slow, needs_shared]
+LESSONS = Path(__file__).parent / "lessons"
+DATA = SHARED / "data"
+
+
+def diagnosed(capsys, tmp_path, lesson, recording):
+    """Give the JSON of a diagnosis made with the command."""
+    said = call(capsys, "diagnose", LESSONS / lesson, DATA / recording, "--no-report", "--json", "-", "--out", tmp_path)
+    assert said.code == 0, said.err
+    return json.loads(said.out)
+
+
+def by_name(answer):
+    return {effect["effect"]: effect for effect in answer["effects"]}
+
+
+def size(answer, effect, parameter):
+    return by_name(answer)[effect]["parameters"][parameter]["value"]
+
+
+def test_coulomb_friction_left_out_of_the_emps_axis_is_found(capsys, tmp_path):
+    answer = diagnosed(capsys, tmp_path, "emps.yaml", "emps/DATA_EMPS.mat")
+    assert answer["verdict"] in ("named", "tied")
+    assert answer["effects"][0]["effect"] == "CoulombFriction"
+    assert answer["effects"][0]["at"] == "x_axis"
+    assert size(answer, "CoulombFriction", "level") == pytest.approx(20.3935, rel=0.01)
+    assert answer["baseline"]["x_axis.mass"]["refit_with"] == pytest.approx(95.1089, rel=0.01)
+    assert answer["baseline"]["x_axis.viscous"]["refit_with"] == pytest.approx(203.5034, rel=0.01)
+    if "ForceOffset" in by_name(answer):
+        pull = size(answer, "ForceOffset", "offset")
+    else:
+        pull = -35.15065 * size(answer, "ConverterOffset", "offset")  # what a voltage adds to the drive acts the other way
+    assert pull == pytest.approx(-3.1648, rel=0.03)
+    force = next(item for item in answer["missing"] if item["at"] == "x_axis.disturbance")
+    assert force["share_before"] > 0.16
+    assert force["share_after"] < 0.045
+
+
+def test_dry_friction_of_a_spin_up_is_named_and_what_one_direction_cannot_tell_is_said(capsys, tmp_path):
+    answer = diagnosed(capsys, tmp_path, "hsm150.yaml", "hsm150/idf_pos_0.06_1.mat")
+    assert answer["verdict"] == "tied"
+    friction = answer["effects"][0]
+    assert friction["effect"] == "CoulombFriction"
+    assert {"ForceOffset", "ConverterOffset"} <= set(friction["tied_with"])
+    assert "both directions" in friction["separating_experiment"]
+    speed = answer["fit"]["spindle.speed"]
+    assert speed["after"] < 0.01 * 192.0  # rad/s, root mean square speed of the second half
+
+
+def test_servo_lag_and_dry_friction_show_in_ten_samples_a_second_of_three_digits(capsys, tmp_path):
+    answer = diagnosed(capsys, tmp_path, "umich.yaml", "umich_cnc/experiment_11.csv")
+    assert size(answer, "CoulombFriction", "level") == pytest.approx(4.87, rel=0.05)  # A: least squares by hand
+    assert size(answer, "ServoLag", "lag") == pytest.approx(8.1e-3, rel=0.1)  # s: position error over commanded velocity
+    assert answer["baseline"]["x_axis.viscous"]["low"] > 0.0

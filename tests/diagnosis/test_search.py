@@ -1,0 +1,145 @@
+"""The search: it names what is hidden and nothing else, believes only what both recordings say, and keeps what it has when stopped."""
+
+import dataclasses
+import functools
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.search import Found, Settings, believable, leave_out, merit, search
+from lathesim.diagnosis.trial import Trial
+from tests.diagnosis.pushed_table import Hidden, pair, recording, rigs
+
+RUBBING = Hidden(dry=8.0)
+RUBBING_AND_PUSHED = Hidden(dry=8.0, law=lambda v, q, t: 6.0)
+SETTINGS = Settings()
+
+
+@functools.cache
+def found_in(hidden: Hidden) -> Found:
+    return search(*pair(hidden))
+
+
+def names(found: Found) -> list[str]:
+    return sorted(term.name for term in found.model.terms)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "effects"),
+    [
+        (Hidden(), []),
+        (RUBBING, ["CoulombFriction"]),
+        (RUBBING_AND_PUSHED, ["CoulombFriction", "ForceOffset"]),
+        (Hidden(mass=42.0, viscous=190.0), []),
+        (Hidden(law=lambda v, q, t: 6.0 * np.sin(2.0 * np.pi * q / 0.012 + 0.5)), ["TorqueRipple"]),
+    ],
+    ids=["nothing", "friction", "friction and offset", "other values", "ripple"],
+)
+def test_what_is_hidden_is_found_and_nothing_else(hidden: Hidden, effects: list[str]) -> None:
+    found = found_in(hidden)
+    assert names(found) == effects
+    assert found.complete
+
+
+def test_sizes_come_out_near_those_hidden() -> None:
+    values = found_in(RUBBING_AND_PUSHED).model.fitted.by_name
+    assert values["try_x_axis_coulomb_friction.level"] == pytest.approx(8.0, rel=0.1)
+    assert values["try_x_axis_force_offset.offset"] == pytest.approx(6.0, rel=0.1)
+
+
+def test_what_the_baseline_had_absorbed_is_given_back() -> None:
+    found = found_in(RUBBING)
+    without, with_it = (model.fitted.by_name["x_axis.viscous"] for model in (found.baseline, found.model))
+    assert without > 230.0
+    assert with_it == pytest.approx(200.0, rel=0.05)
+
+
+def test_each_effect_is_held_against_the_model_before_it() -> None:
+    trials = found_in(RUBBING).trials["try_x_axis_coulomb_friction"]
+    assert trials[0].gain > 100.0
+    assert trials[0].held_out_gain > 50.0
+    assert trials[0].share_of_all > 0.8
+    assert trials[0].moves > 10.0
+
+
+def test_an_effect_of_one_recording_alone_is_not_believed() -> None:
+    """A push that only the fitted recording has explains nothing of the other."""
+    first, second = rigs(recording(Hidden(law=lambda v, q, t: 6.0), seed=1), recording(seed=2))
+    found = search(first, second)
+    offset = [trial for trial in found.tried if trial.term.name == "ForceOffset"]
+    assert offset
+    assert offset[0].gain > 50.0
+    assert offset[0].held_out_gain < 0.0
+    assert names(found) == []
+
+
+def test_an_effect_of_the_held_out_recording_alone_is_not_found() -> None:
+    first, second = rigs(recording(seed=1), recording(RUBBING, seed=2))
+    assert names(search(first, second)) == []
+
+
+def test_stopped_it_keeps_what_it_has() -> None:
+    said: list[str] = []
+
+    def stop_in_the_second_round(text: str) -> None:
+        said.append(text)
+        if sum(line.startswith("screening") for line in said) == 2:
+            raise KeyboardInterrupt
+
+    found = search(*pair(RUBBING_AND_PUSHED), tell=lambda text: None if "stopped" in text else stop_in_the_second_round(text))
+    assert not found.complete
+    assert len(found.model.terms) == 1
+    assert len(found.tried) >= 1
+
+
+def test_it_tells_what_it_does() -> None:
+    said: list[str] = []
+    search(*pair(Hidden()), tell=said.append)
+    assert said[:2] == ["fitting the baseline", "screening 3 candidates"]
+
+
+def test_an_effect_is_left_out_again() -> None:
+    first, second = pair(RUBBING_AND_PUSHED)
+    found = dataclasses.replace(found_in(RUBBING_AND_PUSHED))
+    push = [term for term in found.model.terms if term.name == "ForceOffset"]
+    leave_out(found, push, first, second, lambda text: None)
+    assert names(found) == ["CoulombFriction"]
+    assert "try_x_axis_force_offset.offset" not in found.model.fitted.names
+    leave_out(found, found.model.terms, first, second, lambda text: None)
+    assert found.model is found.baseline
+
+
+def trial(**changes: Any) -> Trial:
+    first = found_in(RUBBING)
+    sure = Trial(first.model.terms[0], first.model, 100.0, 80.0, 20.0, 0.5, 0.5)
+    return dataclasses.replace(sure, **changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "believed"),
+    [
+        ({}, True),
+        ({"gain": 12.0}, False),
+        ({"held_out_gain": 2.0}, False),
+        ({"moves": 0.5}, False),
+        ({"share_of_all": 0.01}, False),
+        ({"share_of_rest": 0.1}, False),
+        ({"share_of_all": 0.01, "share_of_rest": 0.7}, True),
+    ],
+    ids=["sure", "no gain", "held out says no", "moves nothing", "little of all", "little of the rest", "nearly all of the rest"],
+)
+def test_what_it_takes_to_be_believed(changes: dict[str, float], believed: bool) -> None:
+    assert believable(trial(**changes), SETTINGS, 5.0) == believed
+
+
+def test_chance_must_be_beaten() -> None:
+    assert believable(trial(gain=40.0), SETTINGS, 5.0)
+    assert not believable(trial(gain=40.0), SETTINGS, 30.0)
+
+
+def test_a_gain_counts_as_far_as_the_other_recording_agrees() -> None:
+    agreed = trial(wide_gain=100.0, wide_held_out_gain=80.0)
+    not_agreed = trial(wide_gain=100.0, wide_held_out_gain=-50.0)
+    assert merit(agreed, SETTINGS) == pytest.approx(80.0 + 50.0 - 3.0)
+    assert merit(not_agreed, SETTINGS) == pytest.approx(-50.0 + 50.0 - 3.0)

@@ -1,0 +1,77 @@
+"""A machine made ready to be held against one recording: many runs, residuals, and what a second sensor adds."""
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.simulator import LOST, SecondSight
+from tests.diagnosis.pushed_table import FORCE, MASS, PERIOD, POSITION, VISCOUS, Hidden, machine, pair, recording, rigs
+
+NAMES = ["x_axis.mass", "x_axis.viscous"]
+
+
+def test_one_run_a_row() -> None:
+    simulator = pair(Hidden())[0].sensed
+    rows = np.array([[MASS, VISCOUS], [MASS, 2.0 * VISCOUS], [MASS, VISCOUS]])
+    right, slower, again = simulator.outputs(NAMES, rows)
+    assert right.shape == (1, simulator.samples)
+    assert np.array_equal(right, again)
+    assert np.std(slower) < np.std(right)
+
+
+def test_the_residual_is_recorded_minus_simulated() -> None:
+    simulator = pair(Hidden())[0].sensed
+    output = simulator.outputs(NAMES, np.array([[MASS, VISCOUS]]))[0]
+    assert np.array_equal(simulator.one({"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}), simulator.recorded - output)
+
+
+def test_nothing_recorded_is_no_residual() -> None:
+    record = recording(count=500)
+    holes = record[POSITION].copy()
+    holes[100:150] = np.nan
+    simulator = rigs(record.with_channel(POSITION, "m", holes))[0].sensed
+    residual = simulator.one({"x_axis.viscous": 2.0 * VISCOUS})
+    assert np.all(residual[0, 100:150] == 0.0)
+    assert np.all(np.isfinite(residual))
+    assert np.any(residual[0, 200:] != 0.0)
+
+
+def test_a_run_that_grows_beyond_all_bounds_is_lost_and_not_a_number_at_fault() -> None:
+    simulator = pair(Hidden())[0].sensed
+    residual = simulator.one({"x_axis.mass": 1e-3, "x_axis.viscous": 1e6})
+    assert np.all(np.isfinite(residual))
+    assert np.max(np.abs(residual)) == pytest.approx(LOST * simulator.floors[0])
+
+
+def test_a_kick_of_the_speed_moves_the_table_by_its_run_out() -> None:
+    simulator = pair(Hidden())[0].sensed
+    states, kicks, motion = simulator.kicks({"x_axis.mass": MASS, "x_axis.viscous": VISCOUS})
+    assert states == ["x_axis.speed", "x_axis.travel"]
+    assert motion.shape == (1, simulator.samples)
+    speed, travel = kicks[:, 0]
+    assert speed[-1] == pytest.approx(1e-3 * MASS / VISCOUS, rel=1e-6)
+    assert travel == pytest.approx(np.full(simulator.samples, 1e-3))
+
+
+def test_a_second_sensor_of_one_motion_shows_its_difference() -> None:
+    first, second = np.array([0.0, 1.0, 2.0]), np.array([0.5, 1.5, 2.5])
+    simulator = pair(Hidden())[0].sensed
+    twice = type(simulator)(
+        simulator.plan, (POSITION, "x_axis.position"), np.array([first, second]), np.array([3.0, 4.0]), "two", (SecondSight(1, 0),)
+    )
+    assert np.array_equal(twice.seen, [first, [0.5, 0.5, 0.5]])
+    assert twice.seen_floors == pytest.approx([3.0, 5.0])
+
+
+def test_a_tachometer_is_expected_to_show_the_speed_of_the_place() -> None:
+    time = np.arange(1000) * PERIOD
+    sight = SecondSight(1, 0, gain=2.0, rate=True)
+    expected = sight.expected(np.sin(2.0 * np.pi * time), PERIOD)
+    assert expected[50:-50] == pytest.approx((4.0 * np.pi * np.cos(2.0 * np.pi * time))[50:-50], abs=0.02)
+
+
+def test_a_rig_finds_the_second_sight_of_two_channels_of_one_motion() -> None:
+    record = recording(count=500)
+    record = record.with_channel("x_axis.position", "m", record[POSITION])
+    given = machine()
+    both = type(given)(given.assembly, (FORCE,), (POSITION, "x_axis.position"), given.uncertain, given.resolution)
+    assert [(sight.row, sight.first, sight.rate) for sight in rigs(record, of=both)[0].sensed.second_sight] == [(1, 0, False)]

@@ -1,0 +1,122 @@
+"""What may be added to a model: every effect where it can sit, and none of them felt until it is given a size."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.terms import insert_candidates
+from lathesim.effects.drive_lag import MotorInductance
+from lathesim.effects.friction import CoulombFriction, StribeckFriction
+from lathesim.effects.motor_ripple import TorqueRipple
+from lathesim.effects.offset_and_gain import ConverterOffset, ForceOffset
+from lathesim.effects.play import Backlash
+from lathesim.engine.assembly import Assembly
+from lathesim.engine.run import run
+from lathesim.engine.wiring import wire
+from lathesim.lessons.lesson import load_machine
+from lathesim.lessons.simulate import check_machine
+from lathesim.plugins import Registry, load_registry
+from tests.diagnosis.pushed_table import EFFECTS, POSITION, Hidden, machine, pair
+
+TEMPLATES = sorted((Path(__file__).parents[2] / "lesson_configs" / "machines").glob("*.yaml"))
+FEWEST = {"voltage_axis": 20, "force_axis": 15, "cascade_axis": 20, "torque_spindle": 8, "cutting_process": 10}
+
+
+@pytest.fixture(scope="module")
+def registry() -> Registry:
+    return load_registry(installed=False)
+
+
+def assembly_of(template: Path, registry: Registry) -> Assembly:
+    return check_machine(load_machine(template), registry).assembly
+
+
+@pytest.mark.parametrize("template", TEMPLATES, ids=lambda path: path.stem)
+def test_every_candidate_of_every_template_is_neutral(template: Path, registry: Registry) -> None:
+    """The plain run is the run with all candidates in it, bit for bit."""
+    assembly = assembly_of(template, registry)
+    channels = tuple(wire(assembly).channels)[:40]
+    filled, terms = insert_candidates(assembly, registry.effects.values())  # type: ignore[arg-type]
+    assert len(terms) >= FEWEST.get(template.stem, 1)
+    for_runs = {"duration": 40.0 * assembly.sample_period, "engine": "plain", "check_stability": False}
+    plain = run(wire(changed(assembly, channels)), **for_runs)  # type: ignore[arg-type]
+    full = run(wire(changed(filled, channels)), **for_runs)  # type: ignore[arg-type]
+    for channel in channels:
+        assert np.array_equal(plain[channel], full[channel], equal_nan=True), channel
+
+
+def changed(assembly: Assembly, channels: tuple[str, ...]) -> Assembly:
+    import dataclasses
+
+    return dataclasses.replace(assembly, record=channels, finish="")
+
+
+def test_a_candidate_is_named_for_its_host_and_effect() -> None:
+    _, terms = insert_candidates(machine().assembly, EFFECTS)
+    assert [(term.part, term.name, term.at) for term in terms] == [
+        ("try_x_axis_force_offset", "ForceOffset", "x_axis"),
+        ("try_x_axis_torque_ripple", "TorqueRipple", "x_axis"),
+        ("try_x_axis_coulomb_friction", "CoulombFriction", "x_axis"),
+    ]
+
+
+def test_frictions_come_last_on_a_port() -> None:
+    """They answer to the sum of what else pushes."""
+    assembly, _ = insert_candidates(machine().assembly, (CoulombFriction, ForceOffset))
+    feeding = {item.target: item.source for item in assembly.wires}
+    assert feeding["x_axis.disturbance"] == "try_x_axis_coulomb_friction.outgoing"
+    assert feeding["try_x_axis_coulomb_friction.incoming"] == "try_x_axis_force_offset.outgoing"
+
+
+def test_starting_values_spread_over_the_usual_range_inside_the_bounds() -> None:
+    _, terms = insert_candidates(machine().assembly, (StribeckFriction, TorqueRipple, CoulombFriction))
+    for term in terms:
+        assert term.points.shape[1] == len(term.parameters)
+        assert len(term.points) == (3 if len(term.parameters) == 1 else 8)
+        assert np.all(term.points >= term.low)
+        assert np.all(term.points <= term.high)
+        for name, column in zip(term.parameters, term.points.T, strict=True):
+            low, high = term.effect.typical[name.partition(".")[2]]
+            assert np.all(column >= low)
+            assert np.all(column <= high)
+            assert len(np.unique(column)) == len(column)
+
+
+def test_neutral_values_are_those_of_the_effect() -> None:
+    _, (term,) = insert_candidates(machine().assembly, (CoulombFriction,))
+    assert term.neutral.tolist() == [0.0]
+    assert term.low.tolist() == [0.0]
+
+
+def test_a_phase_belongs_to_the_recording() -> None:
+    _, (term,) = insert_candidates(machine().assembly, (TorqueRipple,))
+    assert term.nuisance == ("try_x_axis_torque_ripple.phase",)
+
+
+def test_sensors_that_nobody_looks_at_get_no_candidates(registry: Registry) -> None:
+    assembly = assembly_of(next(path for path in TEMPLATES if path.stem == "force_axis"), registry)
+    at = [term.at for term in insert_candidates(assembly, (Backlash,))[1]]
+    assert {"x_encoder", "x_scale"} <= set(at)
+    at = [term.at for term in insert_candidates(assembly, (Backlash,), [POSITION])[1]]
+    assert "x_scale" not in at
+
+
+def test_what_a_drive_leaves_out_belongs_to_the_drive(registry: Registry) -> None:
+    assembly = assembly_of(next(path for path in TEMPLATES if path.stem == "voltage_axis"), registry)
+    terms = insert_candidates(assembly, (MotorInductance, ConverterOffset))[1]
+    assert {(term.name, term.at) for term in terms} == {("MotorInductance", "x_drive"), ("ConverterOffset", "x_drive")}
+
+
+def test_an_effect_that_fits_nowhere_gives_no_term() -> None:
+    assembly, terms = insert_candidates(machine().assembly, ())
+    assert terms == []
+    assert assembly == machine().assembly
+
+
+def test_neutral_candidates_leave_a_compiled_replay_alone_too() -> None:
+    rig = pair(Hidden())[0]
+    names = [name for term in rig.candidates for name in term.parameters]
+    neutral = [value for term in rig.candidates for value in term.neutral]
+    unset = rig.replayed.one({"x_axis.mass": 40.0})
+    assert np.array_equal(rig.replayed.one({"x_axis.mass": 40.0, **dict(zip(names, neutral, strict=True))}), unset)

@@ -1,0 +1,105 @@
+"""From trials to what is said: how sure a name is, what it is tied with, and whether what is left has a pattern."""
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.diagnosis import Evidence, MissingSignal, VariableBar
+from lathesim.diagnosis.search import Found, Settings, search
+from lathesim.diagnosis.trial import Trial
+from lathesim.diagnosis.verdict import Standing, removed_in_band, standing, structured_share
+from tests.diagnosis.pushed_table import POSITION, Hidden, pair
+
+SETTINGS = Settings()
+
+
+@functools.cache
+def searched() -> Found:
+    return search(*pair(Hidden(dry=8.0)))
+
+
+def trials() -> dict[str, Trial]:
+    """One trial an effect, with made-up gains."""
+    found = searched()
+    terms = {term.name: term for term in pair(Hidden(dry=8.0))[0].candidates}
+    one = found.trials["try_x_axis_coulomb_friction"][0]
+    return {name: gaining(dataclasses.replace(one, term=term), 500.0) for name, term in terms.items()}
+
+
+def gaining(trial: Trial, nats: float) -> Trial:
+    """Give the trial with other gains on both recordings, in the band of the motion and beyond."""
+    names = [field.name for field in dataclasses.fields(trial) if field.name.endswith("gain")]
+    return dataclasses.replace(trial, **dict.fromkeys(names, nats))  # type: ignore[arg-type]
+
+
+def standing_of(*beside: Trial) -> Standing:
+    found = dataclasses.replace(searched())
+    found.trials = {"try_x_axis_coulomb_friction": [trials()["CoulombFriction"], *beside]}
+    (item,) = standing(found, SETTINGS)
+    return item
+
+
+def test_a_name_without_a_rival_is_sure() -> None:
+    item = standing_of()
+    assert (item.term.name, item.probability, item.tied) == ("CoulombFriction", 1.0, ())
+    assert item.share > 0.5
+
+
+def test_a_rival_that_gains_as_much_is_a_tie() -> None:
+    item = standing_of(trials()["ForceOffset"])
+    assert [trial.term.name for trial in item.tied] == ["ForceOffset"]
+    assert item.probability == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_rival_that_gains_much_less_is_none() -> None:
+    item = standing_of(gaining(trials()["ForceOffset"], 300.0))
+    assert item.tied == ()
+    assert item.probability > 0.99
+
+
+def test_a_rival_that_removes_less_of_the_error_is_none() -> None:
+    less = trials()["ForceOffset"]
+    item = standing_of(dataclasses.replace(less, share_of_all=less.share_of_all - 0.2))
+    assert item.tied == ()
+
+
+def test_a_rival_that_is_in_the_model_too_is_no_tie() -> None:
+    found = dataclasses.replace(searched())
+    other = trials()["ForceOffset"]
+    found.model = dataclasses.replace(found.model, terms=(*found.model.terms, other.term))
+    found.trials = {"try_x_axis_coulomb_friction": [trials()["CoulombFriction"], other]}
+    assert all(item.tied == () for item in standing(found, SETTINGS))
+
+
+def test_what_removes_most_comes_first() -> None:
+    found = dataclasses.replace(searched())
+    small = dataclasses.replace(trials()["ForceOffset"], share_of_all=0.1)
+    found.model = dataclasses.replace(found.model, terms=(small.term, *found.model.terms))
+    found.trials = {small.term.part: [small], "try_x_axis_coulomb_friction": [trials()["CoulombFriction"]]}
+    assert [item.term.name for item in standing(found, SETTINGS)] == ["CoulombFriction", "ForceOffset"]
+
+
+def test_the_share_of_the_error_that_is_gone() -> None:
+    assert removed_in_band(searched()) > 0.8
+    untouched = dataclasses.replace(searched())
+    untouched.model = untouched.baseline
+    assert removed_in_band(untouched) == 0.0
+
+
+def evidence(share_after: float, explained: float) -> Evidence:
+    signal = np.zeros(3)
+    missing = MissingSignal("x_axis.disturbance", "N", signal, signal, signal, signal, 0.5, share_after)
+    bars = (VariableBar(POSITION, "velocity of x_axis", 0.9, explained), VariableBar(POSITION, "time", 0.1, 0.0))
+    return Evidence(bars=bars, missing=(missing,))
+
+
+@pytest.mark.parametrize(
+    ("share_after", "explained", "structured"),
+    [(0.1, 0.0, 0.0), (0.1, 0.81, 0.09), (0.0, 0.9, 0.0), (math.nan, 0.9, 0.0)],
+    ids=["noise alone", "a pattern", "nothing left", "nothing acts there"],
+)
+def test_only_what_has_a_pattern_makes_a_model_inadequate(share_after: float, explained: float, structured: float) -> None:
+    assert structured_share(evidence(share_after, explained), [POSITION]) == pytest.approx(structured)

@@ -1,0 +1,40 @@
+"""Where a periodic effect is looked for: the wavelength that the missing force has over the place."""
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.waves import wave_points
+from tests.diagnosis.pushed_table import Hidden, baselines, pair
+
+
+def ripple(size: float, period: float) -> Hidden:
+    return Hidden(law=lambda v, q, t: size * np.sin(2.0 * np.pi * q / period + 0.5))
+
+
+@pytest.mark.parametrize("period", [0.012, 0.016])
+def test_the_period_of_a_hidden_ripple_is_found(period: float) -> None:
+    hidden = ripple(8.0, period)
+    rig, fitted = pair(hidden)[0], baselines(hidden)[0]
+    points = wave_points(rig, fitted, list(rig.candidates))
+    assert list(points) == ["try_x_axis_torque_ripple"]
+    term = next(term for term in rig.candidates if term.name == "TorqueRipple")
+    names = [name.partition(".")[2] for name in term.parameters]
+    found = points[term.part][:, names.index("period")]
+    assert found[0] == pytest.approx(period, rel=0.05)
+    assert len(np.unique(points[term.part][:4, names.index("phase")])) == 4
+    assert np.all(points[term.part][:, names.index("amplitude")] > 0.0)
+
+
+def test_effects_that_do_not_repeat_get_no_points() -> None:
+    rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
+    others = [term for term in rig.candidates if term.name != "TorqueRipple"]
+    assert wave_points(rig, fitted, others) == {}
+
+
+def test_wavelengths_stay_where_the_effect_may_have_them() -> None:
+    rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
+    term = next(term for term in rig.candidates if term.name == "TorqueRipple")
+    column = [name.partition(".")[2] for name in term.parameters].index("period")
+    low, high = term.effect.typical["period"]
+    for point in wave_points(rig, fitted, [term])[term.part]:
+        assert low / 1.3 <= point[column] <= 1.3 * high

@@ -1,0 +1,90 @@
+"""Every file of the program is short, has a telling name, and says what its public things are."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import ROOT
+
+PACKAGE = ROOT / "lathesim"
+MODULES = sorted(PACKAGE.rglob("*.py"))
+LONGEST = 450
+VAGUE = re.compile(r"(\w+_)?(utils?|helpers?|managers?)|common|base|misc|tools|stuff")
+LAW = re.compile(r"(derivative|output|update)(_\w+)?")
+"""The laws of a part: their equation stands in the docstring of the class."""
+HOME = re.compile(r"(?<![\w.:/$}-])/(home|root|work|Users)/\w|[A-Z]:\\Users")
+"""A path of the machine on which a file was written."""
+TEXTS = {".py", ".md", ".yaml", ".nc", ".toml", ".j2", ".csv", ".m", ".c", ".txt"}
+
+Definition = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
+
+
+def texts() -> Iterator[Path]:
+    """Give every text file of the project."""
+    for top in ("lathesim", "lesson_configs", "part_programs", "plugins", "tests"):
+        yield from (path for path in sorted((ROOT / top).rglob("*")) if path.suffix in TEXTS)
+    yield from (ROOT / "README.md", ROOT / "pyproject.toml")
+
+
+def public(node: ast.Module | ast.ClassDef, prefix: str = "") -> Iterator[tuple[str, Definition]]:
+    """Give the public classes and functions of a module, and those of its public classes, with their names."""
+    for item in node.body:
+        if isinstance(item, Definition) and not item.name.startswith("_"):
+            yield prefix + item.name, item
+            if isinstance(item, ast.ClassDef):
+                yield from public(item, f"{prefix}{item.name}.")
+
+
+def undocumented(path: Path) -> list[str]:
+    """Give what of a module has no docstring."""
+    module = ast.parse(path.read_text(encoding="utf-8"))
+    missing = [] if ast.get_docstring(module) else ["the module"]
+    for name, item in public(module):
+        is_law = "." in name and LAW.fullmatch(item.name) is not None
+        if not is_law and not ast.get_docstring(item):
+            missing.append(name)
+    return missing
+
+
+def test_no_file_is_long() -> None:
+    lengths = {str(path.relative_to(ROOT)): len(path.read_text(encoding="utf-8").splitlines()) for path in MODULES}
+    assert {name: lines for name, lines in lengths.items() if lines > LONGEST} == {}
+
+
+def test_no_name_is_vague() -> None:
+    paths = [path for top in ("lathesim", "tests", "plugins") for path in (ROOT / top).rglob("*") if path.suffix in ("", ".py")]
+    assert [str(path.relative_to(ROOT)) for path in paths if VAGUE.fullmatch(path.stem)] == []
+
+
+def test_everything_public_has_a_docstring() -> None:
+    missing = {str(path.relative_to(ROOT)): undocumented(path) for path in MODULES}
+    assert {name: names for name, names in missing.items() if names} == {}
+
+
+def test_no_file_names_a_place_on_somebodys_machine() -> None:
+    found = {str(path.relative_to(ROOT)): HOME.search(path.read_text(encoding="utf-8", errors="replace")) for path in texts()}
+    assert {name: match[0] for name, match in found.items() if match} == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (f"see {'/home'}/anna/lathe", True),
+        (f"see '{'/work'}/lathe'", True),
+        ("C:" + "\\Users\\anna", True),
+        ("cd work/plugins", False),
+        ("../work/plugins", False),
+        ("https://example.org/home/page", False),
+    ],
+)
+def test_a_place_on_a_machine_is_told_from_other_paths(text: str, found: bool) -> None:
+    assert bool(HOME.search(text)) == found
+
+
+def test_a_missing_docstring_is_seen(tmp_path: Path) -> None:
+    path = tmp_path / "part.py"
+    path.write_text('"""A part."""\nclass Part:\n    """A part."""\n    def output(): ...\n    def name(self): ...\n', encoding="utf-8")
+    assert undocumented(path) == ["Part.name"]

@@ -1,0 +1,19 @@
+"""Help is there at once: the pages of all commands are written without anything that computes or draws."""
+
+import json
+
+from tests.cli.command import python
+
+HEAVY = ["matplotlib", "numba", "numpy", "scipy", "textual"]
+HELP = f"""\
+import json, sys
+from lathesim.cli.main import COMMANDS, run_command_line
+assert all(run_command_line([*name, "--help"]) == 0 for name in [[], *[[name] for name in COMMANDS]])
+print(json.dumps(sorted(set({HEAVY}) & set(sys.modules))), file=sys.stderr)
+"""
+
+
+def test_no_page_of_help_imports_what_computes_or_draws() -> None:
+    done = python(HELP)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stderr) == []

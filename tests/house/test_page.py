@@ -1,0 +1,41 @@
+"""The README names what there is: every command, every lesson, every verdict, and nothing else."""
+
+import re
+
+from lathesim.cli.main import COMMANDS
+from lathesim.diagnosis.diagnosis import VERDICTS
+from lathesim.shipped import FOLDERS, shipped_files
+from tests.cli.command import ROOT
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def first_cells(heading: str) -> list[str]:
+    """Give the text in code signs that begins each row of the table under a heading."""
+    table = README.partition(f"\n| {heading} |")[2].partition("\n\n")[0]
+    return re.findall(r"^\| `([^`]+)`", table, re.M)
+
+
+def test_the_table_of_commands_has_every_command_once() -> None:
+    assert [cell.split()[1] for cell in first_cells("command")] == list(COMMANDS)
+    assert {cell.split()[0] for cell in first_cells("command")} == {"lathesim"}
+
+
+def test_the_table_of_lessons_has_every_lesson() -> None:
+    assert first_cells("lesson") == [path.stem for path in shipped_files("lesson_configs", "*.yaml")]
+
+
+def test_the_table_of_verdicts_has_every_verdict() -> None:
+    assert first_cells("verdict") == list(VERDICTS)
+
+
+def test_the_table_of_folders_names_what_is_there() -> None:
+    rows = re.findall(r"^\| (`[^|]+) \|", README.partition("\n| folder |")[2].partition("\n\n")[0], re.M)
+    named: set[str] = set()
+    for row in rows:
+        cells = [cell.strip("` ") for cell in row.split(",")]
+        parent = "lathesim/" if cells[0].startswith("lathesim/") else ""
+        named |= {cell if cell.startswith(parent) else parent + cell for cell in cells}
+    assert [name for name in sorted(named) if not (ROOT / name).exists()] == []
+    packages = {f"lathesim/{path.parent.name}/" for path in (ROOT / "lathesim").glob("*/__init__.py")}
+    assert packages | {f"{name}/" for name in FOLDERS} <= named
