@@ -145,7 +145,7 @@ class _Runs:
         from lathesim.lessons.simulate import run_prepared
 
         with progress_bar(case.name, case.expected_time, shown=not self.as_json) as progress:
-            return run_prepared(case, engine=self.engine, seed=self.seed, progress=progress)
+            return run_prepared(case, engine=self.engine, seed=self.seed, progress=progress, often=True)
 
 
 def _counted(number: int, what: str) -> str:

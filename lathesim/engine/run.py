@@ -28,7 +28,8 @@ from lathesim.record import Channel, Record
 
 ENGINES = ("auto", "plain", "compiled")
 _WORTH = 1.5
-"""How many times longer than compiling the rest of a plain run must take for ``auto`` to compile."""
+_WORTH_IF_OFTEN = 0.05
+"""How many times longer than compiling the rest of a plain run must take for ``auto`` to compile; less where many runs follow."""
 _BLOCK_TIME = 0.1
 _FIRST_BLOCK = {"plain": 256, "compiled": 4096}
 """Samples of the first block; later ones are made to last about ``_BLOCK_TIME`` seconds."""
@@ -46,6 +47,7 @@ class Sink(Protocol):
 @dataclass
 class _Progress:
     expected: int
+    worth: float = _WORTH
     first: int = 0
     finished: bool = False
     status: str = "complete"
@@ -64,6 +66,7 @@ def run(
     sink: Sink | None = None,
     check_stability: bool = True,
     expected_time: float | None = None,
+    often: bool = False,
 ) -> Record:
     """Run a plan and give its Record.
 
@@ -73,7 +76,8 @@ def run(
     Record holds none.
 
     ``engine`` "auto" takes machine code where it is at hand, and compiles only where the rest of the run, judged by ``expected_time`` [s],
-    would take longer plain. A machine that cannot be compiled runs plain, and whoever listens to the compiler is told why.
+    would take longer plain; sooner where the machine is to be run ``often``. A machine that cannot be compiled runs plain, and whoever
+    listens to the compiler is told why.
 
     Raises :class:`SimulationError` when a law breaks, with the data up to then in its ``record``.
     """
@@ -90,7 +94,7 @@ def run(
     fused = fuse(plan)
     blocks: list[FloatArray] = []
     expected = round(expected_time / period) if duration is None and expected_time is not None else last if duration is not None else 0
-    state = _Progress(expected)
+    state = _Progress(expected, worth=_WORTH_IF_OFTEN if often else _WORTH)
     failure = ""
     with Watch(plan, stop) as watch:
         try:
@@ -163,7 +167,7 @@ def _machine_code(fused: FusedModule, state: _Progress) -> CompiledMachine | Non
 def _is_worth_compiling(fused: FusedModule, state: _Progress, spent: float) -> bool:
     """Hold the rest of a plain run against compiling; a run of unknown length is taken to be half done."""
     rest = spent * (state.expected / state.first - 1.0) if state.expected > state.first else spent
-    return rest > _WORTH * compile_time(fused)
+    return rest > state.worth * compile_time(fused)
 
 
 def _one_block(plan: Plan, module: Any, live: RunArrays, state: _Progress, count: int, noise: FloatArray) -> tuple[int, FloatArray, bool]:

@@ -122,8 +122,9 @@ def run_prepared(
     seed: int | None = None,
     progress: Callable[[float], None] | None = None,
     stop: threading.Event | None = None,
+    often: bool = False,
 ) -> Record:
-    """Run a prepared case, see :func:`simulate`."""
+    """Run a prepared case, see :func:`simulate`; one that is to be run ``often`` is compiled sooner."""
     from lathesim.engine.run import run
 
     settings = prepared.case.lesson.settings
@@ -136,6 +137,7 @@ def run_prepared(
             progress=progress,
             stop=stop,
             expected_time=prepared.expected_time,
+            often=often,
         )
     except SimulationError as error:
         if error.record is not None:

@@ -211,3 +211,10 @@ def test_a_source_edited_while_the_program_runs_is_not_taken_for_the_law(
     monkeypatch.setattr("inspect.getsourcefile", lambda _: str(edited))
     law_text(shaped)
     assert not list(empty_cache.glob("text_*.json"))
+
+
+def test_a_machine_that_is_run_often_is_compiled_sooner(said: list[str], empty_cache: Path) -> None:
+    plan = wire(loop())
+    assert run(plan, duration=100.0, engine="auto").meta["engine"] == "plain"
+    assert run(plan, duration=100.0, engine="auto", often=True).meta["engine"] == "compiled"
+    assert len(said) == 1
