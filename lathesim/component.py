@@ -183,6 +183,14 @@ class Component:
         return ({"output": rest} if "output" in cls.laws else {}) | single
 
     @classmethod
+    def idle(cls) -> tuple[dict[str, float], dict[str, str]]:
+        """Give the parameter values with which the part only passes on what it is given, and which input each output then is.
+
+        The engine leaves an idle part out. Most parts have no such values: both are empty.
+        """
+        return {}, {}
+
+    @classmethod
     def law_of(cls, output: str) -> str:
         """Give the law that gives an output."""
         return f"output_{output}" if f"output_{output}" in cls.laws else "output"

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.analysis.figure_file import write_figure
 from lathesim.analysis.figure_style import (
     ALERT,
     CONTACT,
@@ -51,7 +52,7 @@ def save_figure(figure: Any, path: str | Path) -> None:
     if place.suffix.lower() not in FORMATS:
         raise RecordError(f"a figure cannot be saved as '{place.suffix}'.", place=str(place), remedy="Use .png, .svg or .pdf.")
     try:
-        figure.savefig(place, dpi=150)
+        write_figure(figure, place)
     except OSError as error:
         reason = str(error.strerror or error)
         raise RecordError(f"the figure cannot be written: {reason}.", place=str(place), remedy="Choose another folder.") from error

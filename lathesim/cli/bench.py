@@ -66,7 +66,7 @@ def _scale(work: Work, as_json: bool, quick: bool, save: Path | None) -> int:
     from lathesim.cli.bench_scale import batch_memory, hour, scale_series, thread_gain, told
 
     series = scale_series(work, 2 if quick else 5, quick=quick, tell=_tell)
-    gain = thread_gain(work, 3 if quick else 9, _tell)
+    gain = thread_gain(work, 3 if quick else 5, _tell)
     long, memory = hour(_tell), batch_memory(_tell)
     place = _draw(series, save or Path("lathesim_runs") / "scale.png")
     if as_json:
@@ -165,6 +165,7 @@ def _machine() -> dict[str, str]:
     return {
         "processor": _processor(),
         "cores": str(os.cpu_count()),
+        "load": f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown",
         "system": platform.platform(terse=True),
         "python": platform.python_version(),
         "numpy": version("numpy"),
@@ -176,7 +177,8 @@ def _machine() -> dict[str, str]:
 def _machine_line() -> str:
     machine = _machine()
     versions = ", ".join(f"{name} {machine[name]}" for name in ("python", "numpy", "numba"))
-    return f"{machine['processor']}, {machine['cores']} cores, {machine['system']}; {versions}; {machine['date']}."
+    busy = f"load {machine['load']}"
+    return f"{machine['processor']}, {machine['cores']} cores, {busy}, {machine['system']}; {versions}; {machine['date']}."
 
 
 def _processor() -> str:

@@ -75,9 +75,6 @@ def work_rows(work: Work, rounds: int, *, slow: bool, tell: Tell) -> tuple[list[
     batch = Batch(work.plan, work.samples, seed=SEED, threads=1)
     values = np.full((members, 1), work.parameters["x_controller.proportional"])
 
-    def last(record: np.ndarray) -> float:
-        return float(record[0, -1])
-
     calls: dict[str, tuple[Callable[[], Any], int]] = {
         "compiled": (lambda: run(work.plan, seed=SEED, engine="compiled"), 1),
         "compiled, one run of a batch": (
@@ -141,16 +138,17 @@ def start_rows(rounds: int, tell: Tell) -> list[Row]:
     """Measure how long commands take from nothing, and compiling."""
     rows = []
     with tempfile.TemporaryDirectory() as folder:
+        compiled = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(Path(folder) / "byte_code")}  # as an installation has it
         for name, arguments in START.items():
             tell(f"measuring {name} ...")
             command = [sys.executable, "-m", "lathesim", *arguments]
-            _child(command, folder)
-            rows.append(Row(name, statistics.median(_child(command, folder)[0] for _ in range(rounds))))
+            _child(command, folder, compiled)
+            rows.append(Row(name, statistics.median(_child(command, folder, compiled)[0] for _ in range(rounds))))
         tell("measuring how long compiling takes ...")
         known: list[float] = []
         unknown: list[float] = []
         for number in range(max(1, rounds // 3)):
-            cache = {"LATHESIM_CACHE": str(Path(folder) / f"cache_{number}")}
+            cache = {**compiled, "LATHESIM_CACHE": str(Path(folder) / f"cache_{number}")}
             command = [sys.executable, "-c", _COMPILE]
             unknown.append(float(_child(command, folder, cache)[1]))
             for file in Path(cache["LATHESIM_CACHE"]).glob("machine_*"):

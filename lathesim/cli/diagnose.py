@@ -28,6 +28,13 @@ STOPPED = 130
 @click.option("--json", "json_file", type=click.Path(path_type=Path, allow_dash=True), metavar="FILE", help="Write JSON ('-': print it).")
 @click.option("--effect", "only", multiple=True, metavar="NAME", help="Try only these effects.")
 @click.option("--no-report", is_flag=True, help="Write no report.")
+@click.option(
+    "--without",
+    "left_out",
+    multiple=True,
+    type=click.Choice(("replay", "baseline", "null", "held-out")),
+    help="Leave a step of the method out, to see what it is good for: the answer gets worse, and says so.",
+)
 @variant_option
 @plugins_option
 def diagnose(
@@ -38,6 +45,7 @@ def diagnose(
     json_file: Path | None,
     only: tuple[str, ...],
     no_report: bool,
+    left_out: tuple[str, ...],
     variant: str | None,
     plugin_folders: tuple[Path, ...],
 ) -> int:
@@ -55,6 +63,7 @@ def diagnose(
     from lathesim.diagnosis.diagnose import ask
     from lathesim.diagnosis.diagnose import diagnose as answer
     from lathesim.diagnosis.diagnosis import as_json
+    from lathesim.diagnosis.left_out_step import without
     from lathesim.diagnosis.loading import load_case
     from lathesim.lessons.lesson import load_lesson
 
@@ -63,8 +72,9 @@ def diagnose(
     loaded = load_lesson(lesson)
     quiet = json_file is not None and str(json_file) == "-"
     case = load_case(loaded, [recording] if validate is None else [recording, validate], registry, variant=variant)
+    question = without(ask(loaded.title, case.machine, case.recordings, effects), left_out)  # type: ignore[arg-type]
     with _progress(shown=not quiet) as tell:
-        diagnosis = answer(ask(loaded.title, case.machine, case.recordings, effects), tell)  # type: ignore[arg-type]
+        diagnosis = answer(question, tell)
     folder = out or Path("lathesim_runs") / loaded.name
     files = [] if no_report else _write(diagnosis, case, folder)
     told = json.dumps({**as_json(diagnosis), "report": str(files[0]) if files else None}, indent=2)

@@ -50,6 +50,9 @@ def run(
     Without --variant all variants of the lesson run, and a table compares them with the published values. Ctrl-C ends a run and keeps
     what was simulated until then (exit code 130).
     """
+    import os
+
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy is loaded below; its matrices here are too small to be shared among cores
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
 

@@ -19,6 +19,7 @@ class ForceAxis(Component):
         "drive": "force",
         "applied": "force",
         "inertia": "mass",
+        "resistance": "viscous",
     }
 
     force = Input("N", doc="force of the drive on the table")

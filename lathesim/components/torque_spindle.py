@@ -19,6 +19,7 @@ class TorqueSpindle(Component):
         "drive": "torque",
         "applied": "torque",
         "inertia": "inertia",
+        "resistance": "viscous",
     }
 
     torque = Input("N*m", doc="torque of the drive on the spindle")
@@ -34,9 +35,7 @@ class TorqueSpindle(Component):
     angle = Output("rad", doc="angle turned since the start")
 
     @staticmethod
-    def derivative(
-        rotation: float, torque: float, disturbance: float, inertia: float, viscous: float
-    ) -> tuple[float, float]:
+    def derivative(rotation: float, torque: float, disturbance: float, inertia: float, viscous: float) -> tuple[float, float]:
         """Newton's law."""
         return (torque - viscous * rotation - disturbance) / inertia, rotation
 

@@ -28,9 +28,7 @@ class VoltageDrive(Component):
     effort = Output("{effort}", doc="force or torque of the drive")
 
     @staticmethod
-    def output(
-        voltage: float, velocity: float, conductance: float, back_emf: float, effort_constant: float
-    ) -> tuple[float, float]:
+    def output(voltage: float, velocity: float, conductance: float, back_emf: float, effort_constant: float) -> tuple[float, float]:
         """Ohm's law, and the force of the motor."""
         current = conductance * (voltage - back_emf * velocity)
         return current, effort_constant * current

@@ -15,14 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.diagnosis.diagnose import halves
 from lathesim.diagnosis.evidence import missing_share
 from lathesim.diagnosis.fit import Fitted, fit
+from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.loading import LEAST_SAMPLES, Recorded, at_period
-from lathesim.diagnosis.locate import bars, direction_of, missing_signal, places, variables
-from lathesim.diagnosis.problem import Machine, Rig, build_rigs
+from lathesim.diagnosis.locate import bars, missing_signal, places
+from lathesim.diagnosis.problem import Machine, Rig
 from lathesim.diagnosis.spectral_lines import Line, Spectrum, lines_of
 from lathesim.diagnosis.trial import SETTLING
+from lathesim.diagnosis.variables import direction_of, variables
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import RecordingError
 from lathesim.lessons.lesson import Lesson
@@ -87,7 +88,7 @@ class Replayed:
 
 @dataclass(frozen=True)
 class Dependence:
-    """The share of what is missing behind a channel that a variable explains, learned on one half and scored on the other."""
+    """The share of what is missing behind a channel that a variable explains, learned on one part and scored on the other."""
 
     channel: str
     variable: str
@@ -141,9 +142,7 @@ def load_recording(lesson: Lesson, file: Path, registry: Registry, variant: str 
 
 def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
     """Hold a recording against a machine."""
-    parts = halves(recorded.record)
-    records = [(recorded.name, recorded.record), *[(f"half {number}", half) for number, half in enumerate(parts, start=1)]]
-    rig, first, second = build_rigs(machine, records, ())
+    first, second, rig = parted(machine, recorded.name, recorded.record, ())
     fitted, *pieces = [_started(item) for item in (rig, first, second)]
     channels = _channels(rig, fitted)
     wires = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in machine.assembly.wires if wire.source]

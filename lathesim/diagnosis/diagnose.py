@@ -18,16 +18,18 @@ from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, Fou
 from lathesim.diagnosis.discovery import discover, plugin_text
 from lathesim.diagnosis.evidence import compared, contradicted, gather, located, strongest_variables
 from lathesim.diagnosis.fit import fit, with_start
+from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.loading import Recorded
 from lathesim.diagnosis.parameters import CONFIDENCE, Estimates, estimates, is_significant
 from lathesim.diagnosis.problem import POSSIBLE, Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import Found, Settings, leave_out, search
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Bench, judged_score
+from lathesim.diagnosis.trial import Bench, is_wide, judged_score
+from lathesim.diagnosis.turn_lines import told, turn_lines
+from lathesim.diagnosis.variables import resting
 from lathesim.diagnosis.verdict import ADEQUATE, NAMED_SHARE, Standing, removed_in_band, standing, structured_share
 from lathesim.effects.effect import Effect
-from lathesim.record import Record
 
 Tell = Callable[[str], None]
 STRAINED = 0.98 * POSSIBLE
@@ -91,27 +93,13 @@ def _recording_fault(question: Question, faults: list[str], findings: tuple[str,
 
 
 def _rigs(question: Question) -> tuple[list[Rig], Rig | None, str]:
-    """Give the rigs of the fitted and of the held-out recording, and of the whole where both are halves of one file."""
+    """Give the rigs of the fitted and of the held-out recording, and of the whole where both are parts of one file."""
     fitted = question.fitted
     if question.held_out is not None:
         pairs = [(fitted.name, fitted.record), (question.held_out.name, question.held_out.record)]
         return build_rigs(question.machine, pairs, question.effects), None, question.held_out.name
-    first, second = halves(fitted.record)
-    name = f"{fitted.name}, second half"
-    rigs = build_rigs(question.machine, [(fitted.name, first), (name, second), (fitted.name, fitted.record)], question.effects)
-    return rigs[:2], rigs[2], name
-
-
-def halves(record: Record) -> tuple[Record, Record]:
-    """Give the first and the second half of a recording, each from time 0."""
-    middle = len(record) // 2
-    period = record.sample_period
-    parts = []
-    for piece in (slice(0, middle), slice(middle, None)):
-        channels = {name: replace(channel, values=channel.values[piece]) for name, channel in record.channels.items()}
-        count = len(next(iter(channels.values())).values)
-        parts.append(Record(np.asarray(np.arange(count) * period, dtype=np.float64), channels, dict(record.meta)))
-    return parts[0], parts[1]
+    rig, held_out, whole = parted(question.machine, fitted.name, fitted.record, question.effects)
+    return [rig, held_out], whole, held_out.name
 
 
 def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: Estimates, say: Tell) -> Diagnosis:
@@ -119,7 +107,7 @@ def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: E
     given = _given(rig, found)
     moved = _values_are_off(rig, found, given)
     without = found.baseline.held_out_fit.by_name if found.model.terms else _given(held_out, found)
-    own = compared(held_out, without, {**found.model.held_out_fit.by_name, **_machine_values(values)})
+    own = compared(held_out, without, _on_held_out(held_out, found, values))
     evidence = gather(rig, held_out, found, own)
     location = located(held_out, found, evidence)
     standings = standing(found, question.settings)
@@ -147,7 +135,12 @@ def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: E
         adequate=adequate,
         baseline=baseline,
         insert=tuple(_insert(*pair, found) for pair in zip(effects, standings, strict=True)) if verdict in ("named", "tied") else (),
-        left=(*_left(evidence, after, found, question.settings), *_strain(strained, baseline)),
+        left=(
+            *_left(evidence, after, found, question.settings),
+            *resting(held_out, found.model.held_out_fit),
+            *told(turn_lines(held_out, found.model.held_out_fit), {name: item.unit for name, item in own.fit.items()}),
+            *_strain(strained, baseline),
+        ),
         not_told=_not_told(effects, values),
         discovered=f"{term.formula}, which explains {term.share:.0%} of what is left at {term.at}" if term else "",
         plugin=plugin_text(term) if term else "",
@@ -230,8 +223,14 @@ def _first_line(term: Term) -> str:
     return (term.effect.__doc__ or "").strip().splitlines()[0]
 
 
-def _machine_values(values: Estimates) -> dict[str, float]:
-    return values.values()
+def _on_held_out(held_out: Rig, found: Found, values: Estimates) -> dict[str, float]:
+    """Give the reported values with what belongs to the held-out recording fitted beside them."""
+    judged = found.model.held_out_fit
+    own = {item.name for item in held_out.start_states(held_out.sensed.plan)}
+    own |= {name for term in found.model.terms for name in term.nuisance}
+    free = [item for item in with_start(judged) if item.name in own]
+    constant = {name: value for name, value in {**judged.by_name, **values.values()}.items() if name not in own}
+    return fit(held_out.sensed, free, constant, rounds=2, iterations=6, wide=is_wide(found.model.terms)).by_name
 
 
 def _turned(term: Term, parameters: dict[str, Interval]) -> dict[str, Interval]:

@@ -95,12 +95,17 @@ class BaselineValue:
 
 @dataclass(frozen=True)
 class VariableBar:
-    """How much of a channel's missing signal a variable explains on the held-out recording (1 all, 0 nothing), before and after."""
+    """How much of a channel's missing signal a variable explains on the held-out recording (1 all, 0 nothing), before and after.
+
+    ``within`` is the same as a share of what the variable could explain; NaN where that is all.
+    """
 
     channel: str
     variable: str
     before: float
     after: float
+    within_before: float = math.nan
+    within_after: float = math.nan
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ import numpy as np
 
 from lathesim.diagnosis.diagnosis import ChannelFit, ChannelTrace, Evidence, Location, MissingSignal, VariableBar
 from lathesim.diagnosis.fit import Fitted
-from lathesim.diagnosis.locate import bars, missing_signal, places
+from lathesim.diagnosis.locate import COUNTS, bars, missing_signal, places
 from lathesim.diagnosis.problem import Rig, acting
 from lathesim.diagnosis.search import Found
 from lathesim.diagnosis.terms import decides
 from lathesim.diagnosis.trial import SETTLING, Model
+from lathesim.diagnosis.variables import PARTIAL
 from lathesim.engine.assembly import FloatArray
 
 SEEN = 0.1
@@ -22,6 +23,7 @@ _SIMPLEST = ("sign of velocity", "velocity", "speed", "position", "time")
 _MOTION = 2
 """The first of these are always named; one further down only where it explains clearly more than all before it."""
 _CLEARLY = 0.02
+_MOST_NAMED = 4
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Compared:
 
 def compared(rig: Rig, before: Mapping[str, float], after: Mapping[str, float]) -> Compared:
     """Simulate the lesson with two sets of values and compare both with the recording."""
-    names = list(dict.fromkeys([*before, *after]))
+    names = rig.own.settable([*before, *after])
     plan = rig.own.plan
     values = {name: _own_value(plan, name) for name in names}
     rows = np.array([[{**values, **chosen}[name] for name in names] for chosen in (before, after)])
@@ -45,7 +47,7 @@ def compared(rig: Rig, before: Mapping[str, float], after: Mapping[str, float]) 
     fits: dict[str, ChannelFit] = {}
     for row, name in enumerate(rig.machine.compare):
         recorded, floor = rig.own.recorded[row], rig.floors[name]
-        sizes = [_root_mean_square((recorded - simulated[row])[begin:]) for simulated in (first, second)]
+        sizes = [_root_mean_square(_counted(rig, recorded - simulated[row])[begin:]) for simulated in (first, second)]
         fits[name] = ChannelFit(plan.unit(rig.own.channels[row]), floor, sizes[0], sizes[1], rig.name)
     return Compared(first, second, fits, _removed(rig, first, second, begin))
 
@@ -56,9 +58,15 @@ def _removed(rig: Rig, before: FloatArray, after: FloatArray, begin: int) -> flo
     error = []
     for simulated in (before, after):
         residual = np.nan_to_num(rig.sensed.seen - rig.sensed.as_seen(simulated))[:, begin:]
-        power = np.mean(residual**2, axis=1) / rig.sensed.seen_floors**2
+        kept = slice(None) if rig.weights is None else rig.weights[begin:] > COUNTS
+        power = np.mean(residual[:, kept] ** 2, axis=1) / rig.sensed.seen_floors**2
         error.append(float(np.sum(np.maximum(power - 1.0, 0.0))))
     return 1.0 - error[1] / error[0] if error[0] > 0.0 else 0.0
+
+
+def _counted(rig: Rig, values: FloatArray) -> FloatArray:
+    """Give values (samples,) without those that do not count."""
+    return values if rig.weights is None else np.where(rig.weights > COUNTS, values, np.nan)
 
 
 def _own_value(plan: object, name: str) -> float:
@@ -101,12 +109,13 @@ def gather(rig: Rig, held_out: Rig, found: Found, own: Compared) -> Evidence:
 
 
 def _bars(rig: Rig, held_out: Rig, before: Model, after: Model) -> list[VariableBar]:
-    first = {(bar.channel, bar.variable): bar.share for bar in bars(rig, before.fitted, held_out, before.held_out_fit)}
+    first = {(bar.channel, bar.variable): bar for bar in bars(rig, before.fitted, held_out, before.held_out_fit)}
     if after is before:
         second = first
     else:
-        second = {(bar.channel, bar.variable): bar.share for bar in bars(rig, after.fitted, held_out, after.held_out_fit)}
-    return [VariableBar(channel, variable, share, second[channel, variable]) for (channel, variable), share in first.items()]
+        second = {(bar.channel, bar.variable): bar for bar in bars(rig, after.fitted, held_out, after.held_out_fit)}
+    pairs = ((bar, second[key]) for key, bar in first.items())
+    return [VariableBar(bar.channel, bar.variable, bar.share, other.share, bar.within, other.within) for bar, other in pairs]
 
 
 def _missing(held_out: Rig, before: Model, after: Model) -> list[MissingSignal]:
@@ -129,16 +138,14 @@ def _traces(held_out: Rig, own: Compared) -> list[ChannelTrace]:
 
 
 def _wires(rig: Rig) -> tuple[tuple[str, str], ...]:
-    pairs = [
-        (wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in rig.machine.assembly.wires if wire.source
-    ]
+    pairs = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in rig.machine.assembly.wires if wire.source]
     return tuple(dict.fromkeys(pairs))
 
 
 def located(held_out: Rig, found: Found, evidence: Evidence) -> Location:
     """Say where the mismatch sits: the hosts of what was found first, then what the worst channel passes through."""
     worst = places(held_out, found.baseline.held_out_fit)
-    hosts = [term.at for term in found.model.terms]
+    hosts = [term.at.partition(".")[0] for term in found.model.terms]
     channels = [place.channel for place in worst if place.over_floor > 1.0]
     suspects = [*hosts, *[part for place in worst[:1] for part in place.parts if not found.model.terms]]
     windows = worst[0].windows if worst else ()
@@ -146,19 +153,29 @@ def located(held_out: Rig, found: Found, evidence: Evidence) -> Location:
 
 
 def strongest_variables(bars_: tuple[VariableBar, ...], channels: list[str], *, after: bool = False) -> tuple[str, ...]:
-    """Give the variables that explain most of what is missing; one that a simpler one nearly replaces is not named."""
+    """Give the variables that explain most of what is missing; one that a simpler one nearly replaces is not named.
+
+    One that has a value only now and then (time since entry) is named where it explains much of what is missing there.
+    """
     shares: dict[str, float] = {}
+    partial: dict[str, float] = {}
     for bar in bars_:
         if not channels or bar.channel in channels:
-            share = bar.after if after else bar.before
-            shares[bar.variable] = max(shares.get(bar.variable, 0.0), share)
+            share, within = (bar.after, bar.within_after) if after else (bar.before, bar.within_before)
+            if bar.variable.startswith(PARTIAL):
+                # what is small shows only once the large is in
+                within = within if after else max(within, bar.within_after)
+                partial[bar.variable] = max(partial.get(bar.variable, 0.0), within)
+            else:
+                shares[bar.variable] = max(shares.get(bar.variable, 0.0), share)
+    narrow = [name for name in sorted(partial, key=lambda name: -partial[name]) if partial[name] > SEEN]
     chosen: list[str] = []
     for name in sorted(shares, key=lambda name: (_complexity(name), -shares[name])):
         motion = _complexity(name) < _MOTION
         simpler = max((shares[other] for other in chosen), default=0.0)
         if shares[name] > SEEN and (motion or shares[name] > simpler + _CLEARLY):
             chosen.append(name)
-    return tuple(sorted(chosen, key=lambda name: -shares[name])[:4])
+    return tuple([*narrow, *sorted(chosen, key=lambda name: -shares[name])][:_MOST_NAMED])
 
 
 def _complexity(variable: str) -> int:
@@ -172,11 +189,13 @@ CONTROLLED = 0.2
 def contradicted(rig: Rig, residual: FloatArray) -> str:
     """Give a sentence where a recorded command does not follow from what its controller was given, by the ``residual`` of a replay.
 
-    The text is empty where it does.
+    The text is empty where it does, and where nothing was replayed.
 
     Between them lies no physics that could be left out, only the controller's law: a channel is shifted, swapped or in another unit, or
     the controller is not the lesson's.
     """
+    if not rig.machine.replay:
+        return ""
     parts = {part.name: part.component for part in rig.machine.assembly.parts}
     for row, name in enumerate(rig.machine.compare):
         component = parts[name.partition(".")[0]]

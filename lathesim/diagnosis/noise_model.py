@@ -42,12 +42,20 @@ def effective_share(samples: int) -> float:
     return float(np.sum(square) ** 2 / (samples * np.sum(square**2)))
 
 
-def spectrum(values: FloatArray, differences: int = 0) -> FloatArray:
+def window_of(weights: FloatArray) -> FloatArray:
+    """Give the window that sees each sample with its weight (samples,), 0 to 1; with mean square 1."""
+    window = taper(len(weights)) * weights
+    return np.asarray(window / np.sqrt(np.mean(window * window)))
+
+
+def spectrum(values: FloatArray, differences: int = 0, window: FloatArray | None = None) -> FloatArray:
     """Give the tapered transform of the n-th differences of ``values`` (..., samples), scaled so that white noise has power sigma^2."""
     samples = values.shape[-1]
+    seen = taper(samples) if window is None else window
     for _ in range(differences):
         values = np.diff(values, axis=-1, prepend=values[..., :1])
-    return np.asarray(rfft(values * taper(samples), axis=-1) / np.sqrt(samples))
+    workers = 2 if values.ndim > 1 and len(values) > 1 else 1
+    return np.asarray(rfft(values * (seen / np.sqrt(samples)), axis=-1, workers=workers))
 
 
 @dataclass(frozen=True)
@@ -56,7 +64,7 @@ class NoiseShapes:
 
     All are of the channel differenced ``differences`` times, as often as makes what forces do to it nearest to white: a drifting position
     would leak through the taper into every frequency. ``band`` is the number of frequencies that hold 99 % of the power of the motion so
-    differenced; a channel that no state moves has no such limit.
+    differenced; a channel that no state moves has no such limit. A ``window`` takes the place of the taper where some samples do not count.
     """
 
     shapes: FloatArray
@@ -64,6 +72,7 @@ class NoiseShapes:
     samples: int
     differences: int = 0
     band: int = 1 << 62
+    window: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -75,13 +84,22 @@ class NoiseModel:
     differences: int = 0
     band: int = 1 << 62
     sizes: FloatArray | None = None
+    window: FloatArray | None = None
+
+    @property
+    def share(self) -> float:
+        """The share of the frequencies that counts as independent."""
+        if self.window is None:
+            return effective_share(self.samples)
+        square = self.window**2
+        return float(np.sum(square) ** 2 / (self.samples * np.sum(square**2)))
 
     def whiten(self, values: FloatArray, *, wide: bool = False) -> FloatArray:
         """Give ``values`` (..., samples) as independent numbers of variance one, real parts and then imaginary ones.
 
         Frequencies above the band of the motion are set to zero, or kept when ``wide``.
         """
-        scaled = spectrum(values, self.differences) * np.sqrt(2.0 * effective_share(self.samples) / self.power)
+        scaled = spectrum(values, self.differences, self.window) * np.sqrt(2.0 * self.share / self.power)
         if not wide:
             scaled[..., self.band :] = 0.0
         return np.concatenate([scaled.real, scaled.imag], axis=-1)
@@ -90,8 +108,8 @@ class NoiseModel:
         """Give the log-likelihood of a residual (samples,), of all frequencies or of those of the motion, up to a constant [nats]."""
         kept = slice(None) if wide else slice(0, self.band)
         power = self.power[kept]
-        ratio = np.abs(spectrum(residual, self.differences)[kept]) ** 2 / power
-        return float(-effective_share(self.samples) * np.sum(np.log(power) + ratio))
+        ratio = np.abs(spectrum(residual, self.differences, self.window)[kept]) ** 2 / power
+        return float(-self.share * np.sum(np.log(power) + ratio))
 
 
 def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: float, *, coloured: bool, rate: bool = False) -> NoiseShapes:
@@ -145,14 +163,14 @@ def _kick_gain(kick: FloatArray, frequency: FloatArray, period: float) -> FloatA
 
 def fit_noise_model(residual: FloatArray, shapes: NoiseShapes) -> NoiseModel:
     """Give the noise model of a residual (samples,)."""
-    seen = np.abs(spectrum(residual, shapes.differences)) ** 2
+    seen = np.abs(spectrum(residual, shapes.differences, shapes.window)) ** 2
     basis = shapes.shapes
     least = max(shapes.floor**2, 1e-300) * basis[0]
     sizes = np.mean(seen) / np.maximum(np.mean(basis, axis=1), 1e-300) / len(basis)
     for _ in range(_UPDATES):
         power = least + sizes @ basis
         sizes = sizes * (basis @ (seen / power**2)) / np.maximum(basis @ (1.0 / power), 1e-300)
-    return NoiseModel(least + sizes @ basis, shapes.samples, shapes.differences, shapes.band, sizes)
+    return NoiseModel(least + sizes @ basis, shapes.samples, shapes.differences, shapes.band, sizes, shapes.window)
 
 
 def carried_over(model: NoiseModel, shapes: NoiseShapes) -> NoiseModel:
@@ -161,4 +179,4 @@ def carried_over(model: NoiseModel, shapes: NoiseShapes) -> NoiseModel:
     least = max(shapes.floor**2, 1e-300) * shapes.shapes[0]
     if model.differences != shapes.differences or len(model.sizes) != len(shapes.shapes):
         return model
-    return NoiseModel(least + model.sizes @ shapes.shapes, shapes.samples, shapes.differences, model.band, model.sizes)
+    return NoiseModel(least + model.sizes @ shapes.shapes, shapes.samples, shapes.differences, model.band, model.sizes, shapes.window)

@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.fft import prev_fast_len
 
+from lathesim.component import Input, Output
 from lathesim.diagnosis.fit import Free
 from lathesim.diagnosis.floor import channel_floor
 from lathesim.diagnosis.motion import measured_output, recorded_motion, velocity_of
-from lathesim.diagnosis.replay import cut, drive, seen, sense
+from lathesim.diagnosis.replay import cut, drive, look, seen, sense, sensed_share
 from lathesim.diagnosis.simulator import SecondSight, Simulator
 from lathesim.diagnosis.terms import Term, insert_candidates
 from lathesim.effects.effect import Effect
@@ -25,6 +27,8 @@ class Machine:
     """What a lesson says of the machine: the assembly [SI], the inputs that recordings drive, the channels they are compared with.
 
     ``uncertain`` gives one standard deviation of given values [SI] by ``part.parameter``; ``resolution`` that of a recorded channel.
+    Without ``replay`` the search works in the lesson's own simulation, and with ``white`` it takes every residual for white noise: see
+    :mod:`lathesim.diagnosis.left_out_step`.
     """
 
     assembly: Assembly
@@ -32,6 +36,12 @@ class Machine:
     compare: tuple[str, ...]
     uncertain: Mapping[str, float]
     resolution: Mapping[str, float]
+    replay: bool = True
+    white: bool = False
+
+
+TELLING = ("in_cut", "angle", "flow")
+"""Roles of the outputs that a mismatch may depend on."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +57,8 @@ class Rig:
     name: str
     candidates: tuple[Term, ...]
     with_candidates: Assembly
+    weights: FloatArray | None = None
+    """Which samples count (samples,), 0 to 1; without it all do."""
 
     @cached_property
     def floors(self) -> dict[str, float]:
@@ -60,13 +72,35 @@ class Rig:
     def _driven(self) -> Assembly:
         return drive(self.with_candidates, {name: self.record[name] for name in self.machine.drive})
 
-    def _simulator(self, assembly: Assembly) -> Simulator:
-        channels = tuple(seen(self.with_candidates, name) for name in self.machine.compare)
-        pushing = tuple(source for _, source in acting(assembly) if source not in channels)
-        plan = wire(replace(assembly, record=(*channels, *pushing), finish="", step=self._step(assembly)))
+    def _channels(self) -> dict[str, str]:
+        """Give the output that stands for each compared channel."""
+        return {name: seen(self.with_candidates, name) for name in self.machine.compare}
+
+    def _simulator(self, assembly: Assembly, shown: Mapping[str, str] | None = None) -> Simulator:
+        channels = tuple({**self._channels(), **(shown or {})}.values())
+        beside = (*[source for _, source in acting(assembly)], *self._telling(assembly))
+        beside = tuple(name for name in dict.fromkeys(beside) if name not in channels)
+        plan = wire(replace(assembly, record=(*channels, *beside), finish="", step=self._step(assembly)))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
         floors = np.array([self.floors[name] for name in self.machine.compare])
-        return Simulator(plan, channels, recorded, floors, self.name, self._second_sight(recorded))
+        return Simulator(plan, channels, recorded, floors, self.name, self._second_sight(recorded), self.weights, self.machine.white)
+
+    def _telling(self, assembly: Assembly) -> tuple[str, ...]:
+        """Give the outputs that tell what the machine does where no sensor does: in the cut or not, the spindle angle, a velocity."""
+        moved = recorded_motion(self.with_candidates, self._whole())
+        own = [(part.name, part.component.ports) for part in assembly.parts if not issubclass(part.component, Effect)]
+        outputs = [f"{name}.{ports[role]}" for name, ports in own for role in TELLING if role in ports]
+        return tuple(output for output in outputs if output not in moved and self._gives(output))
+
+    def _gives(self, output: str) -> bool:
+        name, _, item = output.partition(".")
+        return any(part.name == name and item in part.component.declared(Output) for part in self.machine.assembly.parts)
+
+    @cached_property
+    def doing(self) -> dict[str, FloatArray]:
+        """What the machine did where no sensor tells, as simulated with the lesson's values: output -> values (samples,)."""
+        channels = self.sensed.plan.channels
+        return {name: self.sensed.channel([], [], channels.index(name)) for name in self._telling(self.with_candidates)}
 
     def _second_sight(self, recorded: FloatArray) -> tuple[SecondSight, ...]:
         """Give the channels that show a motion which a channel before them shows already."""
@@ -93,13 +127,29 @@ class Rig:
     @cached_property
     def sensed(self) -> Simulator:
         """Recorded inputs for every part, recorded motion for the effects."""
+        if not self.machine.replay:
+            return self.replayed
         replayed = cut(_exact_sensors(self._driven()), self._whole())
-        return self._simulator(sense(replayed, recorded_motion(self.with_candidates, self._whole())))
+        motion = recorded_motion(self.with_candidates, self._whole())
+        effects = {part.name for part in self.with_candidates.parts if issubclass(part.component, Effect)}
+        return self._simulator(*look(sense(replayed, motion, effects), self._channels(), motion))
+
+    def feeling_their_motion(self, terms: Iterable[Term]) -> dict[str, float]:
+        """Give the settings of :attr:`sensed` with which terms, and effects of the lesson's own, that may hold a part still sense the
+        simulated motion: they have to feel that it stands."""
+        tried = {term.part for term in self.candidates}
+        own = [(part.name, part.component) for part in self.with_candidates.parts if part.name not in tried]
+        sticking = [(term.part, term.effect) for term in terms] + [(name, item) for name, item in own if issubclass(item, Effect)]
+        names = [
+            sensed_share(f"{part}.{name}") for part, effect in sticking if effect.family == STICKING for name in effect.declared(Input)
+        ]
+        return {name: 0.0 for name in names if name in self.sensed.plan.parameters}
 
     @cached_property
     def replayed(self) -> Simulator:
         """Recorded inputs for every part, simulated motion for the effects."""
-        return self._simulator(cut(_exact_sensors(self._driven()), self._whole()))
+        exact = _exact_sensors(self._driven())
+        return self._simulator(cut(exact, self._whole()) if self.machine.replay else exact)
 
     @cached_property
     def feeds_back(self) -> bool:
@@ -114,7 +164,8 @@ class Rig:
         channels = tuple(seen(self.with_candidates, name) for name in self.machine.compare)
         plan = wire(replace(driven, record=channels, finish=""))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
-        return Simulator(plan, channels, recorded, np.array([self.floors[name] for name in self.machine.compare]), self.name)
+        floors = np.array([self.floors[name] for name in self.machine.compare])
+        return Simulator(plan, channels, recorded, floors, self.name, weights=self.weights)
 
     def _step(self, assembly: Assembly) -> float:
         """Give the step of a replay: half a sample period, or the lesson's where that is longer already."""
@@ -183,9 +234,24 @@ def _exact_sensors(assembly: Assembly) -> Assembly:
 def build_rigs(machine: Machine, records: Iterable[tuple[str, Record]], effects: Iterable[type[Effect]]) -> list[Rig]:
     """Give one rig for each recording, all with the same candidates in the same machine."""
     assembly, terms = insert_candidates(machine.assembly, effects, machine.compare)
-    return [Rig(machine, record, name, tuple(terms), assembly) for name, record in records]
+    return [Rig(machine, quickly_transformed(record), name, tuple(terms), assembly) for name, record in records]
 
 
+_SPARED = 0.02
+
+
+def quickly_transformed(record: Record) -> Record:
+    """Give the record without the last samples, under one in fifty, beyond a length that a Fourier transform takes quickly."""
+    samples = len(record)
+    kept = prev_fast_len(samples, real=True)
+    if samples - kept > _SPARED * samples or kept == samples:
+        return record
+    channels = {name: replace(channel, values=channel.values[:kept]) for name, channel in record.channels.items()}
+    return Record(record.time[:kept], channels, dict(record.meta))
+
+
+STICKING = "reversal"
+"""The family of effects that may hold a part still."""
 POSSIBLE = 3.5
 """Declared standard deviations by which a value of the lesson may be off; further off is not believed, whatever it would explain."""
 

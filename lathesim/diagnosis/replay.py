@@ -7,12 +7,13 @@ a part is not blamed for its neighbour.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.signals import HeldSignal, LinearSignal
+from lathesim.component import Input
+from lathesim.diagnosis.signals import CorrectedSight, HeldSignal, LinearSignal, SensedMotion
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.wiring import wire
@@ -25,15 +26,51 @@ def seen(assembly: Assembly, channel: str) -> str:
 
 
 def drive(assembly: Assembly, signals: Mapping[str, FloatArray]) -> Assembly:
-    """Give the assembly with inputs (``part.input``) driven by recorded signals, one value a sample [SI]."""
+    """Give the assembly with inputs (``part.input``) driven by recorded signals, one value a sample [SI]; effects that sense them too."""
     parts = list(assembly.parts)
     wires = {item.target: item for item in assembly.wires}
     units = {f"{part.name}.{name}": item.unit for part in parts for name, item in part.component.declarations.items()}
     for target, values in signals.items():
         name = f"recorded_{target.replace('.', '_')}"
         parts.append(_signal(name, HeldSignal, units[target], values))
-        wires[_head(wires, target)] = Wire(_head(wires, target), f"{name}.value")
+        for driven in (*_sensing(assembly, wires, target), _head(wires, target)):
+            wires[driven] = Wire(driven, f"{name}.value")
     return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+
+
+def _sensing(assembly: Assembly, wires: Mapping[str, Wire], target: str) -> list[str]:
+    """Give the inputs of effects that sense the same input of their host: fed as it was, and called as its role."""
+    host, _, item = target.partition(".")
+    component = next(part.component for part in assembly.parts if part.name == host)
+    roles = {role for role, port in component.ports.items() if port == item}
+    head = _head(wires, target)
+    default = component.declarations[item].default if head == target else None  # type: ignore[attr-defined]
+    fed = wires.get(head, Wire(head, constant=default or 0.0))
+    found = []
+    for part in assembly.parts:
+        if issubclass(part.component, Effect) and host in _sits_at(assembly, part.name):
+            senses = [f"{part.name}.{name}" for name in part.component.declared(Input) if name in roles]
+            found += [own for own in senses if own in wires and replace(wires[own], target=head) == replace(fed, target=head)]
+    return found
+
+
+def _sits_at(assembly: Assembly, effect: str) -> set[str]:
+    """Give the parts whose port an effect sits on, past effects beside it."""
+    effects = {part.name for part in assembly.parts if issubclass(part.component, Effect)}
+    before = {item.target: item.source.partition(".")[0] for item in assembly.wires}
+    here = effect
+    while here in effects:
+        here = before.get(f"{here}.incoming", "")
+    found, waiting, seen_before = {here}, [effect], {effect}
+    while waiting:
+        source = f"{waiting.pop()}.outgoing"
+        for name in (item.target.partition(".")[0] for item in assembly.wires if item.source == source):
+            if name not in effects:
+                found.add(name)
+            elif name not in seen_before:
+                seen_before.add(name)
+                waiting.append(name)
+    return found
 
 
 def _head(wires: Mapping[str, Wire], target: str) -> str:
@@ -65,21 +102,85 @@ def cut(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Assembly:
     return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
 
 
-def sense(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
-    """Give the assembly in which effects sense the recorded motion of their hosts instead of the simulated one."""
+def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Collection[str] | None = None) -> Assembly:
+    """Give the assembly in which effects sense the recorded motion of their hosts instead of the simulated one.
+
+    With the names of some ``candidates`` only they do, and how much of it each of their inputs senses is a parameter,
+    :func:`sensed_share`: a friction that holds a table still has to feel that it does.
+    """
     parts = list(assembly.parts)
     by_name = {part.name: part for part in parts}
     wires = {item.target: item for item in assembly.wires}
     for output, values in motion.items():
         targets = [target for target, item in wires.items() if item.source == output and _senses_own_host(by_name, target)]
+        targets = [target for target in targets if candidates is None or target.partition(".")[0] in candidates]
         if not targets:
             continue
         part, _, item = output.partition(".")
         name = f"motion_{part}_{item}"
-        parts.append(_signal(name, LinearSignal, by_name[part].component.declarations[item].unit, values))
+        unit = by_name[part].component.declarations[item].unit
+        parts.append(_signal(name, LinearSignal, unit, values))
         for target in targets:
-            wires[target] = Wire(target, f"{name}.value")
+            if candidates is None:
+                wires[target] = Wire(target, f"{name}.value")
+                continue
+            sensed = sensed_share(target).partition(".")[0]
+            parts.append(Part(sensed, SensedMotion.with_units({"signal": unit})))
+            for end, feed in (("recorded", f"{name}.value"), ("simulated", output)):
+                wires[f"{sensed}.{end}"] = Wire(f"{sensed}.{end}", feed)
+            wires[target] = Wire(target, f"{sensed}.value")
     return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+
+
+def sensed_share(target: str) -> str:
+    """Give the parameter that says how much of the recorded motion an input of a candidate (``part.input``) senses."""
+    return f"sensed_{target.replace('.', '_')}.share"
+
+
+def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, FloatArray]) -> tuple[Assembly, dict[str, str]]:
+    """Give the assembly whose motion sensors look at the recorded motion, and the output that now stands for each of their channels.
+
+    ``channels`` gives the output that stood for each channel before. What a sensor gets wrong is then a known function of time, and it is
+    added to the simulated motion: see :class:`CorrectedSight`.
+    """
+    parts = list(assembly.parts)
+    by_name = {part.name: part for part in parts}
+    wires = {item.target: item for item in assembly.wires}
+    shown: dict[str, str] = {}
+    for channel, output in channels.items():
+        sensor, _, reading = channel.partition(".")
+        if sensor not in by_name or by_name[sensor].component.ports.get("reading") != reading:
+            continue
+        target = _eye(by_name, wires, sensor)
+        source = wires[target].source if target in wires else ""
+        if source not in motion:
+            continue
+        host, _, item = source.partition(".")
+        unit = by_name[host].component.declarations[item].unit
+        if by_name[sensor].component.declarations[reading].unit != unit:
+            continue  # its errors are not lengths or speeds that could be added to the motion
+        signal = f"motion_{host}_{item}"
+        if signal not in by_name:
+            by_name[signal] = _signal(signal, LinearSignal, unit, motion[source])
+            parts.append(by_name[signal])
+        sight = f"sight_{sensor}"
+        parts.append(Part(sight, CorrectedSight.with_units({"signal": unit})))
+        wires[target] = Wire(target, f"{signal}.value")
+        for name, feed in (("sensed", output), ("simulated", source), ("recorded", f"{signal}.value")):
+            wires[f"{sight}.{name}"] = Wire(f"{sight}.{name}", feed)
+        shown[channel] = f"{sight}.reading"
+    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values())), shown
+
+
+def _eye(parts: Mapping[str, Part], wires: Mapping[str, Wire], sensor: str) -> str:
+    """Give the input at which a sensor's chain of effects begins."""
+    target = f"{sensor}.{parts[sensor].component.ports['measured']}"
+    while target in wires and wires[target].source.endswith(".outgoing"):
+        before = wires[target].source.partition(".")[0]
+        if f"{before}.incoming" not in wires:
+            break
+        target = f"{before}.incoming"
+    return target
 
 
 def _senses_own_host(parts: Mapping[str, Part], target: str) -> bool:

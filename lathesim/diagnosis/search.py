@@ -16,10 +16,10 @@ import numpy as np
 from lathesim.component import Parameter
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.problem import Rig, baseline_free
-from lathesim.diagnosis.screening import Screened, screen
+from lathesim.diagnosis.screening import Screened, is_limit, screen, screened_instead
+from lathesim.diagnosis.starting_points import starting_points
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Bench, Model, Tell, Trial, is_wide, judged_score
-from lathesim.diagnosis.waves import wave_points
+from lathesim.diagnosis.trial import STRAIN, Bench, Model, Tell, Trial, is_wide, judged_score
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 
@@ -29,6 +29,9 @@ _LAST = 1000
 _ALIKE = 0.1
 """Candidates whose promises differ by less than this share may be the same thing to the channels."""
 _MOST_RIVALS = 3
+_NEARLY_ALL = 0.95
+_NEAR = 0.6
+"""Once one candidate removes nearly all, others are fitted only where they promised this share of the best promise."""
 
 
 @dataclass(frozen=True)
@@ -43,14 +46,24 @@ class Settings:
     margin: float = 10.0
     """Nats by which a fit must get better beyond its parameters' due and beyond what chance reaches among the candidates."""
     per_parameter: float = 3.0
+    against_chance: bool = True
+    """Whether what chance reaches among the candidates counts against an effect."""
     held_out_margin: float = 3.0
     smallest_move: float = 1.0
     """An effect must move a channel by more than this many times what is left unexplained there."""
+    most_spoilt: float = 1.5
+    """Factor by which an effect may make a channel of the lesson's own simulation worse."""
+    largest_size: float = 30.0
+    """Largest usual sizes of an effect beyond which it is not believed."""
     share_of_all: float = 0.03
     share_of_rest: float = 0.15
     """An effect must remove both of these shares of the error: of all that was there, and of what the others left ..."""
     nearly_all_of_rest: float = 0.6
     """... or this share of what the others left, however little of all that is."""
+    refined_share_of_rest: float = 0.9
+    """The same for a refined form that takes the place of a simple one."""
+    nearly_worth: float = 0.5
+    """Share of ``nearly_all_of_rest`` that a candidate must promise to be fitted, where it cannot come to the other two."""
 
 
 @dataclass
@@ -75,6 +88,8 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
     bench.say("fitting the baseline")
     fitted = fit(rig.sensed, [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)], rounds=3)
     bench.weigh(fitted)
+    fitted = bench.feeling(fitted, ())
+    bench.weigh(fitted)
     baseline = bench.model((), fitted)
     found = Found(baseline, baseline)
     try:
@@ -90,32 +105,77 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
 def _grow(bench: Bench, found: Found, settings: Settings) -> None:
     """Add effects one at a time as long as one is believable."""
     while len(found.model.terms) < settings.most_effects:
-        left = [term for term in bench.rig.candidates if term not in found.model.terms and _is_due(term, found.model, bench.rig)]
-        bench.say(f"screening {len(left)} candidates")
-        screening = screen(bench.rig.sensed, found.model.fitted, left, wave_points(bench.rig, found.model.fitted, left))
-        found.screened, found.chance = screening.ranked, screening.chance
-        first = ", ".join(f"{item.term.name} at {item.term.at} {item.gain:.0f} ({item.share:.0%})" for item in screening.ranked[:5])
-        bench.say(f"  promised nats (chance gives {screening.chance:.0f}): {first}")
-        tried: list[Trial] = []
-        for item in screening.ranked[: settings.screened]:
-            if item.gain < max(0.5 * (settings.margin + screening.chance), settings.worth_a_fit * screening.ranked[0].gain):
-                break
-            if item.share < settings.worth_a_fit * settings.share_of_rest:
-                continue
-            starts = item.starts[: 2 if len(item.term.parameters) > 1 else 1]
-            tried.append(bench.trial(found.model, item.term, found.model.terms, found.model.free, starts))
-        found.tried += tried
-        good = [trial for trial in tried if believable(trial, settings, screening.chance)]
-        if not good:
+        if not any(_add(bench, found, settings, some(found.model, bench.rig)) for some in (_due, _finer)):
             return
-        good.sort(key=lambda trial: -merit(trial, settings))
-        equals = [trial for trial in good if merit(good[0], settings) - merit(trial, settings) < _EQUAL]
-        best = min(equals, key=lambda trial: trial.term.effect.catalogue or _LAST)
-        good += [trial for trial in _rivals(bench, found, screening.ranked, best, tried) if believable(trial, settings, screening.chance)]
-        found.trials[best.term.part] = good
-        found.model = bench.settled(best.model)
-        bench.say(f"{best.term.name} at {best.term.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
-        _eliminate(bench, found, settings)
+
+
+def _add(bench: Bench, found: Found, settings: Settings, left: list[Term]) -> bool:
+    """Add the best of some candidates; False where none is believable."""
+    if not left:
+        return False
+    bench.say(f"screening {len(left)} candidates")
+    screening = screen(bench.rig.sensed, found.model.fitted, left, starting_points(bench.rig, found.model.fitted, left))
+    found.screened, found.chance = screening.ranked, screening.chance if settings.against_chance else 0.0
+    first = ", ".join(f"{item.term.name} at {item.term.at} {item.gain:.0f} ({item.share:.0%})" for item in screening.ranked[:5])
+    bench.say(f"  promised nats (chance gives {found.chance:.0f}): {first}")
+    tried: list[Trial] = []
+    best_kept = 0.0
+    for item in screening.ranked[: settings.screened]:
+        if item.gain < max(0.5 * (settings.margin + found.chance), settings.worth_a_fit * best_kept):
+            break
+        if not _may_be_worth(bench, found.model, item, settings):
+            continue
+        if item.gain < _NEAR * screening.ranked[0].gain and any(trial.share_of_rest > _NEARLY_ALL for trial in tried):
+            continue
+        tried.append(bench.trial(found.model, item.term, found.model.terms, found.model.free, _starts(item)))
+        if believable(tried[-1], settings, found.chance):
+            best_kept = max(best_kept, item.gain)  # what promised much and kept none of it is no yardstick
+    found.tried += tried
+    good = [trial for trial in tried if believable(trial, settings, found.chance)]
+    if not good:
+        return False
+    good.sort(key=lambda trial: -merit(trial, settings))
+    equals = [trial for trial in good if merit(good[0], settings) - merit(trial, settings) < _EQUAL]
+    best = min(equals, key=lambda trial: trial.term.effect.catalogue or _LAST)
+    good += [trial for trial in _rivals(bench, found, screening.ranked, best, tried) if believable(trial, settings, found.chance)]
+    found.trials[best.term.part] = good
+    found.model = bench.settled(best.model)
+    bench.say(f"{best.term.name} at {best.term.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
+    _eliminate(bench, found, settings)
+    return True
+
+
+def _starts(item: Screened) -> Sequence[FloatArray]:
+    """Give the starting values of a fit: of an effect that is linear in its one size, one is enough."""
+    return item.starts[: 1 if len(item.term.parameters) == 1 and not is_limit(item.term).any() else 2]
+
+
+def _due(model: Model, rig: Rig) -> list[Term]:
+    return [term for term in rig.candidates if term not in model.terms and _is_due(term, model, rig)]
+
+
+def _finer(model: Model, rig: Rig) -> list[Term]:
+    """Give the refined forms of which the simpler ones are not in the model, and those that stand on others that are not there: for when no
+    simple effect is believable."""
+    there = {(term.name, term.at) for term in model.terms}
+    refined = {(name, term.at) for term in model.terms for name in term.effect.refines}
+    return [
+        term
+        for term in rig.candidates
+        if (term.effect.refines or not _stands(term, model, rig))
+        and not any((name, term.at) in there for name in (term.name, *term.effect.refines))
+        and (term.name, term.at) not in refined
+    ]
+
+
+def _may_be_worth(bench: Bench, model: Model, item: Screened, settings: Settings) -> bool:
+    """Say whether what a candidate promises may come to the shares of the error that an effect must remove."""
+    if item.share < settings.worth_a_fit * settings.share_of_rest:
+        return False
+    if model.fitted.penalty > STRAIN or item.share > settings.nearly_worth * settings.nearly_all_of_rest:
+        return True
+    rest = model.error + np.maximum(bench.everything - bench.baseline_error, 0.0)
+    return float(np.max(item.shares * rest / bench.everything)) > settings.worth_a_fit * settings.share_of_all
 
 
 def _rivals(bench: Bench, found: Found, ranked: Sequence[Screened], best: Trial, tried: Sequence[Trial]) -> list[Trial]:
@@ -130,10 +190,14 @@ def _rivals(bench: Bench, found: Found, ranked: Sequence[Screened], best: Trial,
 
 def _is_due(term: Term, model: Model, rig: Rig) -> bool:
     """Say whether a term may be added: it is no refinement, what it stands on is there, and no refined form of it is."""
-    there = {(name, other.at) for other in model.terms for name in (other.name, *other.effect.refines)} | _in_baseline(rig)
     refined = {(name, other.at) for other in model.terms for name in other.effect.refines}
-    stands = not term.effect.needs or any((name, term.at) in there for name in term.effect.needs)
-    return not term.effect.refines and stands and (term.name, term.at) not in refined
+    return not term.effect.refines and _stands(term, model, rig) and (term.name, term.at) not in refined
+
+
+def _stands(term: Term, model: Model, rig: Rig) -> bool:
+    """Say whether what a term stands on is there: in the model or in the lesson's machine."""
+    there = {(name, other.at) for other in model.terms for name in (other.name, *other.effect.refines)} | _in_baseline(rig)
+    return not term.effect.needs or any((name, term.at) in there for name in term.effect.needs)
 
 
 def _in_baseline(rig: Rig) -> set[tuple[str, str]]:
@@ -158,9 +222,14 @@ def _refine(bench: Bench, found: Found, settings: Settings) -> bool:
         rest = tuple(other for other in found.model.terms if other is not term)
         finer = [other for other in bench.rig.candidates if other.at == term.at and term.name in other.effect.refines]
         kept = [item for item in found.model.free if item.name not in term.parameters]
-        swaps = [bench.trial(found.model, other, rest, kept, _refined_starts(term, other, found.model)) for other in finer]
+        swaps = []
+        for other in finer:
+            starts = _refined_starts(term, other, found.model)
+            promise = screened_instead(bench.rig.sensed, found.model.fitted, term, other, starts[1:])
+            if promise.gain > 0.5 * settings.margin and _may_be_worth(bench, found.model, promise, settings):
+                swaps.append(bench.trial(found.model, other, rest, kept, starts))
         found.tried += swaps
-        good = [trial for trial in swaps if believable(trial, settings, 0.0) and trial.share_of_all > settings.share_of_all]
+        good = [trial for trial in swaps if believable(trial, settings, 0.0) and _replaces(trial, settings)]
         if good:
             best = max(good, key=lambda trial: merit(trial, settings))
             bench.say(f"{best.term.name} takes the place of {term.name}: {best.gain:.0f} nats")
@@ -168,6 +237,11 @@ def _refine(bench: Bench, found: Found, settings: Settings) -> bool:
             found.model = bench.settled(best.model)
             changed = True
     return changed
+
+
+def _replaces(trial: Trial, settings: Settings) -> bool:
+    """Say whether a refined form is so much better that the simple one has to go."""
+    return trial.share_of_all > settings.share_of_all or trial.share_of_rest > settings.refined_share_of_rest
 
 
 def _refined_starts(term: Term, other: Term, model: Model) -> list[FloatArray]:
@@ -192,7 +266,23 @@ def believable(trial: Trial, settings: Settings, chance: float) -> bool:
     due = settings.margin + settings.per_parameter * len(trial.term.parameters) + chance
     much = trial.share_of_all > settings.share_of_all and trial.share_of_rest > settings.share_of_rest
     worth = much or trial.share_of_rest > settings.nearly_all_of_rest or trial.relieves
-    return trial.gain > due and trial.held_out_gain > settings.held_out_margin and trial.moves > settings.smallest_move and worth
+    judged = trial.gain > due and trial.held_out_gain > settings.held_out_margin and trial.moves > settings.smallest_move
+    worth = worth and trial.spoils < settings.most_spoilt
+    return judged and worth and _of_usual_size(trial, settings)
+
+
+def _of_usual_size(trial: Trial, settings: Settings) -> bool:
+    """Say whether an effect's size is not far beyond what is met on machines: whatever it then explains, it is not that effect."""
+    if not np.isfinite(settings.largest_size):
+        return True
+    term, values = trial.term, trial.model.fitted.by_name
+    usual = np.abs(term.points - term.neutral).max(axis=0, initial=0.0)
+    sizes = [
+        abs(values[name] - neutral) / most
+        for name, neutral, most in zip(term.parameters, term.neutral, usual, strict=True)
+        if name.partition(".")[2] in term.effect.neutral and most > 0.0
+    ]
+    return max(sizes, default=0.0) < settings.largest_size
 
 
 def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:

@@ -57,6 +57,42 @@ class LinearSignal(Component):
         return now + slope * (time - since)
 
 
+class SensedMotion(Component):
+    """What an effect senses of its host's motion:  value = share recorded + (1 - share) simulated.
+
+    A candidate senses the recorded motion: its force is then a known function of time. One that sticks, once it is in the model, has to
+    sense the motion it stops.
+    """
+
+    recorded = Input("{signal}", doc="recorded motion")
+    simulated = Input("{signal}", doc="simulated motion")
+    value = Output("{signal}", doc="what the effect senses")
+    share = Parameter("1", 1.0, low=0.0, high=1.0, doc="share of the recorded motion")
+
+    @staticmethod
+    def output(recorded: float, simulated: float, share: float) -> float:
+        return simulated + share * (recorded - simulated)
+
+
+class CorrectedSight(Component):
+    """What a sensor shows of a simulated motion, with its errors taken at the recorded one.
+
+    reading = simulated + (sensed - recorded);   sensed: what the sensor makes of the recorded motion
+
+    A simulation without feedback drifts away from where the machine was; an error that belongs to a place or a time would be looked for
+    in the wrong one.
+    """
+
+    sensed = Input("{signal}", doc="what the sensor makes of the recorded motion")
+    simulated = Input("{signal}", doc="simulated motion")
+    recorded = Input("{signal}", doc="recorded motion")
+    reading = Output("{signal}", doc="what the sensor shows")
+
+    @staticmethod
+    def output(simulated: float, recorded: float, sensed: float) -> float:
+        return simulated + (sensed - recorded)
+
+
 class SplineTerm(Component):
     """A force or signal added on a wire: the weighted sum of eight recorded functions. It finds out what a mismatch depends on.
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from lathesim.diagnosis.motion import velocity_of
-from lathesim.diagnosis.noise_model import NoiseShapes, noise_shapes
+from lathesim.diagnosis.noise_model import NoiseShapes, noise_shapes, window_of
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.batch import Batch
@@ -19,6 +19,8 @@ KICK = 1e-3
 """Size of a kick of a state, in the state's unit; the response is scaled by the noise that is fitted."""
 _BEYOND = 1e150
 """Where a run whose numbers grow beyond all bounds is cut off before it is differenced [SI]."""
+_REMEMBERED = 4
+"""Values whose kicks are kept: a fit, its judge and its error ask for the same ones."""
 LOST = 1e12
 """Residual, in floors, of a run whose numbers grew beyond all bounds."""
 
@@ -49,7 +51,8 @@ class Simulator:
     """A plan, and what was recorded of its channels on its sample grid.
 
     ``recorded`` has shape (channels, samples) [SI]; NaN where nothing was recorded. ``floors`` is what the recording cannot resolve in
-    each channel, one standard deviation [SI].
+    each channel, one standard deviation [SI]. ``weights`` (samples,), 0 to 1, say which samples count; without them all do.
+    With ``white`` every residual is taken for white noise, whatever the machine makes of forces that nobody modelled.
     """
 
     plan: Plan
@@ -58,6 +61,9 @@ class Simulator:
     floors: FloatArray
     name: str = "the recording"
     second_sight: tuple[SecondSight, ...] = ()
+    weights: FloatArray | None = None
+    white: bool = False
+    _kicked: dict[tuple[tuple[str, float], ...], tuple[list[str], FloatArray, FloatArray]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def seen(self) -> FloatArray:
@@ -77,7 +83,7 @@ class Simulator:
         """Give channels (channels, samples) with the difference in place of a second sensor of one motion."""
         if not self.second_sight:
             return channels
-        found = channels.copy()
+        found = np.array(channels)
         for sight in self.second_sight:
             found[sight.row] -= sight.expected(channels[sight.first], self.plan.assembly.sample_period)
         return found
@@ -94,38 +100,67 @@ class Simulator:
         judged with. As the weight follows the machine, a round of fitting solves the equations of the instrumental-variable estimate and
         is not drawn towards a machine that answers less.
         """
+        window = None if self.weights is None else window_of(self.weights)
+        if self.white:
+            flat = np.ones((1, self.samples // 2 + 1))
+            return tuple(NoiseShapes(flat, floor, self.samples, window=window) for floor in self.seen_floors)
         _, kicks, motion = self.kicks(values)
         period = self.plan.assembly.sample_period
         rates = {sight.row for sight in self.second_sight if sight.rate}
         return tuple(
-            noise_shapes(kicks[:, row], motion[row], floor, period, coloured=coloured, rate=row in rates)
+            replace(noise_shapes(kicks[:, row], motion[row], floor, period, coloured=coloured, rate=row in rates), window=window)
             for row, floor in enumerate(self.seen_floors)
         )
 
     def kicks(self, values: Mapping[str, float]) -> tuple[list[str], FloatArray, FloatArray]:
         """Give the machine's own states, the response to a kick of each (states, channels, samples), and the channels themselves."""
+        asked = tuple(sorted(values.items()))
+        if asked not in self._kicked:
+            while len(self._kicked) >= _REMEMBERED:
+                del self._kicked[next(iter(self._kicked))]
+            self._kicked[asked] = self._kicks(values)
+        return self._kicked[asked]
+
+    def _kicks(self, values: Mapping[str, float]) -> tuple[list[str], FloatArray, FloatArray]:
+        return self._kicks_of(self._felt, values)
+
+    @cached_property
+    def _felt(self) -> list[str]:
+        """The machine's own states that move a channel while no effect is in: an angle that only a runout feels brings in no noise."""
         states = [name for name in self.plan.states if not issubclass(self.plan.parts[name.partition(".")[0]].component, Effect)]
+        _, kicks, _ = self._kicks_of(states, {})
+        return [state for state, kick in zip(states, kicks, strict=True) if np.any(kick)]
+
+    def _kicks_of(self, states: list[str], values: Mapping[str, float]) -> tuple[list[str], FloatArray, FloatArray]:
         names = list(dict.fromkeys([*values, *states]))
         base = np.array([values[name] if name in values else self._start(name) for name in names])
         rows = np.tile(base, (len(states) + 1, 1))
         for row, state in enumerate(states, start=1):
             rows[row, names.index(state)] += KICK
         runs = self.outputs(names, rows)
-        kicks = np.array([run - runs[0] for run in runs[1:]]).reshape(len(states), *runs[0].shape)
+        with np.errstate(invalid="ignore"):
+            kicks = np.array([run - runs[0] for run in runs[1:]]).reshape(len(states), *runs[0].shape)
         kicks[:, [sight.row for sight in self.second_sight]] = 0.0
         return states, np.nan_to_num(kicks, nan=0.0, posinf=0.0, neginf=0.0), runs[0]
 
     def _start(self, state: str) -> float:
         return self.plan.start_states[self.plan.states[state]]
 
+    def settable(self, names: Iterable[str]) -> list[str]:
+        """Give those of some names that this machine has, each once."""
+        return [name for name in dict.fromkeys(names) if name in self.plan.parameters or name in self.plan.states]
+
+    def given(self, name: str) -> float:
+        """Give the value that the machine has for a parameter or a starting state."""
+        parameters = self.plan.parameters
+        return self.plan.parameter_values[parameters[name]] if name in parameters else self._start(name)
+
     def outputs(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
         """Give the simulated channels, shape (channels, samples), for each row of ``values`` of the names that are set.
 
         A second sensor of one motion shows its difference from the first, as in :attr:`seen`.
         """
-        positions = [self.plan.channels.index(channel) for channel in self.channels]
-        pick: Callable[[FloatArray], FloatArray] = lambda record: record[positions].copy()  # noqa: E731 - one expression, named for the reader
-        return [self.as_seen(run) for run in Batch(self.plan, self.samples, noisy=False).run(list(names), values, pick)]
+        return self._each(names, values, lambda output: output)
 
     def channel(self, names: Sequence[str], values: Sequence[float], position: int) -> FloatArray:
         """Give one recorded output of the plan by its position, shape (samples,)."""
@@ -135,7 +170,17 @@ class Simulator:
 
     def residuals(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
         """Give recorded minus simulated for each row of ``values``; zero where nothing was recorded."""
-        return [self.residual_of(output) for output in self.outputs(names, values)]
+        return self._each(names, values, self.residual_of)
+
+    def of_residuals(self, names: Sequence[str], values: FloatArray, reduce: Callable[[FloatArray], FloatArray]) -> list[FloatArray]:
+        """Give what ``reduce`` makes of the residual for each row of ``values``, made where the run was made: on all cores."""
+        return self._each(names, values, lambda output: reduce(self.residual_of(output)))
+
+    def _each(self, names: Sequence[str], values: FloatArray, reduce: Callable[[FloatArray], FloatArray]) -> list[FloatArray]:
+        positions = [self.plan.channels.index(channel) for channel in self.channels]
+        batch = Batch(self.plan, self.samples, noisy=False)
+        found: list[FloatArray] = batch.run(list(names), values, lambda record: reduce(self.as_seen(record[positions])))
+        return found
 
     def residual_of(self, output: FloatArray) -> FloatArray:
         """Give recorded minus ``output``; zero where nothing was recorded, very large where the run was lost."""

@@ -66,17 +66,16 @@ def insert_candidates(
     unseen = {part.name for part in assembly.parts if compared is not None and _is_unseen(assembly, part, compared)}
     driven = {part.name for part in assembly.parts if _has_drive_before_it(assembly, part)}
     places = [
-        (effect, part.name)
+        (effect, at)
         for effect in _in_acting_order(effects)
         for part in assembly.parts
-        if part.name not in unseen
-        and _fits(effect, part.component)
-        and not (effect.site == "drive" and part.name in driven)
+        if part.name not in unseen and _fits(effect, part.component) and not (effect.site == "drive" and part.name in driven)
+        for at in (part.name, *_further_readings(effect, part, compared or ()))
     ]
     terms: list[Term] = []
     result = assembly
     for effect, host in places:
-        name = f"try_{host}_{_snake(effect.__name__)}"
+        name = f"try_{host.replace('.', '_')}_{_snake(effect.__name__)}"
         neutral = _neutral_si(effect)
         try:
             trial = insert_effect(result, effect, host, name=name, parameters=neutral)
@@ -89,6 +88,14 @@ def insert_candidates(
         result = trial
         terms.append(_term(name, effect, placed.component, host))
     return result, terms
+
+
+def _further_readings(effect: type[Effect], part: Part, compared: Collection[str]) -> list[str]:
+    """Give the other compared readings of a sensor of several channels, each with an amplifier and a zero of its own."""
+    if effect.site != "reading":
+        return []
+    readings = [f"{part.name}.{port}" for role, port in part.component.ports.items() if role.endswith("_reading")]
+    return [reading for reading in readings if reading in compared]
 
 
 def _is_unseen(assembly: Assembly, part: Part, compared: Collection[str]) -> bool:

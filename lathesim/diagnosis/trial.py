@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from lathesim.diagnosis.fit import Fitted, Free, fit, log_likelihood, noise_of, with_start
 from lathesim.diagnosis.noise_model import NoiseModel, carried_over
 from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.starting_points import instants_of, strongest_jumps
 from lathesim.diagnosis.terms import Term
 from lathesim.engine.assembly import FloatArray
 
@@ -25,6 +26,15 @@ _VAGUE = 0.02
 _ROUGH = 1e-4
 """A trial's descent ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
 
+_MOSTLY = 0.5
+"""Share of a move's power by which the error is larger without it where the move explains what was recorded."""
+_HELD_STILL = 0.3
+"""Share of the error that may be left for frictions to sense the simulated motion."""
+_SETTLED = 1.0
+"""Nats that a further round of fitting must gain for another one."""
+_FINE = 1e-5
+_MOST_AFRESH = 2
+"""How often slopes are taken afresh in a trial."""
 _WHOLE = 2e-3
 """How far an order may be from a whole number: as far as the speed is known."""
 _TURNS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
@@ -81,6 +91,8 @@ class Trial:
     wide_gain: float = 0.0
     """The gains on all frequencies, on which trials of slow and of fast effects are held against each other: fitted and held out."""
     wide_held_out_gain: float = 0.0
+    spoils: float = 0.0
+    """By what factor the lesson's own simulation gets worse in the channel where it does most; below one it gets better everywhere."""
 
 
 @dataclass
@@ -129,8 +141,31 @@ class Bench:
         return np.array(errors), np.array(floors)
 
     def settled(self, model: Model) -> Model:
-        """Fit a model anew from where it stands, with all slopes taken afresh."""
-        return self.model(model.terms, fit(self.rig.sensed, model.free, model.fitted.constant, rounds=2, wide=is_wide(model.terms)))
+        """Fit a model anew from where it stands until nothing moves any more, with all slopes taken afresh."""
+        wide, constant = is_wide(model.terms), model.fitted.constant
+        settled = fit(self.rig.sensed, model.free, constant, rounds=2, wide=wide, settle=_SETTLED)
+        settled = self.feeling(settled, model.terms)
+        return self.model(model.terms, settled)
+
+    def feeling(self, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
+        """Give a fit in which frictions sense the recorded motion, or the simulated one where that leaves far less of the error: as where
+        they hold a table still. A simulation that is a little off holds a table that slides, so it is not done without need."""
+        motion = self.rig.feeling_their_motion(terms)
+        if not motion:
+            return fitted
+        given = {name: value for name, value in fitted.constant.items() if name not in motion}
+        felt = all(fitted.constant.get(name) == 0.0 for name in motion)
+        other = fit(
+            self.rig.sensed,
+            with_start(fitted),
+            given if felt else {**given, **motion},
+            rounds=2,
+            wide=is_wide(terms),
+            settle=_SETTLED,
+        )
+        recorded, simulated = (other, fitted) if felt else (fitted, other)
+        left, left_felt = (float(np.sum(self.error(self.rig, one)[::2])) for one in (recorded, simulated))
+        return simulated if left_felt < _HELD_STILL * left else recorded
 
     def trial(self, before: Model, term: Term, kept: tuple[Term, ...], free: Sequence[Free], starts: Sequence[FloatArray]) -> Trial:
         """Fit a term from some starting values on top of ``kept`` and hold it against the model before.
@@ -147,9 +182,20 @@ class Bench:
             if best is None or fitted.score > best.score:
                 best = fitted
         assert best is not None
-        if _far(before.fitted, best):
+        nearby = before.fitted
+        for _ in range(_MOST_AFRESH):
+            if not _far(nearby, best):
+                break
             # the slopes taken over hold no longer: without them two forms of one thing would end in different places of a valley
-            best = fit(self.rig.sensed, with_start(best), before.fitted.constant, rounds=2, wide=wide)
+            nearby = fit(self.rig.sensed, with_start(best), before.fitted.constant, rounds=0, wide=wide)
+            known = dict(zip(nearby.names, nearby.sensitivity, strict=True)) if nearby.sensitivity is not None else {}
+            known = {name: slope for name, slope in known.items() if name not in term.parameters}
+            best = fit(self.rig.sensed, with_start(best), before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE, known=known)
+        if before.fitted.penalty > STRAIN:
+            # what the effect explains had strained the values of the machine: from there a fit may not find its way back
+            eased = [replace(item, start=item.given) if np.isfinite(item.uncertainty) else item for item in with_start(best)]
+            other = fit(self.rig.sensed, eased, before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE)
+            best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.rig, best).above(before.score, wide=is_wide((*before.terms, term)))
         if gain <= 0.0:
             return Trial(term, replace(before, terms=terms, fitted=best), gain, -np.inf, 0.0, 0.0, 0.0)
@@ -160,7 +206,8 @@ class Bench:
         shares = float(np.max(lost / self.everything)), float(np.max(lost / rest))
         wide_gains = model.score.above(before.score, wide=True), model.held_out.above(before.held_out, wide=True)
         relieves = before.fitted.penalty > STRAIN > 4.0 * best.penalty
-        trial = Trial(term, model, gain, held, moves(self.rig, best, term), *shares, relieves, *wide_gains)
+        moved, spoils = in_own_simulation(self.rig, before.fitted, best, term)
+        trial = Trial(term, model, gain, held, moved, *shares, relieves, *wide_gains, spoils)
         removes = f"removes {shares[0]:.1%} of all, {shares[1]:.0%} of the rest"
         self.say(f"  {term.name} at {term.at}: {gain:.0f} nats, held out {held:.0f}, {removes}")
         return trial
@@ -184,23 +231,36 @@ def term_free(term: Term, start: FloatArray) -> list[Free]:
     return [replace(item, uncertainty=_WHOLE, given=round(item.start)) if item.name.endswith(".order") else item for item in free]
 
 
-def moves(rig: Rig, fitted: Fitted, term: Term) -> float:
-    """Give by how much the effect moves the channel it moves most, over what the model leaves unexplained there (root mean squares).
+def in_own_simulation(rig: Rig, before: Fitted, after: Fitted, term: Term) -> tuple[float, float]:
+    """Give what an effect does in the lesson's own simulation: how far it moves it, and how much worse it makes it (root mean squares).
 
-    It is measured in the lesson's own simulation: where a controller answers to a force that nobody modelled, its command goes with that
-    force, and in a replay almost anything between command and motion seems to explain some of it. Where nothing feeds back that cannot
-    happen, and a third of the move is enough.
+    The first is the move of the channel moved most over what the model leaves unexplained there. Where a controller answers to a force
+    that nobody modelled, its command goes with that force, and in a replay almost anything between command and motion seems to explain
+    some of it. A third of the move is enough where nothing feeds back, as that cannot happen then, and where the move explains what was
+    recorded: the error without the effect is larger by most of the move's own power. Without feedback the second says nothing, as such a
+    simulation drifts.
     """
-    with_it = fitted.by_name
-    without = {**with_it, **dict(zip(term.parameters, term.neutral.tolist(), strict=True))}
-    names = list(with_it)
-    runs = rig.own.outputs(names, np.array([[with_it[name] for name in names], [without[name] for name in names]]))
-    first, second = (rig.sensed.as_seen(run) for run in runs)
+    neutral = {**after.by_name, **dict(zip(term.parameters, term.neutral.tolist(), strict=True))}
+    names = rig.own.settable(neutral)
+    start = dict(zip(names, (rig.own.given(name) for name in names), strict=True))
+    rows = [[{**start, **values}[name] for name in names] for values in (after.by_name, neutral, before.by_name)]
+    first, second, earlier = (rig.sensed.as_seen(run) for run in rig.own.outputs(names, np.array(rows)))
     begin = int(SETTLING * rig.own.samples)
-    left = np.sqrt(np.mean(np.nan_to_num(rig.sensed.seen - first)[:, begin:] ** 2, axis=1))
-    moved = np.sqrt(np.mean((first - second)[:, begin:] ** 2, axis=1))
-    size = float(np.max(np.nan_to_num(moved / np.maximum(left, rig.sensed.seen_floors))))
-    return size if rig.feeds_back else 3.0 * size
+    left, left_without, left_before, moved = (
+        np.sqrt(np.mean(np.nan_to_num(signal, nan=np.inf)[:, begin:] ** 2, axis=1))
+        for signal in (_known(rig, first), _known(rig, second), _known(rig, earlier), first - second)
+    )
+    moves = np.nan_to_num(moved / np.maximum(left, rig.sensed.seen_floors))
+    most = int(np.argmax(moves))
+    explains = left_without[most] ** 2 - left[most] ** 2 > _MOSTLY * moved[most] ** 2
+    size = float(moves[most]) * (3.0 if explains or not rig.feeds_back else 1.0)
+    spoils = float(np.max(np.nan_to_num(left / np.maximum(left_before, rig.sensed.seen_floors), nan=np.inf)))
+    return size, spoils if rig.feeds_back else 0.0
+
+
+def _known(rig: Rig, simulated: FloatArray) -> FloatArray:
+    """Give recorded less simulated, zero where nothing was recorded."""
+    return np.where(np.isfinite(rig.sensed.seen), rig.sensed.seen - simulated, 0.0)
 
 
 def is_wide(terms: Sequence[Term]) -> bool:
@@ -231,7 +291,25 @@ def on_recording(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
         turned = [[replace(item, start=item.start + turn) if item.name in phases else item for item in free] for turn in _TURNS]
         tried = [fit(rig.sensed, start, constant, rounds=1, iterations=4, tolerance=_ROUGH) for start in turned]
         free = with_start(max(tried, key=lambda fitted: fitted.score))
+    instants = [item.name for item in free if item.name in nuisance and item.name in instants_of([item.name])]
+    if instants:
+        free = _at_the_best_instant(rig, free, constant, terms, instants)
     return fit(rig.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH)
+
+
+def _at_the_best_instant(
+    rig: Rig, free: list[Free], constant: Mapping[str, float], terms: Sequence[Term], instants: Sequence[str]
+) -> list[Free]:
+    """Give the free values with each instant where this recording has it: among the steps of what is left without the effect."""
+    for name in instants:
+        term = next(term for term in terms if name in term.parameters)
+        sizes = [(item, value) for item, value in zip(term.parameters, term.neutral, strict=True) if item not in term.nuisance]
+        without = {**constant, **{item.name: item.start for item in free}, **dict(sizes)}
+        residual = rig.sensed.one(without)
+        times = [time for row in residual for time, _ in strongest_jumps(row, rig.machine.assembly.sample_period)]
+        moved = [[replace(item, start=time) if item.name == name else item for item in free] for time in dict.fromkeys(times)]
+        free = list(max((fit(rig.sensed, start, constant, rounds=0) for start in moved), key=lambda fitted: fitted.score).free)
+    return free
 
 
 def _vague(fitted: Fitted) -> list[Free]:

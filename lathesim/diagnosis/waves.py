@@ -13,15 +13,17 @@ import numpy as np
 from scipy.fft import rfft, rfftfreq
 
 from lathesim.diagnosis.fit import Fitted
-from lathesim.diagnosis.locate import direction_of, missing_signal
+from lathesim.diagnosis.locate import missing_signal
 from lathesim.diagnosis.motion import measured_output, recorded_motion
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.variables import direction_of
 from lathesim.engine.assembly import FloatArray
 
 _PERIODS = ("lead", "turn", "period", "signal_period")
 _ORDER = "order"
 _SIZES = ("amplitude", "ripple")
+_SHARE = "share"
 _PEAKS = 2
 _PHASES = (0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi)
 _MOST_BINS = 1 << 20
@@ -43,24 +45,25 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
         size = next((name for name in _SIZES if name in names), "")
         if not wave or not size or term.at not in places:
             continue
-        signed = term.family == "once per turn" and "Friction" in term.name
-        key = (term.at, signed)
-        if key not in spectra:
-            place, velocity = places[term.at]
-            direction = direction_of(velocity) if signed else None
-            spectra[key] = [_periodogram(place, kind, direction, _shortest(terms, term.at)) for kind in (signals, fast)]
         column = names.index(wave)
         low, high = np.sort(term.points[:, column])[[0, -1]]
         if wave == _ORDER:
             low, high = 2.0 * math.pi / high, 2.0 * math.pi / low
-        lengths = [length for spectrum in spectra[key] for length in _strongest(*spectrum, low / _BEYOND, high * _BEYOND)]
         points = []
-        for length in lengths:
-            for phase in _PHASES:
-                point = np.where(np.isin(names, ["phase", "second_phase"]), phase, term.neutral)
-                point[column] = 2.0 * math.pi / length if wave == _ORDER else length
-                point[names.index(size)] = float(np.median(term.points[:, names.index(size)]))
-                points.append(point)
+        # a ripple in proportion to the driving force turns its sign round with the direction, as a friction does
+        sizes = [(size, term.family == "once per turn" and "Friction" in term.name), *([(_SHARE, True)] if _SHARE in names else [])]
+        for name, signed in sizes:
+            key = (term.at, signed)
+            if key not in spectra:
+                place, velocity = places[term.at]
+                direction = direction_of(velocity) if signed else None
+                spectra[key] = [_periodogram(place, kind, direction, _shortest(terms, term.at)) for kind in (signals, fast)]
+            for length in [length for spectrum in spectra[key] for length in _strongest(*spectrum, low / _BEYOND, high * _BEYOND)]:
+                for phase in _PHASES:
+                    point = np.where(np.isin(names, ["phase", "second_phase"]), phase, term.neutral)
+                    point[column] = 2.0 * math.pi / length if wave == _ORDER else length
+                    point[names.index(name)] = float(np.median(term.points[:, names.index(name)]))
+                    points.append(point)
         if points:
             found[term.part] = np.array(points)
     return found

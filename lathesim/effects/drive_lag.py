@@ -46,8 +46,7 @@ class MotorInductance(Effect):
     confused_with = ("TransportDelay", "CurrentLoopLag", "SensorFilter")
     experiment = "Step the voltage with the rotor locked: inductance gives a slope from the start, a delay gives dead time."
     source = (
-        "Krishnan, Electric Motor Drives, Prentice Hall 2001, sec. 2.6; Isermann, Fault-Diagnosis Applications, 2011, ch. 3. "
-        "Range assumed."
+        "Krishnan, Electric Motor Drives, Prentice Hall 2001, sec. 2.6; Isermann, Fault-Diagnosis Applications, 2011, ch. 3. Range assumed."
     )
 
     incoming = Input("{signal}", doc="voltage at the terminals")

@@ -40,6 +40,8 @@ class Effect(Component):
     """Role of the host's port the effect sits on where the lesson names only a part."""
     also_at: ClassVar[dict[str, tuple[str, str]]] = {}
     """Further ports it sits on at the same time: role -> (input, output) of the effect (a spring acts on both of its ends)."""
+    beyond: ClassVar[str] = ""
+    """Output that sensors of the host's displacement see added to it where they close no loop: a scale at the table, behind the spring."""
     neutral: ClassVar[dict[str, float]] = {}
     """Parameter values that make the effect vanish, in the declared units."""
     typical: ClassVar[dict[str, tuple[float, float]]] = {}
@@ -69,6 +71,11 @@ class Effect(Component):
     def pairs(cls) -> dict[str, tuple[str, str]]:
         """Give role -> (input, output) for every port the effect sits on, the main one first."""
         return {cls.site: ("incoming", "outgoing"), **cls.also_at}
+
+    @classmethod
+    def idle(cls) -> tuple[dict[str, float], dict[str, str]]:
+        """Give the neutral values, with which every output on a port is what its input carries."""
+        return dict(cls.neutral), {given: taken for taken, given in cls.pairs().values()}
 
 
 def _check_effect(cls: type[Effect]) -> None:

@@ -76,9 +76,7 @@ class WearForceGrowth(Effect):
         return _in_cut(incoming)
 
     @staticmethod
-    def output(
-        incoming: float, cutting_time: float, growth: float, rate: float, break_in: float, break_in_time: float
-    ) -> float:
+    def output(incoming: float, cutting_time: float, growth: float, rate: float, break_in: float, break_in_time: float) -> float:
         if growth == 0.0:
             return incoming
         land = break_in * (1.0 - math.exp(-cutting_time / break_in_time)) + rate * cutting_time

@@ -128,8 +128,7 @@ class RegenerativeChatter(Effect):
     neutral = {"engagement": 0.0}
     typical = {"compliance": (2e-8, 1e-7), "frequency": (80.0, 1500.0), "damping": (0.02, 0.06), "process_damping": (0.0, 1e6)}
     fingerprint = (
-        "A line a little above a mode, no whole multiple of the spindle speed, that sets in with the depth, grows, and stays "
-        "bounded."
+        "A line a little above a mode, no whole multiple of the spindle speed, that sets in with the depth, grows, and stays bounded."
     )
     confused_with = ("Runout and other forced vibration, on whole multiples",)
     experiment = "Change the spindle speed by 5 %: forced vibration moves with it, chatter stays or jumps."

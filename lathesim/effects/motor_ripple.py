@@ -34,9 +34,7 @@ class TorqueRipple(Effect):
     phase = Parameter("rad", 0.0, doc="phase at position zero")
 
     @staticmethod
-    def output(
-        incoming: float, applied: float, displacement: float, amplitude: float, share: float, period: float, phase: float
-    ) -> float:
+    def output(incoming: float, applied: float, displacement: float, amplitude: float, share: float, period: float, phase: float) -> float:
         if amplitude == 0.0 and share == 0.0:
             return incoming
         size = amplitude if share == 0.0 else amplitude + share * applied

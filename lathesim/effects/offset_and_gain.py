@@ -21,8 +21,7 @@ class ForceOffset(Effect):
     fingerprint = "The missing force holds a constant that is there at rest and in both directions."
     confused_with = ("ConverterOffset, the same thing without a current channel", "AsymmetricFriction")
     experiment = (
-        "Hold still with the drive on; change the moving mass, or the drive gain: weight follows the mass, a voltage offset "
-        "the gain."
+        "Hold still with the drive on; change the moving mass, or the drive gain: weight follows the mass, a voltage offset the gain."
     )
     source = "Janot, Gautier, Brunot, Data Set and Reference Models of EMPS, 2019, eq. 3 (offset of -3.2 N). Range assumed."
 
@@ -50,12 +49,10 @@ class ConverterOffset(Effect):
     fingerprint = "A constant between commanded and acting voltage."
     confused_with = ("ForceOffset, the same thing without a current channel",)
     experiment = (
-        "Command zero and measure the current; scan the command slowly through its range. In volts the offset scales with the "
-        "gain."
+        "Command zero and measure the current; scan the command slowly through its range. In volts the offset scales with the gain."
     )
     source = (
-        "Kester (ed.), The Data Conversion Handbook, Newnes 2005, ch. 2 and 5; 8 to 12 bit on +-10 V: 5 to 80 mV. Offset range "
-        "assumed."
+        "Kester (ed.), The Data Conversion Handbook, Newnes 2005, ch. 2 and 5; 8 to 12 bit on +-10 V: 5 to 80 mV. Offset range assumed."
     )
 
     incoming = Input("{signal}", doc="command before the converter's fault")

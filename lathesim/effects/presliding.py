@@ -49,8 +49,7 @@ class PreslidingFriction(Effect):
         "bristle_damping": (0.0, 0.5),
     }
     fingerprint = (
-        "The missing force climbs over the first 1 to 30 um after each reversal and is a spring at standstill: a loop over "
-        "position."
+        "The missing force climbs over the first 1 to 30 um after each reversal and is a spring at standstill: a loop over position."
     )
     confused_with = ("CoulombFriction", "Backlash", "AxialResonance", "StribeckFriction")
     experiment = "A small sine of 1 to 50 um peak to peak at 1 Hz: the force-position loop closes for presliding and is flat for play."

@@ -243,9 +243,7 @@ LINEAR_FORMS: dict[str, LinearForm] = {
     ),
     "PeriodicPitchError": _sine_along("lead"),
     "ThermalScrewGrowth": LinearForm(("time", "incoming"), _thermal, ("time_constant",), _thermal_parameters),
-    "SquarenessError": LinearForm(
-        ("other_position",), lambda s, p: {"slope": s["other_position"], "bow": s["other_position"] ** 2}
-    ),
+    "SquarenessError": LinearForm(("other_position",), lambda s, p: {"slope": s["other_position"], "bow": s["other_position"] ** 2}),
     "AxialResonance": LinearForm(("time", "acceleration", "inertia"), _resonance, ("frequency", "damping")),
     "TorsionalWindUp": LinearForm(("force",), lambda s, p: {"compliance": -s["force"]}),
     "BaseRocking": LinearForm(("time", "force"), _rocking, ("frequency", "damping")),
@@ -269,12 +267,8 @@ LINEAR_FORMS: dict[str, LinearForm] = {
     "TachometerRipple": LinearForm(("incoming", "angle"), _tachometer, ("order",), _tachometer_parameters),
     "Runout": LinearForm(("incoming", "angle", "depth"), _runout, ("order",), sine_parameters("eccentricity", "phase", math.pi / 2)),
     "Unbalance": LinearForm(("angle", "spindle_speed"), _unbalance, (), sine_parameters("moment", "phase", math.pi / 2)),
-    "BeltSlip": LinearForm(
-        ("incoming", "load"), lambda s, p: {"slip": -s["incoming"], "creep": -s["incoming"] * np.abs(s["load"])}
-    ),
-    "SpeedDroop": LinearForm(
-        ("time", "load"), lambda s, p: {"droop": -first_order(s["load"], s["time"], p["response"])}, ("response",)
-    ),
+    "BeltSlip": LinearForm(("incoming", "load"), lambda s, p: {"slip": -s["incoming"], "creep": -s["incoming"] * np.abs(s["load"])}),
+    "SpeedDroop": LinearForm(("time", "load"), lambda s, p: {"droop": -first_order(s["load"], s["time"], p["response"])}, ("response",)),
     "SpindleGrowth": LinearForm(("time", "spindle_speed"), _growth, ("time_constant",)),
     "EdgeForce": LinearForm(("depth", "feed"), _edge),
     "ChipThicknessExponent": LinearForm(("incoming", "feed"), _thickness),

@@ -47,8 +47,7 @@ class PeriodicPitchError(Effect):
     typical_rotary = {"amplitude": (1e-5, 0.01), "lead": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi)}
     nuisance = ("phase",)
     fingerprint = (
-        "Table scale less motor encoder has a line at the lead in position; the force has none. Balls pass at 0.3 to 0.45 of "
-        "the lead."
+        "Table scale less motor encoder has a line at the lead in position; the force has none. Balls pass at 0.3 to 0.45 of the lead."
     )
     confused_with = ("TorqueRipple, which shows in the force", "EncoderEccentricity")
     experiment = "Constant speed: see whether the line stands in the scale difference or in the force."

@@ -11,14 +11,17 @@ from lathesim.effects.effect import Effect
 class AxialResonance(Effect):
     """Motor and table as two masses with the screw as a spring between them; the host is the motor side.
 
-    r m x2'' = -S,   (1 - r) m x1'' = F + S,   S = r m (w^2 d + 2 damping w d'),   d = x2 - x1,   w = 2 pi frequency
-    F_out = F_in - (r F + S) / (1 - r)
+    r m x2'' = -S - F_in - b x2',   (1 - r) m x1'' = F + S
+    S = r m (w^2 d + 2 damping w d'),   d = x2 - x1,   w = 2 pi frequency
+    F_out = F - b x1' - (F + S) / (1 - r)
 
-    m is the whole moving mass of the host, r the table's share of it, F what drives the motor side. ``deflection`` is table less motor:
-    a table scale sees the host's position plus that. All friction stays on the motor side.
+    m is the whole moving mass of the host, r the table's share of it, b its viscous friction, F what drives the motor side, F_in all else
+    that acts on the table: guideways hold the table, not the screw. ``deflection`` is table less motor; a scale at the table sees the
+    host's position plus that. Left out: friction of the screw's bearings; a dry friction senses the motor side's speed.
     """
 
     catalogue, family, site = 13, "lag", "effort"
+    beyond = "deflection"
     neutral = {"table_share": 0.0}
     typical = {"table_share": (0.05, 0.8), "frequency": (40.0, 300.0), "damping": (0.02, 0.1)}
     typical_rotary = {"table_share": (0.05, 0.8), "frequency": (20.0, 500.0), "damping": (0.01, 0.1)}
@@ -30,6 +33,8 @@ class AxialResonance(Effect):
     incoming = Input("{signal}", doc="disturbance on the motor side")
     applied = Input("{signal}", doc="driving force or torque on the motor side")
     inertia = Input("{signal}*s**2/({displacement})", doc="whole moving mass or inertia")
+    flow = Input("({displacement})/s", doc="speed of the motor side")
+    resistance = Input("{signal}*s/({displacement})", default=0.0, doc="viscous friction of the host")
     outgoing = Output("{signal}", doc="disturbance with the reaction of the table")
     deflection = Output("{displacement}", doc="table less motor")
     stretch = State("{displacement}", doc="table less motor")
@@ -43,6 +48,8 @@ class AxialResonance(Effect):
         incoming: float,
         applied: float,
         inertia: float,
+        flow: float,
+        resistance: float,
         stretch: float,
         stretch_rate: float,
         table_share: float,
@@ -52,14 +59,16 @@ class AxialResonance(Effect):
         if table_share == 0.0 or inertia <= 0.0:
             return 0.0, 0.0
         spring = _spring_acceleration(stretch, stretch_rate, frequency, damping)
-        driven = (applied - incoming) / inertia
-        return stretch_rate, -spring - (driven + table_share * spring) / (1.0 - table_share)
+        table = spring + (incoming + resistance * (flow + stretch_rate)) / (table_share * inertia)
+        return stretch_rate, -table - (applied / inertia + table_share * spring) / (1.0 - table_share)
 
     @staticmethod
     def output(
         incoming: float,
         applied: float,
         inertia: float,
+        flow: float,
+        resistance: float,
         stretch: float,
         stretch_rate: float,
         table_share: float,
@@ -69,7 +78,7 @@ class AxialResonance(Effect):
         if table_share == 0.0:
             return incoming, 0.0
         spring = table_share * inertia * _spring_acceleration(stretch, stretch_rate, frequency, damping)
-        return incoming - (table_share * (applied - incoming) + spring) / (1.0 - table_share), stretch
+        return applied - resistance * flow - (applied + spring) / (1.0 - table_share), stretch
 
 
 def _spring_acceleration(stretch: float, stretch_rate: float, frequency: float, damping: float) -> float:

@@ -45,9 +45,7 @@ class TachometerRipple(Effect):
         return brush_noise * chance
 
     @staticmethod
-    def output(
-        incoming: float, displacement: float, brush: float, ripple: float, gain_error: float, order: float, phase: float
-    ) -> float:
+    def output(incoming: float, displacement: float, brush: float, ripple: float, gain_error: float, order: float, phase: float) -> float:
         if ripple == 0.0 and gain_error == 0.0:
             return incoming * (1.0 + brush)
         return incoming * (1.0 + gain_error + ripple * math.sin(order * displacement + phase) + brush)

@@ -138,9 +138,7 @@ class ClockSkew(Effect):
     skew = Parameter("1", 0.0, low=-0.1, high=0.1, doc="delay gained per time")
 
     @staticmethod
-    def update(
-        incoming: float, newest: float, history: list[float], skew: float, sample_period: float, time: float
-    ) -> tuple[float, float]:
+    def update(incoming: float, newest: float, history: list[float], skew: float, sample_period: float, time: float) -> tuple[float, float]:
         place = _remember(history, newest, incoming, time)
         return _delayed(history, place, skew * time / sample_period), place
 
@@ -174,9 +172,7 @@ class SampleJitter(Effect):
     deviation = Parameter("s", 0.0, low=0.0, high=1.0, doc="standard deviation of the instant")
 
     @staticmethod
-    def update(
-        incoming: float, before: float, chance: float, deviation: float, sample_period: float, time: float
-    ) -> tuple[float, float]:
+    def update(incoming: float, before: float, chance: float, deviation: float, sample_period: float, time: float) -> tuple[float, float]:
         if time > 0.0:
             return incoming + (incoming - before) * (chance * deviation / sample_period), incoming
         return incoming, incoming

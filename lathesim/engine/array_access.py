@@ -1,4 +1,4 @@
-"""How machine code reaches its arrays: ``vector`` and ``matrix`` of a fused module, compiled.
+"""How machine code reaches its arrays: ``vector``, ``matrix``, ``take`` and ``put`` of a fused module, compiled.
 
 Machine code is given one directory of addresses for memories, one for tables and one for noise: address, rows and columns of each array.
 Imported only where something is compiled.
@@ -33,6 +33,33 @@ def vector(directory: Any, position: Any) -> Any:
 def matrix(directory: Any, position: Any) -> Any:
     """Give one array of rows."""
     return numba.carray(_pointer(directory[3 * position]), (directory[3 * position + 1], directory[3 * position + 2]))
+
+
+@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
+def take(typing_context: Any, numbers: Any, first: Any, count: Any) -> Any:
+    """Give some numbers as a tuple; how many must be written as a number."""
+    given = types.UniTuple(types.float64, count.literal_value)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        begin = builder.gep(arguments[0], [arguments[1]])
+        values = [builder.load(builder.gep(begin, [context.get_constant(types.intp, place)])) for place in range(count.literal_value)]
+        return context.make_tuple(builder, signature.return_type, values)
+
+    return given(numbers, types.intp, count), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def put(typing_context: Any, numbers: Any, first: Any, given: Any) -> Any:
+    """Write a tuple of numbers."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        begin = builder.gep(arguments[0], [arguments[1]])
+        for place, kind in enumerate(signature.args[2]):
+            value = context.cast(builder, builder.extract_value(arguments[2], place), kind, types.float64)
+            builder.store(value, builder.gep(begin, [context.get_constant(types.intp, place)]))
+        return context.get_dummy_value()
+
+    return types.none(numbers, types.intp, given), generate
 
 
 def block_signature() -> Any:

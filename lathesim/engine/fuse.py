@@ -9,21 +9,34 @@ The module holds the laws as they stand in their components and two functions of
 sample. It gives how many it advanced, negative when the machine's ``finish`` output rose in the last of them. ``states`` and ``discrete``
 are read at the start and written back at the end. ``record`` is flat, sample after sample, so that the values of one instant lie side by
 side. Parameters, start values, tables and noise are arguments: changing them never makes new source. ``vector`` and ``matrix`` take one
-array out of many. The four RK4 stages are one loop: a machine of many parts is then compiled in a quarter of the time, and runs as fast.
+array out of many, ``take`` and ``put`` some of its numbers. The four RK4 stages are one loop: a machine of many parts is then compiled in a
+quarter of the time, and runs as fast.
 """
 
 from __future__ import annotations
 
 import hashlib
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import cast
 
 from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, State, Table
 from lathesim.engine.assembly import Part
 from lathesim.engine.law_source import LawLibrary, Piece
-from lathesim.engine.wiring import Plan
+from lathesim.engine.wiring import Plan, law_sources
 
+_PORTION = 32
 _HEAD = '"""A fused machine, written by lathesim; change the parts, not this file."""\n'
+_ACCESS = """
+def take(numbers, first, count):
+    return numbers[first:first + count]
+
+
+def put(numbers, first, given):
+    numbers[first:first + len(given)] = given
+
+"""
 
 
 @dataclass(frozen=True)
@@ -53,6 +66,10 @@ class _Writer:
         self.slow = {part.name for part in plan.parts.values() if part.every > 1}
         self.same: dict[str, str] = {}
         """Inside a stage: variable -> the one it is only another name of, which spares the assignment."""
+        self.stage_laws = [(plan.parts[name], law) for name, law in plan.stage]
+        self.stage_laws += [(part, "derivative") for part in plan.parts.values() if "derivative" in part.component.laws]
+        self.read = {_flat(source) for part, law in self.stage_laws for source in law_sources(part, law, plan.feeds)}
+        """What a stage reads of what its laws give."""
 
     # ---- names ----------------------------------------------------------------------------------------------------------------
 
@@ -77,13 +94,39 @@ class _Writer:
             return f"{_flat(full)}__noise[sample]"
         return _flat(full)
 
+    def _idle(self, part: Part) -> dict[str, float]:
+        """Give the values with which a part only passes on what it is given; empty where it has none, or where a wire feeds one."""
+        values, _ = part.component.idle()
+        return {} if self.checked or any(f"{part.name}.{name}" in self.plan.feeds for name in values) else values
+
     def _assign(self, targets: list[str], part: Part, law: str, staged: bool, time: str) -> list[str]:
+        """Write a law. A part that may be idle has a branch beside it: machines with many candidates for what was left out cost little more
+        than without them."""
+        if not self._idle(part):
+            return self._law(targets, part, law, staged, time)
+        passed = part.component.idle()[1]
+        if law in part.component.output_laws():
+            names = [passed.get(item, "") for item in part.component.output_laws()[law]]
+            if not all(name in part.component.arguments[law] for name in names):
+                return self._law(targets, part, law, staged, time)
+            values = [self._variable(part, name, law, staged, time) for name in names]
+        else:
+            values = ["0.0"] * len(targets) if law == "derivative" else targets
+        same, self.same = self.same, dict(self.same)
+        busy = self._law(targets, part, law, staged, time)
+        aliased = [f"{target} = {self.same[target]}" for target in targets if target in self.same and target not in same]
+        self.same = same
+        idle = [f"{target} = {value}" for target, value in zip(targets, values, strict=True) if target != value] or ["pass"]
+        return [f"if {part.name}__idle:", *[f"    {line}" for line in idle], "else:", *[f"    {line}" for line in [*busy, *aliased]]]
+
+    def _law(self, targets: list[str], part: Part, law: str, staged: bool, time: str) -> list[str]:
         function = part.component.laws[law]
         names = part.component.arguments[law]
         values = {name: self._variable(part, name, law, staged, time) for name in names}
         short = None if self.checked or law == "update" else self.library.in_place(function, values)
+        wanted = self.read if staged and law != "derivative" else set(targets)
         if short is not None and len(short) == len(targets):
-            pairs = list(zip(targets, short, strict=True))
+            pairs = [(target, value) for target, value in zip(targets, short, strict=True) if target in wanted]
             if staged and law != "derivative":
                 self.same |= {target: value for target, value in pairs if value.isidentifier()}
             return [f"{target} = {value}" for target, value in pairs if target not in self.same]
@@ -99,11 +142,12 @@ class _Writer:
     # ---- pieces ---------------------------------------------------------------------------------------------------------------
 
     def _unpack(self, discrete: bool = True) -> list[str]:
-        lines = [f"{_flat(name)} = parameters[{position}]" for name, position in self.plan.parameters.items()]
-        lines += [f"{_flat(name)} = states[{position}]" for name, position in self.plan.states.items()]
-        lines += [f"{_flat(name)} = discrete[{position}]" for name, position in self.plan.discrete.items()]
+        lines = _taken("parameters", self.plan.parameters) + _taken("states", self.plan.states) + _taken("discrete", self.plan.discrete)
         lines += [f"{_flat(name)} = vector(memories, {position})" for name, position in self.plan.memories.items()]
         lines += [f"{_flat(name)} = matrix(tables, {position})" for name, position in self.plan.tables.items()]
+        for part in self.plan.parts.values():
+            if tests := [f"{part.name}__{name} == {_number(value)}" for name, value in self._idle(part).items()]:
+                lines.append(f"{part.name}__idle = {' and '.join(tests)}")
         lines += [f"{part.name}__sample_period = period * {part.every}.0" for part in self.plan.parts.values() if part.name in self.slow]
         return lines
 
@@ -152,14 +196,12 @@ class _Writer:
         return [*before, "for weight, reach in stages:", *[f"    {line}" for line in body], *after]
 
     def _uses_time_in_stage(self) -> bool:
-        laws = [(self.plan.parts[name], law) for name, law in self.plan.stage]
-        laws += [(part, "derivative") for part in self.plan.parts.values() if "derivative" in part.component.laws]
-        return self.checked or any("time" in part.component.arguments[law] for part, law in laws)
+        return self.checked or any("time" in part.component.arguments[law] for part, law in self.stage_laws)
 
     # ---- functions ------------------------------------------------------------------------------------------------------------
 
     def module(self) -> str:
-        head = [_HEAD, "import math", "from operator import getitem as matrix", "from operator import getitem as vector", ""]
+        head = [_HEAD, "import math", "from operator import getitem as matrix", "from operator import getitem as vector", "", _ACCESS]
         functions = ["", *self._rates_function(), "", *self._run_function(), ""]
         return "\n".join([*head, *self.library.blocks, *functions])
 
@@ -187,8 +229,7 @@ class _Writer:
         lines.append("    for sample in range(count):")
         body = ["time = (first + sample) * period", *self._sample_instant()]
         body += [f"{_flat(name)}__previous = {_flat(plan.feeds[name][1])}" for name in plan.previous if plan.feeds[name][0] == "output"]
-        body += [f"row = sample * {len(plan.channels)}"]
-        body += [f"record[row + {position}] = {_flat(name)}" for position, name in enumerate(plan.channels)]
+        body += [f"row = sample * {len(plan.channels)}", *_put("record", plan.channels, "row + ")]
         body += ["done = sample + 1"]
         if plan.assembly.finish:
             body += [f"if {_flat(plan.assembly.finish)} > 0.5:", "    finished = True", "    break"]
@@ -197,10 +238,34 @@ class _Writer:
             body.append("for substep in range(steps):")
             body += [f"    {line}" for line in step]
         lines += [f"        {line}" for line in body]
-        after = [f"states[{position}] = {_flat(name)}" for name, position in plan.states.items()]
-        after += [f"discrete[{position}] = {_flat(name)}" for name, position in plan.discrete.items()]
-        after += ["return -done if finished else done"]
+        after = [*_put("states", plan.states), *_put("discrete", plan.discrete), "return -done if finished else done"]
         return [*lines, *[f"    {line}" for line in after]]
+
+
+def _taken(array: str, names: Iterable[str]) -> list[str]:
+    """Give the lines that read an array into variables."""
+    lines = []
+    for first, some in _portions(names):
+        lines += ["(", *[f"    {name}," for name in some], f") = take({array}, {first}, {len(some)})"]
+    return lines
+
+
+def _put(array: str, names: Iterable[str], begin: str = "") -> list[str]:
+    """Give the lines that write variables to an array, from the place ``begin`` on."""
+    lines = []
+    for first, some in _portions(names):
+        lines += [f"put({array}, {begin}{first}, (", *[f"    {name}," for name in some], "))"]
+    return lines
+
+
+def _portions(names: Iterable[str]) -> list[tuple[int, list[str]]]:
+    """Give the variables in portions with the place of the first: one access a number is slow to compile, one for all slower still."""
+    variables = [_flat(name) for name in names]
+    return [(first, variables[first : first + _PORTION]) for first in range(0, len(variables), _PORTION)]
+
+
+def _number(value: float) -> str:
+    return repr(float(value)) if math.isfinite(value) else f"{'-' if value < 0.0 else ''}math.inf"
 
 
 def _flat(name: str) -> str:

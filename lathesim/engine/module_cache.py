@@ -8,6 +8,7 @@ and the wiring.
 from __future__ import annotations
 
 import functools
+import gc
 import importlib.util
 import sys
 import types
@@ -79,18 +80,23 @@ def _compiled(fused: FusedModule) -> CompiledMachine:
     """Compile a module (no fast mathematics)."""
     from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
-    from lathesim.engine.array_access import block_signature, matrix, vector
+    from lathesim.engine.array_access import block_signature, matrix, put, take, vector
 
     module: Any = _load(module_path(fused), f"lathesim_compiled_{fused.digest}")
-    given = {**compiled_laws(fused), "vector": vector, "matrix": matrix}
+    given = {**compiled_laws(fused), "vector": vector, "matrix": matrix, "take": take, "put": put}
     for name, function in given.items():
         setattr(module, name, function)
     block = _compiler(cache=False)(module.run_block)
     signature = block_signature()
+    collecting = gc.isenabled()
+    gc.disable()  # what a compiler makes it keeps; looking for garbage in it takes a tenth of the time
     try:
         block.compile(signature)
     except (NumbaError, UnsupportedBytecodeError) as error:
         raise _refusal(fused, error) from error
+    finally:
+        if collecting:
+            gc.enable()
     (compiled,) = block.overloads.values()
     symbol = compiled.fndesc.llvm_func_name
     made = make_code(fused, block.inspect_llvm(signature.args), symbol)

@@ -33,6 +33,8 @@ _WORTH_IF_OFTEN = 0.05
 _BLOCK_TIME = 0.1
 _FIRST_BLOCK = {"plain": 256, "compiled": 4096}
 """Samples of the first block; later ones are made to last about ``_BLOCK_TIME`` seconds."""
+_BLOCK_NUMBERS = 2**17
+"""Recorded numbers of a block at most: 1 MB, which stays near the processor while the block is looked through and kept."""
 _LONGEST_WITHOUT_END = 36000.0
 """Simulated seconds after which a run that has neither a duration nor come to its end is ended."""
 
@@ -123,7 +125,8 @@ def _advance(
     if state.engine == "plain":
         module, live = plain_module(fused), arrays.as_lists()
     period = plan.assembly.sample_period
-    size = min(_FIRST_BLOCK[state.engine], last)
+    largest = max(64, _BLOCK_NUMBERS // max(1, len(plan.channels)))
+    size = min(_FIRST_BLOCK[state.engine], last, largest)
     begun_at = clock.perf_counter()
     while state.first < last and not state.finished:
         if stop is not None and stop.is_set():
@@ -149,7 +152,7 @@ def _advance(
         if progress is not None:
             progress(state.first * period)
         spent = clock.perf_counter() - begun
-        size = int(min(65536, max(64, size * (2.0 if spent < _BLOCK_TIME / 2 else 1.0 if spent < _BLOCK_TIME * 2 else 0.5))))
+        size = int(min(largest, max(64, size * (2.0 if spent < _BLOCK_TIME / 2 else 1.0 if spent < _BLOCK_TIME * 2 else 0.5))))
     return ""
 
 

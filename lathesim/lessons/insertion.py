@@ -24,6 +24,18 @@ class Machinery(Assembly):
     seen_as: Mapping[str, str] = field(default_factory=dict)
 
 
+class SeenBeyond(Component):
+    """What a sensor behind a spring sees: the place before it and how far it gives,  y = x + d."""
+
+    incoming = Input("{signal}", doc="place before the spring")
+    beyond = Input("{signal}", doc="how far the spring gives")
+    outgoing = Output("{signal}", doc="place behind the spring")
+
+    @staticmethod
+    def output(incoming: float, beyond: float) -> float:
+        return incoming + beyond
+
+
 @dataclass
 class _Bench:
     """Parts and wires while effects are put in."""
@@ -80,6 +92,8 @@ def insert_effect(
     for place, (taken, given) in places.items():
         _attach(bench, place, f"{name}.{taken}", f"{name}.{given}")
     bench.wires |= {wire.target: wire for wire in sensed}
+    if effect.beyond:
+        _show_beyond(bench, effect, host, name)
     known = {key: getattr(assembly, key) for key in ("sample_period", "step", "finish", "record")}
     return Machinery(tuple(bench.parts.values()), tuple(bench.wires.values()), **known, seen_as=bench.seen_as)
 
@@ -131,7 +145,7 @@ def _ports(bench: _Bench, host: Part, places: Mapping[str, tuple[str, str]]) -> 
         feeding = bench.parts.get(wire.source.partition(".")[0])
         if feeding is None:
             break
-        if not issubclass(feeding.component, Effect):
+        if not issubclass(feeding.component, (Effect, SeenBeyond)):
             ports = {role: f"{feeding.name}.{item}" for role, item in feeding.component.ports.items()} | ports
             break
         wire = bench.wires.get(f"{feeding.name}.incoming")
@@ -188,6 +202,36 @@ def _attach(bench: _Bench, place: str, taken: str, given: str) -> None:
             bench.wires[target] = Wire(target, given)
     bench.wires[taken] = Wire(taken, source)
     bench.seen_as[place] = given
+
+
+def _show_beyond(bench: _Bench, effect: type[Effect], host: Part, name: str) -> None:
+    """Let the sensors of the host's displacement that close no loop see what is beyond the effect too."""
+    place = f"{host.name}.{host.component.ports.get('displacement', '')}"
+    unit = host.component.declarations[place.partition(".")[2]].unit
+    fed = {wire.source for wire in bench.wires.values()}
+    for sensor in list(bench.parts.values()):
+        ports = sensor.component.ports
+        if "measured" not in ports or "reading" not in ports:
+            continue
+        reading = f"{sensor.name}.{ports['reading']}"
+        head = _head(bench, f"{sensor.name}.{ports['measured']}")
+        if bench.seen_as.get(reading, reading) in fed or head not in bench.wires or bench.wires[head].source != place:
+            continue
+        adder = f"{name}_beyond_{sensor.name}"
+        bench.parts[adder] = Part(adder, SeenBeyond.with_units({"signal": unit}))
+        bench.wires[f"{adder}.incoming"] = Wire(f"{adder}.incoming", place)
+        bench.wires[f"{adder}.beyond"] = Wire(f"{adder}.beyond", f"{name}.{effect.beyond}")
+        bench.wires[head] = Wire(head, f"{adder}.outgoing")
+
+
+def _head(bench: _Bench, target: str) -> str:
+    """Give the input at which the chain of effects that ends at ``target`` begins."""
+    while target in bench.wires and bench.wires[target].source.endswith(".outgoing"):
+        before = f"{bench.wires[target].source.partition('.')[0]}.incoming"
+        if before not in bench.wires:
+            break
+        target = before
+    return target
 
 
 def _senses(bench: _Bench, target: str) -> bool:

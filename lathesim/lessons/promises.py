@@ -14,10 +14,10 @@ from lathesim.errors import LessonError, nearest
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import no_item, placed_at, si_value
-from lathesim.lessons.schema import LessonSettings, RecordedSignal
+from lathesim.lessons.schema import DrivingSignal, LessonSettings, RecordedSignal
 from lathesim.lessons.yaml_source import Location, Source
 from lathesim.plugins import Registry
-from lathesim.units import same_dimension, split_quantity
+from lathesim.units import same_dimension, si_factor, split_quantity
 
 
 def check_promises(lesson: Lesson, assembly: Assembly, registry: Registry) -> None:
@@ -59,12 +59,22 @@ def _check_recordings(lesson: Lesson, parts: Mapping[str, type[Component]]) -> N
     for name, signal in recordings.drive.items():
         declared = _item(lesson, name, parts, (Input, Parameter), "input", ("recordings", "drive", name))
         _check_signal(lesson, signal, declared.unit, ("recordings", "drive", name))
-    for name, signal in recordings.compare.items():
+    for name, shown in recordings.compare.items():
         declared = _item(lesson, name, parts, (Output,), "output", ("recordings", "compare", name))
-        _check_signal(lesson, signal, declared.unit, ("recordings", "compare", name))
+        _check_signal(lesson, shown, declared.unit, ("recordings", "compare", name))
 
 
 def _check_signal(lesson: Lesson, signal: RecordedSignal, unit: str, location: Location) -> None:
+    if isinstance(signal, DrivingSignal) and signal.value is not None:
+        _value(lesson.source, signal.value, (*location, "value"), unit)
+        with placed_at(lesson.source.place((*location, "unit"))):
+            si_factor(signal.unit)
+        for name, text in (("above", signal.above), ("until_below", signal.until_below)):
+            if text is not None:
+                _value(lesson.source, text, (*location, name), signal.unit)
+        if signal.lasting is not None:
+            _value(lesson.source, signal.lasting, (*location, "lasting"), "s")
+        return
     _same_kind(lesson, signal.unit, unit, (*location, "unit"))
     if signal.resolution is not None:
         _value(lesson.source, signal.resolution, (*location, "resolution"), unit)

@@ -11,10 +11,12 @@ from lathesim.errors import LessonError
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value
-from lathesim.lessons.schema import RecordedSignal
+from lathesim.lessons.schema import DrivingSignal, RecordedSignal
 from lathesim.lessons.yaml_source import Location
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping
+from lathesim.recordings.threshold import Threshold
 
+_LASTING = 10e-3
 _EXAMPLE = "recordings: {time: {column: t, unit: s}, drive: {x_controller.reference: {column: r, unit: m}}, compare: {...}}"
 
 
@@ -46,7 +48,7 @@ def mapping_of(lesson: Lesson, assembly: Assembly) -> RecordingMapping:
     place = lesson.source.place(("recordings", "time", "column" if time.column is not None else "rate"))
     if rate is not None and rate <= 0.0:
         raise LessonError(f"the rate is {time.rate}.", place=place, remedy="Write a rate above 0 Hz.")
-    return RecordingMapping(time.column, time.unit, rate, tuple(signals), place)
+    return RecordingMapping(time.column, time.unit, rate, tuple(signals), place, time.mean_of)
 
 
 def _signal(
@@ -65,7 +67,21 @@ def _signal(
         raise LessonError(
             "the scale is 0.", place=lesson.source.place((*location, "scale")), remedy="Leave it out, or write another number."
         )
-    return SignalMapping(name, entry.column, entry.unit, entry.scale, resolution, role, unit, also=also, place=place)
+    threshold = _threshold(lesson, entry, unit, location) if isinstance(entry, DrivingSignal) else None
+    return SignalMapping(name, entry.column, entry.unit, entry.scale, resolution, role, unit, also=also, place=place, threshold=threshold)
+
+
+def _threshold(lesson: Lesson, entry: DrivingSignal, unit: str, location: Location) -> Threshold | None:
+    if entry.above is None or entry.value is None:
+        return None
+    above = _si(lesson, entry.above, entry.unit, (*location, "above"))
+    until_below = above if entry.until_below is None else _si(lesson, entry.until_below, entry.unit, (*location, "until_below"))
+    lasting = _LASTING if entry.lasting is None else _si(lesson, entry.lasting, "s", (*location, "lasting"))
+    value = _si(lesson, entry.value, unit, (*location, "value"))
+    if value == 0.0:
+        place = lesson.source.place((*location, "value"))
+        raise LessonError("the value is 0, on as well as off.", place=place, remedy="Write what the input is while it is on.")
+    return Threshold(above, until_below, lasting, value)
 
 
 def _si(lesson: Lesson, text: str, unit: str, location: Location) -> float:

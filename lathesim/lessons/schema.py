@@ -118,6 +118,7 @@ class TimeColumn(_Model):
     column: Text | None = None
     unit: Text = "s"
     rate: Quantity | None = None
+    mean_of: Count = Field(default=1, description="so many rows are averaged to one sample, for recordings finer than the model")
 
     @model_validator(mode="after")
     def _has_one(self) -> TimeColumn:
@@ -135,12 +136,33 @@ class RecordedSignal(_Model):
     resolution: Quantity | None = None
 
 
+class DrivingSignal(RecordedSignal):
+    """A column that drives an input, or one that tells when the input is on: it is ``value`` from where the column rises through ``above``
+    until it falls through ``until_below``, and 0 elsewhere."""
+
+    above: Quantity | None = Field(default=None, description="level of the column, in its unit, from which on the input is on")
+    value: Quantity | None = Field(default=None, description="what the input is then; 0 while it is off")
+    until_below: Quantity | None = Field(default=None, description="level below which it is off again; as 'above' where it is left out")
+    lasting: Quantity | None = Field(default=None, description="a crossing counts only if the column stays there so long; 10 ms")
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> DrivingSignal:
+        if (self.above is None) != (self.value is None):
+            missing, there = ("above", "value") if self.above is None else ("value", "above")
+            raise PydanticCustomError("switch", f"'{there}' without '{missing}'. Write both, as in above: 60 N, value: 1 mm.")
+        if self.above is None and (self.until_below is not None or self.lasting is not None):
+            raise PydanticCustomError("switch", "'until_below' and 'lasting' go with 'above' and 'value'. Write those, or leave these out.")
+        if self.above is not None and self.resolution is not None:
+            raise PydanticCustomError("switch", "an input that is only on or off has no resolution. Leave it out.")
+        return self
+
+
 class Recordings(_Model):
     """How the columns of a recording map to the machine."""
 
     file: Text | None = None
     time: TimeColumn
-    drive: dict[PartItem, RecordedSignal] = Field(default_factory=dict, description="input -> signal that replaces what feeds it")
+    drive: dict[PartItem, DrivingSignal] = Field(default_factory=dict, description="input -> signal that replaces what feeds it")
     compare: dict[PartItem, RecordedSignal] = Field(default_factory=dict, description="output -> signal it is held against")
 
 

@@ -15,11 +15,13 @@ from lathesim.record import Channel, FloatArray, Meta, Record
 from lathesim.recordings.finding import Finding
 from lathesim.recordings.raw_table import RawTable, is_unit
 from lathesim.recordings.sample_grid import SHORT_GAP, SampleGrid, even_grid, regular_grid
+from lathesim.recordings.threshold import Threshold, switched
 from lathesim.units import same_dimension, si_factor
 
 __all__ = ["Finding", "MappedRecording", "RecordingMapping", "SignalMapping", "map_recording"]
 
 LEAST_SAMPLES = 20
+_TOLD = 3
 _FAR = 30.0
 """A spike stands this many times farther out than what one sample in a hundred does."""
 
@@ -29,7 +31,8 @@ class SignalMapping:
     """A column and what it means: channel [``si_unit``] = column * scale, read in ``unit``, plus ``offset`` [SI].
 
     ``target`` is the input it drives or the output it is compared with, ``resolution`` [SI] its smallest step where it is known.
-    ``also`` are columns that mean the same where the file has no ``column``; ``place`` is where the lesson says all this.
+    ``also`` are columns that mean the same where the file has no ``column``; ``place`` is where the lesson says all this. With a
+    ``threshold`` the column tells only when the channel is on, and has a unit of its own.
     """
 
     target: str
@@ -42,17 +45,19 @@ class SignalMapping:
     offset: float = 0.0
     also: tuple[str, ...] = ()
     place: str = ""
+    threshold: Threshold | None = None
 
 
 @dataclass(frozen=True)
 class RecordingMapping:
-    """When the rows were taken (a column in ``time_unit``, or ``rate`` [Hz]) and what the columns mean."""
+    """When the rows were taken (a column in ``time_unit``, or ``rate`` [Hz]), how many make a sample, and what the columns mean."""
 
     time_column: str | None
     time_unit: str
     rate: float | None
     signals: tuple[SignalMapping, ...]
     time_place: str = ""
+    mean_of: int = 1
 
     def targets(self, role: Literal["drive", "compare"]) -> tuple[str, ...]:
         """Give the names of the channels of one role."""
@@ -85,22 +90,26 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     empty = [name for name, values in channels.items() if _mostly_missing(name, values, findings)]
     values = _bridged(grid, {name: values for name, values in channels.items() if name not in empty}, findings)
     _enough(table, grid.length)
-    begin, end = _whole_stretch(values, grid.length, grid.period, findings)
+    length, period = grid.length // mapping.mean_of, grid.period * mapping.mean_of
+    if mapping.mean_of > 1:
+        values = {name: column[: length * mapping.mean_of].reshape(length, -1).mean(axis=1) for name, column in values.items()}
+    begin, end = _whole_stretch(values, length, period, findings)
     _enough(table, end - begin)
+    for signal in mapping.signals:
+        if signal.threshold is not None and signal.target in values:
+            values[signal.target] = _switch(values[signal.target], signal, signal.threshold, period, begin, findings)
     units = {signal.target: signal.si_unit for signal in mapping.signals}
     resolution = {signal.target: signal.resolution for signal in mapping.signals if signal.resolution}
     kept = {
         name: Channel(name, units[name], values[name][begin:end] if name in values else np.full(end - begin, np.nan)) for name in channels
     }
     meta: Meta = {
-        "sample_period": grid.period,
-        "original_start": grid.start + begin * grid.period,
+        "sample_period": period,
+        "original_start": grid.start + begin * period,
         "source": str(table.source),
         "status": "complete",
     }
-    return MappedRecording(
-        Record(np.arange(end - begin, dtype=np.float64) * np.float64(grid.period), kept, meta), tuple(findings), resolution
-    )
+    return MappedRecording(Record(np.arange(end - begin, dtype=np.float64) * np.float64(period), kept, meta), tuple(findings), resolution)
 
 
 def _column(table: RawTable, signal: SignalMapping, findings: list[Finding]) -> FloatArray:
@@ -109,7 +118,7 @@ def _column(table: RawTable, signal: SignalMapping, findings: list[Finding]) -> 
     if found is not None:
         _check_header_unit(table.units[found], signal, findings)
         return table.columns[found]
-    for name in (signal.target, *signal.also):
+    for name in (signal.target, *signal.also) if signal.threshold is None else ():
         unit = table.units.get(name, "")
         if name in table.columns and (unit == signal.si_unit or (is_unit(unit) and same_dimension(unit, signal.si_unit))):
             fact = f"the file has no column '{signal.column}', but one called '{name}' in {unit}"
@@ -175,6 +184,24 @@ def _enough(table: RawTable, count: int) -> None:
     if count < LEAST_SAMPLES:
         fact = f"the recording has {count} usable samples; at least {LEAST_SAMPLES} are needed."
         raise RecordingError(fact, place=str(table.source), remedy="Record longer, or map other columns.")
+
+
+def _switch(
+    column: FloatArray, signal: SignalMapping, threshold: Threshold, period: float, begin: int, findings: list[Finding]
+) -> FloatArray:
+    """Give the channel that a column switches, and say when it is on (times from sample ``begin`` on)."""
+    on = switched(column, threshold, period)
+    begins, ends = runs(on)
+    level = f"{threshold.above / si_factor(signal.unit)[0]:g} {signal.unit}"
+    if not len(begins):
+        largest = f"{float(np.nanmax(column)) / si_factor(signal.unit)[0]:.4g} {signal.unit}"
+        fact = f"'{signal.column}' never stays above {level}; the largest value is {largest}."
+        raise RecordingError(fact, place=signal.place, remedy="Write a lower threshold, or a shorter 'lasting'.")
+    stretches = [f"{(first - begin) * period:.4g} to {(last - begin) * period:.4g} s" for first, last in zip(begins, ends, strict=True)]
+    told = ", ".join(stretches[:_TOLD]) + (f" and {len(stretches) - _TOLD} times more" if len(stretches) > _TOLD else "")
+    fact = f"'{signal.column}' is above {level} from {told}"
+    findings.append(Finding("switch", signal.target, fact, "the channel is on there and 0 elsewhere"))
+    return np.where(on, threshold.value, 0.0)
 
 
 def _mostly_missing(name: str, values: FloatArray, findings: list[Finding]) -> bool:

@@ -57,6 +57,13 @@ def test_json_is_json_and_nothing_else(rubbing: tuple[Path, Path, Path], capsys:
     assert answer["adequate"] is True
 
 
+def test_an_answer_with_a_step_left_out_says_so(rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+    answer = told(diagnosed(capsys, rubbing, "--json", "-", "--no-report", "--without", "held-out"))
+    assert answer["recording"] == ["Answered without held-out: the recording that was fitted judged itself."]
+    assert answer["fit"][POSITION]["recording"] == "fit.csv"
+    assert "--without" in call(capsys, "diagnose", "--help").out
+
+
 def test_a_person_reads_what_where_and_how_sure(
     rubbing: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -4,10 +4,9 @@ import functools
 import math
 from typing import Any
 
-import numpy as np
 import pytest
 
-from lathesim.diagnosis.diagnose import Question, ask, diagnose, halves
+from lathesim.diagnosis.diagnose import Question, ask, diagnose
 from lathesim.diagnosis.diagnosis import Diagnosis, as_json
 from lathesim.diagnosis.loading import Recorded
 from lathesim.record import Record
@@ -113,15 +112,6 @@ def test_one_recording_is_judged_on_its_second_half() -> None:
     assert found.held_out == "fit.csv, second half"
     assert [effect.effect for effect in found.effects] == ["CoulombFriction"]
     assert found.effects[0].parameters["level"].value == pytest.approx(8.0, rel=0.05)
-
-
-def test_halves_begin_at_zero_and_share_nothing() -> None:
-    record = recording(count=401)
-    first, second = halves(record)
-    assert (len(first), len(second)) == (200, 201)
-    assert first.time[0] == second.time[0] == 0.0
-    assert np.array_equal(np.concatenate([first[POSITION], second[POSITION]]), record[POSITION])
-    assert second.sample_period == record.sample_period
 
 
 def test_stopped_it_tells_what_is_known() -> None:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.fit import fit
-from lathesim.diagnosis.locate import bars, direction_of, explained, missing_signal, passed_through, places, since_reversal, variables
+from lathesim.diagnosis.locate import bars, explained, missing_signal, passed_through, places
+from lathesim.diagnosis.variables import direction_of, since_reversal, variables
 from tests.diagnosis.pushed_table import MASS, POSITION, VISCOUS, Hidden, baselines, pair
 
 DRAG = Hidden(law=lambda v, q, t: 2000.0 * v * abs(v))

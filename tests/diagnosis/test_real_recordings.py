@@ -1,4 +1,4 @@
-"""``lathesim diagnose`` on recordings of real machines: a motor axis, a motor bench and a mill."""
+"""``lathesim diagnose`` on recordings of real machines: a motor axis, a motor bench, a mill and a lathe with a dynamometer."""
 
 import json
 from pathlib import Path
@@ -59,6 +59,27 @@ def test_dry_friction_of_a_spin_up_is_named_and_what_one_direction_cannot_tell_i
 
 def test_servo_lag_and_dry_friction_show_in_ten_samples_a_second_of_three_digits(capsys, tmp_path):
     answer = diagnosed(capsys, tmp_path, "umich.yaml", "umich_cnc/experiment_11.csv")
+    assert answer["verdict"] == "named"
+    assert answer["adequate"]
+    assert {effect["effect"] for effect in answer["effects"]} == {"CoulombFriction", "ServoLag"}
     assert size(answer, "CoulombFriction", "level") == pytest.approx(4.87, rel=0.05)  # A: least squares by hand
     assert size(answer, "ServoLag", "lag") == pytest.approx(8.1e-3, rel=0.1)  # s: position error over commanded velocity
     assert answer["baseline"]["x_axis.viscous"]["low"] > 0.0
+    assert any("stands still in 5" in sentence for sentence in answer["left"])  # where dry friction holds, the current tells nothing
+
+
+def test_entry_build_up_zero_drift_and_the_line_of_the_spindle_show_in_one_turning_cut(capsys, tmp_path):
+    answer = diagnosed(capsys, tmp_path, "turning.yaml", "turning_forces/f416_a100.lvm")
+    assert answer["verdict"] == "named"
+    assert answer["effects"][0]["effect"] == "EntryBuildUp"
+    assert 0.03 < size(answer, "EntryBuildUp", "time_constant") < 0.1  # s: about a turn of the spindle
+    drifting = {effect["at"] for effect in answer["effects"] if effect["effect"] == "DynamometerDrift"}
+    assert {"dynamometer.thrust", "dynamometer.feed"} <= drifting
+    where = {name.partition(" of ")[0] for name in answer["location"]["variables"]}
+    assert any(name.startswith("time since entry") for name in answer["location"]["variables"])
+    assert {"time out", "spindle angle in the cut"} <= where
+    assert any(sentence.startswith("A line once per turn of the spindle") for sentence in answer["left"])
+    force = answer["fit"]["dynamometer.main"]
+    assert force["recording"] == "f416_a100.lvm, every other stretch of one run"
+    assert force["after"] < 0.55 * force["before"]
+    assert not answer["adequate"]

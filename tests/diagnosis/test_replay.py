@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.replay import cut, drive, seen, sense
+from lathesim.diagnosis.replay import cut, drive, look, seen, sense, sensed_share
 from lathesim.effects.friction import CoulombFriction
-from lathesim.effects.offset_and_gain import ConverterOffset
+from lathesim.effects.offset_and_gain import ConverterOffset, ScaleFactorError
 from lathesim.effects.play import Backlash
+from lathesim.effects.spindle_error import Runout
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
@@ -17,6 +18,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
 from lathesim.record import Record
+from tests.diagnosis.one_cut import DEPTH, cut_machine
 from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, RESOLUTION, Hidden, machine, pair, recording, rigs
 from tests.diagnosis.small_case import write_lesson
 
@@ -44,6 +46,15 @@ def test_a_recording_enters_before_the_effects_on_its_input() -> None:
     driven = sources(drive(assembly, {FORCE: np.ones(10)}))
     assert driven[FORCE] == "offset.outgoing"
     assert driven["offset.incoming"] == "recorded_x_axis_force.value"
+
+
+def test_an_effect_that_senses_a_driven_input_senses_the_recording() -> None:
+    """A runout varies the depth that was recorded, not the one of the lesson."""
+    assembly = insert_effect(cut_machine().assembly, Runout, "cutting", name="runout")
+    driven = drive(assembly, {DEPTH: np.ones(10)})
+    assert sources(driven)[DEPTH] == sources(driven)["runout.depth"] == "recorded_cutting_depth.value"
+    constants = {item.target: item.constant for item in driven.wires if not item.source}
+    assert constants["cutting.feed"] == pytest.approx(0.3e-3)
 
 
 def test_a_channel_with_effects_on_it_is_seen_behind_them() -> None:
@@ -113,3 +124,23 @@ def test_the_step_of_a_replay_shifts_nothing() -> None:
     assert np.max(np.abs(moved)) < 0.05 * coarse.floors[0]
 
 
+def test_a_candidate_senses_as_much_of_the_recorded_motion_as_it_is_told() -> None:
+    assembly = insert_effect(machine().assembly, CoulombFriction, "x_axis", name="friction")
+    sensing = sense(assembly, {"x_axis.velocity": np.zeros(10)}, {"friction"})
+    share = sensed_share("friction.flow")
+    part = share.partition(".")[0]
+    assert sources(sensing)["friction.flow"] == f"{part}.value"
+    assert sources(sensing)[f"{part}.recorded"] == "motion_x_axis_velocity.value"
+    assert sources(sensing)[f"{part}.simulated"] == "x_axis.velocity"
+    assert wire(sensing).parameters[share] >= 0
+
+
+def test_a_sensor_is_wrong_where_the_machine_was_and_not_where_the_simulation_drifted_to() -> None:
+    """The simulated table rests at zero; the scale's error of 1 % is that of the recorded place."""
+    assembly = insert_effect(machine().assembly, ScaleFactorError, "x_encoder", name="scale", parameters={"factor": 1.01})
+    motion = {"x_axis.position": 0.1 * np.arange(20.0)}
+    looking, shown = look(assembly, {POSITION: seen(assembly, POSITION)}, motion)
+    looking = drive(dataclasses.replace(looking, record=(shown[POSITION], "x_axis.position")), {FORCE: np.zeros(20)})
+    found = run(wire(looking), duration=19 * PERIOD)
+    assert found["x_axis.position"] == pytest.approx(np.zeros(20))
+    assert found[shown[POSITION]] == pytest.approx(0.01 * motion["x_axis.position"], abs=RESOLUTION)

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.screening import screen
+from lathesim.diagnosis.screening import is_limit, screen
 from lathesim.diagnosis.waves import wave_points
-from tests.diagnosis.pushed_table import Hidden, baselines, pair
+from lathesim.effects.drive_range import DriveSaturation
+from lathesim.effects.offset_and_gain import ForceOffset
+from tests.diagnosis.pushed_table import Hidden, baselines, pair, recording, rigs
 
 RIPPLE = Hidden(law=lambda v, q, t: 8.0 * np.sin(2.0 * np.pi * q / 0.008 + 0.5))
 OFFSET = Hidden(law=lambda v, q, t: 12.0)
@@ -63,3 +65,10 @@ def test_screening_is_the_same_twice() -> None:
 def test_without_candidates_nothing_is_screened() -> None:
     rig, fitted = pair(OFFSET)[0], baselines(OFFSET)[0]
     assert screen(rig.sensed, fitted, []).ranked == ()
+
+
+def test_a_limit_begins_at_its_usual_sizes() -> None:
+    """A saturation vanishes far beyond any voltage: what lies between is no measure of it."""
+    (rig,) = rigs(recording(), effects=(DriveSaturation, ForceOffset))
+    limits = {term.name: is_limit(term).tolist() for term in rig.candidates}
+    assert limits == {"DriveSaturation": [True], "ForceOffset": [False]}

@@ -143,3 +143,14 @@ def test_a_gain_counts_as_far_as_the_other_recording_agrees() -> None:
     not_agreed = trial(wide_gain=100.0, wide_held_out_gain=-50.0)
     assert merit(agreed, SETTINGS) == pytest.approx(80.0 + 50.0 - 3.0)
     assert merit(not_agreed, SETTINGS) == pytest.approx(-50.0 + 50.0 - 3.0)
+
+
+def test_what_spoils_the_lessons_own_simulation_is_not_believed() -> None:
+    trial = found_in(RUBBING).trials["try_x_axis_coulomb_friction"][0]
+    assert believable(trial, SETTINGS, chance=0.0)
+    assert not believable(dataclasses.replace(trial, spoils=2.0), SETTINGS, chance=0.0)
+
+
+def test_an_effect_far_beyond_its_usual_size_is_not_believed() -> None:
+    trial = found_in(RUBBING).trials["try_x_axis_coulomb_friction"][0]
+    assert not believable(trial, dataclasses.replace(SETTINGS, largest_size=0.01), chance=0.0)

@@ -1,5 +1,6 @@
 """What may be added to a model: every effect where it can sit, and none of them felt until it is given a size."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -7,16 +8,19 @@ import pytest
 
 from lathesim.diagnosis.terms import insert_candidates
 from lathesim.effects.drive_lag import MotorInductance
+from lathesim.effects.dynamometer_error import DynamometerDrift
+from lathesim.effects.force_over_time import EntryBuildUp
 from lathesim.effects.friction import CoulombFriction, StribeckFriction
 from lathesim.effects.motor_ripple import TorqueRipple
 from lathesim.effects.offset_and_gain import ConverterOffset, ForceOffset
 from lathesim.effects.play import Backlash
-from lathesim.engine.assembly import Assembly
+from lathesim.engine.assembly import Assembly, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.lessons.lesson import load_machine
 from lathesim.lessons.simulate import check_machine
 from lathesim.plugins import Registry, load_registry
+from tests.diagnosis.one_cut import cut_machine
 from tests.diagnosis.pushed_table import EFFECTS, POSITION, Hidden, machine, pair
 
 TEMPLATES = sorted((Path(__file__).parents[2] / "lesson_configs" / "machines").glob("*.yaml"))
@@ -120,3 +124,13 @@ def test_neutral_candidates_leave_a_compiled_replay_alone_too() -> None:
     neutral = [value for term in rig.candidates for value in term.neutral]
     unset = rig.replayed.one({"x_axis.mass": 40.0})
     assert np.array_equal(rig.replayed.one({"x_axis.mass": 40.0, **dict(zip(names, neutral, strict=True))}), unset)
+
+
+def test_each_compared_reading_of_a_sensor_has_a_zero_of_its_own() -> None:
+    assembly = cut_machine().assembly
+    wires = (*assembly.wires, Wire("dynamometer.thrust_force", "cutting.thrust_force"))
+    machine = dataclasses.replace(assembly, wires=wires)
+    _, terms = insert_candidates(machine, [DynamometerDrift, EntryBuildUp], ("dynamometer.main", "dynamometer.thrust"))
+    assert [(term.name, term.at) for term in terms] == [
+        ("EntryBuildUp", "cutting"), ("DynamometerDrift", "dynamometer"), ("DynamometerDrift", "dynamometer.thrust")
+    ]  # fmt: skip

@@ -22,7 +22,8 @@ def test_the_period_of_a_hidden_ripple_is_found(period: float) -> None:
     found = points[term.part][:, names.index("period")]
     assert found[0] == pytest.approx(period, rel=0.05)
     assert len(np.unique(points[term.part][:4, names.index("phase")])) == 4
-    assert np.all(points[term.part][:, names.index("amplitude")] > 0.0)
+    sizes = points[term.part][:, [names.index("amplitude"), names.index("share")]]
+    assert np.all(sizes.max(axis=1) > 0.0)
 
 
 def test_effects_that_do_not_repeat_get_no_points() -> None:

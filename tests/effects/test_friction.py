@@ -40,9 +40,7 @@ def test_coulomb_stops_a_mass_after_m_v2_over_2_f(tmp_path: Path) -> None:
 
 def test_two_frictions_share_the_load(tmp_path: Path) -> None:
     once = coast(tmp_path, 0.05, ("CoulombFriction", {"level": 20.0}))
-    twice = coast(
-        tmp_path, 0.05, ("CoulombFriction", {"level": 15.0}), ("AsymmetricFriction", {"level": 5.0})
-    )
+    twice = coast(tmp_path, 0.05, ("CoulombFriction", {"level": 15.0}), ("AsymmetricFriction", {"level": 5.0}))
     assert twice["x_axis.position"][-1] == pytest.approx(once["x_axis.position"][-1], rel=1e-4)
 
 

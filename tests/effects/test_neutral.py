@@ -7,8 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.components.force_axis import ForceAxis
 from lathesim.conformance import check_component
+from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.register import stock_effects
+from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.engine.fuse import fuse
+from lathesim.engine.wiring import wire
+from lathesim.lessons.insertion import insert_effect
 from lathesim.record import Record
 from tests.effects.places import PLACES, machinery
 from tests.effects.rigs import record, with_effect
@@ -73,3 +79,12 @@ def test_all_neutral_effects_of_a_rig_together_are_the_baseline(rig: str, folder
 @pytest.mark.parametrize("name", EFFECTS)
 def test_keeps_the_contract(name: str) -> None:
     assert check_component(EFFECTS[name]) == []
+
+
+def test_the_engine_leaves_an_idle_effect_out() -> None:
+    """Its law stands in a branch that a neutral value does not take."""
+    parts = (Part("x_axis", ForceAxis),)
+    assembly = Assembly(parts, (Wire("x_axis.force", constant=1.0),), 1e-3, 1e-3)
+    source = fuse(wire(insert_effect(assembly, CoulombFriction, "x_axis", name="rub"))).source
+    assert "rub__idle = rub__level == 0.0" in source
+    assert "if rub__idle:" in source

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -213,7 +215,10 @@ def test_a_source_edited_while_the_program_runs_is_not_taken_for_the_law(
     assert not list(empty_cache.glob("text_*.json"))
 
 
-def test_a_machine_that_is_run_often_is_compiled_sooner(said: list[str], empty_cache: Path) -> None:
+def test_a_machine_that_is_run_often_is_compiled_sooner(said: list[str], empty_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ticks = itertools.count()
+    monkeypatch.setattr("lathesim.engine.run.clock", SimpleNamespace(perf_counter=lambda: 1e-3 * next(ticks)))
+    monkeypatch.setattr("lathesim.engine.run.compile_time", lambda _: 1.0)
     plan = wire(loop())
     assert run(plan, duration=100.0, engine="auto").meta["engine"] == "plain"
     assert run(plan, duration=100.0, engine="auto", often=True).meta["engine"] == "compiled"

@@ -14,8 +14,11 @@ from tests.cli.command import environment
 ARGUMENTS = ["run", "01_contour_error", "--variant", "I", "--json", "--no-plots"]
 CALL = """\
 import json, sys, time
-from lathesim.cli.main import run_command_line
-assert run_command_line({arguments}) == 0
+from lathesim.cli.main import main
+try:
+    main({arguments})
+except SystemExit as leaving:
+    assert leaving.code == 0
 print(json.dumps([sorted(sys.modules), time.process_time()]), file=sys.stderr)
 """
 

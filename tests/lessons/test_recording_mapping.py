@@ -13,6 +13,7 @@ from lathesim.record import save
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.reading import read_recording
 from lathesim.recordings.register import stock_readers
+from lathesim.recordings.threshold import Threshold
 from tests.lessons.small_machine import small_registry, write_lesson
 
 RECORDINGS = """\
@@ -46,6 +47,34 @@ def test_units_come_from_the_machine(tmp_path: Path) -> None:
 
 def test_a_rate_instead_of_a_time_column(tmp_path: Path) -> None:
     assert mapping(tmp_path, RECORDINGS.replace("column: t, unit: ms", "rate: 2 kHz")).rate == 2000.0
+
+
+SWITCHED = RECORDINGS.replace("{column: f, unit: kN, scale: 2}", "{column: q, unit: mm, above: 60 um, lasting: 20 ms, value: 1 kN}")
+
+
+def test_a_threshold_in_the_unit_of_the_column_and_a_value_in_that_of_the_input(tmp_path: Path) -> None:
+    force = mapping(tmp_path, SWITCHED).signals[0]
+    assert (force.unit, force.si_unit, force.also) == ("mm", "N", ("push.force",))
+    assert force.threshold == Threshold(above=pytest.approx(60e-6), until_below=pytest.approx(60e-6), lasting=0.02, value=1000.0)
+
+
+WRONG_SWITCH = {
+    "no value": (", value: 1 kN", "", "'above' without 'value'. Write both, as in above: 60 N, value: 1 mm."),
+    "no level": ("above: 60 um, lasting: 20 ms, ", "", "'value' without 'above'. Write both, as in above: 60 N, value: 1 mm."),
+    "a level of another kind": ("above: 60 um", "above: 60 N", "'60 N' is given in N, but mm is wanted. Use a unit like mm."),
+    "a value of another kind": ("value: 1 kN", "value: 1 mm", "'1 mm' is given in mm, but N is wanted. Use a unit like N."),
+    "a value of nothing": ("value: 1 kN", "value: 0 N", "the value is 0, on as well as off. Write what the input is while it is on."),
+    "a resolution": ("value: 1 kN", "value: 1 kN, resolution: 1 N", "an input that is only on or off has no resolution. Leave it out."),
+}
+
+
+@pytest.mark.parametrize("kind", WRONG_SWITCH)
+def test_a_threshold_that_is_none(kind: str, tmp_path: Path) -> None:
+    old, new, sentence = WRONG_SWITCH[kind]
+    with pytest.raises(LatheSimError) as refused:
+        mapping(tmp_path, SWITCHED.replace(old, new))
+    assert str(refused.value).startswith(f"{tmp_path / 'lesson.yaml'}:7:")
+    assert sentence in str(refused.value)
 
 
 WRONG = {

@@ -8,6 +8,7 @@ import pytest
 from lathesim.errors import LatheSimError
 from lathesim.recordings.mapping import Finding, MappedRecording, RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.raw_table import RawTable
+from lathesim.recordings.threshold import Threshold
 
 TIME = np.arange(1000) * 1e-3
 PLACE = 50.0 + 10.0 * np.sin(7.0 * TIME)
@@ -72,6 +73,32 @@ def test_uneven_times_are_interpolated() -> None:
     assert np.abs(found.record["x_encoder.position"] - 1e-3 * (50.0 + 10.0 * np.sin(7.0 * there))).max() < 1e-6
     assert [finding.kind for finding in found.findings] == ["jitter"]
     assert "interpolated onto an even clock" in found.findings[0].done
+
+
+def test_several_rows_make_a_sample() -> None:
+    mapping = RecordingMapping("t", "s", None, (ENCODER,), mean_of=4)
+    found = map_recording(table(t=TIME[:999], q=PLACE[:999]), mapping)
+    assert found.record.sample_period == pytest.approx(4e-3)
+    assert found.record["x_encoder.position"] == pytest.approx(1e-3 * PLACE[:996].reshape(249, 4).mean(axis=1))
+
+
+FORCE = np.where((TIME > 0.2) & (TIME < 0.7), 0.5, 0.0)
+CUT = SignalMapping("cutting.depth", "F", "kN", 1.0, None, "drive", "m", place="l.yaml:3:9", threshold=Threshold(60.0, 60.0, 0.01, 1e-3))
+
+
+def test_a_threshold_tells_when_an_input_is_on() -> None:
+    found = mapped(table(t=TIME, F=FORCE), CUT)
+    assert np.array_equal(found.record["cutting.depth"], np.where(FORCE > 0.0, 1e-3, 0.0))
+    assert found.record.unit("cutting.depth") == "m"
+    assert str(found.findings[0]) == ("cutting.depth: 'F' is above 0.06 kN from 0.201 to 0.7 s; the channel is on there and 0 elsewhere.")
+
+
+def test_a_threshold_that_is_never_reached() -> None:
+    with pytest.raises(LatheSimError) as refused:
+        mapped(table(t=TIME, F=0.1 * FORCE), CUT)
+    assert str(refused.value) == (
+        "l.yaml:3:9: 'F' never stays above 0.06 kN; the largest value is 0.05 kN. Write a lower threshold, or a shorter 'lasting'."
+    )
 
 
 def test_short_gaps_are_bridged() -> None:

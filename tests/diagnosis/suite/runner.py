@@ -30,12 +30,16 @@ PROGRAM_FAULT = 3
 
 @dataclass(frozen=True)
 class Job:
-    """One case to be answered: its folder, where the answer goes, and whether there is a second recording that resolves a poor one."""
+    """One case to be answered: its folder, where the answer goes, and whether there is a second recording that resolves a poor one.
+
+    ``without`` names steps of the method that the program is to leave out.
+    """
 
     folder: str
     answer: str
     poor: bool = False
     trail: bool = False
+    without: tuple[str, ...] = ()
 
 
 def answer_file(answers: Path, case: str) -> Path:
@@ -68,7 +72,7 @@ def label(truth: dict[str, Any]) -> str:
 
 def run(
     folders: Sequence[Path], answers: Path, *, jobs: int = 1, resume: bool = False, limit: float = TIME_LIMIT, trail: bool = False,
-    tell: Callable[[str], None] = print, work: Callable[[Job], None] | None = None,
+    without: Sequence[str] = (), tell: Callable[[str], None] = print, work: Callable[[Job], None] | None = None,
 ) -> None:  # fmt: skip
     """Ask the program about each case and keep its answers; with ``resume`` only what has none yet (or where the program failed)."""
     answers.mkdir(parents=True, exist_ok=True)
@@ -76,7 +80,8 @@ def run(
     for folder in folders:
         told = read_answer(answers, folder.name) if resume else None
         if told is None or told.get("exit_code") == PROGRAM_FAULT:
-            waiting.append(Job(str(folder), str(answer_file(answers, folder.name)), "resolve" in truth_of(folder)["recordings"], trail))
+            poor = "resolve" in truth_of(folder)["recordings"]
+            waiting.append(Job(str(folder), str(answer_file(answers, folder.name)), poor, trail, tuple(without)))
     for done, job in enumerate(_finished(waiting, jobs, limit, work or answer_case), start=1):
         tell(f"[{done}/{len(waiting)}] {line(Path(job.folder), Path(job.answer))}")
 
@@ -92,13 +97,13 @@ def line(folder: Path, answer: Path) -> str:
 def answer_case(job: Job) -> None:
     """Ask the program about one case, and about the separating experiment of a poor one, and write the answer file."""
     folder, answer = Path(job.folder), Path(job.answer)
-    told = _asked(folder, "fit.csv", "validate.csv", answer.with_suffix(".trail") if job.trail else None)
+    told = _asked(folder, "fit.csv", "validate.csv", job.without, answer.with_suffix(".trail") if job.trail else None)
     if job.poor:
-        told["second"] = _asked(folder, "resolve.csv", "resolve_validate.csv", None)
+        told["second"] = _asked(folder, "resolve.csv", "resolve_validate.csv", job.without, None)
     _write(answer, told)
 
 
-def _asked(folder: Path, fitted: str, held_out: str, trail: Path | None) -> dict[str, Any]:
+def _asked(folder: Path, fitted: str, held_out: str, without: Sequence[str], trail: Path | None) -> dict[str, Any]:
     """Call ``lathesim diagnose`` as a person does."""
     from lathesim.cli.main import run_command_line
 
@@ -106,7 +111,7 @@ def _asked(folder: Path, fitted: str, held_out: str, trail: Path | None) -> dict
     with tempfile.TemporaryDirectory() as scratch, (Path(scratch) / "said.txt").open("w+", encoding="utf-8") as said:
         file = Path(scratch) / "answer.json"
         words = ["diagnose", folder / "lesson.yaml", folder / fitted, "--validate", folder / held_out]
-        words += ["--json", file, "--no-report", "--out", scratch]
+        words += ["--json", file, "--no-report", "--out", scratch, *[word for step in without for word in ("--without", step)]]
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), _trail(trail):
             code = run_command_line([str(word) for word in words])
         seconds, computed = time.perf_counter() - began, time.process_time() - computed

@@ -172,9 +172,10 @@ def _quantity(entry: dict[str, Any]) -> tuple[float, float | None, float | None]
 
 def removed_by_fit(truth: dict[str, Any], answer: dict[str, Any]) -> float | None:
     """Give the share of the variance above the true noise that the answer's own before and after remove, over the channels, held out."""
-    noise = truth["floors"].get("validate", {})
     before = after = 0.0
     for channel, fit in (answer.get("fit") or {}).items():
+        # without a held-out recording an answer is judged on the fitted one
+        noise = truth["floors"].get("fit" if isinstance(fit, dict) and fit.get("recording") == "fit.csv" else "validate", {})
         floor = next((noise[name] for name, output in truth["outputs"].items() if output == channel and name in noise), None)
         if floor is None or not isinstance(fit, dict) or fit.get("before") is None or fit.get("after") is None:
             continue

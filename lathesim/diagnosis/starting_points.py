@@ -1,0 +1,65 @@
+"""Where a search begins for effects whose typical values say too little: their waves and their instants are read off the residual."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lathesim.diagnosis.fit import Fitted
+from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.waves import wave_points
+from lathesim.engine.assembly import FloatArray
+
+_INSTANT = "instant"
+_JUMPS = 2
+_APART = 0.02
+"""Share of a recording by which two instants lie apart."""
+
+
+def starting_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatArray]:
+    """Give starting values (points, parameters) by term part for the effects that need them."""
+    found = wave_points(rig, fitted, terms)
+    jumps = [(instant, size) for row in fitted.residual for instant, size in strongest_jumps(row, rig.machine.assembly.sample_period)]
+    for term in terms:
+        names = [name.partition(".")[2] for name in term.parameters]
+        if _INSTANT not in names or not jumps:
+            continue
+        points = np.tile(np.where(np.array(names) == _INSTANT, 0.0, term.points[0]), (len(jumps), 1))
+        for point, (instant, size) in zip(points, jumps, strict=True):
+            point[names.index(_INSTANT)] = instant
+            for place, name in enumerate(names):
+                if name in term.effect.neutral:
+                    point[place] = size
+        found[term.part] = np.clip(points, term.low, term.high)
+    return found
+
+
+def strongest_jumps(signal: FloatArray, period: float) -> list[tuple[float, float]]:
+    """Give instant [s] and size of the strongest steps of a signal (samples,): the largest of the likelihood ratio over all instants.
+
+    S(k) = (mean after k - mean before k)^2 k (n - k) / n. Source: Basseville, Nikiforov, Detection of Abrupt Changes, 1993, sec. 2.6.
+    """
+    samples = len(signal)
+    count = np.arange(1, samples, dtype=float)
+    total = np.cumsum(signal)
+    before = total[:-1] / count
+    after = (total[-1] - total[:-1]) / (samples - count)
+    ratio = (after - before) ** 2 * count * (samples - count) / samples
+    # a slow wander of the whole shows the step best in a short window on both sides
+    width = max(2, samples // 100)
+    near = np.convolve(signal, np.r_[np.ones(width), -np.ones(width)] / width, mode="same")
+    found: list[tuple[float, float]] = []
+    for strength, sizes in ((ratio, after - before), (near**2, near)):
+        left = strength.copy()
+        for _ in range(_JUMPS):
+            place = int(np.argmax(left))
+            found.append((float((place + 1) * period), float(sizes[place])))
+            left[max(0, place - int(_APART * samples)) : place + int(_APART * samples) + 1] = 0.0
+    return found
+
+
+def instants_of(names: Sequence[str]) -> list[str]:
+    """Give those of some free names that are instants of a recording."""
+    return [name for name in names if name.endswith(f".{_INSTANT}")]

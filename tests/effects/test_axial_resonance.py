@@ -1,0 +1,63 @@
+"""Two masses and a spring, against SciPy's integrator: the motor side is the host, and a scale that closes no loop sees the table."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from lathesim.components.force_axis import ForceAxis
+from lathesim.components.linear_encoder import LinearEncoder
+from lathesim.effects.offset_and_gain import ForceOffset
+from lathesim.effects.structure import AxialResonance
+from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.engine.run import run
+from lathesim.engine.wiring import wire
+from lathesim.lessons.insertion import insert_effect
+
+MASS, VISCOUS, PUSH, LOAD = 80.0, 150.0, 300.0, 40.0
+SHARE, FREQUENCY, DAMPING = 0.4, 60.0, 0.05
+
+
+def two_masses(times: np.ndarray) -> np.ndarray:
+    """Give motor and table position under a constant push, the load and the viscous friction on the table: shape (2, times)."""
+    table, motor, angular = SHARE * MASS, (1.0 - SHARE) * MASS, 2.0 * math.pi * FREQUENCY
+
+    def rates(_: float, state: np.ndarray) -> list[float]:
+        x1, v1, x2, v2 = state
+        spring = table * (angular**2 * (x2 - x1) + 2.0 * DAMPING * angular * (v2 - v1))
+        return [v1, (PUSH + spring) / motor, v2, (-spring - LOAD - VISCOUS * v2) / table]
+
+    solved = solve_ivp(rates, (0.0, times[-1]), [0.0] * 4, t_eval=times, rtol=1e-10, atol=1e-14)
+    return np.asarray(solved.y[[0, 2]])
+
+
+@pytest.fixture
+def machine() -> Assembly:
+    parts = (Part("x_axis", ForceAxis, {"mass": MASS, "viscous": VISCOUS}), Part("x_scale", LinearEncoder, {"resolution": 0.0}))
+    wires = (Wire("x_axis.force", constant=PUSH), Wire("x_scale.measured", "x_axis.position"))
+    bare = Assembly(parts, wires, 1e-3, 1e-4, record=("x_axis.position", "x_scale.position"))
+    loaded = insert_effect(bare, ForceOffset, "x_axis", name="load", parameters={"offset": LOAD})
+    values = {"table_share": SHARE, "frequency": FREQUENCY, "damping": DAMPING}
+    return insert_effect(loaded, AxialResonance, "x_axis", name="resonance", parameters=values)
+
+
+def test_motor_and_table_move_as_two_masses_do(machine: Assembly) -> None:
+    found = run(wire(machine), duration=0.2)
+    motor, table = two_masses(found.time)
+    assert found["x_axis.position"] == pytest.approx(motor, abs=1e-8)
+    assert found["x_scale.position"] == pytest.approx(table, abs=1e-8)
+
+
+def test_a_sensor_that_closes_a_loop_stays_on_the_motor_side() -> None:
+    parts = (Part("x_axis", ForceAxis), Part("x_encoder", LinearEncoder), Part("x_scale", LinearEncoder), Part("after", LinearEncoder))
+    wires = (
+        Wire("x_axis.force", constant=PUSH),
+        Wire("x_encoder.measured", "x_axis.position"),
+        Wire("x_scale.measured", "x_axis.position"),
+        Wire("after.measured", "x_encoder.position"),
+    )
+    assembly = insert_effect(Assembly(parts, wires, 1e-3, 1e-3), AxialResonance, "x_axis", name="resonance")
+    source = {item.target: item.source for item in assembly.wires}
+    assert source["x_encoder.measured"] == "x_axis.position"
+    assert source["x_scale.measured"] == "resonance_beyond_x_scale.outgoing"

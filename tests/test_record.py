@@ -1,0 +1,76 @@
+"""Records come back from their file as they were, whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.errors import RecordError
+from lathesim.record import Channel, Record, is_record, load, save
+from lathesim.record_writer import LARGEST_BLOCK, RecordWriter, _Disk
+
+
+def record(samples: int = 50) -> Record:
+    time = np.arange(samples) * 0.005
+    channels = [Channel("x_axis.position", "m", np.sin(time), "position of the table"), Channel("x_dac.voltage", "V", time * np.nan, "µ")]
+    return Record(time, {channel.name: channel for channel in channels}, {"seed": 3, "lesson": "a text\nof two lines", "step": 0.5})
+
+
+@pytest.mark.parametrize("samples", [0, 1, 50, LARGEST_BLOCK + 7])
+def test_a_record_comes_back_as_it_was(samples: int, tmp_path: Path) -> None:
+    ours = record(samples)
+    save(ours, tmp_path / "run.h5")
+    found = load(tmp_path / "run.h5")
+    assert is_record(tmp_path / "run.h5")
+    assert found.meta == ours.meta
+    assert np.array_equal(found.time, ours.time)
+    assert list(found) == list(ours)
+    for name, channel in ours.channels.items():
+        other = found.channels[name]
+        assert (other.unit, other.description) == (channel.unit, channel.description)
+        assert np.array_equal(other.values, channel.values, equal_nan=True)
+
+
+@pytest.mark.parametrize("compress", [True, False])
+def test_blocks_of_any_size_join(compress: bool, tmp_path: Path) -> None:
+    ours = record(100)
+    with RecordWriter(tmp_path / "run.h5", ours.channels.values(), block=16, compress=compress) as writer:
+        for begin, end in ((0, 1), (1, 1), (1, 40), (40, 100)):
+            writer.write(ours.time[begin:end], [channel.values[begin:end] for channel in ours.channels.values()])
+        writer.finish({"status": "complete"})
+    found = load(tmp_path / "run.h5")
+    assert np.array_equal(found["x_axis.position"], ours["x_axis.position"])
+    assert found.status == "complete"
+
+
+def test_what_is_left_unfinished_replaces_nothing(tmp_path: Path) -> None:
+    save(record(10), tmp_path / "run.h5")
+    with RecordWriter(tmp_path / "run.h5", record(20).channels.values()) as writer:
+        writer.write(np.zeros(20), np.zeros((2, 20)))
+    assert len(load(tmp_path / "run.h5")) == 10
+    assert [path.name for path in tmp_path.iterdir()] == ["run.h5"]
+
+
+def test_a_full_disk_is_told_and_replaces_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save(record(10), tmp_path / "run.h5")
+
+    def refuse(disk: _Disk, rest: memoryview) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(_Disk, "_write_whole", refuse)
+    with pytest.raises(RecordError, match="the disk is full"):
+        save(record(3000), tmp_path / "run.h5")
+    monkeypatch.undo()
+    assert len(load(tmp_path / "run.h5")) == 10
+    assert [path.name for path in tmp_path.iterdir()] == ["run.h5"]
+
+
+def test_a_truncated_record_is_refused(tmp_path: Path) -> None:
+    save(record(), tmp_path / "run.h5")
+    whole = (tmp_path / "run.h5").read_bytes()
+    (tmp_path / "run.h5").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(RecordError, match="the file is truncated"):
+        load(tmp_path / "run.h5")
