@@ -152,7 +152,7 @@ def _given(rig: Rig, found: Found) -> dict[str, float]:
     """Give the values as the lesson has them, with the start of the recording fitted."""
     constant = {item.name: item.given for item in found.baseline.fitted.free if item.name in rig.machine.uncertain}
     starts = rig.start_states(rig.sensed.plan)
-    fitted = fit(rig.sensed, starts, constant, rounds=2, iterations=6)
+    fitted = fit(rig.sensed, starts, constant, rounds=2, iterations=6, fresh=False)
     return fitted.by_name
 
 
@@ -166,7 +166,7 @@ def _values_are_off(rig: Rig, found: Found, given: dict[str, float]) -> bool:
     bench = Bench(rig, rig, lambda text: None, found.baseline.fitted.noise)
     names = [item for item in with_start(found.baseline.fitted) if item.name not in rig.machine.uncertain]
     constant = {name: given[name] for name in rig.machine.uncertain}
-    as_given = fit(rig.sensed, names, constant, rounds=2, iterations=6)
+    as_given = fit(rig.sensed, names, constant, rounds=2, iterations=6, fresh=False)
     error, refitted = bench.error(rig, as_given), found.baseline.error
     gain = found.baseline.score.motion - judged_score(rig, as_given).motion
     return bool(gain > 10.0 and np.max((error - refitted) / error) > MOVED)
@@ -199,7 +199,11 @@ def _effect(item: Standing, values: Estimates, rig: Rig, adequate: bool) -> Foun
             continue
         estimate = values.by_name[name]
         half = CONFIDENCE * estimate.error
-        parameters[short] = Interval(estimate.value, rig.sensed.plan.unit(name), estimate.value - half, estimate.value + half)
+        value = estimate.value
+        if short == "order":
+            # a whole number; what it seems to be off is the speed
+            half, value = max(half, abs(value - round(value))), float(round(value))
+        parameters[short] = Interval(value, rig.sensed.plan.unit(name), value - half, value + half)
         if estimate.error <= 0.0 or estimate.error > 0.5 * max(float(scale), abs(estimate.value)):
             undetermined.append(short)
     tied = tuple(dict.fromkeys(trial.term.name for trial in item.tied if trial.term.name != term.name))
@@ -230,7 +234,7 @@ def _on_held_out(held_out: Rig, found: Found, values: Estimates) -> dict[str, fl
     own |= {name for term in found.model.terms for name in term.nuisance}
     free = [item for item in with_start(judged) if item.name in own]
     constant = {name: value for name, value in {**judged.by_name, **values.values()}.items() if name not in own}
-    return fit(held_out.sensed, free, constant, rounds=2, iterations=6, wide=is_wide(found.model.terms)).by_name
+    return fit(held_out.sensed, free, constant, rounds=2, iterations=6, wide=is_wide(found.model.terms), fresh=False).by_name
 
 
 def _turned(term: Term, parameters: dict[str, Interval]) -> dict[str, Interval]:

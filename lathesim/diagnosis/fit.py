@@ -2,7 +2,8 @@
 
     minimise  sum_channels |W (y - y_model(p))|^2  +  sum_i ((p_i - given_i) / uncertainty_i)^2
 
-W whitens by a noise model of the residual, taken anew between rounds. All runs of a Jacobian are one batch. Bounds are kept by
+W whitens by a noise model of the residual, taken anew between rounds. All runs of a Jacobian are one batch, and it is kept as long as
+steps gain what it foretells: most machines are nearly linear in most of their values, and a step costs one run then. Bounds are kept by
 stepping onto them. Source: Ljung, System Identification, 2nd ed., section 10.2 (damped Gauss-Newton); Nocedal and Wright, Numerical
 Optimization, 2nd ed., section 10.3 (Levenberg-Marquardt).
 """
@@ -23,6 +24,15 @@ _MOST_ROUNDS = 8
 _ITERATIONS = 12
 _DAMPINGS = (np.array([0.03, 3.0]), np.array([30.0, 1e3, 3e4, 1e6]))
 """Factors on the last damping: two are tried at once, the stronger ones where both fail."""
+_AS_FORETOLD = 0.1
+"""Slopes are kept after a step whose gain differs by less than this share from what they foretold."""
+_NOTHING_KNOWN = 1e-12
+"""Share of the information in the best known direction, values scaled alike, below which rounding is all there is."""
+_NO_INFORMATION = 1e-200
+_WITHIN = 30.0
+"""Scales of a value within which it is, whatever a recording tells."""
+_LEAST_GAIN = 0.05
+"""Gain in cost under which a step is not worth its run."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +105,7 @@ def fit(
     tolerance: float = 1e-6,
     known: Mapping[str, FloatArray] | None = None,
     settle: float = 0.0,
+    fresh: bool = True,
 ) -> Fitted:
     """Fit the free parameters, the constant ones staying as they are.
 
@@ -102,6 +113,7 @@ def fit(
     ``known`` gives slopes d channels / d value (channels, samples) that are taken as they are, by name: from a fit nearby.
     With ``settle`` the rounds go on until one gains less than so many nats: an effect that explained nearly all leaves a noise model that
     is far too loose, and a fit that ends there leaves errors which the next candidates would explain.
+    Without ``fresh`` the slopes at the end may be those of values nearby: good enough to go on from, too rough for standard errors.
     """
     problem = _Problem(simulator, tuple(free), dict(constant or {}), wide, tolerance, known or {})
     values = np.array([item.start for item in free], dtype=float)
@@ -115,15 +127,28 @@ def fit(
         before, reached = reached, log_likelihood(residual, models, wide=wide) - 0.5 * problem.penalty(values)
         if turn + 1 >= rounds and reached - before < settle:
             break
-    jacobian = problem.jacobian(values, residual)
+    jacobian = problem.jacobian(values, residual) if fresh else problem.slopes(values, residual)
     white = problem.whitened(jacobian, models)
-    information = white.T @ white + np.diag(problem.precision)
-    outer = np.outer(problem.scale, problem.scale)
-    information = np.nan_to_num(information, nan=0.0, posinf=0.0, neginf=0.0)
-    covariance = np.linalg.pinv(information * outer, hermitian=True) * outer if len(free) else np.zeros((0, 0))
+    # what a recording leaves open is somewhere within its range: else a mixture that nothing shows would blur values that are sure
+    information = white.T @ white + np.diag(problem.precision + 1.0 / np.square(_WITHIN * problem.scale))
+    covariance = covariance_of(np.nan_to_num(information, nan=0.0, posinf=0.0, neginf=0.0))
     penalty = problem.penalty(values)
     likelihood = log_likelihood(residual, models, wide=wide)
     return Fitted(tuple(free), values, covariance, residual, models, likelihood, penalty, dict(constant or {}), jacobian)
+
+
+def covariance_of(information: FloatArray) -> FloatArray:
+    """Give the covariance of an information matrix: a mixture of which nothing is known has a large variance; a value that nothing shows
+    has none."""
+    covariance = np.zeros_like(information)
+    shown = np.flatnonzero(np.diag(information) > _NO_INFORMATION)
+    if len(shown):
+        there = np.ix_(shown, shown)
+        size = np.sqrt(np.diag(information)[shown])
+        values, vectors = np.linalg.eigh(information[there] / np.outer(size, size))
+        values = np.maximum(values, _NOTHING_KNOWN * float(values[-1]))
+        covariance[there] = (vectors / values) @ vectors.T / np.outer(size, size)
+    return covariance
 
 
 class _Problem:
@@ -138,6 +163,7 @@ class _Problem:
     ) -> None:
         self.simulator = simulator
         self.tolerance = tolerance
+        self.kept: FloatArray | None = None
         self.known = [known.get(item.name) for item in free]
         self.wide = wide
         self.names = [*constant, *[item.name for item in free]]
@@ -186,6 +212,12 @@ class _Problem:
             power += float(white @ white)
         return power + self.penalty(values)
 
+    def slopes(self, values: FloatArray, residual: FloatArray) -> FloatArray:
+        """Give the last Jacobian while it holds, else a new one."""
+        if self.kept is None:
+            self.kept = self.jacobian(values, residual)
+        return self.kept
+
     def descend(
         self, values: FloatArray, residual: FloatArray, models: Sequence[NoiseModel], iterations: int
     ) -> tuple[FloatArray, FloatArray]:
@@ -193,35 +225,69 @@ class _Problem:
             return values, residual
         damping = 1e-3
         cost = self.cost(values, residual, models)
+        jacobian, gram = None, np.zeros((0, 0))
+        white = np.zeros((0, 0))
         for _ in range(iterations):
-            white = self.whitened(self.jacobian(values, residual), models) * self.scale
-            error = self.whitened(residual[None], models)[:, 0]
-            gram = white.T @ white + np.diag(self.precision * self.scale**2)
-            slope = white.T @ error - self.precision * self.scale * (values - self.given)
-            for factors in _DAMPINGS:
-                trials = damping * factors
-                candidates = np.array([self._step(values, gram, slope, amount) for amount in trials])
-                residuals = self.simulator.residuals(self.names, self.rows(candidates))
-                costs = [self.cost(trial, other, models) for trial, other in zip(candidates, residuals, strict=True)]
-                best = int(np.argmin(costs))
-                if costs[best] < cost:
+            taken_anew = self.kept is None
+            if jacobian is not (slopes := self.slopes(values, residual)):
+                jacobian, white = slopes, self.whitened(slopes, models) * self.scale
+                gram = white.T @ white + np.diag(self.precision * self.scale**2)
+            slope = white.T @ self.whitened(residual[None], models)[:, 0] - self.precision * self.scale * (values - self.given)
+            enough = _LEAST_GAIN + self.tolerance * cost
+            if float(slope @ self._undamped(gram, slope)) < enough:
+                break  # no step could gain as much, bounds or none
+            tried = self._try_steps(values, gram, slope, models, damping, cost, one=not taken_anew)
+            if tried is None:
+                if taken_anew:
                     break
-            else:
-                break
-            gain = cost - costs[best]
-            values, residual, cost = candidates[best], residuals[best], costs[best]
-            damping = float(np.clip(trials[best], 1e-9, 1e6))
-            if gain < 0.05 + self.tolerance * cost:
+                self.kept = None  # from slopes of another place no step gets better: once more with those of this one
+                continue
+            found, residual, found_cost, damping = tried
+            gain, foretold = cost - found_cost, self._foretold(found, values, gram, slope)
+            values, cost = found, found_cost
+            if abs(gain - foretold) > _AS_FORETOLD * foretold + _LEAST_GAIN:
+                self.kept = None
+            if gain < enough:
                 break
         return values, residual
+
+    def _try_steps(
+        self,
+        values: FloatArray,
+        gram: FloatArray,
+        slope: FloatArray,
+        models: Sequence[NoiseModel],
+        damping: float,
+        cost: float,
+        *,
+        one: bool,
+    ) -> tuple[FloatArray, FloatArray, float, float] | None:
+        """Give the first step that gets better (values, residual, cost, damping), none where none does; ``one`` tries one first."""
+        for factors in (*(_DAMPINGS[0][:, None] if one else _DAMPINGS[:1]), _DAMPINGS[1]):
+            trials = damping * factors
+            candidates = np.array([self._step(values, gram, slope, amount) for amount in trials])
+            residuals = self.simulator.residuals(self.names, self.rows(candidates))
+            costs = [self.cost(trial, other, models) for trial, other in zip(candidates, residuals, strict=True)]
+            best = int(np.argmin(costs))
+            if costs[best] < cost:
+                return candidates[best], residuals[best], costs[best], float(np.clip(trials[best], 1e-9, 1e6))
+        return None
+
+    def _foretold(self, found: FloatArray, values: FloatArray, gram: FloatArray, slope: FloatArray) -> float:
+        """Give by how much the cost falls from ``values`` to ``found`` as far as the slopes can tell."""
+        step = (found - values) / self.scale
+        return float(2.0 * step @ slope - step @ gram @ step)
 
     def _step(self, values: FloatArray, gram: FloatArray, slope: FloatArray, amount: float) -> FloatArray:
         diagonal = np.diag(gram)
         matrix = gram + amount * np.diag(diagonal + 1e-9 * max(float(diagonal.max()), 1e-300))
+        return np.asarray(np.clip(values + self._undamped(matrix, slope) * self.scale, self.low, self.high))
+
+    def _undamped(self, matrix: FloatArray, slope: FloatArray) -> FloatArray:
+        """Give the step, in scales, with which the slopes vanish; none where a run grew beyond all bounds: from there is no way on."""
         if not (np.isfinite(matrix).all() and np.isfinite(slope).all()):
-            return values  # a run grew beyond all bounds: from here there is no way on
-        step = np.linalg.lstsq(matrix, slope, rcond=None)[0] * self.scale
-        return np.asarray(np.clip(values + step, self.low, self.high))
+            return np.zeros_like(slope)
+        return np.asarray(np.linalg.lstsq(matrix, slope, rcond=None)[0])
 
 
 def with_start(fitted: Fitted) -> list[Free]:

@@ -126,8 +126,9 @@ def bars(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted) -> list[Bar]:
                 elif name.startswith(PARTIAL) and np.isfinite(places_here[0]).any():
                     usual = float(np.mean(learned[np.isfinite(places_here[0])]))
                     first, second = learned - usual, scored - usual
-                gain, possible = _explained(places_here, first, places_there, second)
-                if gain < _SMALL * possible and gain <= _by_chance(places_here, first, places_there, second):
+                table = _Table.of(places_here, first, places_there, second)
+                gain, possible = table.explained(), table.possible
+                if gain < _SMALL * possible and gain <= table.by_chance():
                     gain = 0.0
                 within = gain / possible if possible > 0.0 else 0.0
                 result.append(Bar(channel, name, gain / power, within))
@@ -158,37 +159,62 @@ def _within_a_turn(signal: FloatArray, angle: FloatArray) -> FloatArray:
 
 def explained(where: list[FloatArray], learned: FloatArray, other: list[FloatArray], scored: FloatArray) -> float:
     """Give the share of ``scored`` explained by the mean of ``learned`` over bins of the variables."""
-    gain, _ = _explained(where, learned, other, scored)
+    gain = _Table.of(where, learned, other, scored).explained()
     power = float(np.sum(scored * scored))
     return max(0.0, gain / power) if power > 0.0 else 0.0
 
 
-def _explained(where: list[FloatArray], learned: FloatArray, other: list[FloatArray], scored: FloatArray) -> tuple[float, float]:
-    """Give how much of the squares of ``scored`` is explained where the variables have a value, and how much there is."""
-    here, there = (np.all(np.isfinite(np.array(values)), axis=0) for values in (where, other))
-    where, other = [values[here] for values in where], [values[there] for values in other]
-    learned, scored = learned[here], scored[there]
-    if not len(learned) or not len(scored):
-        return 0.0, 0.0
-    edges = [_edges(values) for values in where]
-    count = int(np.prod([len(edge) + 1 for edge in edges]))
-    bins = _bin(where, edges)
-    number = np.bincount(bins, minlength=count)
-    mean = np.bincount(bins, weights=learned, minlength=count) / np.maximum(number, 1)
-    possible = float(np.sum(scored**2))
-    return possible - float(np.sum((scored - mean[_bin(other, edges)]) ** 2)), possible
+@dataclass(frozen=True)
+class _Table:
+    """A signal learned in bins of some variables, in one recording, and what it is scored on in another.
 
-
-def _by_chance(where: list[FloatArray], learned: FloatArray, other: list[FloatArray], scored: FloatArray) -> float:
-    """Give how much chance explains: the most that is explained where the sign of each of 40 stretches of what is learned is drawn anew.
-
-    Slow noise stays slow noise, and what depends on the variables averages out. Source: Shao, The dependent wild bootstrap, J. American
-    Statistical Association 105 (2010).
+    ``learned`` (bins, stretches) is its sum in each bin of each of 40 stretches of the recording, ``number`` how many samples each bin has
+    there; ``scored`` and ``weight`` (bins,) are sum and number of samples in the other, ``possible`` its squares where all variables have
+    a value.
     """
-    random = np.random.Generator(np.random.Philox(0))
-    stretch = np.minimum(np.arange(len(learned)) * _STRETCHES // len(learned), _STRETCHES - 1)
-    signs = random.choice([-1.0, 1.0], size=(_DRAWS, _STRETCHES))
-    return max(0.0, *(_explained(where, learned * draw[stretch], other, scored)[0] for draw in signs))
+
+    learned: FloatArray
+    number: FloatArray
+    scored: FloatArray
+    weight: FloatArray
+    possible: float
+
+    @classmethod
+    def of(cls, where: list[FloatArray], learned: FloatArray, other: list[FloatArray], scored: FloatArray) -> _Table:
+        """Sort two signals into the bins of their variables; both the bins and the means are those of the first."""
+        here, there = (np.all(np.isfinite(np.array(values)), axis=0) for values in (where, other))
+        stretch = np.minimum(np.arange(len(learned)) * _STRETCHES // max(len(learned), 1), _STRETCHES - 1)[here]
+        where, other = [values[here] for values in where], [values[there] for values in other]
+        learned, scored = learned[here], scored[there]
+        edges = [_edges(values) for values in where] if len(learned) else [np.zeros(0) for _ in where]
+        count = int(np.prod([len(edge) + 1 for edge in edges]))
+        bins, bins_there = _bin(where, edges), _bin(other, edges)
+        sums = np.bincount(bins * _STRETCHES + stretch, weights=learned, minlength=count * _STRETCHES)
+        return cls(
+            np.asarray(sums.reshape(count, _STRETCHES), dtype=np.float64),
+            np.bincount(bins, minlength=count).astype(np.float64),
+            np.asarray(np.bincount(bins_there, weights=scored, minlength=count), dtype=np.float64),
+            np.bincount(bins_there, minlength=count).astype(np.float64),
+            float(np.sum(scored**2)) if len(learned) else 0.0,
+        )
+
+    def explained(self) -> float:
+        """Give how much of the squares of what is scored the learned means explain."""
+        return float(self._gains(np.ones((_STRETCHES, 1)))[0])
+
+    def by_chance(self) -> float:
+        """Give how much chance explains: the most that is explained where the sign of each stretch of what is learned is drawn anew.
+
+        Slow noise stays slow noise, and what depends on the variables averages out. Source: Shao, The dependent wild bootstrap, J. American
+        Statistical Association 105 (2010).
+        """
+        signs = np.random.Generator(np.random.Philox(0)).choice([-1.0, 1.0], size=(_DRAWS, _STRETCHES))
+        return max(0.0, float(np.max(self._gains(signs.T))))
+
+    def _gains(self, signs: FloatArray) -> FloatArray:
+        """Give sum(y^2) - sum((y - mean)^2) = sum over bins of 2 mean sum(y) - mean^2 number, for each column of signs."""
+        means = self.learned @ signs / np.maximum(self.number, 1.0)[:, None]
+        return np.asarray(2.0 * self.scored @ means - self.weight @ means**2)
 
 
 def _edges(values: FloatArray) -> FloatArray:

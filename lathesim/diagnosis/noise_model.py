@@ -152,11 +152,12 @@ def _differences(gains: list[FloatArray], differencing: FloatArray) -> int:
 
 
 def _kick_gain(kick: FloatArray, frequency: FloatArray, period: float) -> FloatArray:
-    """Give |G|^2 of a response to a kick. Its steps are transformed and summed again, so that one that never dies out is right too."""
-    steps = rfft(np.diff(kick, prepend=0.0))
+    """Give |G|^2 of a response to a kick. Its second differences are transformed and summed again: those of a response that never dies
+    out, or grows on as the place of a machine without friction does, have died out at the end of the recording."""
+    bends = rfft(np.diff(kick, n=2, prepend=(0.0, 0.0)))
     summing = np.abs(1.0 - np.exp(-2j * np.pi * frequency * period))
     summing[0] = summing[1] if len(summing) > 1 else 1.0
-    gain = np.abs(steps) ** 2 / summing**2
+    gain = np.abs(bends) ** 2 / summing**4
     gain[0] = gain[1] if len(gain) > 1 else gain[0]
     return np.asarray(gain)
 

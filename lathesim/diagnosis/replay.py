@@ -112,8 +112,10 @@ def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Coll
     by_name = {part.name: part for part in parts}
     wires = {item.target: item for item in assembly.wires}
     for output, values in motion.items():
-        targets = [target for target, item in wires.items() if item.source == output and _senses_own_host(by_name, target)]
-        targets = [target for target in targets if candidates is None or target.partition(".")[0] in candidates]
+        # target -> the input of an effect for which it senses: itself, or one behind a spring
+        sensing = {target: _sensing_for(wires, target) for target, item in wires.items() if item.source == output}
+        sensing = {target: own for target, own in sensing.items() if _senses_own_host(by_name, own)}
+        targets = [target for target, own in sensing.items() if candidates is None or own.partition(".")[0] in candidates]
         if not targets:
             continue
         part, _, item = output.partition(".")
@@ -124,12 +126,20 @@ def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Coll
             if candidates is None:
                 wires[target] = Wire(target, f"{name}.value")
                 continue
-            sensed = sensed_share(target).partition(".")[0]
+            sensed = sensed_share(sensing[target]).partition(".")[0]
             parts.append(Part(sensed, SensedMotion.with_units({"signal": unit})))
             for end, feed in (("recorded", f"{name}.value"), ("simulated", output)):
                 wires[f"{sensed}.{end}"] = Wire(f"{sensed}.{end}", feed)
             wires[target] = Wire(target, f"{sensed}.value")
     return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+
+
+def _sensing_for(wires: Mapping[str, Wire], target: str) -> str:
+    """Give the input that is fed with what ``target`` sees, past what is added to it behind a spring."""
+    part, _, item = target.partition(".")
+    if item == "incoming" and f"{part}.beyond" in wires:
+        return next((fed for fed, wire in wires.items() if wire.source == f"{part}.outgoing"), target)
+    return target
 
 
 def sensed_share(target: str) -> str:

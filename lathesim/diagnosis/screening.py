@@ -98,9 +98,9 @@ def _responses(
     rows = np.tile(np.array(list(base.values())), (len(points), 1))
     rows[:, [names.index(name) for name in term.parameters]] = points
     found = []
-    for point, response in zip(points, simulator.of_residuals(names, rows, lambda run: absorb.left(fitted.residual - run)), strict=True):
-        power = float(response @ response)
-        if np.isfinite(power) and power > 1e-6:
+    for point, response in zip(points, simulator.responses(names, rows, absorb.references, absorb.left), strict=True):
+        power = float(response @ response) if response is not None else 0.0
+        if response is not None and np.isfinite(power) and power > 1e-6:
             share = float(response @ absorb.residual) / power
             found.append((0.5 * share * share * power, share, point, response))
     return sorted(found, key=lambda item: -item[0] * _plausible(term, item[1]))
@@ -152,6 +152,7 @@ class _Absorber:
 
     def __init__(self, simulator: Simulator, fitted: Fitted) -> None:
         self.noise = fitted.noise
+        self.references = (simulator.with_long_steps(fitted.by_name), fitted.residual)
         white = self._whiten(fitted.sensitivity) if fitted.sensitivity is not None and len(fitted.free) else None
         precision = np.array([1.0 / item.uncertainty if np.isfinite(item.uncertainty) else 0.0 for item in fitted.free])
         self._stacked = None

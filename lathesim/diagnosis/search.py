@@ -17,6 +17,7 @@ from lathesim.component import Parameter
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.problem import Rig, baseline_free
 from lathesim.diagnosis.screening import Screened, is_limit, screen, screened_instead
+from lathesim.diagnosis.side_by_side import TOGETHER, Asked, side_by_side
 from lathesim.diagnosis.starting_points import starting_points
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAIN, Bench, Model, Tell, Trial, is_wide, judged_score
@@ -119,17 +120,10 @@ def _add(bench: Bench, found: Found, settings: Settings, left: list[Term]) -> bo
     first = ", ".join(f"{item.term.name} at {item.term.at} {item.gain:.0f} ({item.share:.0%})" for item in screening.ranked[:5])
     bench.say(f"  promised nats (chance gives {found.chance:.0f}): {first}")
     tried: list[Trial] = []
-    best_kept = 0.0
-    for item in screening.ranked[: settings.screened]:
-        if item.gain < max(0.5 * (settings.margin + found.chance), settings.worth_a_fit * best_kept):
-            break
-        if not _may_be_worth(bench, found.model, item, settings):
-            continue
-        if item.gain < _NEAR * screening.ranked[0].gain and any(trial.share_of_rest > _NEARLY_ALL for trial in tried):
-            continue
-        tried.append(bench.trial(found.model, item.term, found.model.terms, found.model.free, _starts(item)))
-        if believable(tried[-1], settings, found.chance):
-            best_kept = max(best_kept, item.gain)  # what promised much and kept none of it is no yardstick
+    waiting = list(screening.ranked[: settings.screened])
+    while wave := _wave(bench, found, waiting, screening.ranked[0].gain, tried, settings):
+        asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item)) for item in wave]
+        tried += side_by_side(bench, found.model, asked)
     found.tried += tried
     good = [trial for trial in tried if believable(trial, settings, found.chance)]
     if not good:
@@ -143,6 +137,23 @@ def _add(bench: Bench, found: Found, settings: Settings, left: list[Term]) -> bo
     bench.say(f"{best.term.name} at {best.term.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
     _eliminate(bench, found, settings)
     return True
+
+
+def _wave(bench: Bench, found: Found, waiting: list[Screened], best: float, tried: Sequence[Trial], settings: Settings) -> list[Screened]:
+    """Take from the waiting candidates those that are tried next, as far as the trials so far leave them worth it."""
+    kept = {trial.term.part for trial in tried if believable(trial, settings, found.chance)}
+    # what promised much and kept none of it is no yardstick
+    promised = max((item.gain for item in found.screened if item.term.part in kept), default=0.0)
+    least = max(0.5 * (settings.margin + found.chance), settings.worth_a_fit * promised)
+    explained = any(trial.share_of_rest > _NEARLY_ALL for trial in tried)
+    wave: list[Screened] = []
+    while waiting and len(wave) < TOGETHER:
+        item = waiting.pop(0)
+        if item.gain < least:
+            waiting.clear()
+        elif _may_be_worth(bench, found.model, item, settings) and not (explained and item.gain < _NEAR * best):
+            wave.append(item)
+    return wave
 
 
 def _starts(item: Screened) -> Sequence[FloatArray]:
@@ -183,7 +194,8 @@ def _rivals(bench: Bench, found: Found, ranked: Sequence[Screened], best: Trial,
     known = {trial.term.part for trial in tried}
     promised = next(item.gain for item in ranked if item.term.part == best.term.part)
     alike = [item for item in ranked if item.term.part not in known and abs(item.gain - promised) < _ALIKE * promised][:_MOST_RIVALS]
-    rivals = [bench.trial(found.model, item.term, found.model.terms, found.model.free, item.starts[:1]) for item in alike]
+    asked = [Asked(item.term, found.model.terms, found.model.free, item.starts[:1]) for item in alike]
+    rivals = side_by_side(bench, found.model, asked)
     found.tried += rivals
     return rivals
 
@@ -222,12 +234,13 @@ def _refine(bench: Bench, found: Found, settings: Settings) -> bool:
         rest = tuple(other for other in found.model.terms if other is not term)
         finer = [other for other in bench.rig.candidates if other.at == term.at and term.name in other.effect.refines]
         kept = [item for item in found.model.free if item.name not in term.parameters]
-        swaps = []
+        asked = []
         for other in finer:
             starts = _refined_starts(term, other, found.model)
             promise = screened_instead(bench.rig.sensed, found.model.fitted, term, other, starts[1:])
             if promise.gain > 0.5 * settings.margin and _may_be_worth(bench, found.model, promise, settings):
-                swaps.append(bench.trial(found.model, other, rest, kept, starts))
+                asked.append(Asked(other, rest, kept, starts))
+        swaps = side_by_side(bench, found.model, asked)
         found.tried += swaps
         good = [trial for trial in swaps if believable(trial, settings, 0.0) and _replaces(trial, settings)]
         if good:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from lathesim.diagnosis.motion import velocity_of
 from lathesim.diagnosis.noise_model import NoiseShapes, noise_shapes, window_of
+from lathesim.diagnosis.remembered import Remembered
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.batch import Batch
@@ -19,10 +21,12 @@ KICK = 1e-3
 """Size of a kick of a state, in the state's unit; the response is scaled by the noise that is fitted."""
 _BEYOND = 1e150
 """Where a run whose numbers grow beyond all bounds is cut off before it is differenced [SI]."""
-_REMEMBERED = 4
-"""Values whose kicks are kept: a fit, its judge and its error ask for the same ones."""
+_REMEMBERED = 8
+"""Values whose kicks are kept: a fit, its judge and its error ask for the same ones, in two trials at a time."""
 LOST = 1e12
 """Residual, in floors, of a run whose numbers grew beyond all bounds."""
+
+_Kicks = tuple[list[str], FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,8 @@ class Simulator:
     second_sight: tuple[SecondSight, ...] = ()
     weights: FloatArray | None = None
     white: bool = False
-    _kicked: dict[tuple[tuple[str, float], ...], tuple[list[str], FloatArray, FloatArray]] = field(default_factory=dict, repr=False)
+    _kicked: Remembered[_Kicks] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
+    _shaped: Remembered[tuple[NoiseShapes, ...]] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
 
     @cached_property
     def seen(self) -> FloatArray:
@@ -100,6 +105,9 @@ class Simulator:
         judged with. As the weight follows the machine, a round of fitting solves the equations of the instrumental-variable estimate and
         is not drawn towards a machine that answers less.
         """
+        return self._shaped.get((coloured, *sorted(values.items())), lambda: self._shapes(values, coloured=coloured))
+
+    def _shapes(self, values: Mapping[str, float], *, coloured: bool) -> tuple[NoiseShapes, ...]:
         window = None if self.weights is None else window_of(self.weights)
         if self.white:
             flat = np.ones((1, self.samples // 2 + 1))
@@ -112,17 +120,9 @@ class Simulator:
             for row, floor in enumerate(self.seen_floors)
         )
 
-    def kicks(self, values: Mapping[str, float]) -> tuple[list[str], FloatArray, FloatArray]:
+    def kicks(self, values: Mapping[str, float]) -> _Kicks:
         """Give the machine's own states, the response to a kick of each (states, channels, samples), and the channels themselves."""
-        asked = tuple(sorted(values.items()))
-        if asked not in self._kicked:
-            while len(self._kicked) >= _REMEMBERED:
-                del self._kicked[next(iter(self._kicked))]
-            self._kicked[asked] = self._kicks(values)
-        return self._kicked[asked]
-
-    def _kicks(self, values: Mapping[str, float]) -> tuple[list[str], FloatArray, FloatArray]:
-        return self._kicks_of(self._felt, values)
+        return self._kicked.get(tuple(sorted(values.items())), lambda: self._kicks_of(self._felt, values))
 
     @cached_property
     def _felt(self) -> list[str]:
@@ -131,7 +131,7 @@ class Simulator:
         _, kicks, _ = self._kicks_of(states, {})
         return [state for state, kick in zip(states, kicks, strict=True) if np.any(kick)]
 
-    def _kicks_of(self, states: list[str], values: Mapping[str, float]) -> tuple[list[str], FloatArray, FloatArray]:
+    def _kicks_of(self, states: list[str], values: Mapping[str, float]) -> _Kicks:
         names = list(dict.fromkeys([*values, *states]))
         base = np.array([values[name] if name in values else self._start(name) for name in names])
         rows = np.tile(base, (len(states) + 1, 1))
@@ -172,14 +172,37 @@ class Simulator:
         """Give recorded minus simulated for each row of ``values``; zero where nothing was recorded."""
         return self._each(names, values, self.residual_of)
 
-    def of_residuals(self, names: Sequence[str], values: FloatArray, reduce: Callable[[FloatArray], FloatArray]) -> list[FloatArray]:
-        """Give what ``reduce`` makes of the residual for each row of ``values``, made where the run was made: on all cores."""
-        return self._each(names, values, lambda output: reduce(self.residual_of(output)))
+    def responses(
+        self, names: Sequence[str], values: FloatArray, references: Sequence[FloatArray], reduce: Callable[[FloatArray], FloatArray]
+    ) -> list[FloatArray | None]:
+        """Give what ``reduce`` makes of a reference residual less that of each row of ``values``: made where the run is, on all cores.
 
-    def _each(self, names: Sequence[str], values: FloatArray, reduce: Callable[[FloatArray], FloatArray]) -> list[FloatArray]:
+        The first of two ``references`` is of :meth:`with_long_steps`: one step a sample will do for a difference of two runs, except where
+        a lag is so short that the run is lost with it; then it is made with the plan's steps and held against the second. Lost, it is None.
+        """
+        bound = 0.5 * LOST * self.seen_floors[:, None]
+        found: list[FloatArray | None] = [None] * len(values)
+        for steps, reference in zip((1, 0), references, strict=True):
+
+            def response(output: FloatArray, reference: FloatArray = reference) -> FloatArray | None:
+                residual = self.residual_of(output)
+                return None if np.any(np.abs(residual) > bound) else reduce(reference - residual)
+
+            lost = [row for row, one in enumerate(found) if one is None]
+            if lost:
+                for row, one in zip(lost, self._each(names, values[lost], response, steps), strict=True):
+                    found[row] = one
+        return found
+
+    def with_long_steps(self, values: Mapping[str, float]) -> FloatArray:
+        """Give the residual for one set of values by name, simulated with one step a sample."""
+        found: FloatArray = self._each(list(values), np.array([list(values.values())], dtype=float), self.residual_of, 1)[0]
+        return found
+
+    def _each(self, names: Sequence[str], values: FloatArray, reduce: Callable[[FloatArray], Any], steps: int = 0) -> list[Any]:
         positions = [self.plan.channels.index(channel) for channel in self.channels]
-        batch = Batch(self.plan, self.samples, noisy=False)
-        found: list[FloatArray] = batch.run(list(names), values, lambda record: reduce(self.as_seen(record[positions])))
+        batch = Batch(self.plan, self.samples, noisy=False, steps_per_sample=steps)
+        found: list[Any] = batch.run(list(names), values, lambda record: reduce(self.as_seen(record[positions])))
         return found
 
     def residual_of(self, output: FloatArray) -> FloatArray:

@@ -107,8 +107,8 @@ def _is_unseen(assembly: Assembly, part: Part, compared: Collection[str]) -> boo
 
 
 def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
-    """Frictions come last on a port: they answer to the sum of what else pushes."""
-    return sorted(effects, key=lambda effect: (effect.family == "reversal", effect.catalogue, effect.__name__))
+    """Frictions come after all that pushes, as they answer to the sum of it, and last the spring behind which they hold."""
+    return sorted(effects, key=lambda effect: (bool(effect.behind), effect.family == "reversal", effect.catalogue, effect.__name__))
 
 
 def _has_drive_before_it(assembly: Assembly, part: Part) -> bool:

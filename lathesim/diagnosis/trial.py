@@ -178,7 +178,8 @@ class Bench:
         best: Fitted | None = None
         for start in starts:
             freed = [*free, *term_free(term, start)]
-            fitted = fit(self.rig.sensed, freed, before.fitted.constant, rounds=2, iterations=8, wide=wide, tolerance=_ROUGH, known=known)
+            constant = before.fitted.constant
+            fitted = fit(self.rig.sensed, freed, constant, rounds=2, iterations=8, wide=wide, tolerance=_ROUGH, known=known, fresh=False)
             if best is None or fitted.score > best.score:
                 best = fitted
         assert best is not None
@@ -190,11 +191,13 @@ class Bench:
             nearby = fit(self.rig.sensed, with_start(best), before.fitted.constant, rounds=0, wide=wide)
             known = dict(zip(nearby.names, nearby.sensitivity, strict=True)) if nearby.sensitivity is not None else {}
             known = {name: slope for name, slope in known.items() if name not in term.parameters}
-            best = fit(self.rig.sensed, with_start(best), before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE, known=known)
+            best = fit(
+                self.rig.sensed, with_start(best), before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE, known=known, fresh=False
+            )
         if before.fitted.penalty > STRAIN:
             # what the effect explains had strained the values of the machine: from there a fit may not find its way back
             eased = [replace(item, start=item.given) if np.isfinite(item.uncertainty) else item for item in with_start(best)]
-            other = fit(self.rig.sensed, eased, before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE)
+            other = fit(self.rig.sensed, eased, before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE, fresh=False)
             best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.rig, best).above(before.score, wide=is_wide((*before.terms, term)))
         if gain <= 0.0:
@@ -207,10 +210,7 @@ class Bench:
         wide_gains = model.score.above(before.score, wide=True), model.held_out.above(before.held_out, wide=True)
         relieves = before.fitted.penalty > STRAIN > 4.0 * best.penalty
         moved, spoils = in_own_simulation(self.rig, before.fitted, best, term)
-        trial = Trial(term, model, gain, held, moved, *shares, relieves, *wide_gains, spoils)
-        removes = f"removes {shares[0]:.1%} of all, {shares[1]:.0%} of the rest"
-        self.say(f"  {term.name} at {term.at}: {gain:.0f} nats, held out {held:.0f}, {removes}")
-        return trial
+        return Trial(term, model, gain, held, moved, *shares, relieves, *wide_gains, spoils)
 
 
 def _far(before: Fitted, after: Fitted) -> bool:
@@ -289,12 +289,12 @@ def on_recording(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
     if phases:
         # a phase may be anywhere on another recording, and from the wrong side a fit ends in the wrong hump
         turned = [[replace(item, start=item.start + turn) if item.name in phases else item for item in free] for turn in _TURNS]
-        tried = [fit(rig.sensed, start, constant, rounds=1, iterations=4, tolerance=_ROUGH) for start in turned]
+        tried = [fit(rig.sensed, start, constant, rounds=1, iterations=4, tolerance=_ROUGH, fresh=False) for start in turned]
         free = with_start(max(tried, key=lambda fitted: fitted.score))
     instants = [item.name for item in free if item.name in nuisance and item.name in instants_of([item.name])]
     if instants:
         free = _at_the_best_instant(rig, free, constant, terms, instants)
-    return fit(rig.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH)
+    return fit(rig.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH, fresh=False)
 
 
 def _at_the_best_instant(

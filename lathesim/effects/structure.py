@@ -16,12 +16,13 @@ class AxialResonance(Effect):
     F_out = F - b x1' - (F + S) / (1 - r)
 
     m is the whole moving mass of the host, r the table's share of it, b its viscous friction, F what drives the motor side, F_in all else
-    that acts on the table: guideways hold the table, not the screw. ``deflection`` is table less motor; a scale at the table sees the
-    host's position plus that. Left out: friction of the screw's bearings; a dry friction senses the motor side's speed.
+    that acts on the table: guideways hold the table, not the screw, and frictions inserted before answer to its speed. ``deflection`` is
+    table less motor; a scale at the table sees the host's position plus that. Left out: friction of the screw's bearings.
     """
 
     catalogue, family, site = 13, "lag", "effort"
     beyond = "deflection"
+    behind = {"flow": "stretch_speed", "applied": "spring_force", "inertia": "table_inertia"}
     neutral = {"table_share": 0.0}
     typical = {"table_share": (0.05, 0.8), "frequency": (40.0, 300.0), "damping": (0.02, 0.1)}
     typical_rotary = {"table_share": (0.05, 0.8), "frequency": (20.0, 500.0), "damping": (0.01, 0.1)}
@@ -37,6 +38,9 @@ class AxialResonance(Effect):
     resistance = Input("{signal}*s/({displacement})", default=0.0, doc="viscous friction of the host")
     outgoing = Output("{signal}", doc="disturbance with the reaction of the table")
     deflection = Output("{displacement}", doc="table less motor")
+    stretch_speed = Output("({displacement})/s", doc="speed of the table less that of the motor")
+    spring_force = Output("{signal}", doc="what drives the table: the spring, or the drive where there is none")
+    table_inertia = Output("{signal}*s**2/({displacement})", doc="mass or inertia that a friction holds")
     stretch = State("{displacement}", doc="table less motor")
     stretch_rate = State("({displacement})/s", doc="its rate")
     table_share = Parameter("1", 0.0, low=0.0, high=0.95, doc="share of the moving mass behind the spring")
@@ -64,6 +68,15 @@ class AxialResonance(Effect):
 
     @staticmethod
     def output(
+        applied: float, inertia: float, stretch: float, stretch_rate: float, table_share: float, frequency: float, damping: float
+    ) -> tuple[float, float, float, float]:
+        if table_share == 0.0:
+            return 0.0, 0.0, applied, inertia
+        table = table_share * inertia
+        return stretch, stretch_rate, -table * _spring_acceleration(stretch, stretch_rate, frequency, damping), table
+
+    @staticmethod
+    def output_outgoing(
         incoming: float,
         applied: float,
         inertia: float,
@@ -74,11 +87,11 @@ class AxialResonance(Effect):
         table_share: float,
         frequency: float,
         damping: float,
-    ) -> tuple[float, float]:
+    ) -> float:
         if table_share == 0.0:
-            return incoming, 0.0
+            return incoming
         spring = table_share * inertia * _spring_acceleration(stretch, stretch_rate, frequency, damping)
-        return applied - resistance * flow - (applied + spring) / (1.0 - table_share), stretch
+        return applied - resistance * flow - (applied + spring) / (1.0 - table_share)
 
 
 def _spring_acceleration(stretch: float, stretch_rate: float, frequency: float, damping: float) -> float:

@@ -1,10 +1,12 @@
 """Time: signals that come late, channels that are shifted, clocks that run apart.
 
-Between two samples a shifted signal is interpolated linearly. For a command that is held between samples that is the mean of what the
-delayed command holds over the interval, so the drive gets the right impulse and the result is smooth in the delay.
+A channel that is shifted is interpolated linearly between two samples. A command is held between them, and a late one changes inside an
+interval: a sensor that is read at the sample still sees the old one.
 """
 
 from __future__ import annotations
+
+import math
 
 from lathesim.component import DiscreteState, Input, Memory, Noise, Output, Parameter
 from lathesim.effects.effect import Effect
@@ -26,21 +28,22 @@ def _remember(history: list[float], newest: float, incoming: float, time: float)
     return float(following)
 
 
+def _remembered(history: list[float], newest: float, back: int) -> float:
+    """Give the value so many samples back."""
+    place = int(newest) - back
+    if place < 0:
+        place += len(history)
+    return history[place]
+
+
 def _delayed(history: list[float], newest: float, samples: float) -> float:
     """Give the value some samples back; less than none is extrapolated from the last two."""
-    length = len(history)
-    back = min(samples, length - 2.0)
+    back = min(samples, len(history) - 2.0)
     whole = int(back)
     if back < 0.0:
         whole = 0
-    share = back - whole
-    near = int(newest) - whole
-    if near < 0:
-        near += length
-    far = near - 1
-    if far < 0:
-        far += length
-    return history[near] + (history[far] - history[near]) * share
+    near = _remembered(history, newest, whole)
+    return near + (_remembered(history, newest, whole + 1) - near) * (back - whole)
 
 
 class TransportDelay(Effect):
@@ -60,7 +63,9 @@ class TransportDelay(Effect):
 
     incoming = Input("{signal}", doc="command in time")
     outgoing = Output("{signal}", doc="command that acts")
-    held = DiscreteState("{signal}", doc="delayed command")
+    held = DiscreteState("{signal}", doc="delayed command at the end of the sample period")
+    before = DiscreteState("{signal}", doc="delayed command at its beginning")
+    began = DiscreteState("s", doc="when the sample period began")
     newest = DiscreteState("1", doc="place of the newest value in the history")
     history = Memory("{signal}", _SAMPLES, doc="the last samples")
     delay = Parameter("s", 0.0, low=0.0, high=10.0, doc="how late it is")
@@ -68,15 +73,37 @@ class TransportDelay(Effect):
     @staticmethod
     def update(
         incoming: float, newest: float, history: list[float], delay: float, sample_period: float, time: float
-    ) -> tuple[float, float]:
+    ) -> tuple[float, float, float, float]:
         place = _remember(history, newest, incoming, time)
-        return _delayed(history, place, delay / sample_period), place
+        whole = int(min(delay / sample_period, len(history) - 2.0))
+        return _remembered(history, place, whole), _remembered(history, place, whole + 1), time, place
 
     @staticmethod
-    def output(incoming: float, held: float, delay: float) -> float:
+    def output(
+        incoming: float, held: float, before: float, began: float, delay: float, sample_period: float, time: float, step: float
+    ) -> float:
         if delay == 0.0:
             return incoming
-        return held
+        change = delay - sample_period * int(delay / sample_period)
+        return held + (before - held) * _still_to_come(change / step, (time - began) / step)
+
+
+def _still_to_come(change: float, now: float) -> float:
+    """Give the share of a signal that has not changed yet, ``change`` and ``now`` counted in steps.
+
+    In the middle of the step in which it changes it is 3/2 a - 1/4, a being the share of the step before the change: with the weights 1/6,
+    4/6, 1/6 that a Runge-Kutta step of order four gives to the beginning, the middle and the end, the mean over the step is a. Where the
+    change is near an end it is outside 0 to 1. Source: Simpson's rule; a signal that jumps would make the order of the step one.
+    """
+    whole = math.floor(now + 0.25)
+    if abs(now - whole) < 0.25:
+        return 1.0 if change > whole + 1e-9 else 0.0
+    inside = change - whole
+    if inside > 1.0 + 1e-9:
+        return 1.0
+    if inside < 1e-9:
+        return 0.0
+    return 1.5 * inside - 0.25
 
 
 class ChannelTimeShift(Effect):

@@ -33,6 +33,7 @@ class Batch:
     what ``reduce`` makes of the recorded values, shape (channels, samples), in the order of ``plan.channels``. A run that ends early, or
     whose numbers grow beyond all bounds, is filled with NaN. With ``noisy`` off every ``Noise`` is zero: the expected run. ``reduce`` must
     not keep the array it is given; it is used again. One that gives a number makes the memory independent of how many members there are.
+    ``steps_per_sample`` takes the place of the plan's, where fewer steps will do.
     """
 
     plan: Plan
@@ -40,6 +41,7 @@ class Batch:
     seed: int = 0
     threads: int = 0
     noisy: bool = True
+    steps_per_sample: int = 0
 
     def run(self, names: Sequence[str], values: FloatArray, reduce: Reduce = np.copy) -> list[Any]:
         """Run all members and give their results in order."""
@@ -51,7 +53,9 @@ class Batch:
         noise = draw_noise(plan.noises, self.seed, 0, self.samples)
         if not self.noisy:
             noise[:] = 0.0
-        assembly = plan.assembly
+        period = plan.assembly.sample_period
+        steps = self.steps_per_sample or plan.steps_per_sample
+        step = period / steps if self.steps_per_sample else plan.assembly.step
         results: list[Any] = [None] * len(members)
         turns = iter(range(len(members)))
 
@@ -61,8 +65,8 @@ class Batch:
             for turn in turns:
                 live = _member(base, positions, members[turn])
                 done = module.run_block(
-                    0, self.samples, assembly.sample_period, assembly.step, plan.steps_per_sample, live.parameters, live.states,
-                    live.discrete, live.memories, live.tables, noise, record.reshape(-1),
+                    0, self.samples, period, step, steps, live.parameters, live.states, live.discrete, live.memories, live.tables, noise,
+                    record.reshape(-1),
                 )  # fmt: skip
                 record[abs(done) :] = np.nan
                 results[turn] = reduce(record.T)

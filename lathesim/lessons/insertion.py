@@ -25,11 +25,11 @@ class Machinery(Assembly):
 
 
 class SeenBeyond(Component):
-    """What a sensor behind a spring sees: the place before it and how far it gives,  y = x + d."""
+    """What is seen behind a spring: place or speed before it, and how far or how fast it gives,  y = x + d."""
 
-    incoming = Input("{signal}", doc="place before the spring")
-    beyond = Input("{signal}", doc="how far the spring gives")
-    outgoing = Output("{signal}", doc="place behind the spring")
+    incoming = Input("{signal}", doc="place or speed before the spring")
+    beyond = Input("{signal}", doc="how far or how fast the spring gives")
+    outgoing = Output("{signal}", doc="place or speed behind the spring")
 
     @staticmethod
     def output(incoming: float, beyond: float) -> float:
@@ -94,6 +94,8 @@ def insert_effect(
     bench.wires |= {wire.target: wire for wire in sensed}
     if effect.beyond:
         _show_beyond(bench, effect, host, name)
+    if effect.behind:
+        _hold_behind(bench, effect, name)
     known = {key: getattr(assembly, key) for key in ("sample_period", "step", "finish", "record")}
     return Machinery(tuple(bench.parts.values()), tuple(bench.wires.values()), **known, seen_as=bench.seen_as)
 
@@ -222,6 +224,24 @@ def _show_beyond(bench: _Bench, effect: type[Effect], host: Part, name: str) -> 
         bench.wires[f"{adder}.incoming"] = Wire(f"{adder}.incoming", place)
         bench.wires[f"{adder}.beyond"] = Wire(f"{adder}.beyond", f"{name}.{effect.beyond}")
         bench.wires[head] = Wire(head, f"{adder}.outgoing")
+
+
+def _hold_behind(bench: _Bench, effect: type[Effect], name: str) -> None:
+    """Let the frictions that come before an effect hold what is behind its spring, and answer to the speed there."""
+    before = bench.wires[f"{name}.incoming"].source.partition(".")[0]
+    while before in bench.parts and issubclass(bench.parts[before].component, Effect):
+        if set(effect.behind) <= set(bench.parts[before].component.declared(Input)):
+            for sensed, output in effect.behind.items():
+                target, given = f"{before}.{sensed}", f"{name}.{output}"
+                if sensed == "flow":
+                    adder = f"{name}_behind_{before}"
+                    unit = bench.parts[name].component.declarations[output].unit
+                    bench.parts[adder] = Part(adder, SeenBeyond.with_units({"signal": unit}))
+                    bench.wires[f"{adder}.incoming"] = replace(bench.wires[target], target=f"{adder}.incoming")
+                    bench.wires[f"{adder}.beyond"] = Wire(f"{adder}.beyond", given)
+                    given = f"{adder}.outgoing"
+                bench.wires[target] = Wire(target, given)
+        before = bench.wires[f"{before}.incoming"].source.partition(".")[0]
 
 
 def _head(bench: _Bench, target: str) -> str:

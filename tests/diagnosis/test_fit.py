@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.fit import Free, fit, with_start
+from lathesim.diagnosis.fit import Free, covariance_of, fit, with_start
+from lathesim.diagnosis.simulator import Simulator
+from lathesim.engine.assembly import FloatArray
 from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, baseline, machine, pair, recording, rigs
 
 TRUE = {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}
@@ -102,3 +104,32 @@ def test_the_size_of_a_friction_comes_back_when_it_acts_on_simulated_motion() ->
     assert found.by_name[level] == pytest.approx(20.0, rel=0.02)
     assert found.by_name["x_axis.mass"] == pytest.approx(MASS, rel=0.01)
     assert found.by_name["x_axis.viscous"] == pytest.approx(VISCOUS, rel=0.03)
+
+
+def test_slopes_are_taken_once_where_a_machine_is_nearly_linear(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The start of a recording moves what is simulated in proportion: one Jacobian, a step or two, and one more Jacobian for the errors."""
+    (rig,) = rigs(recording(count=500))
+    simulated: list[int] = []
+
+    def counted(simulator: Simulator, names: list[str], values: FloatArray) -> list[FloatArray]:
+        simulated.append(len(values))
+        return simulator.of(names, values)
+
+    monkeypatch.setattr(Simulator, "of", Simulator.residuals, raising=False)
+    monkeypatch.setattr(Simulator, "residuals", counted)
+    starts = rig.start_states(rig.sensed.plan)
+    fit(rig.sensed, starts, {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}, rounds=3)
+    rough = sum(simulated)
+    assert rough <= 1 + 2 * len(starts) + 4
+    simulated.clear()
+    fit(rig.sensed, starts, {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}, rounds=3, fresh=False)
+    assert sum(simulated) == rough - len(starts)
+
+
+def test_two_values_of_which_only_the_sum_shows_are_as_unsure_as_beforehand() -> None:
+    shown, known = 1e-3, 30.0
+    slope = np.array([1.0, 1.0, 0.0])
+    covariance = covariance_of(np.outer(slope, slope) / shown**2 + np.diag([1.0, 1.0, 0.0]) / known**2)
+    assert np.sqrt(covariance[0, 0]) == pytest.approx(known / np.sqrt(2.0), rel=1e-3)
+    assert np.sqrt(slope @ covariance @ slope) == pytest.approx(shown, rel=1e-3)
+    assert covariance[2, 2] == 0.0  # nothing shows it, and nobody knew it beforehand

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from lathesim.components.force_axis import ForceAxis
 from lathesim.components.linear_encoder import LinearEncoder
+from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.effects.structure import AxialResonance
 from lathesim.engine.assembly import Assembly, Part, Wire
@@ -61,3 +62,26 @@ def test_a_sensor_that_closes_a_loop_stays_on_the_motor_side() -> None:
     source = {item.target: item.source for item in assembly.wires}
     assert source["x_encoder.measured"] == "x_axis.position"
     assert source["x_scale.measured"] == "resonance_beyond_x_scale.outgoing"
+
+
+def test_a_friction_that_comes_before_the_spring_holds_the_table() -> None:
+    """The motor is pushed less than the table's friction carries: the motor gives way by the spring, the table does not move."""
+    stiffness = SHARE * MASS * (2.0 * math.pi * FREQUENCY) ** 2
+    parts = (Part("x_axis", ForceAxis, {"mass": MASS, "viscous": 0.0}), Part("x_scale", LinearEncoder, {"resolution": 0.0}))
+    wires = (Wire("x_axis.force", constant=PUSH), Wire("x_scale.measured", "x_axis.position"))
+    bare = Assembly(parts, wires, 1e-3, 1e-4, record=("x_axis.position", "x_scale.position"))
+    held = insert_effect(bare, CoulombFriction, "x_axis", name="friction", parameters={"level": 2.5 * PUSH})
+    values = {"table_share": SHARE, "frequency": FREQUENCY, "damping": 0.3}
+    found = run(wire(insert_effect(held, AxialResonance, "x_axis", name="resonance", parameters=values)), duration=1.0)
+    assert found["x_axis.position"][-1] == pytest.approx(PUSH / stiffness, rel=1e-3)
+    assert np.max(np.abs(found["x_scale.position"])) < 0.01 * PUSH / stiffness
+
+
+def test_without_a_table_behind_it_the_friction_holds_the_whole() -> None:
+    parts = (Part("x_axis", ForceAxis, {"mass": MASS, "viscous": VISCOUS}),)
+    bare = Assembly(parts, (Wire("x_axis.force", constant=PUSH),), 1e-3, 1e-4, record=("x_axis.position", "x_axis.velocity"))
+    held = insert_effect(bare, CoulombFriction, "x_axis", name="friction", parameters={"level": 0.5 * PUSH})
+    before = run(wire(held), duration=0.2)
+    after = run(wire(insert_effect(held, AxialResonance, "x_axis", name="resonance")), duration=0.2)
+    assert np.array_equal(before["x_axis.position"], after["x_axis.position"])
+    assert np.array_equal(before["x_axis.velocity"], after["x_axis.velocity"])
