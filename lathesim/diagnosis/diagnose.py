@@ -34,6 +34,8 @@ from lathesim.effects.effect import Effect
 Tell = Callable[[str], None]
 STRAINED = 0.98 * POSSIBLE
 """Declared standard deviations from which on a value of the lesson is strained: it would go further if it might."""
+_SIZES = ("amplitude", "share")
+"""Parameters of a wave that change their sign where its phase is turned by half a turn."""
 MOVED = 0.05
 """Share of the error that a refit of the baseline must remove for its values to be called off."""
 
@@ -239,10 +241,19 @@ def _on_held_out(held_out: Rig, found: Found, values: Estimates) -> dict[str, fl
 
 def _turned(term: Term, parameters: dict[str, Interval]) -> dict[str, Interval]:
     """Give a wave with a negative size as the same wave of positive size, half a turn on."""
-    if "phase" not in term.effect.nuisance or not (parameters.get("amplitude") and parameters["amplitude"].value < 0.0):
+    if not _is_turned(term, {f"{term.part}.{name}": item.value for name, item in parameters.items()}):
         return parameters
-    size = parameters["amplitude"]
-    return {**parameters, "amplitude": Interval(-size.value, size.unit, -size.high, -size.low)}
+    sizes = {name: parameters[name] for name in _SIZES if name in parameters}
+    return {**parameters, **{name: Interval(-item.value, item.unit, -item.high, -item.low) for name, item in sizes.items()}}
+
+
+def _is_turned(term: Term, values: Mapping[str, float]) -> bool:
+    """Say whether the size of a wave, or the larger of its two by what is usual, is negative."""
+    if "phase" not in term.effect.nuisance:
+        return False
+    usual = dict(zip(term.parameters, np.abs(term.points).max(axis=0, initial=0.0), strict=True))
+    names = [name for item in _SIZES if (name := f"{term.part}.{item}") in values and usual.get(name, 0.0) > 0.0]
+    return bool(names) and values[max(names, key=lambda name: abs(values[name]) / usual[name])] < 0.0
 
 
 def _insert(effect: FoundEffect, item: Standing, found: Found) -> dict[str, str]:
@@ -253,7 +264,7 @@ def _insert(effect: FoundEffect, item: Standing, found: Found) -> dict[str, str]
     for name in term.nuisance:
         short = name.partition(".")[2]
         if name in fitted:
-            half_turn = np.pi if short == "phase" and fitted.get(f"{term.part}.amplitude", 0.0) < 0.0 else 0.0
+            half_turn = np.pi if short == "phase" and _is_turned(term, fitted) else 0.0
             quantities[short] = f"{fitted[name] + half_turn:.6g} {term.effect.declarations[short].unit}".removesuffix(" 1")
     return {"effect": effect.effect, "at": effect.at, **quantities}
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from lathesim.diagnosis.noise_model import NoiseModel, NoiseShapes, fit_noise_model
 from lathesim.diagnosis.simulator import Simulator
+from lathesim.diagnosis.standard_errors import covariance_and_misfit
 from lathesim.engine.assembly import FloatArray
 
 _STEP = 3e-3
@@ -26,9 +27,6 @@ _DAMPINGS = (np.array([0.03, 3.0]), np.array([30.0, 1e3, 3e4, 1e6]))
 """Factors on the last damping: two are tried at once, the stronger ones where both fail."""
 _AS_FORETOLD = 0.1
 """Slopes are kept after a step whose gain differs by less than this share from what they foretold."""
-_NOTHING_KNOWN = 1e-12
-"""Share of the information in the best known direction, values scaled alike, below which rounding is all there is."""
-_NO_INFORMATION = 1e-200
 _WITHIN = 30.0
 """Scales of a value within which it is, whatever a recording tells."""
 _LEAST_GAIN = 0.05
@@ -61,6 +59,8 @@ class Fitted:
     penalty: float
     constant: Mapping[str, float] = field(default_factory=dict)
     sensitivity: FloatArray | None = None
+    misfit: FloatArray | None = None
+    """Factor by which each standard error is larger than the noise makes it, (values,): see :mod:`lathesim.diagnosis.standard_errors`."""
 
     @property
     def names(self) -> list[str]:
@@ -79,8 +79,16 @@ class Fitted:
 
     def error(self, name: str) -> float:
         """Give one standard error of a fitted value [SI]."""
+        return self.error_by_noise(name) * self.misfit_of(name)
+
+    def error_by_noise(self, name: str) -> float:
+        """Give one standard error of a fitted value [SI] as far as noise makes it."""
         position = self.names.index(name)
         return float(np.sqrt(max(self.covariance[position, position], 0.0)))
+
+    def misfit_of(self, name: str) -> float:
+        """Give by what factor a standard error is larger than noise makes it."""
+        return 1.0 if self.misfit is None else float(self.misfit[self.names.index(name)])
 
 
 def noise_of(residual: FloatArray, shapes: Sequence[NoiseShapes]) -> tuple[NoiseModel, ...]:
@@ -130,25 +138,12 @@ def fit(
     jacobian = problem.jacobian(values, residual) if fresh else problem.slopes(values, residual)
     white = problem.whitened(jacobian, models)
     # what a recording leaves open is somewhere within its range: else a mixture that nothing shows would blur values that are sure
-    information = white.T @ white + np.diag(problem.precision + 1.0 / np.square(_WITHIN * problem.scale))
-    covariance = covariance_of(np.nan_to_num(information, nan=0.0, posinf=0.0, neginf=0.0))
+    beforehand = problem.precision + 1.0 / np.square(_WITHIN * problem.scale)
+    lengths = [2 * len(model.power) for model in models]
+    covariance, misfit = covariance_and_misfit(white, problem.whitened(residual[None], models)[:, 0], beforehand, lengths)
     penalty = problem.penalty(values)
     likelihood = log_likelihood(residual, models, wide=wide)
-    return Fitted(tuple(free), values, covariance, residual, models, likelihood, penalty, dict(constant or {}), jacobian)
-
-
-def covariance_of(information: FloatArray) -> FloatArray:
-    """Give the covariance of an information matrix: a mixture of which nothing is known has a large variance; a value that nothing shows
-    has none."""
-    covariance = np.zeros_like(information)
-    shown = np.flatnonzero(np.diag(information) > _NO_INFORMATION)
-    if len(shown):
-        there = np.ix_(shown, shown)
-        size = np.sqrt(np.diag(information)[shown])
-        values, vectors = np.linalg.eigh(information[there] / np.outer(size, size))
-        values = np.maximum(values, _NOTHING_KNOWN * float(values[-1]))
-        covariance[there] = (vectors / values) @ vectors.T / np.outer(size, size)
-    return covariance
+    return Fitted(tuple(free), values, covariance, residual, models, likelihood, penalty, dict(constant or {}), jacobian, misfit)
 
 
 class _Problem:

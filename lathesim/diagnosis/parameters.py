@@ -62,11 +62,20 @@ def estimates(model: Model, held_out: Rig, whole: Rig | None) -> Estimates:
         return Estimates({name: Estimate(both.by_name[name], _inflated(both, name, inflation)) for name in names}, inflation)
     found = {}
     for name in names:
-        errors = np.array([_inflated(fitted, name, inflation) for fitted in (first, second)])
-        pair = np.array([first.by_name[name], second.by_name[name]])
-        weights = 1.0 / np.maximum(errors, 1e-300) ** 2
-        found[name] = Estimate(float(weights @ pair / weights.sum()), float(1.0 / np.sqrt(weights.sum())))
+        found[name] = _mean((first, second), name, inflation)
     return Estimates(found, inflation)
+
+
+def _mean(both: tuple[Fitted, Fitted], name: str, inflation: float) -> Estimate:
+    """Give the weighted mean of two fits: noise differs between two recordings, what is wrong with the form of the model does not, and what
+    was known beforehand is known once."""
+    values = np.array([fitted.by_name[name] for fitted in both])
+    weights = 1.0 / np.array([max(_inflated(fitted, name, inflation), 1e-300) for fitted in both]) ** 2
+    known = _known(both[0], name)
+    learned = sum(max(1.0 / max(fitted.error_by_noise(name) * inflation, 1e-300) ** 2 - known, 0.0) for fitted in both)
+    by_noise = 1.0 / max(learned + known, 1e-300)
+    by_form = np.mean([(fitted.error_by_noise(name) ** 2) * (fitted.misfit_of(name) ** 2 - 1.0) for fitted in both])
+    return Estimate(float(weights @ values / weights.sum()), float(np.sqrt(by_noise + by_form)))
 
 
 def _refitted(model: Model, rig: Rig, held_out: Rig, wide: bool) -> Fitted:
@@ -97,8 +106,12 @@ def is_significant(term: Term, values: Estimates) -> bool:
 
 def _inflated(fitted: Fitted, name: str, inflation: float) -> float:
     """Give a standard error made larger, as far as it comes from the recording and not from what was known beforehand."""
-    item = fitted.free[fitted.names.index(name)]
-    error = fitted.error(name)
-    known = 1.0 / item.uncertainty**2 if np.isfinite(item.uncertainty) else 0.0
+    error, known = fitted.error(name), _known(fitted, name)
     learned = max(1.0 / max(error, 1e-300) ** 2 - known, 0.0)
     return float(1.0 / np.sqrt(max(learned / inflation**2 + known, 1e-300)))
+
+
+def _known(fitted: Fitted, name: str) -> float:
+    """Give what was known of a value beforehand, one over its variance."""
+    uncertainty = fitted.free[fitted.names.index(name)].uncertainty
+    return 1.0 / uncertainty**2 if np.isfinite(uncertainty) else 0.0

@@ -141,11 +141,12 @@ def _add(bench: Bench, found: Found, settings: Settings, left: list[Term]) -> bo
 
 def _wave(bench: Bench, found: Found, waiting: list[Screened], best: float, tried: Sequence[Trial], settings: Settings) -> list[Screened]:
     """Take from the waiting candidates those that are tried next, as far as the trials so far leave them worth it."""
-    kept = {trial.term.part for trial in tried if believable(trial, settings, found.chance)}
+    good = [trial for trial in tried if believable(trial, settings, found.chance)]
+    kept = {trial.term.part for trial in good}
     # what promised much and kept none of it is no yardstick
     promised = max((item.gain for item in found.screened if item.term.part in kept), default=0.0)
     least = max(0.5 * (settings.margin + found.chance), settings.worth_a_fit * promised)
-    explained = any(trial.share_of_rest > _NEARLY_ALL for trial in tried)
+    explained = any(trial.share_of_rest > _NEARLY_ALL for trial in good)
     wave: list[Screened] = []
     while waiting and len(wave) < TOGETHER:
         item = waiting.pop(0)

@@ -15,7 +15,7 @@ from scipy.fft import rfft, rfftfreq
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.locate import missing_signal
 from lathesim.diagnosis.motion import measured_output, recorded_motion
-from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.problem import Rig, acting
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.variables import direction_of
 from lathesim.engine.assembly import FloatArray
@@ -37,7 +37,7 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
     signals = [_standardised(missing_signal(rig, fitted, row).values) for row in range(len(rig.machine.compare))]
     # what is missing is known in the band of the motion; a shorter ripple shows in the residual's second differences
     fast = [_standardised(np.diff(row, n=2, prepend=[row[0], row[0]])) for row in fitted.residual]
-    spectra: dict[tuple[str, bool], list[tuple[FloatArray, FloatArray]]] = {}
+    spectra: dict[tuple[str, str], list[tuple[FloatArray, FloatArray]]] = {}
     found: dict[str, FloatArray] = {}
     for term in terms:
         names = [name.partition(".")[2] for name in term.parameters]
@@ -50,14 +50,17 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
         if wave == _ORDER:
             low, high = 2.0 * math.pi / high, 2.0 * math.pi / low
         points = []
-        # a ripple in proportion to the driving force turns its sign round with the direction, as a friction does
-        sizes = [(size, term.family == "once per turn" and "Friction" in term.name), *([(_SHARE, True)] if _SHARE in names else [])]
-        for name, signed in sizes:
-            key = (term.at, signed)
+        # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
+        sizes = [(size, "direction" if term.family == "once per turn" and "Friction" in term.name else "")]
+        sizes += [(_SHARE, "drive")] if _SHARE in names else []
+        for name, factor in sizes:
+            key = (term.at, factor)
             if key not in spectra:
                 place, velocity = places[term.at]
-                direction = direction_of(velocity) if signed else None
-                spectra[key] = [_periodogram(place, kind, direction, _shortest(terms, term.at)) for kind in (signals, fast)]
+                times = _driving(rig, term.at) if factor == "drive" else None
+                if factor and times is None:
+                    times = direction_of(velocity)
+                spectra[key] = [_periodogram(place, kind, times, _shortest(terms, term.at)) for kind in (signals, fast)]
             for length in [length for spectrum in spectra[key] for length in _strongest(*spectrum, low / _BEYOND, high * _BEYOND)]:
                 for phase in _PHASES:
                     point = np.where(np.isin(names, ["phase", "second_phase"]), phase, term.neutral)
@@ -86,6 +89,17 @@ def _places(rig: Rig) -> dict[str, tuple[FloatArray, FloatArray]]:
     return found
 
 
+def _driving(rig: Rig, part: str) -> FloatArray | None:
+    """Give what drives a part in the replay, as a multiple of its usual size; none where nothing is wired to it."""
+    plan = rig.sensed.plan
+    source = next((source for target, source in acting(plan.assembly) if target.partition(".")[0] == part), "")
+    if source not in plan.channels:
+        return None
+    drive = np.nan_to_num(rig.sensed.channel([], [], plan.channels.index(source)))
+    size = float(np.sqrt(np.mean(drive * drive)))
+    return np.asarray(drive / size) if size > 0.0 else None
+
+
 def _standardised(values: FloatArray) -> FloatArray:
     spread = float(np.std(values))
     return (values - float(np.mean(values))) / spread if spread > 0.0 and np.isfinite(spread) else np.zeros_like(values)
@@ -103,10 +117,8 @@ def _shortest(terms: list[Term], at: str) -> float:
     return min(lengths, default=math.inf) / _BEYOND
 
 
-def _periodogram(
-    place: FloatArray, signals: list[FloatArray], direction: FloatArray | None, shortest: float
-) -> tuple[FloatArray, FloatArray]:
-    """Give waves per length and power, summed over the signals; the slowest trend over the place is taken out."""
+def _periodogram(place: FloatArray, signals: list[FloatArray], times: FloatArray | None, shortest: float) -> tuple[FloatArray, FloatArray]:
+    """Give waves per length and power, summed over the signals ``times`` a factor; the slowest trend over the place is taken out."""
     span = float(np.ptp(place))
     bins = int(np.clip(6.0 * span / shortest, 256, _MOST_BINS)) if math.isfinite(shortest) else 4096
     index = np.minimum(((place - place.min()) / span * bins).astype(np.int64), bins - 1)
@@ -114,7 +126,7 @@ def _periodogram(
     power = np.zeros(padded // 2 + 1)
     scaled = (place - place.min()) / span - 0.5
     for signal in signals:
-        values = signal if direction is None else signal * direction
+        values = signal if times is None else signal * times
         trend = np.polynomial.Polynomial.fit(scaled, values, 3)
         power += np.abs(rfft(np.bincount(index, weights=values - trend(scaled), minlength=bins), padded)) ** 2
     return np.asarray(rfftfreq(padded, span / bins)), power

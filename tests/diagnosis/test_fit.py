@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.fit import Free, covariance_of, fit, with_start
+from lathesim.diagnosis.fit import Free, fit, with_start
 from lathesim.diagnosis.simulator import Simulator
 from lathesim.engine.assembly import FloatArray
 from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, baseline, machine, pair, recording, rigs
@@ -124,12 +124,3 @@ def test_slopes_are_taken_once_where_a_machine_is_nearly_linear(monkeypatch: pyt
     simulated.clear()
     fit(rig.sensed, starts, {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}, rounds=3, fresh=False)
     assert sum(simulated) == rough - len(starts)
-
-
-def test_two_values_of_which_only_the_sum_shows_are_as_unsure_as_beforehand() -> None:
-    shown, known = 1e-3, 30.0
-    slope = np.array([1.0, 1.0, 0.0])
-    covariance = covariance_of(np.outer(slope, slope) / shown**2 + np.diag([1.0, 1.0, 0.0]) / known**2)
-    assert np.sqrt(covariance[0, 0]) == pytest.approx(known / np.sqrt(2.0), rel=1e-3)
-    assert np.sqrt(slope @ covariance @ slope) == pytest.approx(shown, rel=1e-3)
-    assert covariance[2, 2] == 0.0  # nothing shows it, and nobody knew it beforehand
