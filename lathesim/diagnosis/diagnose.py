@@ -208,7 +208,7 @@ def _effect(item: Standing, values: Estimates, rig: Rig, adequate: bool) -> Foun
         parameters[short] = Interval(value, rig.sensed.plan.unit(name), value - half, value + half)
         if estimate.error <= 0.0 or estimate.error > 0.5 * max(float(scale), abs(estimate.value)):
             undetermined.append(short)
-    tied = tuple(dict.fromkeys(trial.term.name for trial in item.tied if trial.term.name != term.name))
+    tied = tuple(dict.fromkeys(other.name for other in item.tied if other.name != term.name))
     experiment = term.effect.experiment if tied or undetermined else None
     return FoundEffect(
         term.name,

@@ -46,6 +46,8 @@ class Screening:
 
 _DRAWS = 20
 _FAR_BEYOND = 100.0
+_AT_END = 1e-6
+"""Scales from a bound within which a value lies at it."""
 _SINGLE = np.float32
 """Screening ranks candidates: it needs no more digits, and half the memory takes half the time."""
 _Response = tuple[float, float, FloatArray, FloatArray]
@@ -158,7 +160,10 @@ class _Absorber:
         self._stacked = None
         if white is not None:
             scale = np.array([item.scale for item in fitted.free])
-            stacked = np.vstack([white.T, np.diag(precision)]) * scale
+            # a value that is as far off as the lesson holds possible takes up no more
+            low, high = np.array([item.low for item in fitted.free]), np.array([item.high for item in fitted.free])
+            moves = np.minimum(fitted.values - low, high - fitted.values) > _AT_END * scale
+            stacked = (np.vstack([white.T, np.diag(precision)]) * scale)[:, moves]
             q, r = np.linalg.qr(stacked)
             good = np.abs(np.diag(r)) > 1e-10 * np.abs(np.diag(r)).max(initial=1e-300)
             self._stacked = np.ascontiguousarray(q[:, good], dtype=_SINGLE)

@@ -15,6 +15,7 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.diagnosis.fit import fit
+from lathesim.diagnosis.other_forms import form_starts, forms_of_two, two_for_one
 from lathesim.diagnosis.problem import Rig, baseline_free
 from lathesim.diagnosis.screening import Screened, is_limit, screen, screened_instead
 from lathesim.diagnosis.side_by_side import TOGETHER, Asked, side_by_side
@@ -79,6 +80,8 @@ class Found:
     screened: tuple[Screened, ...] = ()
     chance: float = 0.0
     """What chance reaches in the last round of screening [nats]."""
+    forms: dict[str, list[Term]] = field(default_factory=dict)
+    """By the part of an effect: refined forms that explain as much as it does with another effect of the model."""
     complete: bool = False
 
 
@@ -97,6 +100,11 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
         _grow(bench, found, chosen)
         if _refine(bench, found, chosen):
             _grow(bench, found, chosen)
+        if simpler := two_for_one(bench, baseline, found.model):
+            found.model = bench.settled(simpler[0])
+            found.trials |= {trial.term.part: [trial] for trial in simpler[1]}
+            bench.say(f"as good and simpler: {' and '.join(trial.term.name for trial in simpler[1])}")
+        found.forms = forms_of_two(bench, found.model)
         found.complete = True
     except KeyboardInterrupt:
         bench.say("stopped; what was found until here is kept")
@@ -182,9 +190,11 @@ def _finer(model: Model, rig: Rig) -> list[Term]:
 
 def _may_be_worth(bench: Bench, model: Model, item: Screened, settings: Settings) -> bool:
     """Say whether what a candidate promises may come to the shares of the error that an effect must remove."""
+    if model.fitted.penalty > STRAIN:
+        return True
     if item.share < settings.worth_a_fit * settings.share_of_rest:
         return False
-    if model.fitted.penalty > STRAIN or item.share > settings.nearly_worth * settings.nearly_all_of_rest:
+    if item.share > settings.nearly_worth * settings.nearly_all_of_rest:
         return True
     rest = model.error + np.maximum(bench.everything - bench.baseline_error, 0.0)
     return float(np.max(item.shares * rest / bench.everything)) > settings.worth_a_fit * settings.share_of_all
@@ -237,7 +247,7 @@ def _refine(bench: Bench, found: Found, settings: Settings) -> bool:
         kept = [item for item in found.model.free if item.name not in term.parameters]
         asked = []
         for other in finer:
-            starts = _refined_starts(term, other, found.model)
+            starts = form_starts(term, other, found.model)
             promise = screened_instead(bench.rig.sensed, found.model.fitted, term, other, starts[1:])
             if promise.gain > 0.5 * settings.margin and _may_be_worth(bench, found.model, promise, settings):
                 asked.append(Asked(other, rest, kept, starts))
@@ -256,17 +266,6 @@ def _refine(bench: Bench, found: Found, settings: Settings) -> bool:
 def _replaces(trial: Trial, settings: Settings) -> bool:
     """Say whether a refined form is so much better that the simple one has to go."""
     return trial.share_of_all > settings.share_of_all or trial.share_of_rest > settings.refined_share_of_rest
-
-
-def _refined_starts(term: Term, other: Term, model: Model) -> list[FloatArray]:
-    """Give starting values of the finer form: what it has in common with the simple one as fitted, the rest neutral or typical."""
-    values = model.fitted.by_name
-    start = other.neutral.copy()
-    for position, name in enumerate(other.parameters):
-        item = name.partition(".")[2]
-        otherwise = start[position] if item in other.effect.neutral else other.points[0][position]
-        start[position] = values.get(f"{term.part}.{item}", otherwise)
-    return [start, *[np.where(start == other.neutral, point, start) for point in other.points[:2]]]
 
 
 def merit(trial: Trial, settings: Settings) -> float:

@@ -19,6 +19,8 @@ _BLOCKS = 30
 _NOTHING_KNOWN = 1e-12
 """Share of the information in the best known direction, values scaled alike, below which rounding is all there is."""
 _NO_INFORMATION = 1e-200
+_LOST = 1e100
+"""Slopes from which on a run was lost."""
 
 
 def covariance_of(information: FloatArray) -> FloatArray:
@@ -44,15 +46,16 @@ def covariance_and_misfit(
     ``slopes`` (numbers, values) and ``residual`` (numbers,) are whitened, channel after channel of ``lengths`` numbers, real parts and then
     imaginary ones; ``known`` (values,) is what was known beforehand, one over its variance.
     """
-    information = np.nan_to_num(slopes.T @ slopes + np.diag(known), nan=0.0, posinf=0.0, neginf=0.0)
+    slopes = np.where(np.abs(slopes) < _LOST, slopes, 0.0)
+    information = slopes.T @ slopes + np.diag(known)
     covariance = covariance_of(information)
     count = len(information)
     if not count:
         return covariance, np.ones(0)
     size = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    labels = _blocks(np.nan_to_num(np.sum(np.square(slopes / size), axis=1)), lengths)
+    labels = _blocks(np.sum(np.square(slopes / size), axis=1), lengths)
     number = int(labels.max()) + 1
-    pulls = np.stack([np.bincount(labels, weights=np.nan_to_num(column) * residual, minlength=number) for column in slopes.T], axis=1)
+    pulls = np.stack([np.bincount(labels, weights=column * residual, minlength=number) for column in slopes.T], axis=1)
     pulls *= np.sqrt(number / max(number - count, 1))
     robust = covariance @ (pulls.T @ pulls + np.diag(known)) @ covariance
     own = np.sqrt(np.maximum(np.diag(covariance), 1e-300))

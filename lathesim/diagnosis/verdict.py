@@ -10,7 +10,6 @@ import numpy as np
 from lathesim.diagnosis.diagnosis import Evidence
 from lathesim.diagnosis.search import Found, Settings, merit
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Trial
 
 TIE = 4.0
 """Nats within which two candidates cannot be told apart ..."""
@@ -25,11 +24,11 @@ NAMED_SHARE = 0.5
 
 @dataclass(frozen=True)
 class Standing:
-    """How sure an effect is: its probability among all candidates, and the trials it is tied with."""
+    """How sure an effect is: its probability among all candidates, and the terms it is tied with."""
 
     term: Term
     probability: float
-    tied: tuple[Trial, ...]
+    tied: tuple[Term, ...]
     share: float
     removes: float
 
@@ -47,9 +46,10 @@ def standing(found: Found, settings: Settings) -> list[Standing]:
         width = max(TIE, TIE_SHARE * best)
         trials = [trial for trial in trials if abs(trial.share_of_all - chosen.share_of_all) < TIE_SHARE or trial is chosen]
         others = [trial for trial in trials if trial.term.part != term.part]
-        tied = tuple(trial for trial in others if best - merit(trial, settings) < width and trial.term not in found.model.terms)
+        forms = found.forms.get(term.part, [])
+        tied = (*[trial.term for trial in others if best - merit(trial, settings) < width and trial.term not in found.model.terms], *forms)
         weights = [np.exp(-max(0.0, best - merit(trial, settings)) / (0.5 * width)) for trial in others]
-        probability = float(1.0 / (1.0 + sum(weights)))
+        probability = float(1.0 / (1.0 + sum(weights) + len(forms)))
         result.append(Standing(term, probability, tied, chosen.share_of_all, chosen.share_of_rest))
     return sorted(result, key=lambda item: -item.share)
 

@@ -38,3 +38,11 @@ def test_of_a_right_model_the_errors_are_those_of_the_noise() -> None:
     errors = np.array([fitted(0.0, seed)[1] for seed in range(100)])
     alone = np.sqrt(3.0 / 4000)
     assert 0.99 * alone < np.median(errors) < 1.2 * alone
+
+
+def test_a_run_that_was_lost_tells_nothing() -> None:
+    slopes = np.column_stack([np.ones(100), np.full(100, np.inf), np.full(100, np.nan)])
+    covariance, misfit = covariance_and_misfit(slopes, np.ones(100), np.array([0.0, 0.25, 0.0]), [60, 40])
+    assert covariance[0, 0] == pytest.approx(0.01)
+    assert (covariance[1, 1], covariance[2, 2]) == (4.0, 0.0)
+    assert np.all(np.isfinite(misfit))

@@ -50,7 +50,7 @@ def test_a_name_without_a_rival_is_sure() -> None:
 
 def test_a_rival_that_gains_as_much_is_a_tie() -> None:
     item = standing_of(trials()["ForceOffset"])
-    assert [trial.term.name for trial in item.tied] == ["ForceOffset"]
+    assert [term.name for term in item.tied] == ["ForceOffset"]
     assert item.probability == pytest.approx(0.5, abs=0.01)
 
 

@@ -1,0 +1,38 @@
+"""Two simple effects and one that does what they do: the two are named, and that they are tied with the one is said."""
+
+import functools
+
+import numpy as np
+
+from lathesim.diagnosis.diagnosis import Diagnosis
+from lathesim.effects.friction import AsymmetricFriction, CoulombFriction
+from lathesim.effects.offset_and_gain import ForceOffset
+from tests.diagnosis.pushed_table import Hidden, recording
+from tests.diagnosis.test_mistakes import diagnosed
+
+LEVEL, SHARE = 12.0, 0.3
+
+
+def uneven(v: float, q: float, t: float) -> float:
+    """A friction that differs between the directions, smooth where it turns round."""
+    turn = float(np.tanh(v / 1e-4))
+    return LEVEL * turn + SHARE * LEVEL * turn * turn
+
+
+@functools.cache
+def answer() -> Diagnosis:
+    pair = recording(Hidden(law=uneven), seed=1), recording(Hidden(law=uneven), seed=2)
+    return diagnosed(*pair, (CoulombFriction, ForceOffset, AsymmetricFriction))
+
+
+def test_the_simple_ones_are_named() -> None:
+    found = {effect.effect: effect.parameters for effect in answer().effects}
+    assert set(found) == {"CoulombFriction", "ForceOffset"}
+    assert abs(found["CoulombFriction"]["level"].value - LEVEL) < 0.05 * LEVEL
+    assert abs(found["ForceOffset"]["offset"].value - SHARE * LEVEL) < 0.1 * SHARE * LEVEL
+
+
+def test_the_one_that_does_the_same_is_said_to_be_tied_with_them() -> None:
+    assert answer().verdict == "tied"
+    assert all(effect.tied_with == ("AsymmetricFriction",) for effect in answer().effects)
+    assert all(effect.separating_experiment for effect in answer().effects)
