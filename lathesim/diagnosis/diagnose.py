@@ -21,19 +21,17 @@ from lathesim.diagnosis.fit import fit, with_start
 from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.loading import Recorded
 from lathesim.diagnosis.parameters import CONFIDENCE, Estimates, estimates, is_significant
-from lathesim.diagnosis.problem import POSSIBLE, Machine, Rig, baseline_free, build_rigs
+from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import Found, Settings, leave_out, search
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Bench, is_wide, judged_score
+from lathesim.diagnosis.trial import STRAINED, Bench, is_wide, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
 from lathesim.diagnosis.variables import resting
 from lathesim.diagnosis.verdict import ADEQUATE, NAMED_SHARE, Standing, removed_in_band, standing, structured_share
 from lathesim.effects.effect import Effect
 
 Tell = Callable[[str], None]
-STRAINED = 0.98 * POSSIBLE
-"""Declared standard deviations from which on a value of the lesson is strained: it would go further if it might."""
 _SIZES = ("amplitude", "share")
 """Parameters of a wave that change their sign where its phase is turned by half a turn."""
 MOVED = 0.05
@@ -208,7 +206,7 @@ def _effect(item: Standing, values: Estimates, rig: Rig, adequate: bool) -> Foun
         parameters[short] = Interval(value, rig.sensed.plan.unit(name), value - half, value + half)
         if estimate.error <= 0.0 or estimate.error > 0.5 * max(float(scale), abs(estimate.value)):
             undetermined.append(short)
-    tied = tuple(dict.fromkeys(other.name for other in item.tied if other.name != term.name))
+    tied = tuple(dict.fromkeys(other.name for other in (*item.tied, *item.forms) if other.name != term.name))
     experiment = term.effect.experiment if tied or undetermined else None
     return FoundEffect(
         term.name,

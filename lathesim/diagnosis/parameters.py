@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,10 +21,11 @@ _LARGEST_INFLATION = 10.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value and one standard error [SI]."""
+    """A value and one standard error [SI]; ``by_noise`` is how much of that is noise, or a disagreement of the recordings."""
 
     value: float
     error: float
+    by_noise: float
 
 
 @dataclass(frozen=True)
@@ -52,30 +53,33 @@ def estimates(model: Model, held_out: Rig, whole: Rig | None) -> Estimates:
     of_recording |= {name for term in model.terms for name in term.nuisance}
     names = [name for name in first.names if name not in of_recording]
     pull = [
-        ((first.by_name[name] - second.by_name[name]) ** 2 / (first.error(name) ** 2 + second.error(name) ** 2))
+        ((first.by_name[name] - second.by_name[name]) ** 2 / (first.error_by_noise(name) ** 2 + second.error_by_noise(name) ** 2))
         for name in names
-        if first.error(name) > 0.0 and second.error(name) > 0.0 and not name.endswith(".order")
+        if first.error_by_noise(name) > 0.0 and second.error_by_noise(name) > 0.0 and not name.endswith(".order")
     ]
     inflation = float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, _LARGEST_INFLATION))
-    if whole is not None:
-        both = _refitted(model, whole, held_out, wide)
-        return Estimates({name: Estimate(both.by_name[name], _inflated(both, name, inflation)) for name in names}, inflation)
-    found = {}
-    for name in names:
-        found[name] = _mean((first, second), name, inflation)
-    return Estimates(found, inflation)
+    fits = (first, second) if whole is None else (_refitted(model, whole, held_out, wide),)
+    return Estimates({name: _estimate(fits, name, inflation) for name in names}, inflation)
 
 
-def _mean(both: tuple[Fitted, Fitted], name: str, inflation: float) -> Estimate:
-    """Give the weighted mean of two fits: noise differs between two recordings, what is wrong with the form of the model does not, and what
-    was known beforehand is known once."""
-    values = np.array([fitted.by_name[name] for fitted in both])
-    weights = 1.0 / np.array([max(_inflated(fitted, name, inflation), 1e-300) for fitted in both]) ** 2
-    known = _known(both[0], name)
-    learned = sum(max(1.0 / max(fitted.error_by_noise(name) * inflation, 1e-300) ** 2 - known, 0.0) for fitted in both)
-    by_noise = 1.0 / max(learned + known, 1e-300)
-    by_form = np.mean([(fitted.error_by_noise(name) ** 2) * (fitted.misfit_of(name) ** 2 - 1.0) for fitted in both])
-    return Estimate(float(weights @ values / weights.sum()), float(np.sqrt(by_noise + by_form)))
+def _estimate(fits: Sequence[Fitted], name: str, inflation: float) -> Estimate:
+    """Give the weighted mean of fits to separate recordings: noise differs between them, what is wrong with the form of the model does not,
+    and what was known beforehand is known once."""
+    values = np.array([fitted.by_name[name] for fitted in fits])
+    weights = 1.0 / np.array([max(fitted.error(name), 1e-300) for fitted in fits]) ** 2
+    by_noise = _error(fits, name, inflation)
+    by_form = np.mean([fitted.error_by_noise(name) ** 2 * (fitted.misfit_of(name) ** 2 - 1.0) for fitted in fits])
+    error = max(by_noise, float(np.hypot(_error(fits, name, 1.0), np.sqrt(by_form))))
+    return Estimate(float(weights @ values / weights.sum()), error, by_noise)
+
+
+def _error(fits: Sequence[Fitted], name: str, inflation: float) -> float:
+    """Give the standard error of all fits together by noise, made larger as far as it comes from the recordings and not from what was known
+    beforehand."""
+    uncertainty = fits[0].free[fits[0].names.index(name)].uncertainty
+    known = 1.0 / uncertainty**2 if np.isfinite(uncertainty) else 0.0
+    learned = [max(1.0 / max(fitted.error_by_noise(name), 1e-300) ** 2 - known, 0.0) for fitted in fits]
+    return float(1.0 / np.sqrt(max(sum(learned) / inflation**2 + known, 1e-300)))
 
 
 def _refitted(model: Model, rig: Rig, held_out: Rig, wide: bool) -> Fitted:
@@ -99,19 +103,6 @@ def is_significant(term: Term, values: Estimates) -> bool:
     for name, neutral in zip(term.parameters, term.neutral, strict=True):
         if name.partition(".")[2] in term.effect.neutral and name in values.by_name:
             estimate = values.by_name[name]
-            if abs(estimate.value - neutral) > SIGNIFICANT * estimate.error:
+            if abs(estimate.value - neutral) > SIGNIFICANT * estimate.by_noise:
                 return True
     return False
-
-
-def _inflated(fitted: Fitted, name: str, inflation: float) -> float:
-    """Give a standard error made larger, as far as it comes from the recording and not from what was known beforehand."""
-    error, known = fitted.error(name), _known(fitted, name)
-    learned = max(1.0 / max(error, 1e-300) ** 2 - known, 0.0)
-    return float(1.0 / np.sqrt(max(learned / inflation**2 + known, 1e-300)))
-
-
-def _known(fitted: Fitted, name: str) -> float:
-    """Give what was known of a value beforehand, one over its variance."""
-    uncertainty = fitted.free[fitted.names.index(name)].uncertainty
-    return 1.0 / uncertainty**2 if np.isfinite(uncertainty) else 0.0

@@ -21,7 +21,7 @@ from lathesim.diagnosis.screening import Screened, is_limit, screen, screened_in
 from lathesim.diagnosis.side_by_side import TOGETHER, Asked, side_by_side
 from lathesim.diagnosis.starting_points import starting_points
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import STRAIN, Bench, Model, Tell, Trial, is_wide, judged_score
+from lathesim.diagnosis.trial import Bench, Model, Tell, Trial, is_strained, is_wide, judged_score
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 
@@ -190,7 +190,7 @@ def _finer(model: Model, rig: Rig) -> list[Term]:
 
 def _may_be_worth(bench: Bench, model: Model, item: Screened, settings: Settings) -> bool:
     """Say whether what a candidate promises may come to the shares of the error that an effect must remove."""
-    if model.fitted.penalty > STRAIN:
+    if is_strained(model.fitted):
         return True
     if item.share < settings.worth_a_fit * settings.share_of_rest:
         return False
@@ -281,6 +281,9 @@ def believable(trial: Trial, settings: Settings, chance: float) -> bool:
     worth = much or trial.share_of_rest > settings.nearly_all_of_rest or trial.relieves
     judged = trial.gain > due and trial.held_out_gain > settings.held_out_margin and trial.moves > settings.smallest_move
     worth = worth and trial.spoils < settings.most_spoilt
+    if trial.strained:
+        # values that are wrong beyond belief leave an error that any wave takes a part of
+        worth = worth and trial.share_of_rest > settings.nearly_all_of_rest
     return judged and worth and _of_usual_size(trial, settings)
 
 

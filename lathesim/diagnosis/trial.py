@@ -9,7 +9,7 @@ import numpy as np
 
 from lathesim.diagnosis.fit import Fitted, Free, fit, log_likelihood, noise_of, with_start
 from lathesim.diagnosis.noise_model import NoiseModel, carried_over
-from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.problem import POSSIBLE, Rig
 from lathesim.diagnosis.starting_points import instants_of, strongest_jumps
 from lathesim.diagnosis.terms import Term
 from lathesim.engine.assembly import FloatArray
@@ -19,8 +19,10 @@ _FAST_FAMILIES = frozenset({"lag", "structure", "once per turn", "encoder", "dri
 
 SETTLING = 0.02
 """Share of a recording at its beginning that is left out of residuals: controllers start with memories that nobody recorded."""
+STRAINED = 0.98 * POSSIBLE
+"""Declared standard deviations from which on a value of the lesson is strained: it would go further if it might."""
 STRAIN = 16.0
-"""Penalty of a baseline one of whose values is four declared standard deviations away from what the lesson says."""
+"""Penalty from which on the values of the lesson are strained together."""
 _VAGUE = 0.02
 """A value whose standard error is a larger share of it than this is left open by a recording."""
 _ROUGH = 1e-4
@@ -88,6 +90,8 @@ class Trial:
     share_of_rest: float
     relieves: bool = False
     """Whether the baseline, strained beyond what the lesson holds possible, no longer is: the error had been absorbed by its values."""
+    strained: bool = False
+    """Whether the baseline still is."""
     wide_gain: float = 0.0
     """The gains on all frequencies, on which trials of slow and of fast effects are held against each other: fitted and held out."""
     wide_held_out_gain: float = 0.0
@@ -194,7 +198,8 @@ class Bench:
             best = fit(
                 self.rig.sensed, with_start(best), before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE, known=known, fresh=False
             )
-        if before.fitted.penalty > STRAIN:
+        strained_before = is_strained(before.fitted)
+        if strained_before:
             # what the effect explains had strained the values of the machine: from there a fit may not find its way back
             eased = [replace(item, start=item.given) if np.isfinite(item.uncertainty) else item for item in with_start(best)]
             other = fit(self.rig.sensed, eased, before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE, fresh=False)
@@ -208,9 +213,16 @@ class Bench:
         rest = before.error + np.maximum(self.everything - self.baseline_error, 0.0)
         shares = float(np.max(lost / self.everything)), float(np.max(lost / rest))
         wide_gains = model.score.above(before.score, wide=True), model.held_out.above(before.held_out, wide=True)
-        relieves = before.fitted.penalty > STRAIN > 4.0 * best.penalty
+        relieves = strained_before and 4.0 * best.penalty < STRAIN
         moved, spoils = in_own_simulation(self.rig, before.fitted, best, term)
-        return Trial(term, model, gain, held, moved, *shares, relieves, *wide_gains, spoils)
+        return Trial(term, model, gain, held, moved, *shares, relieves, is_strained(best), *wide_gains, spoils)
+
+
+def is_strained(fitted: Fitted) -> bool:
+    """Say whether values of the lesson are further off than it holds possible, one by itself or all together."""
+    known = [(value, item) for value, item in zip(fitted.values, fitted.free, strict=True) if np.isfinite(item.low + item.high)]
+    off = [abs(value - item.given) / item.uncertainty for value, item in known if np.isfinite(item.uncertainty)]
+    return fitted.penalty > STRAIN or max(off, default=0.0) > STRAINED
 
 
 def _far(before: Fitted, after: Fitted) -> bool:

@@ -29,6 +29,8 @@ class Standing:
     term: Term
     probability: float
     tied: tuple[Term, ...]
+    forms: tuple[Term, ...]
+    """Single effects that do what this one and another of the model do together."""
     share: float
     removes: float
 
@@ -40,17 +42,16 @@ def standing(found: Found, settings: Settings) -> list[Standing]:
         trials = found.trials.get(term.part, [])
         chosen = next((trial for trial in trials if trial.term.part == term.part), None)
         if chosen is None:
-            result.append(Standing(term, 0.5, (), 0.0, 0.0))
+            result.append(Standing(term, 0.5, (), (), 0.0, 0.0))
             continue
         best = merit(chosen, settings)
         width = max(TIE, TIE_SHARE * best)
         trials = [trial for trial in trials if abs(trial.share_of_all - chosen.share_of_all) < TIE_SHARE or trial is chosen]
         others = [trial for trial in trials if trial.term.part != term.part]
-        forms = found.forms.get(term.part, [])
-        tied = (*[trial.term for trial in others if best - merit(trial, settings) < width and trial.term not in found.model.terms], *forms)
+        tied = tuple(trial.term for trial in others if best - merit(trial, settings) < width and trial.term not in found.model.terms)
         weights = [np.exp(-max(0.0, best - merit(trial, settings)) / (0.5 * width)) for trial in others]
-        probability = float(1.0 / (1.0 + sum(weights) + len(forms)))
-        result.append(Standing(term, probability, tied, chosen.share_of_all, chosen.share_of_rest))
+        probability = float(1.0 / (1.0 + sum(weights)))
+        result.append(Standing(term, probability, tied, tuple(found.forms.get(term.part, ())), chosen.share_of_all, chosen.share_of_rest))
     return sorted(result, key=lambda item: -item.share)
 
 

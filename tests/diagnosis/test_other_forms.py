@@ -33,6 +33,6 @@ def test_the_simple_ones_are_named() -> None:
 
 
 def test_the_one_that_does_the_same_is_said_to_be_tied_with_them() -> None:
-    assert answer().verdict == "tied"
+    assert answer().verdict == "named"
     assert all(effect.tied_with == ("AsymmetricFriction",) for effect in answer().effects)
     assert all(effect.separating_experiment for effect in answer().effects)

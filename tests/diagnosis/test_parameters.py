@@ -63,14 +63,14 @@ def test_what_was_known_beforehand_is_not_made_less_sure() -> None:
 def test_a_size_counts_when_it_is_three_errors_away_from_nothing() -> None:
     term = next(term for term in pair(Hidden())[0].candidates if term.name == "CoulombFriction")
     (name,) = term.parameters
-    assert is_significant(term, Estimates({name: Estimate(8.0, 2.0)}, 1.0))
-    assert not is_significant(term, Estimates({name: Estimate(8.0, 3.0)}, 1.0))
+    assert is_significant(term, Estimates({name: Estimate(8.0, 2.0, 2.0)}, 1.0))
+    assert not is_significant(term, Estimates({name: Estimate(8.0, 3.0, 3.0)}, 1.0))
     assert not is_significant(term, Estimates({}, 1.0))
 
 
 def test_only_values_that_make_an_effect_vanish_count() -> None:
     term = next(term for term in pair(Hidden())[0].candidates if term.name == "TorqueRipple")
-    sizes = {name: Estimate(float(value), 1e-9) for name, value in zip(term.parameters, term.neutral, strict=True)}
-    moved = {**sizes, f"{term.part}.period": Estimate(0.02, 1e-9)}
+    sizes = {name: Estimate(float(value), 1e-9, 1e-9) for name, value in zip(term.parameters, term.neutral, strict=True)}
+    moved = {**sizes, f"{term.part}.period": Estimate(0.02, 1e-9, 1e-9)}
     assert not is_significant(term, Estimates(moved, 1.0))
-    assert is_significant(term, Estimates({**moved, f"{term.part}.amplitude": Estimate(1.0, 0.1)}, 1.0))
+    assert is_significant(term, Estimates({**moved, f"{term.part}.amplitude": Estimate(1.0, 0.1, 0.1)}, 1.0))
