@@ -28,6 +28,8 @@ TIMES = (10.0, 30.0, 100.0, 300.0, 1000.0, 3600.0)
 RUNS = (1, 10, 100, 1000, 5000)
 HOUR = 3600.0
 _AXES_TIME = 20.0
+_PLAIN_TIME = 4.0
+"""Simulated seconds of a run over axes, compiled and plain."""
 _LONG = 5.0
 """CPU seconds of what is measured only once."""
 _MEMORY_RUNS = (100, 10000)
@@ -88,20 +90,27 @@ def _changed(part: Any, table: Any) -> Any:
 
 
 def scale_series(work: Work, rounds: int, *, quick: bool, tell: Tell) -> list[Series]:
-    """Measure the cost over axes, program time and runs."""
+    """Measure the cost over axes (compiled and plain), program time and runs.
+
+    Plain, every axis costs what its operations cost. Compiled, one axis keeps the processor waiting for the result before (subtract,
+    divide, multiply, add: 25 cycles a stage); the next three are computed in that time, and cost next to nothing.
+    """
     from lathesim.engine.batch import Batch
     from lathesim.engine.fuse import fuse
     from lathesim.engine.module_cache import compiled_machine
     from lathesim.engine.run import run
 
     found = []
-    calls: dict[float, Callable[[], Any]] = {}
-    for number in AXES:
-        plan = axes_plan(number)
+    plans = {number: axes_plan(number) for number in AXES}
+    for number, plan in plans.items():
         tell(f"compiling {number} axes ...")
         compiled_machine(fuse(plan))
-        calls[number] = lambda plan=plan: run(plan, duration=_AXES_TIME, engine="compiled", check_stability=False)  # type: ignore[misc]
-    found.append(_series(f"axes, {_AXES_TIME:g} s", calls, rounds, tell))
+    for name, engine, duration in (("axes", "compiled", _AXES_TIME), ("axes, plain", "plain", _PLAIN_TIME)):
+        calls: dict[float, Callable[[], Any]] = {
+            number: lambda plan=plan, engine=engine, end=duration: run(plan, duration=end, engine=engine, check_stability=False)  # type: ignore[misc]
+            for number, plan in plans.items()
+        }
+        found.append(_series(f"{name}, {duration:g} s", calls, rounds, tell))
     calls = {}
     for seconds in TIMES:
         plan = long_plan(seconds)

@@ -53,16 +53,17 @@ class CuttingLoad(Component):
         along = math.sqrt(x_velocity * x_velocity + z_velocity * z_velocity + slowest_feed * slowest_feed)
         feed_x = x_velocity / along
         feed_z = z_velocity / along
-        away_x = -feed_z
-        away_z = feed_x
-        if away_x + (away_z if free_end >= 0.0 else -away_z) < 0.0:
-            away_x = feed_z
-            away_z = -feed_x
+        side = feed_x if free_end >= 0.0 else -feed_x
+        across_x = radial_force * feed_z
+        across_z = radial_force * feed_x
+        if side - feed_z < 0.0:
+            across_x = -across_x
+            across_z = -across_z
         torque = part_radius * cutting_force
         torque = torque * spindle_speed / math.sqrt(spindle_speed * spindle_speed + slowest_spindle * slowest_spindle)
         return (
-            longitudinal_force * feed_x - radial_force * away_x,
-            longitudinal_force * feed_z - radial_force * away_z,
+            longitudinal_force * feed_x + across_x,
+            longitudinal_force * feed_z - across_z,
             torque,
             torque * spindle_speed,
         )

@@ -192,7 +192,8 @@ def _may_be_worth(bench: Bench, model: Model, item: Screened, settings: Settings
     """Say whether what a candidate promises may come to the shares of the error that an effect must remove."""
     if is_strained(model.fitted):
         return True
-    if item.share < settings.worth_a_fit * settings.share_of_rest:
+    # beside effects that were found already the noise is known well, and what is promised is hardly ever surpassed
+    if item.share < settings.share_of_rest * (1.0 if model.terms else settings.worth_a_fit):
         return False
     if item.share > settings.nearly_worth * settings.nearly_all_of_rest:
         return True

@@ -213,16 +213,21 @@ class Bench:
         rest = before.error + np.maximum(self.everything - self.baseline_error, 0.0)
         shares = float(np.max(lost / self.everything)), float(np.max(lost / rest))
         wide_gains = model.score.above(before.score, wide=True), model.held_out.above(before.held_out, wide=True)
-        relieves = strained_before and 4.0 * best.penalty < STRAIN
+        relieves = strained_before and 4.0 * float(np.sum(strains(best) ** 2)) < STRAIN
         moved, spoils = in_own_simulation(self.rig, before.fitted, best, term)
         return Trial(term, model, gain, held, moved, *shares, relieves, is_strained(best), *wide_gains, spoils)
 
 
 def is_strained(fitted: Fitted) -> bool:
     """Say whether values of the lesson are further off than it holds possible, one by itself or all together."""
+    off = strains(fitted)
+    return float(off @ off) > STRAIN or float(off.max(initial=0.0)) > STRAINED
+
+
+def strains(fitted: Fitted) -> FloatArray:
+    """Give by how many declared standard deviations each value of the lesson is off; how a recording starts is none of them."""
     known = [(value, item) for value, item in zip(fitted.values, fitted.free, strict=True) if np.isfinite(item.low + item.high)]
-    off = [abs(value - item.given) / item.uncertainty for value, item in known if np.isfinite(item.uncertainty)]
-    return fitted.penalty > STRAIN or max(off, default=0.0) > STRAINED
+    return np.array([abs(value - item.given) / item.uncertainty for value, item in known if np.isfinite(item.uncertainty)], dtype=float)
 
 
 def _far(before: Fitted, after: Fitted) -> bool:

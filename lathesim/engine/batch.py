@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,8 @@ from lathesim.engine.stability import check_step
 from lathesim.engine.wiring import Plan
 
 Reduce = Callable[[FloatArray], Any]
+_MAKING = Lock()
+"""A machine is made once, however many threads ask for it; and Python's parser is not made for two of them."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,8 @@ class Batch:
         members = np.atleast_2d(np.asarray(values, dtype=float))
         positions = [plan.settable(name) for name in names]
         base = start_arrays(plan)
-        module = compiled_machine(fuse(plan))
+        with _MAKING:
+            module = compiled_machine(fuse(plan))
         noise = draw_noise(plan.noises, self.seed, 0, self.samples)
         if not self.noisy:
             noise[:] = 0.0

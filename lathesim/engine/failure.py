@@ -7,6 +7,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from lathesim.component import DiscreteState, State
 from lathesim.engine.fuse import fuse
 from lathesim.engine.module_cache import plain_module
@@ -23,7 +25,7 @@ def describe_failure(plan: Plan, first: int, count: int, arrays: RunArrays, nois
     module = plain_module(fuse(plan, checked=True))
     module.check_law = _checker(plan)
     assembly = plan.assembly
-    record = [0.0] * (count * len(plan.channels))
+    record = np.zeros(count * len(plan.channels))
     given = arrays.as_lists()
     try:
         module.run_block(

@@ -22,7 +22,7 @@ import numpy as np
 from lathesim.engine.cache_folder import cache_folder, keep
 from lathesim.engine.fuse import FusedModule
 
-_FORMAT = 1
+_FORMAT = 2
 _NUMBERS = (ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.c_double, ctypes.c_int64)
 _ARRAYS = (ctypes.c_void_p,) * 7
 _PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *_NUMBERS, *_ARRAYS)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import platform
+import struct
 import threading
 import time as clock
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -20,6 +21,7 @@ from lathesim.engine.fuse import FusedModule, fuse
 from lathesim.engine.machine_code import CompiledMachine
 from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, plain_module
 from lathesim.engine.noise import draw_noise
+from lathesim.engine.recorded_values import RecordedValues
 from lathesim.engine.run_arrays import RunArrays, start_arrays
 from lathesim.engine.stability import check_step
 from lathesim.engine.wiring import Plan
@@ -54,6 +56,8 @@ class _Progress:
     finished: bool = False
     status: str = "complete"
     engine: str = "plain"
+    scratch: FloatArray = field(default_factory=lambda: np.empty(0))
+    """Room for the record of a block, used again by the next: new memory costs more than what is written to it."""
 
 
 def run(
@@ -94,26 +98,26 @@ def run(
     period = plan.assembly.sample_period
     last = round((duration if duration is not None else _LONGEST_WITHOUT_END) / period) + 1
     fused = fuse(plan)
-    blocks: list[FloatArray] = []
+    recorded = RecordedValues(len(plan.channels), last if duration is not None and sink is None else 0)
     expected = round(expected_time / period) if duration is None and expected_time is not None else last if duration is not None else 0
     state = _Progress(expected, worth=_WORTH_IF_OFTEN if often else _WORTH)
     failure = ""
     with Watch(plan, stop) as watch:
         try:
-            failure = _advance(plan, fused, arrays, state, last, seed, engine, blocks, progress, stop, sink, watch)
+            failure = _advance(plan, fused, arrays, state, last, seed, engine, recorded, progress, stop, sink, watch)
         except (KeyboardInterrupt, LawRunsOnError) as stopped:
             failure = watch.verdict(stopped, state.first * period)
             state.status = f"failed: {failure}" if failure else "stopped"
     if not state.finished and state.status == "complete" and duration is None:
         state.status = f"stopped: no end after {_LONGEST_WITHOUT_END:g} s"
-    record = _record(plan, blocks, state, seed, clock.perf_counter() - started)
+    record = _record(plan, recorded.values, state, seed, clock.perf_counter() - started)
     if failure:
         raise SimulationError(failure, remedy="The data up to then are kept.", record=record)
     return record
 
 
 def _advance(
-    plan: Plan, fused: FusedModule, arrays: RunArrays, state: _Progress, last: int, seed: int, engine: str, blocks: list[FloatArray],
+    plan: Plan, fused: FusedModule, arrays: RunArrays, state: _Progress, last: int, seed: int, engine: str, recorded: RecordedValues,
     progress: Callable[[float], None] | None, stop: threading.Event | None, sink: Sink | None, watch: Watch,
 ) -> str:  # fmt: skip
     """Run block after block; give the sentence about what broke, empty where nothing did."""
@@ -145,10 +149,10 @@ def _advance(
             good = max(0, min(done if not broken else count, int(time / period) - state.first + 1))
             broken_at = np.flatnonzero(~np.isfinite(values).all(axis=0))
             kept = values[:, : min([good, *broken_at[:1]])]
-            _keep(kept, state, period, blocks, sink)
+            _keep(kept, state, period, recorded, sink)
             state.status = f"failed: {sentence}"
             return sentence
-        _keep(values, state, period, blocks, sink)
+        _keep(values, state, period, recorded, sink)
         if progress is not None:
             progress(state.first * period)
         spent = clock.perf_counter() - begun
@@ -176,36 +180,34 @@ def _is_worth_compiling(fused: FusedModule, state: _Progress, spent: float) -> b
 def _one_block(plan: Plan, module: Any, live: RunArrays, state: _Progress, count: int, noise: FloatArray) -> tuple[int, FloatArray, bool]:
     compiled = state.engine == "compiled"
     size = count * len(plan.channels)
-    record: Any = np.zeros(size) if compiled else [0.0] * size
+    if len(state.scratch) < size:
+        state.scratch = np.empty(size)
+    record = state.scratch[:size]
+    record[:] = 0.0
     assembly = plan.assembly
     try:
         done = module.run_block(
             state.first, count, assembly.sample_period, assembly.step, plan.steps_per_sample, live.parameters, live.states, live.discrete,
             live.memories, live.tables, noise if compiled else noise.tolist(), record,
         )  # fmt: skip
-    except (ArithmeticError, ValueError, TypeError, IndexError):
-        return count, np.asarray(record, dtype=float).reshape(count, -1).T, True
+    except (ArithmeticError, ValueError, TypeError, IndexError, struct.error):
+        return count, record.reshape(count, -1).T, True
     state.finished, done = done < 0, abs(done)
-    return done, np.asarray(record, dtype=float).reshape(count, -1)[:done].T, False
+    return done, record.reshape(count, -1)[:done].T, False
 
 
-def _keep(values: FloatArray, state: _Progress, period: float, blocks: list[FloatArray], sink: Sink | None) -> None:
+def _keep(values: FloatArray, state: _Progress, period: float, recorded: RecordedValues, sink: Sink | None) -> None:
     count = values.shape[1]
     if sink is not None:
-        sink.write((state.first + np.arange(count)) * period, np.ascontiguousarray(values))
+        sink.write((state.first + np.arange(count)) * period, np.array(values, order="C"))
     else:
-        blocks.append(np.ascontiguousarray(values))
+        recorded.add(values)
     state.first += count
 
 
-def _record(plan: Plan, blocks: list[FloatArray], state: _Progress, seed: int, wall_time: float) -> Record:
+def _record(plan: Plan, values: FloatArray, state: _Progress, seed: int, wall_time: float) -> Record:
     period = plan.assembly.sample_period
-    blocks = blocks or [np.zeros((len(plan.channels), 0))]
-    channels = {
-        name: Channel(name, plan.unit(name), np.concatenate([block[position] for block in blocks]), plan.doc(name))
-        for position, name in enumerate(plan.channels)
-    }
-    samples = sum(block.shape[1] for block in blocks)
+    channels = {name: Channel(name, plan.unit(name), row, plan.doc(name)) for name, row in zip(plan.channels, values, strict=True)}
     meta: dict[str, str | float | int] = {
         "seed": seed,
         "engine": state.engine,
@@ -217,4 +219,4 @@ def _record(plan: Plan, blocks: list[FloatArray], state: _Progress, seed: int, w
         "python": platform.python_version(),
         "numpy": np.__version__,
     }
-    return Record(np.arange(samples, dtype=np.float64) * period, channels, meta)
+    return Record(np.arange(values.shape[1], dtype=np.float64) * period, channels, meta)

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.cli.bench_axes import axes_plan
 from lathesim.component import Component, Output, State
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.engine.batch import Batch
 from lathesim.engine.fuse import fuse
-from lathesim.engine.module_cache import module_path
+from lathesim.engine.module_cache import module_path, plain_module
 from lathesim.engine.noise import draw_noise
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
@@ -85,3 +86,11 @@ def test_a_batch_reduces_on_the_way() -> None:
     peaks = Batch(wire(loop()), 201).run(["controller.gain"], np.array([[1.0], [5.0]]), lambda record: float(np.abs(record).max()))
     assert len(peaks) == 2
     assert all(isinstance(peak, float) for peak in peaks)
+
+
+def test_python_reaches_the_variables_of_a_step_in_one_byte() -> None:
+    large, small = axes_plan(12), wire(loop())
+    names = plain_module(fuse(large)).run_block.__code__.co_varnames
+    assert len(names) > 256
+    assert max(names.index(f"axis{number}__speed__sum") for number in range(1, 13)) < 256
+    assert "if False:" not in fuse(small).source

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from lathesim.cli.bench_axes import axes_plan
 from lathesim.component import Component, Output, State
 from lathesim.engine import module_cache, run_arrays
 from lathesim.engine.assembly import Assembly, Part
@@ -74,7 +75,7 @@ def test_values_never_compile_and_a_changed_helper_compiles_its_law_only(
     monkeypatch.setattr(small_machine, "AMPLITUDE", 3.0)
     compile_loop(loop())
     assert len(said) == 2
-    assert len(laws_compiled(empty_cache) - first) == 2  # the sine that uses the constant, and the law that calls it
+    assert len(laws_compiled(empty_cache) - first) == 1  # the sine that uses the constant; the law that calls it stands in the wiring
 
 
 def test_damaged_code_is_made_anew(empty_cache: Path) -> None:
@@ -223,3 +224,11 @@ def test_a_machine_that_is_run_often_is_compiled_sooner(said: list[str], empty_c
     assert run(plan, duration=100.0, engine="auto").meta["engine"] == "plain"
     assert run(plan, duration=100.0, engine="auto", often=True).meta["engine"] == "compiled"
     assert len(said) == 1
+
+
+def test_like_parts_computed_side_by_side_keep_every_bit(empty_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module_cache, "_MANY_LINES", 0)
+    plan = axes_plan(4)
+    plain, compiled = (run(plan, duration=2.0, engine=engine) for engine in ("plain", "compiled"))
+    assert compiled.meta["engine"] == "compiled"
+    assert all(np.array_equal(plain[name], compiled[name]) for name in plan.channels)

@@ -123,14 +123,15 @@ static Force force(const Parameters *p, const Cut *c, const Held *held)
 {
     Force f = {0.0, 0.0, 0.0};
     if (c->contact < 0.5 || c->depth <= 0.0 || c->feed <= 0.0 || c->speed < p->cutting_force__slowest_cutting_speed) return f;
-    double log_feed = log(c->feed / 1.0e-3), log_depth = log(c->depth / 1.0e-3), log_speed = log(c->speed / (1.0 / 60.0));
-    double area = held->wear_factor * c->feed * c->depth;
-    double thrust = area * p->cutting_force__thrust_pressure
-                  * exp(p->cutting_force__thrust_feed_exponent * log_feed + p->cutting_force__thrust_depth_exponent * log_depth
-                        + p->cutting_force__thrust_speed_exponent * log_speed);
-    f.cutting = area * p->cutting_force__cutting_pressure
-              * exp(p->cutting_force__cutting_feed_exponent * log_feed + p->cutting_force__cutting_depth_exponent * log_depth
-                    + p->cutting_force__cutting_speed_exponent * log_speed);
+    double log_feed = log2(c->feed * 1.0e3), log_depth = log2(c->depth * 1.0e3), log_speed = log2(c->speed * 60.0);
+    double thrust = held->wear_factor * p->cutting_force__thrust_pressure * 1.0e-6
+                  * exp2((1.0 + p->cutting_force__thrust_feed_exponent) * log_feed
+                         + (1.0 + p->cutting_force__thrust_depth_exponent) * log_depth
+                         + p->cutting_force__thrust_speed_exponent * log_speed);
+    f.cutting = held->wear_factor * p->cutting_force__cutting_pressure * 1.0e-6
+              * exp2((1.0 + p->cutting_force__cutting_feed_exponent) * log_feed
+                     + (1.0 + p->cutting_force__cutting_depth_exponent) * log_depth
+                     + p->cutting_force__cutting_speed_exponent * log_speed);
     f.longitudinal = thrust * held->lead_sine;
     f.radial = thrust * held->lead_cosine;
     return f;
