@@ -206,7 +206,8 @@ def _effect(item: Standing, values: Estimates, rig: Rig, adequate: bool) -> Foun
         parameters[short] = Interval(value, rig.sensed.plan.unit(name), value - half, value + half)
         if estimate.error <= 0.0 or estimate.error > 0.5 * max(float(scale), abs(estimate.value)):
             undetermined.append(short)
-    tied = tuple(dict.fromkeys(other.name for other in (*item.tied, *item.forms) if other.name != term.name))
+    others = (*item.tied, *item.forms)
+    tied = tuple(dict.fromkeys(other.name if other.name != term.name else f"{other.name} at {other.at}" for other in others))
     experiment = term.effect.experiment if tied or undetermined else None
     return FoundEffect(
         term.name,

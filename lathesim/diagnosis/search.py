@@ -31,9 +31,9 @@ _LAST = 1000
 _ALIKE = 0.1
 """Candidates whose promises differ by less than this share may be the same thing to the channels."""
 _MOST_RIVALS = 3
-_NEARLY_ALL = 0.95
-_NEAR = 0.6
-"""Once one candidate removes nearly all, others are fitted only where they promised this share of the best promise."""
+_NEAR = ((0.98, 0.85), (0.95, 0.6))
+"""Once one candidate removes this share of what is left, others are fitted only where they promised that share of the best promise: what
+cannot be told from it promises as much."""
 
 
 @dataclass(frozen=True)
@@ -154,13 +154,14 @@ def _wave(bench: Bench, found: Found, waiting: list[Screened], best: float, trie
     # what promised much and kept none of it is no yardstick
     promised = max((item.gain for item in found.screened if item.term.part in kept), default=0.0)
     least = max(0.5 * (settings.margin + found.chance), settings.worth_a_fit * promised)
-    explained = any(trial.share_of_rest > _NEARLY_ALL for trial in good)
+    explained = max((trial.share_of_rest for trial in good), default=0.0)
+    near = best * next((share for removed, share in _NEAR if explained > removed), 0.0)
     wave: list[Screened] = []
     while waiting and len(wave) < TOGETHER:
         item = waiting.pop(0)
         if item.gain < least:
             waiting.clear()
-        elif _may_be_worth(bench, found.model, item, settings) and not (explained and item.gain < _NEAR * best):
+        elif _may_be_worth(bench, found.model, item, settings) and item.gain >= near:
             wave.append(item)
     return wave
 
