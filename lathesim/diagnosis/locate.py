@@ -30,6 +30,8 @@ _SMALL = 0.1
 """Share of what is possible below which it is asked whether chance explains as much."""
 _STRETCHES = 40
 _DRAWS = 19
+_BEYOND_CHANCE = 2.0
+"""A bar counts that is so many times the most that chance explained in 19 draws: there are dozens, and one draw in twenty is larger."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,7 @@ def bars(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted) -> list[Bar]:
                     first, second = learned - usual, scored - usual
                 table = _Table.of(places_here, first, places_there, second)
                 gain, possible = table.explained(), table.possible
-                if gain < _SMALL * possible and gain <= table.by_chance():
+                if gain < _SMALL * possible and gain <= _BEYOND_CHANCE * table.by_chance():
                     gain = 0.0
                 within = gain / possible if possible > 0.0 else 0.0
                 result.append(Bar(channel, name, gain / power, within))
