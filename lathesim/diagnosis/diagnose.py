@@ -17,7 +17,7 @@ import numpy as np
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict
 from lathesim.diagnosis.discovery import discover, plugin_text
 from lathesim.diagnosis.evidence import compared, contradicted, gather, located, strongest_variables
-from lathesim.diagnosis.fit import fit, with_start
+from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.loading import Recorded
 from lathesim.diagnosis.parameters import CONFIDENCE, Estimates, estimates, is_significant
@@ -28,7 +28,7 @@ from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED, Bench, is_wide, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
 from lathesim.diagnosis.variables import resting
-from lathesim.diagnosis.verdict import ADEQUATE, NAMED_SHARE, Standing, removed_in_band, standing, structured_share
+from lathesim.diagnosis.verdict import ADEQUATE, NAMED_SHARE, Standing, removed_in_band, removed_share, standing, structured_share
 from lathesim.effects.effect import Effect
 
 Tell = Callable[[str], None]
@@ -104,10 +104,9 @@ def _rigs(question: Question) -> tuple[list[Rig], Rig | None, str]:
 
 def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: Estimates, say: Tell) -> Diagnosis:
     say("simulating the lesson before and after")
-    given = _given(rig, found)
-    moved = _values_are_off(rig, found, given)
-    without = found.baseline.held_out_fit.by_name if found.model.terms else _given(held_out, found)
-    own = compared(held_out, without, _on_held_out(held_out, found, values))
+    moved = _values_are_off(rig, found, _given(rig, found).by_name)
+    before, reported = found.baseline.held_out_fit if found.model.terms else _given(held_out, found), _on_held_out(held_out, found, values)
+    own = compared(held_out, before.by_name, reported.by_name)
     evidence = gather(rig, held_out, found, own)
     location = located(held_out, found, evidence)
     standings = standing(found, question.settings)
@@ -131,7 +130,7 @@ def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: E
         effects=effects,
         location=location,
         fit=own.fit,
-        removed_share=own.removed_share,
+        removed_share=removed_share(held_out, before, reported, wide=is_wide(found.model.terms)),
         adequate=adequate,
         baseline=baseline,
         insert=tuple(_insert(*pair, found) for pair in zip(effects, standings, strict=True)) if verdict in ("named", "tied") else (),
@@ -148,12 +147,11 @@ def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: E
     )
 
 
-def _given(rig: Rig, found: Found) -> dict[str, float]:
+def _given(rig: Rig, found: Found) -> Fitted:
     """Give the values as the lesson has them, with the start of the recording fitted."""
     constant = {item.name: item.given for item in found.baseline.fitted.free if item.name in rig.machine.uncertain}
     starts = rig.start_states(rig.sensed.plan)
-    fitted = fit(rig.sensed, starts, constant, rounds=2, iterations=6, fresh=False)
-    return fitted.by_name
+    return fit(rig.sensed, starts, constant, rounds=2, iterations=6, fresh=False)
 
 
 def _as_given(rig: Rig) -> dict[str, float]:
@@ -228,14 +226,14 @@ def _first_line(term: Term) -> str:
     return (term.effect.__doc__ or "").strip().splitlines()[0]
 
 
-def _on_held_out(held_out: Rig, found: Found, values: Estimates) -> dict[str, float]:
+def _on_held_out(held_out: Rig, found: Found, values: Estimates) -> Fitted:
     """Give the reported values with what belongs to the held-out recording fitted beside them."""
     judged = found.model.held_out_fit
     own = {item.name for item in held_out.start_states(held_out.sensed.plan)}
     own |= {name for term in found.model.terms for name in term.nuisance}
     free = [item for item in with_start(judged) if item.name in own]
     constant = {name: value for name, value in {**judged.by_name, **values.values()}.items() if name not in own}
-    return fit(held_out.sensed, free, constant, rounds=2, iterations=6, wide=is_wide(found.model.terms), fresh=False).by_name
+    return fit(held_out.sensed, free, constant, rounds=2, iterations=6, wide=is_wide(found.model.terms), fresh=False)
 
 
 def _turned(term: Term, parameters: dict[str, Interval]) -> dict[str, Interval]:

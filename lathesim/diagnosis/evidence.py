@@ -33,7 +33,6 @@ class Compared:
     before: FloatArray
     after: FloatArray
     fit: dict[str, ChannelFit]
-    removed_share: float
 
 
 def compared(rig: Rig, before: Mapping[str, float], after: Mapping[str, float]) -> Compared:
@@ -49,19 +48,7 @@ def compared(rig: Rig, before: Mapping[str, float], after: Mapping[str, float]) 
         recorded, floor = rig.own.recorded[row], rig.floors[name]
         sizes = [_root_mean_square(_counted(rig, recorded - simulated[row])[begin:]) for simulated in (first, second)]
         fits[name] = ChannelFit(plan.unit(rig.own.channels[row]), floor, sizes[0], sizes[1], rig.name)
-    return Compared(first, second, fits, _removed(rig, first, second, begin))
-
-
-def _removed(rig: Rig, before: FloatArray, after: FloatArray, begin: int) -> float:
-    """Give the share of the squared error above the floors, over all channels, that is gone; of two sensors of one motion their
-    difference counts."""
-    error = []
-    for simulated in (before, after):
-        residual = np.nan_to_num(rig.sensed.seen - rig.sensed.as_seen(simulated))[:, begin:]
-        kept = slice(None) if rig.weights is None else rig.weights[begin:] > COUNTS
-        power = np.mean(residual[:, kept] ** 2, axis=1) / rig.sensed.seen_floors**2
-        error.append(float(np.sum(np.maximum(power - 1.0, 0.0))))
-    return 1.0 - error[1] / error[0] if error[0] > 0.0 else 0.0
+    return Compared(first, second, fits)
 
 
 def _counted(rig: Rig, values: FloatArray) -> FloatArray:

@@ -194,12 +194,13 @@ def _may_be_worth(bench: Bench, model: Model, item: Screened, settings: Settings
     if is_strained(model.fitted):
         return True
     # beside effects that were found already the noise is known well, and what is promised is hardly ever surpassed
-    if item.share < settings.share_of_rest * (1.0 if model.terms else settings.worth_a_fit):
+    share = 1.0 if model.terms else settings.worth_a_fit
+    if item.share < share * settings.share_of_rest:
         return False
     if item.share > settings.nearly_worth * settings.nearly_all_of_rest:
         return True
     rest = model.error + np.maximum(bench.everything - bench.baseline_error, 0.0)
-    return float(np.max(item.shares * rest / bench.everything)) > settings.worth_a_fit * settings.share_of_all
+    return float(np.max(item.shares * rest / bench.everything)) > share * settings.share_of_all
 
 
 def _rivals(bench: Bench, found: Found, ranked: Sequence[Screened], best: Trial, tried: Sequence[Trial]) -> list[Trial]:

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.diagnosis.diagnosis import Evidence
+from lathesim.diagnosis.fit import Fitted
+from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.search import Found, Settings, merit
 from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Bench
 
 TIE = 4.0
 """Nats within which two candidates cannot be told apart ..."""
@@ -59,6 +62,19 @@ def removed_in_band(found: Found) -> float:
     """Give the share of the baseline's error, in the band of the motion, that the effects remove on the fitted recording."""
     before, after = found.baseline.error, found.model.error
     return float(1.0 - after[::2].sum() / before[::2].sum()) if before[::2].sum() > 0.0 else 0.0
+
+
+def removed_share(rig: Rig, before: Fitted, after: Fitted, *, wide: bool) -> float:
+    """Give the share of a recording's error, above its floor, that one fit removes of another's.
+
+    It is weighed as forces and sensor noise of the size of the first are, as in the search: what loads add up to over a recording, a metre
+    or a turn that no model could know, does not outweigh what an effect does.
+    """
+    bench = Bench(rig, rig, lambda text: None)
+    bench.weigh(before)
+    kept = slice(1 if wide else 0, None, 2)
+    error, left = float(bench.baseline_error[kept].sum()), float(bench.error(rig, after)[kept].sum())
+    return 1.0 - left / error if error > 0.0 else 0.0
 
 
 def structured_share(evidence: Evidence, channels: Sequence[str]) -> float:

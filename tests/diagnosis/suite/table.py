@@ -73,11 +73,14 @@ def rows(scores: Sequence[Score]) -> list[Row]:
         answers = [covered for s in scores for covered in s.covered] if "intervals" in question else [answer(s) for s in scores]
         made.append(_share(question, asked, bar, [bool(one) for one in answers if one is not None]))
     removed = [s.removed for s in scores if s.removed is not None]
+    told = [s.told_removed for s in scores if s.told_removed is not None]
     errors = [error for s in scores for error in s.parameter_errors if math.isfinite(error)]
     seconds = [s.seconds for s in scores if s.seconds is not None]
     made[-2:-2] = [
         _quantile("variance above the noise removed, held out: median", "0.99", removed, 0.5, "{:.3f}", lambda value: value >= 0.99),
         _quantile("... tenth percentile", "0.9", removed, 0.1, "{:.3f}", lambda value: value >= 0.9),
+        _quantile("... as the answer tells it, weighed as the noise is: median", "", told, 0.5, "{:.3f}"),
+        _quantile("... tenth percentile", "", told, 0.1, "{:.3f}"),
         _quantile("parameter error: median", "3 %", errors, 0.5, "{:.1%}", lambda value: value <= 0.03),
     ]
     made.append(_quantile("seconds for a case: median", "", seconds, 0.5, "{:.1f}"))
