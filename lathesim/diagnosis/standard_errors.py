@@ -19,6 +19,8 @@ _BLOCKS = 30
 _NOTHING_KNOWN = 1e-12
 """Share of the information in the best known direction, values scaled alike, below which rounding is all there is."""
 _NO_INFORMATION = 1e-200
+_LARGEST = 10.0
+"""Factor by which a standard error is at most made larger: from there on it says little more than that the form is wrong."""
 _LOST = 1e100
 """Slopes from which on a run was lost."""
 
@@ -59,7 +61,7 @@ def covariance_and_misfit(
     pulls *= np.sqrt(number / max(number - count, 1))
     robust = covariance @ (pulls.T @ pulls + np.diag(known)) @ covariance
     own = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    return covariance, np.maximum(np.sqrt(np.maximum(np.diag(robust), 0.0)) / own, 1.0)
+    return covariance, np.clip(np.sqrt(np.maximum(np.diag(robust), 0.0)) / own, 1.0, _LARGEST)
 
 
 def _blocks(information: FloatArray, lengths: Sequence[int]) -> np.ndarray:

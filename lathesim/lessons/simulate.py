@@ -13,7 +13,7 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.engine.wiring import Plan, wire
-from lathesim.errors import SimulationError
+from lathesim.errors import LessonError, SimulationError
 from lathesim.lessons.assemble import assemble_case
 from lathesim.lessons.case import Case, case_of
 from lathesim.lessons.insertion import Machinery
@@ -109,7 +109,8 @@ def simulate(
 ) -> Record:
     """Run a lesson's case and give its Record; ``engine`` and ``seed`` take the place of the lesson's.
 
-    Raises what :func:`prepare` raises, and :class:`SimulationError` with the data up to then in its ``record``.
+    Raises what :func:`prepare` raises, :class:`LessonError` where only a recording drives the lesson, and :class:`SimulationError` with the
+    data up to then in its ``record``.
     """
     prepared = prepare(lesson, registry, variant, overrides, program=program)
     return run_prepared(prepared, engine=engine, seed=seed, progress=progress, stop=stop)
@@ -128,6 +129,9 @@ def run_prepared(
     from lathesim.engine.run import run
 
     settings = prepared.case.lesson.settings
+    if prepared.duration is None and not prepared.plan.assembly.finish and settings.recordings is not None:
+        remedy = "See it beside one with 'lathesim compare LESSON RECORDING', or give it a 'duration:'."
+        raise LessonError("a recording drives this lesson, and nothing in it ends a run.", place=prepared.case.lesson.name, remedy=remedy)
     try:
         record = run(
             prepared.plan,

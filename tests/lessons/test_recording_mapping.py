@@ -9,6 +9,7 @@ from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare, run_prepared
+from lathesim.plugins import load_registry
 from lathesim.record import save
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.reading import read_recording
@@ -23,6 +24,12 @@ recordings:
     table.force: {column: f, unit: kN, scale: 2}
   compare:
     ruler.reading: {column: q, unit: mm, resolution: 1 um}
+"""
+PUSHED = """\
+recordings:
+  time: {column: t, unit: s}
+  drive: {x_axis.force: {column: push, unit: N}}
+  compare: {x_encoder.position: {column: q, unit: m}}
 """
 
 
@@ -115,3 +122,11 @@ def test_the_record_of_a_run_maps_itself(tmp_path: Path) -> None:
     assert np.allclose(mapped.record["table.force"], run["push.force"], rtol=1e-14)
     assert np.allclose(mapped.record["ruler.reading"], run["ruler.reading"], rtol=1e-14)
     assert [finding.kind for finding in mapped.findings] == ["mapping", "mapping", "mapping"]
+
+
+def test_a_lesson_that_only_a_recording_drives_says_how_to_see_it(tmp_path: Path) -> None:
+    text = f"lesson: A table that is pushed\nmachine: force_axis\nsample_period: 2 ms\nstep: 1 ms\n{PUSHED}"
+    (tmp_path / "pushed.yaml").write_text(text, encoding="utf-8")
+    prepared = prepare(load_lesson(tmp_path / "pushed.yaml"), load_registry(installed=False))
+    with pytest.raises(LatheSimError, match=r"pushed: a recording drives this lesson.* 'lathesim compare LESSON RECORDING'"):
+        run_prepared(prepared)
