@@ -130,7 +130,7 @@ def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: E
         effects=effects,
         location=location,
         fit=own.fit,
-        removed_share=removed_share(held_out, before, reported, wide=is_wide(found.model.terms)),
+        removed_share=removed_share(held_out, before, reported),
         adequate=adequate,
         baseline=baseline,
         insert=tuple(_insert(*pair, found) for pair in zip(effects, standings, strict=True)) if verdict in ("named", "tied") else (),

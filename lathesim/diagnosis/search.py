@@ -15,7 +15,7 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.diagnosis.fit import fit
-from lathesim.diagnosis.other_forms import form_starts, forms_of_two, two_for_one
+from lathesim.diagnosis.other_forms import form_starts, forms_of_two, is_harmonic, two_for_one
 from lathesim.diagnosis.problem import Rig, baseline_free
 from lathesim.diagnosis.screening import Screened, is_limit, screen, screened_instead
 from lathesim.diagnosis.side_by_side import TOGETHER, Asked, side_by_side
@@ -133,7 +133,7 @@ def _add(bench: Bench, found: Found, settings: Settings, left: list[Term]) -> bo
         asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item)) for item in wave]
         tried += side_by_side(bench, found.model, asked)
     found.tried += tried
-    good = [trial for trial in tried if believable(trial, settings, found.chance)]
+    good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_harmonic(trial, found.model)]
     if not good:
         return False
     good.sort(key=lambda trial: -merit(trial, settings))

@@ -64,16 +64,15 @@ def removed_in_band(found: Found) -> float:
     return float(1.0 - after[::2].sum() / before[::2].sum()) if before[::2].sum() > 0.0 else 0.0
 
 
-def removed_share(rig: Rig, before: Fitted, after: Fitted, *, wide: bool) -> float:
-    """Give the share of a recording's error, above its floor, that one fit removes of another's.
+def removed_share(rig: Rig, before: Fitted, after: Fitted) -> float:
+    """Give the share of a recording's error, above its floor and in the band of the motion, that one fit removes of another's.
 
     It is weighed as forces and sensor noise of the size of the first are, as in the search: what loads add up to over a recording, a metre
     or a turn that no model could know, does not outweigh what an effect does.
     """
     bench = Bench(rig, rig, lambda text: None)
     bench.weigh(before)
-    kept = slice(1 if wide else 0, None, 2)
-    error, left = float(bench.baseline_error[kept].sum()), float(bench.error(rig, after)[kept].sum())
+    error, left = float(bench.baseline_error[::2].sum()), float(bench.error(rig, after)[::2].sum())
     return 1.0 - left / error if error > 0.0 else 0.0
 
 

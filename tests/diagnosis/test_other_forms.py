@@ -3,9 +3,11 @@
 import functools
 
 import numpy as np
+import pytest
 
 from lathesim.diagnosis.diagnosis import Diagnosis
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction
+from lathesim.effects.motor_ripple import Cogging, TorqueRipple
 from lathesim.effects.offset_and_gain import ForceOffset
 from tests.diagnosis.pushed_table import Hidden, recording
 from tests.diagnosis.test_mistakes import diagnosed
@@ -36,3 +38,17 @@ def test_the_one_that_does_the_same_is_said_to_be_tied_with_them() -> None:
     assert answer().verdict == "named"
     assert all(effect.tied_with == ("AsymmetricFriction",) for effect in answer().effects)
     assert all(effect.separating_experiment for effect in answer().effects)
+
+
+def three_harmonics(v: float, q: float, t: float) -> float:
+    """A cogging whose third harmonic no effect has."""
+    angle = 2.0 * np.pi * q / 0.024
+    return float(8.0 * np.sin(angle + 0.4) + 2.0 * np.sin(2.0 * angle) + 4.0 * np.sin(3.0 * angle + 1.0))
+
+
+def test_a_further_harmonic_is_no_further_effect() -> None:
+    pair = recording(Hidden(law=three_harmonics), seed=1), recording(Hidden(law=three_harmonics), seed=2)
+    found = diagnosed(*pair, (Cogging, TorqueRipple))
+    assert [effect.effect for effect in found.effects] == ["Cogging"]
+    assert found.effects[0].parameters["amplitude"].value == pytest.approx(8.0, rel=0.1)
+    assert found.left
