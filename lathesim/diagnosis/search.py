@@ -21,7 +21,7 @@ from lathesim.diagnosis.screening import Screened, is_limit, screen, screened_in
 from lathesim.diagnosis.side_by_side import TOGETHER, Asked, side_by_side
 from lathesim.diagnosis.starting_points import starting_points
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Bench, Model, Tell, Trial, is_strained, is_wide, judged_score
+from lathesim.diagnosis.trial import Bench, Model, Tell, Trial, is_strained, is_wide, judged_score, strains_anew
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 
@@ -100,6 +100,10 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
         _grow(bench, found, chosen)
         if _refine(bench, found, chosen):
             _grow(bench, found, chosen)
+        while strains_anew(baseline.fitted, found.model.fitted):
+            last = found.model.terms[-1]
+            bench.say(f"{last.name} at {last.at} is refused: with it a value would be further off than the lesson holds possible")
+            leave_out(found, [last], rig, held_out, bench.say)
         if simpler := two_for_one(bench, baseline, found.model):
             found.model = bench.settled(simpler[0])
             found.trials |= {trial.term.part: [trial] for trial in simpler[1]}

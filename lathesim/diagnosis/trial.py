@@ -224,6 +224,12 @@ def is_strained(fitted: Fitted) -> bool:
     return float(off @ off) > STRAIN or float(off.max(initial=0.0)) > STRAINED
 
 
+def strains_anew(before: Fitted, after: Fitted) -> bool:
+    """Say whether a value of the lesson is strained after an effect was taken in, and none was before: the effect needs a machine that is
+    not there."""
+    return bool(strains(after).max(initial=0.0) > STRAINED >= strains(before).max(initial=0.0))
+
+
 def strains(fitted: Fitted) -> FloatArray:
     """Give by how many declared standard deviations each value of the lesson is off; how a recording starts is none of them."""
     known = [(value, item) for value, item in zip(fitted.values, fitted.free, strict=True) if np.isfinite(item.low + item.high)]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.search import Found, Settings, believable, leave_out, merit, search
-from lathesim.diagnosis.trial import Trial
+from lathesim.diagnosis.trial import Trial, strains_anew
 from tests.diagnosis.pushed_table import Hidden, pair, recording, rigs
 
 RUBBING = Hidden(dry=8.0)
@@ -154,3 +154,14 @@ def test_what_spoils_the_lessons_own_simulation_is_not_believed() -> None:
 def test_an_effect_far_beyond_its_usual_size_is_not_believed() -> None:
     trial = found_in(RUBBING).trials["try_x_axis_coulomb_friction"][0]
     assert not believable(trial, dataclasses.replace(SETTINGS, largest_size=0.01), chance=0.0)
+
+
+def test_an_effect_that_needs_a_value_beyond_belief_is_refused() -> None:
+    """Values that were near what the lesson says before an effect came in, and are as far off as it may be after, speak against it."""
+    fitted = search(*pair(Hidden())).model.fitted
+    mass = next(place for place, item in enumerate(fitted.free) if item.name == "x_axis.mass")
+    item = fitted.free[mass]
+    far = dataclasses.replace(fitted, values=np.where(np.arange(len(fitted.values)) == mass, item.high, fitted.values))
+    assert strains_anew(fitted, far)
+    assert not strains_anew(far, far)
+    assert not strains_anew(far, fitted)
