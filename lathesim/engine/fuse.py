@@ -69,7 +69,7 @@ def fuse(plan: Plan, *, checked: bool = False) -> FusedModule:
     if key not in plan.kept:
         writer = _Writer(plan, checked)
         source = writer.module()
-        plan.kept[key] = FusedModule(source, tuple(writer.library.pieces.values()), hashlib.sha256(source.encode()).hexdigest()[:32])
+        plan.kept[key] = FusedModule(source, tuple(writer.laws.pieces.values()), hashlib.sha256(source.encode()).hexdigest()[:32])
     return cast(FusedModule, plan.kept[key])
 
 
@@ -77,7 +77,7 @@ class _Writer:
     def __init__(self, plan: Plan, checked: bool) -> None:
         self.plan = plan
         self.checked = checked
-        self.library = LawLibrary()
+        self.laws = LawLibrary()
         self.slow = {part.name for part in plan.parts.values() if part.every > 1}
         self.same: dict[str, str] = {}
         """Inside a stage: variable -> the one it is only another name of, which spares the assignment."""
@@ -146,7 +146,7 @@ class _Writer:
         names = part.component.arguments[law]
         values = {name: self._variable(part, name, law, staged, time) for name in names}
         alone = law != "update" or len(targets) == 1  # of several, the first could be what the second still reads
-        short = self.library.in_place(function, values) if alone and not self.checked else None
+        short = self.laws.in_place(function, values) if alone and not self.checked else None
         wanted = self.read if staged and law != "derivative" else set(targets)
         if short is not None and len(short) == len(targets):
             pairs = [(target, value) for target, value in zip(targets, short, strict=True) if target in wanted]
@@ -155,7 +155,7 @@ class _Writer:
             return [f"{target} = {value}" for target, value in pairs if target not in self.same]
         if staged and not self.checked and (lines := self._body(function, part, law, values, targets)) is not None:
             return lines
-        call = f"{self.library.add(function, f'{part.component.__name__}_{law}')}({', '.join(values.values())})"
+        call = f"{self.laws.add(function, f'{part.component.__name__}_{law}')}({', '.join(values.values())})"
         if self.checked:
             kinds = part.component.declarations
             given = [f"({name!r}, {value})" for name, value in values.items() if not isinstance(kinds.get(name), (Table, Memory))]
@@ -168,7 +168,7 @@ class _Writer:
         """Give the body of a longer law of a stage, where it is the only one of its kind that the stage calls."""
         if self.alone[function] > 1:
             return None
-        lines = self.library.body_in_place(function, values, targets, f"{part.name}__{law}__")
+        lines = self.laws.body_in_place(function, values, targets, f"{part.name}__{law}__")
         return lines if lines is not None and len(lines) <= _LONGEST_BODY else None
 
     # ---- pieces ---------------------------------------------------------------------------------------------------------------
@@ -245,7 +245,7 @@ class _Writer:
         head = [_HEAD, "import math", "from operator import getitem as matrix", "from operator import getitem as vector"]
         head += ["from struct import pack_into", "", _ACCESS]
         functions = ["", *self._rates_function(), "", *self._run_function(), ""]
-        return "\n".join([*head, *self.library.blocks, *functions])
+        return "\n".join([*head, *self.laws.blocks, *functions])
 
     def _rates_function(self) -> list[str]:
         lines = ["def rates(time, period, step, parameters, states, discrete, memories, tables, result):"]
