@@ -6,7 +6,6 @@ Exit codes: 0 done, 1 the input is at fault (one message), 2 wrong usage, 3 a fa
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -90,17 +89,9 @@ class LazyGroup(click.Group):
 @click.version_option(lathesim.__version__, prog_name="lathesim")
 @click.pass_context
 def group(ctx: click.Context) -> None:
-    """A machine-tool simulator for teaching. Without a command the terminal UI opens."""
+    """A machine-tool simulator for teaching."""
     if ctx.invoked_subcommand is None:
-        open_terminal_ui(ctx)
-
-
-def open_terminal_ui(ctx: click.Context) -> None:
-    """Open the terminal UI, or show the help where there is no terminal to draw on."""
-    if importlib.util.find_spec("lathesim.tui") is None or not (sys.stdin.isatty() and sys.stdout.isatty()):
         click.echo(ctx.get_help())
-        return
-    importlib.import_module("lathesim.tui.app").main()
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
