@@ -17,7 +17,7 @@ from lathesim.engine.assembly import FloatArray
 AS_GOOD = 4.0
 """Nats that the one may be behind the two, on each recording ..."""
 AS_GOOD_SHARE = 0.02
-"""... or this share of what the weaker of the two gains."""
+"""... or this share of what the second of the two gains."""
 _HARMONICS = range(2, 9)
 _WHOLE = 0.005
 """Share of a ratio of two periods by which it may be off a whole number."""
@@ -115,16 +115,16 @@ def _as_good(bench: Bench, model: Model, two: tuple[Term, Term], form: Term) -> 
     starts = form_starts(two[0], form, model)
     tried = [fit(bench.rig.sensed, [*free, *term_free(form, start)], constant, rounds=2, wide=wide, fresh=False) for start in starts]
     best = max(tried, key=lambda fitted: fitted.score)
-    allowed = max(AS_GOOD, AS_GOOD_SHARE * _gain_of_weaker(bench, model, two, wide=wide))
+    allowed = max(AS_GOOD, AS_GOOD_SHARE * _gain_of(bench, model, two[1], wide=wide))
     if judged_score(bench.rig, best).above(model.score, wide=wide) < -allowed:
         return False
     held_out = judged_score(bench.held_out, on_recording(bench.held_out, best, (*kept, form)))
     return held_out.above(model.held_out, wide=wide) > -allowed
 
 
-def _gain_of_weaker(bench: Bench, model: Model, two: tuple[Term, Term], *, wide: bool) -> float:
-    """Give the nats that are lost without the second of two terms."""
-    free = [item for item in model.free if item.name not in two[1].parameters]
+def _gain_of(bench: Bench, model: Model, term: Term, *, wide: bool) -> float:
+    """Give the nats that are lost without a term."""
+    free = [item for item in model.free if item.name not in term.parameters]
     without = fit(bench.rig.sensed, free, model.fitted.constant, rounds=1, wide=wide, fresh=False)
     return model.score.above(judged_score(bench.rig, without), wide=wide)
 
