@@ -9,18 +9,21 @@ Every step is a function in a file of its own; here they are put in order.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from lathesim.diagnosis.coarse_counts import coarse_counts
+from lathesim.diagnosis.contradiction import contradicted
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict
 from lathesim.diagnosis.discovery import discover, plugin_text
-from lathesim.diagnosis.evidence import compared, contradicted, gather, located, strongest_variables
+from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
 from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.loading import Recorded
-from lathesim.diagnosis.parameters import CONFIDENCE, Estimates, estimates, is_significant
+from lathesim.diagnosis.narrow_band import narrow_bands
+from lathesim.diagnosis.parameters import CONFIDENCE, Estimate, Estimates, estimates, is_significant
 from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import Found, Settings, leave_out, search
@@ -58,7 +61,7 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     findings = tuple(str(finding) for recorded in (question.fitted, question.held_out) if recorded for finding in recorded.findings)
     if not faults:
         (rig, held_out), whole, held_name = _rigs(question)
-        faults = [sentence for one in (rig, held_out) if (sentence := contradicted(one, one.sensed.one(_as_given(one))))]
+        faults = [sentence for one in (rig, held_out) if (sentence := contradicted(one, _as_given(one)))]
     if faults:
         return _recording_fault(question, faults, findings, began)
     found = search(rig, held_out, question.settings, say)
@@ -71,8 +74,9 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
         say(f"leaving out again {', '.join(term.name for term in doubtful)}: the recordings do not agree on its size")
         leave_out(found, doubtful, rig, held_out, say)
         values = estimates(found.model, held_out, whole)
+    counts = coarse_counts((rig, held_out), found.model.terms)
     return replace(
-        _answer(question, found, rig, held_out, values, say),
+        _answer(question, found, rig, held_out, values, counts, say),
         held_out=held_name,
         findings=findings,
         wall_time=time.perf_counter() - began,
@@ -102,21 +106,26 @@ def _rigs(question: Question) -> tuple[list[Rig], Rig | None, str]:
     return [rig, held_out], whole, held_out.name
 
 
-def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: Estimates, say: Tell) -> Diagnosis:
+def _answer(
+    question: Question, found: Found, rig: Rig, held_out: Rig, values: Estimates, counts: Sequence[tuple[Term, Estimate]], say: Tell
+) -> Diagnosis:
     say("simulating the lesson before and after")
     moved = _values_are_off(rig, found, _given(rig, found).by_name)
     before, reported = found.baseline.held_out_fit if found.model.terms else _given(held_out, found), _on_held_out(held_out, found, values)
     own = compared(held_out, before.by_name, reported.by_name)
     evidence = gather(rig, held_out, found, own)
     location = located(held_out, found, evidence)
-    standings = standing(found, question.settings)
+    standings = [*standing(found, question.settings), *[Standing(term, 1.0, (), (), 0.0, 0.0) for term, _ in counts]]
+    read = {f"{term.part}.{term.effect.spacing}": count for term, count in counts}
     after = strongest_variables(evidence.bars, [], after=True)
     removed = removed_in_band(found)
     baseline = _baseline(rig, found, values)
     strained = tuple(name for name, item in baseline.items() if abs(item.refit_with - item.given) > STRAINED * rig.machine.uncertain[name])
-    adequate = structured_share(evidence, rig.machine.compare) < ADEQUATE and not strained
+    bands = narrow_bands(held_out, found.model.held_out_fit)
+    adequate = structured_share(evidence, rig.machine.compare) < ADEQUATE and not strained and not bands
     verdict = _verdict(found, standings, moved, adequate, removed)
-    effects = tuple(_effect(item, values, rig, adequate) for item in standings)
+    told_of = replace(values, by_name={**values.by_name, **read})
+    effects = tuple(_effect(item, told_of, rig, adequate) for item in standings)
     term = None
     if not adequate:
         say("looking for a formula for what is left")
@@ -137,10 +146,11 @@ def _answer(question: Question, found: Found, rig: Rig, held_out: Rig, values: E
         left=(
             *_left(evidence, after, found, question.settings),
             *resting(held_out, found.model.held_out_fit),
+            *map(str, bands),
             *told(turn_lines(held_out, found.model.held_out_fit), {name: item.unit for name, item in own.fit.items()}),
             *_strain(strained, baseline),
         ),
-        not_told=_not_told(effects, values),
+        not_told=(*_not_told(effects, told_of), *_unseen(standings)),
         discovered=f"{term.formula}, which explains {term.share:.0%} of what is left at {term.at}" if term else "",
         plugin=plugin_text(term) if term else "",
         evidence=evidence,
@@ -206,7 +216,8 @@ def _effect(item: Standing, values: Estimates, rig: Rig, adequate: bool) -> Foun
             undetermined.append(short)
     others = (*item.tied, *item.forms)
     tied = tuple(dict.fromkeys(other.name if other.name != term.name else f"{other.name} at {other.at}" for other in others))
-    experiment = term.effect.experiment if tied or undetermined else None
+    unseen = next((other.effect.experiment for other in item.unseen), None)
+    experiment = term.effect.experiment if tied or undetermined else unseen
     return FoundEffect(
         term.name,
         term.at,
@@ -319,6 +330,12 @@ def _not_told(effects: tuple[FoundEffect, ...], values: Estimates) -> tuple[str,
         for name in effect.undetermined:
             sentences.append(f"{name} of {effect.effect} is not determined by this recording. {effect.separating_experiment or ''}".strip())
     return tuple(sentences)
+
+
+def _unseen(standings: Iterable[Standing]) -> list[str]:
+    """Say which refined forms of what is named the recording could not have shown."""
+    pairs = [(item.term, other) for item in standings for other in item.unseen]
+    return [f"Whether {term.name} is {other.name} this recording cannot tell. {other.effect.experiment}" for term, other in pairs]
 
 
 def ask(lesson: str, machine: Machine, recordings: tuple[Recorded, ...], effects: Iterable[type[Effect]]) -> Question:

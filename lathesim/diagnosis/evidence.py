@@ -12,7 +12,6 @@ from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.locate import COUNTS, bars, missing_signal, places
 from lathesim.diagnosis.problem import Rig, acting
 from lathesim.diagnosis.search import Found
-from lathesim.diagnosis.terms import decides
 from lathesim.diagnosis.trial import SETTLING, Model
 from lathesim.diagnosis.variables import PARTIAL
 from lathesim.engine.assembly import FloatArray
@@ -167,33 +166,3 @@ def strongest_variables(bars_: tuple[VariableBar, ...], channels: list[str], *, 
 
 def _complexity(variable: str) -> int:
     return next((place for place, word in enumerate(_SIMPLEST) if variable.startswith(word + " of") or variable == word), len(_SIMPLEST))
-
-
-CONTROLLED = 0.2
-"""Share of a controller's command that may stay unexplained by what it was given before the recording is held to be at fault."""
-
-
-def contradicted(rig: Rig, residual: FloatArray) -> str:
-    """Give a sentence where a recorded command does not follow from what its controller was given, by the ``residual`` of a replay.
-
-    The text is empty where it does, and where nothing was replayed.
-
-    Between them lies no physics that could be left out, only the controller's law: a channel is shifted, swapped or in another unit, or
-    the controller is not the lesson's.
-    """
-    if not rig.machine.replay:
-        return ""
-    parts = {part.name: part.component for part in rig.machine.assembly.parts}
-    for row, name in enumerate(rig.machine.compare):
-        component = parts[name.partition(".")[0]]
-        if not decides(component) or "displacement" in component.ports:
-            continue
-        size = float(np.std(np.nan_to_num(rig.sensed.recorded[row])))
-        settled = residual[row][int(SETTLING * rig.sensed.samples) :]
-        share = _root_mean_square(settled) / size if size > 0.0 else 0.0
-        if share > CONTROLLED:
-            return (
-                f"{share:.0%} of {name} does not follow from what its controller was given: a channel is shifted, swapped or in another "
-                "unit, the sample period is another, or the controller is not that of the lesson."
-            )
-    return ""

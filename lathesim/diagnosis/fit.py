@@ -3,9 +3,9 @@
     minimise  sum_channels |W (y - y_model(p))|^2  +  sum_i ((p_i - given_i) / uncertainty_i)^2
 
 W whitens by a noise model of the residual, taken anew between rounds. All runs of a Jacobian are one batch, and it is kept as long as
-steps gain what it foretells: most machines are nearly linear in most of their values, and a step costs one run then. Bounds are kept by
-stepping onto them. Source: Ljung, System Identification, 2nd ed., section 10.2 (damped Gauss-Newton); Nocedal and Wright, Numerical
-Optimization, 2nd ed., section 10.3 (Levenberg-Marquardt).
+steps gain what it foretells: most machines are nearly linear in most of their values, and a step costs one run then. Within bounds the
+step is the best one that keeps them. Source: Ljung, System Identification, 2nd ed., section 10.2 (damped Gauss-Newton); Nocedal, Wright,
+Numerical Optimization, 2nd ed., section 10.3 (Levenberg-Marquardt).
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from lathesim.diagnosis.noise_model import NoiseModel, NoiseShapes, fit_noise_model
 from lathesim.diagnosis.simulator import Simulator
@@ -27,6 +28,7 @@ _DAMPINGS = (np.array([0.03, 3.0]), np.array([30.0, 1e3, 3e4, 1e6]))
 """Factors on the last damping: two are tried at once, the stronger ones where both fail."""
 _AS_FORETOLD = 0.1
 """Slopes are kept after a step whose gain differs by less than this share from what they foretold."""
+_RIDGE = 1e-12
 _WITHIN = 30.0
 """Scales of a value within which it is, whatever a recording tells."""
 _LEAST_GAIN = 0.05
@@ -229,8 +231,8 @@ class _Problem:
                 gram = white.T @ white + np.diag(self.precision * self.scale**2)
             slope = white.T @ self.whitened(residual[None], models)[:, 0] - self.precision * self.scale * (values - self.given)
             enough = _LEAST_GAIN + self.tolerance * cost
-            if float(slope @ self._undamped(gram, slope)) < enough:
-                break  # no step could gain as much, bounds or none
+            if self._foretold(self._step(values, gram, slope, 0.0), values, gram, slope) < enough:
+                break  # no step within the bounds could gain as much
             tried = self._try_steps(values, gram, slope, models, damping, cost, one=not taken_anew)
             if tried is None:
                 if taken_anew:
@@ -274,15 +276,32 @@ class _Problem:
         return float(2.0 * step @ slope - step @ gram @ step)
 
     def _step(self, values: FloatArray, gram: FloatArray, slope: FloatArray, amount: float) -> FloatArray:
+        """Give the values after a damped step that is the best one within the bounds: one that ran into them and was cut short would take
+        the other values where they belong only together with it."""
         diagonal = np.diag(gram)
         matrix = gram + amount * np.diag(diagonal + 1e-9 * max(float(diagonal.max()), 1e-300))
-        return np.asarray(np.clip(values + self._undamped(matrix, slope) * self.scale, self.low, self.high))
+        step = self._undamped(matrix, slope)
+        low, high = (self.low - values) / self.scale, (self.high - values) / self.scale
+        if np.any(step < low) or np.any(step > high):
+            step = _bounded(matrix, slope, low, high)
+        return np.asarray(np.clip(values + step * self.scale, self.low, self.high))
 
     def _undamped(self, matrix: FloatArray, slope: FloatArray) -> FloatArray:
         """Give the step, in scales, with which the slopes vanish; none where a run grew beyond all bounds: from there is no way on."""
         if not (np.isfinite(matrix).all() and np.isfinite(slope).all()):
             return np.zeros_like(slope)
         return np.asarray(np.linalg.lstsq(matrix, slope, rcond=None)[0])
+
+
+def _bounded(matrix: FloatArray, slope: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Give the step s between two bounds with the least s'Ms/2 - s'g, by the active-set method of Stark and Parker."""
+    ridge = _RIDGE * max(float(np.diag(matrix).max()), 1e-300)
+    root = np.linalg.cholesky(matrix + ridge * np.eye(len(matrix))).T
+    goal = np.linalg.solve(root.T, slope)
+    movable = high > low
+    step = np.where(movable, 0.0, low)
+    step[movable] = lsq_linear(root[:, movable], goal, bounds=(low[movable], high[movable]), method="bvls").x
+    return step
 
 
 def with_start(fitted: Fitted) -> list[Free]:

@@ -14,6 +14,7 @@ System Identification: A Frequency Domain Approach, 2nd ed. (2012), chapter 9; L
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,8 @@ _TAPERED = 0.1
 _CORNERS = (0.3, 3.0, 30.0)
 _UPDATES = 25
 _SHARE_IN_BAND = 0.99
+_FLAT = 1.5
+"""Ratio of the powers at the lowest two frequencies below which a noise is white there."""
 
 
 @functools.lru_cache(maxsize=16)
@@ -102,14 +105,38 @@ class NoiseModel:
         scaled = spectrum(values, self.differences, self.window) * np.sqrt(2.0 * self.share / self.power)
         if not wide:
             scaled[..., self.band :] = 0.0
-        return np.concatenate([scaled.real, scaled.imag], axis=-1)
+        parts = np.concatenate([scaled.real, scaled.imag], axis=-1)
+        if math.isfinite(self.mean_spread):
+            # a constant has no differences; the place of its imaginary part is free
+            parts[..., scaled.shape[-1]] = self.mean_of(values) / self.mean_spread
+        return parts
+
+    def mean_of(self, values: FloatArray) -> FloatArray:
+        """Give the mean of ``values`` (..., samples) as the window weighs them."""
+        window = taper(self.samples) if self.window is None else self.window
+        return np.asarray(values @ window / np.sum(window))
+
+    @functools.cached_property
+    def mean_spread(self) -> float:
+        """One standard deviation of the mean of this noise [unit of the channel], sigma^2 / n for white noise.
+
+        Infinite where the noise rises towards low frequencies: how much of it lies below the lowest one that is seen cannot be told.
+        """
+        first, second = (self.power[place] / float(_differencing(place / self.samples)) ** self.differences for place in (1, 2))
+        if not self.differences or first > _FLAT * second:
+            return math.inf
+        window = taper(self.samples) if self.window is None else self.window
+        return float(np.sqrt(first * np.sum(window**2)) / np.sum(window))
 
     def log_likelihood(self, residual: FloatArray, *, wide: bool = True) -> float:
         """Give the log-likelihood of a residual (samples,), of all frequencies or of those of the motion, up to a constant [nats]."""
         kept = slice(None) if wide else slice(0, self.band)
         power = self.power[kept]
         ratio = np.abs(spectrum(residual, self.differences, self.window)[kept]) ** 2 / power
-        return float(-self.share * np.sum(np.log(power) + ratio))
+        of_spectrum = float(-self.share * np.sum(np.log(power) + ratio))
+        if not math.isfinite(self.mean_spread):
+            return of_spectrum
+        return of_spectrum - float(np.log(self.mean_spread) + 0.5 * (self.mean_of(residual) / self.mean_spread) ** 2)
 
 
 def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: float, *, coloured: bool, rate: bool = False) -> NoiseShapes:
@@ -121,7 +148,7 @@ def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: fl
     """
     samples = kicks.shape[-1]
     frequency = rfftfreq(samples, period)
-    differencing = np.abs(1.0 - np.exp(-2j * np.pi * frequency * period)) ** 2
+    differencing = _differencing(frequency * period)
     differencing[0] = differencing[1] if len(frequency) > 1 else 1.0
     gains = [gain for gain in (_kick_gain(kick, frequency, period) for kick in kicks) if gain.max(initial=0.0) > 0.0]
     times = _differences(gains, differencing)
@@ -132,6 +159,11 @@ def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: fl
     forces = list(gains)
     forces += [gain / (1.0 + (frequency / corner) ** 2) for gain in forces for corner in corners[1:]]
     return NoiseShapes(np.array(sensor + forces) * differencing**times, floor, samples, times, _band(motion, times))
+
+
+def _differencing(frequency: FloatArray | float) -> FloatArray:
+    """Give what taking differences makes of the power at some frequencies, in cycles a sample."""
+    return np.asarray(np.abs(1.0 - np.exp(-2j * np.pi * np.asarray(frequency))) ** 2)
 
 
 def _band(motion: FloatArray, differences: int) -> int:

@@ -17,6 +17,8 @@ CONFIDENCE = 1.96
 SIGNIFICANT = 3.0
 """Standard errors by which a size must differ from nothing."""
 _LARGEST_INFLATION = 10.0
+_WAVES = {"phase": ("amplitude", "share"), "second_phase": ("second",)}
+"""The phase of a wave, and its sizes."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ def estimates(model: Model, held_out: Rig, whole: Rig | None) -> Estimates:
     """
     wide = is_wide(model.terms)
     first = model.fitted
-    second = _refitted(model, held_out, held_out, wide)
+    second = _same_way_round(_refitted(model, held_out, held_out, wide), first, model.terms)
     of_recording = {item.name for item in held_out.start_states(held_out.sensed.plan)}
     of_recording |= {name for term in model.terms for name in term.nuisance}
     names = [name for name in first.names if name not in of_recording]
@@ -96,6 +98,19 @@ def _refitted(model: Model, rig: Rig, held_out: Rig, wide: bool) -> Fitted:
     ]
     free = [*starts, *free]
     return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide)
+
+
+def _same_way_round(fitted: Fitted, other: Fitted, terms: Sequence[Term]) -> Fitted:
+    """Give a fit with its waves as another fit has them: one of negative size is the same wave half a turn on."""
+    values = np.array(fitted.values)
+    for term in terms:
+        for turning, sizes in _WAVES.items():
+            phase = f"{term.part}.{turning}"
+            names = [name for size in sizes if phase in fitted.names and (name := f"{term.part}.{size}") in fitted.names]
+            if sum(fitted.by_name[name] * other.by_name[name] for name in names) < 0.0:
+                values[[fitted.names.index(name) for name in names]] *= -1.0
+                values[fitted.names.index(phase)] += np.pi
+    return replace(fitted, values=values)
 
 
 def is_significant(term: Term, values: Estimates) -> bool:

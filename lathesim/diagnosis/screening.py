@@ -45,6 +45,8 @@ class Screening:
 
 
 _DRAWS = 20
+_FEWEST_PHASES = 3
+_TURNS = 72
 _FAR_BEYOND = 100.0
 _AT_END = 1e-6
 """Scales from a bound within which a value lies at it."""
@@ -68,7 +70,7 @@ def screen(simulator: Simulator, fitted: Fitted, terms: Sequence[Term], points: 
         tried = _responses(simulator, fitted, absorb, term, _points(term, points))
         if tried:
             basis = _basis(tried)
-            starts = tuple(_start(term, item) for item in tried[:3])
+            starts = tuple(_start(term, item) for item in _apart(term, tried)[:3])
             result.append(Screened(term, _gain(basis, absorb.residual), starts, absorb.shares(basis @ (basis.T @ absorb.residual))))
             chance = max(chance, float(np.max(0.5 * np.sum((basis.T @ draws.T) ** 2, axis=0))))
     return Screening(tuple(sorted(result, key=lambda item: -item.gain)), chance)
@@ -83,6 +85,23 @@ def screened_instead(simulator: Simulator, fitted: Fitted, term: Term, finer: Te
         return Screened(finer, 0.0, tuple(starts), np.zeros(1))
     basis = _basis(tried)
     return Screened(finer, _gain(basis, absorb.residual), tuple(starts), absorb.shares(basis @ (basis.T @ absorb.residual)))
+
+
+def least_shown(simulator: Simulator, fitted: Fitted, term: Term, finer: Term) -> float:
+    """Give what a finer form in the place of a term would gain [nats] if it were there, with that of its own values which shows least.
+
+    Each value that the term does not have takes a usual size by itself. Little to gain means that the recording cannot tell.
+    """
+    absorb = _Absorber(simulator, fitted)
+    shared = {name.partition(".")[2]: fitted.by_name[name] for name in term.parameters}
+    base = [shared.get(name.partition(".")[2], neutral) for name, neutral in zip(finer.parameters, finer.neutral, strict=True)]
+    own = [place for place, name in enumerate(finer.parameters) if name.partition(".")[2] not in shared]
+    starts = np.tile(np.array(base), (len(own), 1))
+    for start, place in zip(starts, own, strict=True):
+        start[place] = finer.points[int(np.argmax(np.abs(finer.points[:, place]))), place]
+    without = dict(zip(term.parameters, term.neutral.tolist(), strict=True))
+    tried = _responses(simulator, fitted, absorb, finer, starts, without)
+    return min((0.5 * float(response @ response) for *_, response in tried), default=0.0) if len(tried) >= len(own) else 0.0
 
 
 def _responses(
@@ -105,7 +124,50 @@ def _responses(
         if response is not None and np.isfinite(power) and power > 1e-6:
             share = float(response @ absorb.residual) / power
             found.append((0.5 * share * share * power, share, point, response))
+    found += _at_best_phases(term, found, absorb.residual)
     return sorted(found, key=lambda item: -item[0] * _plausible(term, item[1]))
+
+
+def _phases(term: Term) -> list[int]:
+    return [place for place, name in enumerate(term.parameters) if name.endswith("phase")]
+
+
+def _apart(term: Term, tried: Sequence[_Response]) -> list[_Response]:
+    """Give the responses that differ in more than their phase, of each the best: from the others a fit would end in the same place."""
+    kept: dict[bytes, _Response] = {}
+    for item in tried:
+        kept.setdefault(np.delete(item[2], _phases(term)).tobytes(), item)
+    return list(kept.values())
+
+
+def _at_best_phases(term: Term, tried: Sequence[_Response], residual: FloatArray) -> list[_Response]:
+    """Give what a wave would do at its best phase, from what it does at some phases of the same wavelength.
+
+    r(phase) = r_0 + r_s cos(phase) + r_c sin(phase) by least squares; of the phases the one with the largest (r'e)^2 / r'r is taken.
+    """
+    columns, alike = _phases(term), dict[bytes, list[_Response]]()
+    found: list[_Response] = []
+    for item in tried if columns else ():
+        alike.setdefault(np.delete(item[2], columns).tobytes(), []).append(item)
+    for items in alike.values():
+        phases = np.array([item[2][columns[0]] for item in items])
+        if len(set(phases.tolist())) < _FEWEST_PHASES:
+            continue
+        parts = np.linalg.pinv(_turning(phases)) @ np.stack([item[3] for item in items])
+        turns = np.linspace(-np.pi, np.pi, _TURNS, endpoint=False)
+        turning = _turning(turns)
+        power = np.sum((turning @ (parts @ parts.T)) * turning, axis=1)
+        shares = (turning @ (parts @ residual)) / np.maximum(power, 1e-300)
+        gains = np.where(shares > 0.0, 0.5 * shares * shares * power, 0.0)
+        best = int(np.argmax(gains))
+        point = np.array(items[0][2])
+        point[columns] = turns[best]
+        found.append((float(gains[best]), float(shares[best]), point, np.asarray(turning[best] @ parts, dtype=_SINGLE)))
+    return found
+
+
+def _turning(phases: FloatArray) -> FloatArray:
+    return np.stack([np.ones_like(phases), np.cos(phases), np.sin(phases)], axis=1)
 
 
 def _points(term: Term, points: Mapping[str, FloatArray] | None) -> FloatArray:

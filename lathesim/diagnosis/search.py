@@ -17,17 +17,19 @@ from lathesim.component import Parameter
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.other_forms import form_starts, forms_of_two, is_harmonic, two_for_one
 from lathesim.diagnosis.problem import Rig, baseline_free
-from lathesim.diagnosis.screening import Screened, is_limit, screen, screened_instead
+from lathesim.diagnosis.screening import Screened, is_limit, least_shown, screen, screened_instead
 from lathesim.diagnosis.side_by_side import TOGETHER, Asked, side_by_side
 from lathesim.diagnosis.starting_points import starting_points
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Bench, Model, Tell, Trial, is_strained, is_wide, judged_score, strains_anew
+from lathesim.diagnosis.trial import STRAINED, Bench, Model, Tell, Trial, is_strained, is_wide, judged_score, strains, strains_anew
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 
 _EQUAL = 1.0
 """Nats within which two candidates are equals; of equals the one that comes first in the catalogue, the commoner one, is taken."""
 _LAST = 1000
+TIE_SHARE = 0.03
+"""Share of what the better of two candidates gains within which they cannot be told apart, as a model is never quite right."""
 _ALIKE = 0.1
 """Candidates whose promises differ by less than this share may be the same thing to the channels."""
 _MOST_RIVALS = 3
@@ -52,11 +54,16 @@ class Settings:
     """Whether what chance reaches among the candidates counts against an effect."""
     held_out_margin: float = 3.0
     smallest_move: float = 1.0
-    """An effect must move a channel by more than this many times what is left unexplained there."""
+    """An effect must move a channel by more than this many times what is left unexplained there ..."""
+    small_move: float = 0.3
+    almost_all: float = 0.9
+    """... or this many times, where it removes almost all of the error: effects not found yet may leave more there than it moves."""
     most_spoilt: float = 1.5
     """Factor by which an effect may make a channel of the lesson's own simulation worse."""
     largest_size: float = 30.0
-    """Largest usual sizes of an effect beyond which it is not believed."""
+    """Largest usual sizes of an effect beyond which it is not believed ..."""
+    largest_shape: float = 10.0
+    """... and the same of its other values, where these are usually positive: a peak at low speed that lasts to 5 m/s is none."""
     share_of_all: float = 0.03
     share_of_rest: float = 0.15
     """An effect must remove both of these shares of the error: of all that was there, and of what the others left ..."""
@@ -82,13 +89,17 @@ class Found:
     """What chance reaches in the last round of screening [nats]."""
     forms: dict[str, list[Term]] = field(default_factory=dict)
     """By the part of an effect: refined forms that explain as much as it does with another effect of the model."""
+    unseen: dict[str, list[Term]] = field(default_factory=dict)
+    """By the part of an effect: refined forms of usual size that would show too little here to be told from it."""
+    straining: set[str] = field(default_factory=set)
+    """Parts of effects that came in together with a value further off than the lesson holds possible."""
     complete: bool = False
 
 
 def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell | None = None) -> Found:
     """Search the candidates of a rig; ``held_out`` judges. Stopped with Ctrl-C it gives what was found until then."""
     chosen = settings or Settings()
-    bench = Bench(rig, held_out, tell or (lambda text: None))
+    bench = Bench(rig, held_out, tell or (lambda text: None), least_gain=chosen.margin)
     bench.say("fitting the baseline")
     fitted = fit(rig.sensed, [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)], rounds=3)
     bench.weigh(fitted)
@@ -100,7 +111,7 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
         _grow(bench, found, chosen)
         if _refine(bench, found, chosen):
             _grow(bench, found, chosen)
-        while strains_anew(baseline.fitted, found.model.fitted):
+        while strains_anew(baseline.fitted, found.model.fitted) or _is_straining(found):
             last = found.model.terms[-1]
             bench.say(f"{last.name} at {last.at} is refused: with it a value would be further off than the lesson holds possible")
             leave_out(found, [last], rig, held_out, bench.say)
@@ -113,6 +124,15 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
     except KeyboardInterrupt:
         bench.say("stopped; what was found until here is kept")
     return found
+
+
+def _is_straining(found: Found) -> bool:
+    """Say whether the effect that came in last needs a machine that is not there."""
+    return (
+        bool(found.model.terms)
+        and found.model.terms[-1].part in found.straining
+        and strains(found.model.fitted).max(initial=0.0) > STRAINED
+    )
 
 
 def _grow(bench: Bench, found: Found, settings: Settings) -> None:
@@ -134,21 +154,38 @@ def _add(bench: Bench, found: Found, settings: Settings, left: list[Term]) -> bo
     tried: list[Trial] = []
     waiting = list(screening.ranked[: settings.screened])
     while wave := _wave(bench, found, waiting, screening.ranked[0].gain, tried, settings):
-        asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item)) for item in wave]
+        asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.gain) for item in wave]
         tried += side_by_side(bench, found.model, asked)
     found.tried += tried
     good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_harmonic(trial, found.model)]
     if not good:
         return False
     good.sort(key=lambda trial: -merit(trial, settings))
-    equals = [trial for trial in good if merit(good[0], settings) - merit(trial, settings) < _EQUAL]
-    best = min(equals, key=lambda trial: trial.term.effect.catalogue or _LAST)
+    best = _simplest(good, settings)
     good += [trial for trial in _rivals(bench, found, screening.ranked, best, tried) if believable(trial, settings, found.chance)]
     found.trials[best.term.part] = good
-    found.model = bench.settled(best.model)
+    before, found.model = found.model, bench.settled(best.model)
+    if strains_anew(before.fitted, found.model.fitted):
+        found.straining.add(best.term.part)
     bench.say(f"{best.term.name} at {best.term.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
     _eliminate(bench, found, settings)
     return True
+
+
+def _simplest(good: Sequence[Trial], settings: Settings) -> Trial:
+    """Give the trial that is taken of good ones, the best first: of those that cannot be told from the best one with the fewest values, as
+    a model is never quite right, and of equals among these the one that comes first in the catalogue."""
+    reached = merit(good[0], settings)
+    width = max(_EQUAL, TIE_SHARE * reached)
+    near = [trial for trial in good if reached - merit(trial, settings) < width and _removes_as_much(trial, good[0])]
+    fewest = min(len(trial.term.parameters) for trial in near)
+    simple = [trial for trial in near if len(trial.term.parameters) == fewest]
+    equals = [trial for trial in simple if merit(simple[0], settings) - merit(trial, settings) < _EQUAL]
+    return min(equals, key=lambda trial: trial.term.effect.catalogue or _LAST)
+
+
+def _removes_as_much(trial: Trial, other: Trial) -> bool:
+    return abs(trial.share_of_all - other.share_of_all) < TIE_SHARE
 
 
 def _wave(bench: Bench, found: Found, waiting: list[Screened], best: float, tried: Sequence[Trial], settings: Settings) -> list[Screened]:
@@ -256,6 +293,9 @@ def _refine(bench: Bench, found: Found, settings: Settings) -> bool:
         for other in finer:
             starts = form_starts(term, other, found.model)
             promise = screened_instead(bench.rig.sensed, found.model.fitted, term, other, starts[1:])
+            due = settings.margin + settings.per_parameter * len(other.parameters)
+            if least_shown(bench.rig.sensed, found.model.fitted, term, other) < due:
+                found.unseen.setdefault(term.part, []).append(other)
             if promise.gain > 0.5 * settings.margin and _may_be_worth(bench, found.model, promise, settings):
                 asked.append(Asked(other, rest, kept, starts))
         swaps = side_by_side(bench, found.model, asked)
@@ -286,12 +326,19 @@ def believable(trial: Trial, settings: Settings, chance: float) -> bool:
     due = settings.margin + settings.per_parameter * len(trial.term.parameters) + chance
     much = trial.share_of_all > settings.share_of_all and trial.share_of_rest > settings.share_of_rest
     worth = much or trial.share_of_rest > settings.nearly_all_of_rest or trial.relieves
-    judged = trial.gain > due and trial.held_out_gain > settings.held_out_margin and trial.moves > settings.smallest_move
+    judged = trial.gain > due and trial.held_out_gain > settings.held_out_margin and trial.moves > _due_move(trial, settings)
     worth = worth and trial.spoils < settings.most_spoilt
     if trial.strained:
         # values that are wrong beyond belief leave an error that any wave takes a part of
         worth = worth and trial.share_of_rest > settings.nearly_all_of_rest
+    if trial.strains_anew:
+        # a little of the error is no reason to make the machine another one
+        worth = worth and much
     return judged and worth and _of_usual_size(trial, settings)
+
+
+def _due_move(trial: Trial, settings: Settings) -> float:
+    return settings.small_move if trial.share_of_all > settings.almost_all else settings.smallest_move
 
 
 def _of_usual_size(trial: Trial, settings: Settings) -> bool:
@@ -299,13 +346,17 @@ def _of_usual_size(trial: Trial, settings: Settings) -> bool:
     if not np.isfinite(settings.largest_size):
         return True
     term, values = trial.term, trial.model.fitted.by_name
-    usual = np.abs(term.points - term.neutral).max(axis=0, initial=0.0)
-    sizes = [
-        abs(values[name] - neutral) / most
-        for name, neutral, most in zip(term.parameters, term.neutral, usual, strict=True)
-        if name.partition(".")[2] in term.effect.neutral and most > 0.0
-    ]
-    return max(sizes, default=0.0) < settings.largest_size
+    for name, neutral, points in zip(term.parameters, term.neutral, term.points.T, strict=True):
+        item = name.partition(".")[2]
+        if item in term.effect.neutral:
+            usual, size, most = float(np.abs(points - neutral).max(initial=0.0)), abs(values[name] - neutral), settings.largest_size
+        else:
+            usual, size, most = float(points.max(initial=0.0)), abs(values[name]), settings.largest_shape
+            if item in term.effect.nuisance or points.min(initial=1.0) <= 0.0:
+                continue
+        if usual > 0.0 and size >= most * usual:
+            return False
+    return True
 
 
 def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:

@@ -27,12 +27,14 @@ class Asked:
     kept: tuple[Term, ...]
     free: Sequence[Free]
     starts: Sequence[FloatArray]
+    promised: float = np.inf
+    """Gain [nats] with which a start makes the others needless."""
 
 
 def side_by_side(bench: Bench, before: Model, asked: Sequence[Asked]) -> list[Trial]:
     """Try some terms, :data:`TOGETHER` at a time, and give the trials in the order in which they were asked for."""
     with ThreadPoolExecutor(TOGETHER) as pool:
-        waiting = [pool.submit(bench.trial, before, one.term, one.kept, one.free, one.starts) for one in asked]
+        waiting = [pool.submit(bench.trial, before, one.term, one.kept, one.free, one.starts, one.promised) for one in asked]
         try:
             trials = [told(bench, one.result()) for one in waiting]
         except BaseException:

@@ -32,6 +32,8 @@ _MOSTLY = 0.5
 """Share of a move's power by which the error is larger without it where the move explains what was recorded."""
 _HELD_STILL = 0.3
 """Share of the error that may be left for frictions to sense the simulated motion."""
+_CLEARLY = 2.0
+"""Factor from that share beyond which a rough fit is enough to tell."""
 _SETTLED = 1.0
 """Nats that a further round of fitting must gain for another one."""
 _FINE = 1e-5
@@ -92,6 +94,8 @@ class Trial:
     """Whether the baseline, strained beyond what the lesson holds possible, no longer is: the error had been absorbed by its values."""
     strained: bool = False
     """Whether the baseline still is."""
+    strains_anew: bool = False
+    """Whether a value of the lesson is strained with the effect and none was without it."""
     wide_gain: float = 0.0
     """The gains on all frequencies, on which trials of slow and of fast effects are held against each other: fitted and held out."""
     wide_held_out_gain: float = 0.0
@@ -110,6 +114,8 @@ class Bench:
     baseline_error: FloatArray = field(default_factory=lambda: np.zeros(0))
     everything: FloatArray = field(default_factory=lambda: np.zeros(0))
     """The squared error of the baseline in each channel, floor included."""
+    least_gain: float = 0.0
+    """Gain in likelihood [nats] that a trial must reach for the held-out recording to be asked about it."""
 
     def model(self, terms: tuple[Term, ...], fitted: Fitted) -> Model:
         """Judge a fit on both recordings."""
@@ -159,22 +165,33 @@ class Bench:
             return fitted
         given = {name: value for name, value in fitted.constant.items() if name not in motion}
         felt = all(fitted.constant.get(name) == 0.0 for name in motion)
-        other = fit(
-            self.rig.sensed,
-            with_start(fitted),
-            given if felt else {**given, **motion},
-            rounds=2,
-            wide=is_wide(terms),
-            settle=_SETTLED,
-        )
-        recorded, simulated = (other, fitted) if felt else (fitted, other)
-        left, left_felt = (float(np.sum(self.error(self.rig, one)[::2])) for one in (recorded, simulated))
-        return simulated if left_felt < _HELD_STILL * left else recorded
+        constant, wide = given if felt else {**given, **motion}, is_wide(terms)
 
-    def trial(self, before: Model, term: Term, kept: tuple[Term, ...], free: Sequence[Free], starts: Sequence[FloatArray]) -> Trial:
+        def share(other: Fitted) -> float:
+            """Give what is left where the simulated motion is sensed, over what is left where the recorded one is."""
+            recorded, simulated = (other, fitted) if felt else (fitted, other)
+            left, left_felt = (float(np.sum(self.error(self.rig, one)[::2])) for one in (recorded, simulated))
+            return left_felt / left
+
+        rough = fit(self.rig.sensed, with_start(fitted), constant, rounds=1, wide=wide, tolerance=_ROUGH, fresh=False)
+        if share(rough) < _HELD_STILL / _CLEARLY if felt else share(rough) > _HELD_STILL * _CLEARLY:
+            return fitted
+        other = fit(self.rig.sensed, with_start(rough), constant, rounds=2, wide=wide, settle=_SETTLED)
+        return fitted if (share(other) < _HELD_STILL) == felt else other
+
+    def trial(
+        self,
+        before: Model,
+        term: Term,
+        kept: tuple[Term, ...],
+        free: Sequence[Free],
+        starts: Sequence[FloatArray],
+        promised: float = np.inf,
+    ) -> Trial:
         """Fit a term from some starting values on top of ``kept`` and hold it against the model before.
 
-        What the model before had free moves along its slopes there: a trial needs only the runs of its own parameters.
+        What the model before had free moves along its slopes there: a trial needs only the runs of its own parameters. Once a start has
+        gained what screening ``promised`` [nats], the others are not fitted.
         """
         terms = (*kept, term)
         wide = is_wide(terms)
@@ -186,6 +203,8 @@ class Bench:
             fitted = fit(self.rig.sensed, freed, constant, rounds=2, iterations=8, wide=wide, tolerance=_ROUGH, known=known, fresh=False)
             if best is None or fitted.score > best.score:
                 best = fitted
+            if best.score - before.fitted.score > promised:
+                break
         assert best is not None
         nearby = before.fitted
         for _ in range(_MOST_AFRESH):
@@ -205,7 +224,7 @@ class Bench:
             other = fit(self.rig.sensed, eased, before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE, fresh=False)
             best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.rig, best).above(before.score, wide=is_wide((*before.terms, term)))
-        if gain <= 0.0:
+        if gain <= self.least_gain:
             return Trial(term, replace(before, terms=terms, fitted=best), gain, -np.inf, 0.0, 0.0, 0.0)
         model = self.model(terms, best)
         held = model.held_out.above(before.held_out, wide=is_wide((*before.terms, term)))
@@ -215,7 +234,9 @@ class Bench:
         wide_gains = model.score.above(before.score, wide=True), model.held_out.above(before.held_out, wide=True)
         relieves = strained_before and 4.0 * float(np.sum(strains(best) ** 2)) < STRAIN
         moved, spoils = in_own_simulation(self.rig, before.fitted, best, term)
-        return Trial(term, model, gain, held, moved, *shares, relieves, is_strained(best), *wide_gains, spoils)
+        return Trial(
+            term, model, gain, held, moved, *shares, relieves, is_strained(best), strains_anew(before.fitted, best), *wide_gains, spoils
+        )
 
 
 def is_strained(fitted: Fitted) -> bool:
@@ -310,14 +331,33 @@ def on_recording(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
     constant = {name: value for name, value in values.items() if name not in freed and name not in own}
     phases = [item.name for item in free if item.name in nuisance and item.name.endswith("phase")]
     if phases:
-        # a phase may be anywhere on another recording, and from the wrong side a fit ends in the wrong hump
-        turned = [[replace(item, start=item.start + turn) if item.name in phases else item for item in free] for turn in _TURNS]
-        tried = [fit(rig.sensed, start, constant, rounds=1, iterations=4, tolerance=_ROUGH, fresh=False) for start in turned]
-        free = with_start(max(tried, key=lambda fitted: fitted.score))
+        free = _at_the_best_turn(rig, free, constant, phases)
     instants = [item.name for item in free if item.name in nuisance and item.name in instants_of([item.name])]
     if instants:
         free = _at_the_best_instant(rig, free, constant, terms, instants)
     return fit(rig.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH, fresh=False)
+
+
+def _at_the_best_turn(rig: Rig, free: list[Free], constant: Mapping[str, float], phases: Sequence[str]) -> list[Free]:
+    """Give the free values with the phases turned to where they explain most beside what the other values may absorb: a phase may be
+    anywhere on another recording, and from the wrong side a fit ends in the wrong hump."""
+    here = fit(rig.sensed, free, constant, rounds=0)
+    turned = [[replace(item, start=item.start + turn) if item.name in phases else item for item in free] for turn in _TURNS]
+    rows = np.array([[*constant.values(), *(item.start for item in one)] for one in turned])
+
+    def white(arrays: FloatArray) -> FloatArray:
+        """Give arrays (n, channels, samples) whitened, (n, values)."""
+        return np.concatenate([model.whiten(arrays[:, row], wide=True) for row, model in enumerate(here.noise)], axis=1)
+
+    left = white(np.array(rig.sensed.residuals([*constant, *(item.name for item in free)], rows)))
+    assert here.sensitivity is not None
+    waves = {name.partition(".")[0] for name in phases}
+    others = [place for place, item in enumerate(free) if item.name.partition(".")[0] not in waves]
+    if others:
+        slopes = white(here.sensitivity[others])
+        slopes /= np.maximum(np.linalg.norm(slopes, axis=1, keepdims=True), 1e-300)
+        left = left - (left @ np.linalg.pinv(slopes)) @ slopes
+    return turned[int(np.argmin(np.sum(left * left, axis=1)))]
 
 
 def _at_the_best_instant(

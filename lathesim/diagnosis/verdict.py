@@ -10,14 +10,12 @@ import numpy as np
 from lathesim.diagnosis.diagnosis import Evidence
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.problem import Rig
-from lathesim.diagnosis.search import Found, Settings, merit
+from lathesim.diagnosis.search import TIE_SHARE, Found, Settings, merit
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench
 
 TIE = 4.0
-"""Nats within which two candidates cannot be told apart ..."""
-TIE_SHARE = 0.02
-"""... or this share of what the better one gains, as a model is never quite right."""
+"""Nats within which two candidates cannot be told apart, or :data:`TIE_SHARE` of what the better one gains."""
 ADEQUATE = 0.025
 """A model is inadequate where a part of the missing signal larger than this share of all that acts there is explained, on the held-out
 recording, by what the machine was doing."""
@@ -36,6 +34,8 @@ class Standing:
     """Single effects that do what this one and another of the model do together."""
     share: float
     removes: float
+    unseen: tuple[Term, ...] = ()
+    """Refined forms of it that would show too little in the recording to be told from it."""
 
 
 def standing(found: Found, settings: Settings) -> list[Standing]:
@@ -44,8 +44,9 @@ def standing(found: Found, settings: Settings) -> list[Standing]:
     for term in found.model.terms:
         trials = found.trials.get(term.part, [])
         chosen = next((trial for trial in trials if trial.term.part == term.part), None)
+        unseen = tuple({other.part: other for other in found.unseen.get(term.part, ())}.values())
         if chosen is None:
-            result.append(Standing(term, 0.5, (), (), 0.0, 0.0))
+            result.append(Standing(term, 0.5, (), (), 0.0, 0.0, unseen))
             continue
         best = merit(chosen, settings)
         width = max(TIE, TIE_SHARE * best)
@@ -54,7 +55,8 @@ def standing(found: Found, settings: Settings) -> list[Standing]:
         tied = tuple(trial.term for trial in others if best - merit(trial, settings) < width and trial.term not in found.model.terms)
         weights = [np.exp(-max(0.0, best - merit(trial, settings)) / (0.5 * width)) for trial in others]
         probability = float(1.0 / (1.0 + sum(weights)))
-        result.append(Standing(term, probability, tied, tuple(found.forms.get(term.part, ())), chosen.share_of_all, chosen.share_of_rest))
+        forms = tuple(found.forms.get(term.part, ()))
+        result.append(Standing(term, probability, tied, forms, chosen.share_of_all, chosen.share_of_rest, unseen))
     return sorted(result, key=lambda item: -item.share)
 
 

@@ -53,6 +53,8 @@ class Effect(Component):
     """The same where the host turns: torque, angle, angular velocity instead of force, position, velocity. Empty: as ``typical``."""
     nuisance: ClassVar[tuple[str, ...]] = ()
     """Parameters that belong to one recording and not to the machine (a phase moves when an encoder's zero moves)."""
+    spacing: ClassVar[str] = ""
+    """Parameter that shows as the spacing of the recorded values themselves."""
     refines: ClassVar[tuple[str, ...]] = ()
     """Simpler effects that this one contains: it is tried where one of them was found, in its place."""
     needs: ClassVar[tuple[str, ...]] = ()

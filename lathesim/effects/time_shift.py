@@ -37,11 +37,13 @@ def _remembered(history: list[float], newest: float, back: int) -> float:
 
 
 def _delayed(history: list[float], newest: float, samples: float) -> float:
-    """Give the value some samples back; less than none is extrapolated from the last two."""
+    """Give the value some samples back; less than none is extrapolated by the parabola through the last three."""
     back = min(samples, len(history) - 2.0)
     whole = int(back)
     if back < 0.0:
-        whole = 0
+        last, before = _remembered(history, newest, 0), _remembered(history, newest, 1)
+        change, bend = last - before, last - 2.0 * before + _remembered(history, newest, 2)
+        return last - back * change + 0.5 * back * (back - 1.0) * bend
     near = _remembered(history, newest, whole)
     return near + (_remembered(history, newest, whole + 1) - near) * (back - whole)
 
@@ -109,7 +111,7 @@ def _still_to_come(change: float, now: float) -> float:
 class ChannelTimeShift(Effect):
     """One channel of a recording that is shifted against the others.
 
-    y_out(t) = y_in(t - shift);   a negative shift is extrapolated from the last two samples
+    y_out(t) = y_in(t - shift);   a negative shift is extrapolated by the parabola through the last three samples
     """
 
     catalogue, family, site = 27, "recording", "reading"

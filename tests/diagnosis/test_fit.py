@@ -51,6 +51,16 @@ def test_bounds_are_kept() -> None:
     assert found.by_name["x_axis.mass"] == 50.0
 
 
+def test_beside_a_value_at_its_bound_the_others_go_where_they_fit_best() -> None:
+    """A step that ran into a bound and was cut short would leave the friction where it belongs only together with another mass."""
+    rig = pair(Hidden())[0]
+    noise = fit(rig.sensed, unknown(low=50.0), rounds=1).noise
+    found = fit(rig.sensed, unknown(low=50.0), noise=noise, rounds=1)
+    alone = fit(rig.sensed, unknown()[1:], {"x_axis.mass": 50.0}, noise=noise, rounds=1)
+    assert found.by_name["x_axis.mass"] == 50.0
+    assert found.by_name["x_axis.viscous"] == pytest.approx(alone.by_name["x_axis.viscous"], rel=5e-3)
+
+
 def test_a_friction_below_zero_is_no_explanation() -> None:
     """A table that pushes itself would fit better than one without friction; it is not offered."""
     (rig,) = rigs(recording(Hidden(law=lambda v, q, t: -40.0 * v, viscous=0.0), count=1000))

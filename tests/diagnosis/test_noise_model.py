@@ -79,6 +79,30 @@ def test_only_the_band_of_the_motion_counts_unless_asked_otherwise() -> None:
     assert np.count_nonzero(model.whiten(white(2e-6), wide=True)) > 0.9 * len(kept)
 
 
+DIFFERENCED = noise_shapes(np.gradient(MASS_KICK, axis=1), MASS_KICK[0], 1e-9, PERIOD, coloured=False)
+"""A channel that is held against forces by its differences, and shows more of its sensor than of them."""
+
+
+def test_a_constant_counts_where_the_differences_do_not_show_it() -> None:
+    assert DIFFERENCED.differences > 0
+    model = fit_noise_model(white(2e-6), DIFFERENCED)
+    off = white(2e-6) + 1e-6
+    spread = 2e-6 / np.sqrt(SAMPLES)
+    told = model.log_likelihood(white(2e-6)) - model.log_likelihood(off)
+    # less than of white noise that is counted in full: the taper, and what forces may do there
+    assert 0.5 < told / (0.5 * (1e-6 / spread) ** 2) < 1.1
+    power = float(np.sum(model.whiten(off, wide=True) ** 2) - np.sum(model.whiten(white(2e-6), wide=True) ** 2))
+    assert power == pytest.approx(2.0 * told, rel=0.01)
+
+
+def test_a_constant_tells_nothing_where_forces_make_a_channel_wander() -> None:
+    shapes = noise_shapes(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
+    model = fit_noise_model(white(1e-9) + wandering(0.5), shapes)
+    assert shapes.differences > 0
+    assert model.mean_spread == np.inf
+    assert model.log_likelihood(wandering(0.5)) == pytest.approx(model.log_likelihood(wandering(0.5) + 1.0), rel=1e-9)
+
+
 def test_the_likelihood_is_greatest_at_the_size_that_is_there() -> None:
     shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=False)
     residual = white(2e-6)

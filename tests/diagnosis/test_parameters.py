@@ -1,12 +1,14 @@
 """The values a diagnosis reports: from both recordings, with intervals that grow where the recordings disagree."""
 
 import functools
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.parameters import Estimate, Estimates, estimates, is_significant
-from lathesim.diagnosis.trial import Bench, Model
+from lathesim.diagnosis.trial import Bench, Model, term_free
 from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, baseline, pair, recording, rigs
 
 TRUE = {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}
@@ -74,3 +76,22 @@ def test_only_values_that_make_an_effect_vanish_count() -> None:
     moved = {**sizes, f"{term.part}.period": Estimate(0.02, 1e-9, 1e-9)}
     assert not is_significant(term, Estimates(moved, 1.0))
     assert is_significant(term, Estimates({**moved, f"{term.part}.amplitude": Estimate(1.0, 0.1, 0.1)}, 1.0))
+
+
+def test_a_wave_of_negative_size_is_the_same_wave_half_a_turn_on() -> None:
+    """Two recordings whose fits ended on either side agree on its size."""
+    hidden = Hidden(law=lambda v, q, t: 8.0 * np.sin(2.0 * np.pi * q / 0.008 + 0.5))
+    rig, held_out = rigs(recording(hidden, seed=1), recording(hidden, seed=2))
+    ripple = next(term for term in rig.candidates if term.name == "TorqueRipple")
+    sizes = {"amplitude": 8.0, "share": 0.0, "period": 0.008, "phase": 0.5}
+    start = np.array([sizes[name.partition(".")[2]] for name in ripple.parameters])
+    fitted = fit(rig.sensed, [*baseline(rig), *term_free(ripple, start)])
+    bench = Bench(rig, held_out, lambda text: None)
+    bench.weigh(fitted)
+    model = bench.model((ripple,), fitted)
+    size, phase = (fitted.names.index(f"{ripple.part}.{name}") for name in ("amplitude", "phase"))
+    turned = np.array(fitted.values)
+    turned[size], turned[phase] = -turned[size], turned[phase] + np.pi
+    found = estimates(replace(model, fitted=replace(fitted, values=turned)), held_out, None)
+    assert abs(found.by_name[f"{ripple.part}.amplitude"].value) == pytest.approx(8.0, rel=0.02)
+    assert is_significant(ripple, found)

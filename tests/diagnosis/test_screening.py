@@ -28,6 +28,27 @@ def test_the_hidden_effect_promises_most(hidden: Hidden, effect: str) -> None:
     assert first.gain > 5.0 * screening.chance
 
 
+def test_a_wave_starts_at_its_best_phase_whichever_phases_were_tried() -> None:
+    rig, fitted = pair(RIPPLE)[0], baselines(RIPPLE)[0]
+    terms = [term for term in rig.candidates if term.name == "TorqueRipple"]
+    best = screen(rig.sensed, fitted, terms, wave_points(rig, fitted, terms)).ranked[0]
+    start = dict(zip((name.partition(".")[2] for name in best.term.parameters), best.starts[0], strict=True))
+    # the hidden force acts against the motion, the ripple of the catalogue with it
+    off = (start["phase"] - 0.5 - np.pi) % (2.0 * np.pi)
+    assert min(off, 2.0 * np.pi - off) < 0.2
+    assert start["amplitude"] == pytest.approx(8.0, rel=0.2)
+    assert start["period"] == pytest.approx(0.008, rel=0.02)
+
+
+def test_no_two_starts_differ_in_their_phase_alone() -> None:
+    rig, fitted = pair(RIPPLE)[0], baselines(RIPPLE)[0]
+    terms = [term for term in rig.candidates if term.name == "TorqueRipple"]
+    best = screen(rig.sensed, fitted, terms, wave_points(rig, fitted, terms)).ranked[0]
+    place = [name.endswith("phase") for name in best.term.parameters].index(True)
+    others = [tuple(np.delete(start, place)) for start in best.starts]
+    assert len(set(others)) == len(others)
+
+
 def test_nothing_promises_much_where_nothing_is_hidden() -> None:
     rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
     screening = screen(rig.sensed, fitted, rig.candidates)

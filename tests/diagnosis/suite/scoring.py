@@ -119,7 +119,8 @@ def _score_names(made: Score, truth: dict[str, Any], answer: dict[str, Any]) -> 
     if made.category in ("pair", "triple"):
         made.exact = _exactly(effects, given) if all(largest_size(one) >= SEEN_FROM for one in effects) else None
     else:
-        made.none_too_many = len(given) <= len(effects)
+        # what is one effect in another form may be several of the catalogue's: a friction that falls with speed, and the level it falls to
+        made.none_too_many = len(given) <= len(effects) or all(any(one.get("effect") in true["right"] for true in effects) for one in given)
     if given and made.first_right:
         made.place_right = any(matches(true, given[0]) and given[0].get("at", "").partition(".")[0] == true["at"] for true in effects)
     # an answer without a fit has removed nothing; one that calls the recording at fault is not asked

@@ -1,0 +1,85 @@
+"""A recording that contradicts itself: a command that does not follow from what its controller was given.
+
+Between them lies no physics that could be left out, only the controller's law. Where the command would follow with another sample period,
+it is the time column that is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.component import Component
+from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.terms import decides
+from lathesim.diagnosis.trial import SETTLING
+from lathesim.engine.assembly import Assembly, FloatArray
+from lathesim.record import Record
+
+CONTROLLED = 0.2
+"""Share of a controller's command that may stay unexplained by what it was given before the recording is held to be at fault."""
+_FOLLOWS = 0.05
+"""Share that may stay unexplained with another sample period for that to be the fault."""
+_PERIODS = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
+"""Factors between the true period and the recorded one: clocks of other devices, and seconds for milliseconds."""
+
+
+def contradicted(rig: Rig, values: Mapping[str, float]) -> str:
+    """Give a sentence where a recorded command does not follow from what its controller was given, with the machine at ``values``.
+
+    The text is empty where it does, and where nothing was replayed.
+    """
+    if not rig.machine.replay:
+        return ""
+    for row, share in _unexplained(rig, values):
+        if share > CONTROLLED:
+            name = rig.machine.compare[row]
+            period = rig.machine.assembly.sample_period
+            for factor in _PERIODS:
+                if dict(_unexplained(_at_period(rig, factor), values))[row] < _FOLLOWS:
+                    return (
+                        f"With a sample period of {1e3 * factor * period:.4g} ms {name} follows from what its controller was given, with "
+                        f"{1e3 * period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of "
+                        f"{1.0 / factor:.4g}."
+                    )
+            return (
+                f"{share:.0%} of {name} does not follow from what its controller was given: a channel is shifted, swapped or in another "
+                "unit, the sample period is another, or the controller is not that of the lesson."
+            )
+    return ""
+
+
+def _unexplained(rig: Rig, values: Mapping[str, float]) -> Iterator[tuple[int, float]]:
+    """Give for each controller's command its place among the compared channels and the share of it that a replay does not explain."""
+    parts = {part.name: part.component for part in rig.machine.assembly.parts}
+    rows = [row for row, name in enumerate(rig.machine.compare) if _commands(parts[name.partition(".")[0]])]
+    residual = rig.sensed.one(values) if rows else np.zeros((0, 0))
+    for row in rows:
+        size = float(np.std(np.nan_to_num(rig.sensed.recorded[row])))
+        settled = residual[row][int(SETTLING * rig.sensed.samples) :]
+        yield row, _root_mean_square(settled) / size if size > 0.0 else 0.0
+
+
+def _commands(component: type[Component]) -> bool:
+    return decides(component) and "displacement" not in component.ports
+
+
+def _at_period(rig: Rig, factor: float) -> Rig:
+    """Give the same recording with every period ``factor`` times as long."""
+    return replace(
+        rig,
+        machine=replace(rig.machine, assembly=_slower(rig.machine.assembly, factor)),
+        with_candidates=_slower(rig.with_candidates, factor),
+        record=Record(factor * rig.record.time, rig.record.channels, dict(rig.record.meta)),
+    )
+
+
+def _slower(assembly: Assembly, factor: float) -> Assembly:
+    return replace(assembly, sample_period=factor * assembly.sample_period, step=factor * assembly.step)
+
+
+def _root_mean_square(values: FloatArray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("inf")

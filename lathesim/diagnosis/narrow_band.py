@@ -1,0 +1,73 @@
+"""What is left in a narrow band of frequencies: a squeal, a hum, a chatter, which no force of the catalogue makes.
+
+Whitened by its noise model, a residual without such a thing has the same power at every frequency. A band stands out where its power is
+many times the median of its surroundings and holds a large share of the whole. What a motion repeats makes peaks too: at its own rhythm,
+so only what swings many times in a recording counts. Source: Randall, Vibration-based Condition Monitoring (2011), section 3.4.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter, uniform_filter1d
+
+from lathesim.diagnosis.fit import Fitted
+from lathesim.diagnosis.noise_model import spectrum
+from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.terms import decides
+
+_WIDTH = 7
+"""Frequencies over which the power is averaged ..."""
+_AROUND = 401
+"""... held against the median of so many ..."""
+_NEAR = 40
+"""... and added up on either side of a peak."""
+_MEDIAN = math.log(2.0)
+"""Median of the power of noise whose mean is one."""
+_PROMINENT = 12.0
+_SHARE = 0.2
+_LEAST_CYCLES = 60
+_HIGHEST = 0.9
+"""Share of the resolved frequencies above which a difference of two samples rings by itself."""
+
+
+@dataclass(frozen=True)
+class NarrowBand:
+    """A band that is left in a channel: its middle [Hz], its root mean square [unit of the channel], its share of the whitened residual."""
+
+    channel: str
+    frequency: float
+    size: float
+    unit: str
+    share: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.channel} swings at {self.frequency:.4g} Hz by {self.size:.3g} {self.unit} (rms): {self.share:.0%} of what is left "
+            "there, weighed by its noise. Nothing in the machine explains it."
+        )
+
+
+def narrow_bands(rig: Rig, fitted: Fitted) -> list[NarrowBand]:
+    """Give the bands that stand out of what a fit leaves, one for each channel that does not belong to a controller."""
+    found = []
+    parts = {part.name: part.component for part in rig.machine.assembly.parts}
+    seconds = rig.sensed.samples * rig.machine.assembly.sample_period
+    for row, (name, model) in enumerate(zip(rig.machine.compare, fitted.noise, strict=True)):
+        if decides(parts[name.partition(".")[0]]) or len(model.power) < 2 * _AROUND:
+            continue
+        power = np.abs(spectrum(fitted.residual[row], model.differences, model.window)) ** 2 / model.power
+        around = median_filter(power, size=_AROUND, mode="nearest") / _MEDIAN
+        prominence = uniform_filter1d(power / np.maximum(around, 1e-300), _WIDTH)
+        prominence[:_LEAST_CYCLES] = 0.0
+        prominence[int(_HIGHEST * len(prominence)) :] = 0.0
+        peak = int(np.argmax(prominence))
+        near = slice(max(0, peak - _NEAR), peak + _NEAR + 1)
+        share = float(np.sum(power[near]) / np.sum(power))
+        if prominence[peak] > _PROMINENT and share > _SHARE:
+            raw = np.abs(spectrum(fitted.residual[row])) ** 2
+            size = math.sqrt(2.0 * float(np.sum(raw[near])) / rig.sensed.samples)
+            found.append(NarrowBand(name, peak / seconds, size, rig.sensed.plan.unit(rig.sensed.channels[row]), share))
+    return found

@@ -1,0 +1,66 @@
+"""Counts that are coarser than the lesson's are read off the recorded values."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.coarse_counts import coarse_counts, grid_spacing
+from lathesim.diagnosis.problem import Rig
+from lathesim.effects.encoder_error import Quantisation
+from tests.diagnosis.pushed_table import FORCE, POSITION, as_record, recording, rigs
+
+
+def wander(samples: int = 5000) -> np.ndarray:
+    """Give a smooth path of some millimetres with noise of a micrometre."""
+    time = np.linspace(0.0, 10.0, samples)
+    return np.asarray(3e-3 * np.sin(time) + 1e-6 * np.random.default_rng(1).standard_normal(samples))
+
+
+@pytest.mark.parametrize("offset", [0.0, 1.3e-6])
+def test_the_spacing_of_readings_in_whole_counts_is_found_whatever_the_zero(offset: float) -> None:
+    readings = np.round(wander() / 4e-6) * 4e-6 + offset
+    assert grid_spacing(readings) == pytest.approx(4e-6, rel=1e-9)
+
+
+def test_the_last_digit_of_a_text_file_does_not_hide_it() -> None:
+    readings = np.round(wander() / 0.7e-6) * 0.7e-6
+    as_text = np.array([float(f"{reading:.8f}") for reading in readings])
+    assert grid_spacing(as_text) == pytest.approx(0.7e-6, rel=1e-3)
+
+
+def test_readings_that_lie_on_no_grid_have_no_spacing() -> None:
+    assert grid_spacing(wander()[:400] * 1e-9) == 0.0
+
+
+def test_a_few_levels_tell_nothing() -> None:
+    assert grid_spacing(np.tile([0.0, 1.0, 2.0], 100)) == 0.0
+
+
+def read_in_counts(count: float) -> Rig:
+    """Give the rig of a table whose encoder reads in whole ``count`` [m], where the lesson has 1 um."""
+    pushed, place = (recording(noise=0.0)[name] for name in (FORCE, POSITION))
+    columns = {FORCE: ("N", pushed), POSITION: ("m", np.round(place / count) * count)}
+    (rig,) = rigs(as_record(columns), effects=(Quantisation,))
+    return rig
+
+
+def test_coarse_counts_are_named_with_their_height() -> None:
+    ((term, count),) = coarse_counts([read_in_counts(8e-6), read_in_counts(8e-6)])
+    assert term.name == "Quantisation"
+    assert term.at == "x_encoder"
+    assert count.value == pytest.approx(8e-6, rel=1e-6)
+    assert 0.0 < count.error < 1e-7
+
+
+def test_the_counts_of_the_lesson_are_nothing_to_tell() -> None:
+    assert coarse_counts([read_in_counts(1e-6)]) == []
+
+
+def test_recordings_that_disagree_tell_nothing() -> None:
+    assert coarse_counts([read_in_counts(8e-6), read_in_counts(4e-6)]) == []
+
+
+def test_what_is_known_is_not_told_again() -> None:
+    rig = read_in_counts(8e-6)
+    assert coarse_counts([rig], rig.candidates) == []
