@@ -1,4 +1,5 @@
-"""``fuse``: a plan to one readable Python module, which runs plain or compiled, bit for bit the same.
+"""``fuse``: a plan to one readable Python module, which is compiled as it stands; plain, :mod:`lathesim.engine.plain_text` rewrites its
+``run_block`` first, bit for bit the same.
 
 The module holds the laws as they stand in their components and two functions of its own::
 
@@ -13,14 +14,14 @@ array out of many, ``take`` and ``put`` some of its numbers, ``keep`` those of a
 
 The four RK4 stages are one loop: a machine of many parts is then compiled in a quarter of the time, and runs as fast. A law that a stage
 calls once stands there in place of its call, without what nobody reads, and what is held through the sample is computed before the
-steps: plain Python then takes two thirds of the time, and machine code no longer.
+steps: plain Python then takes two thirds of the time, and machine code no longer. Sums begin with -0.0, to which adding any number gives
+that number.
 """
 
 from __future__ import annotations
 
 import hashlib
 import math
-import re
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -29,15 +30,12 @@ from typing import Any, cast
 from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, State, Table
 from lathesim.engine.assembly import Part
 from lathesim.engine.law_source import LawLibrary, Piece
-from lathesim.engine.step_text import shortened, stored_names
+from lathesim.engine.step_text import shortened
 from lathesim.engine.wiring import Plan, giving, law_sources
 
 _PORTION = 32
 _LONGEST_BODY = 40
 """Lines of a law that may stand in place of its call."""
-_REACHED = 230
-"""Variables of a function, besides its arguments, that Python reaches by their number in one byte."""
-_NAME = re.compile(r"[A-Za-z_]\w*")
 _HEAD = '"""A fused machine, written by lathesim; change the parts, not this file."""\n'
 _ACCESS = """
 def take(numbers, first, count):
@@ -232,7 +230,7 @@ class _Writer:
         read = "\n".join(body)
         before = ["moment = time + substep * step"] if "moment" in read else []
         before += [f"{variable}__stage = {variable}" for variable in variables if f"{variable}__stage" in read]
-        before += [f"{variable}__sum = 0.0" for variable in variables]
+        before += [f"{variable}__sum = -0.0" for variable in variables]
         before += ["stage_time = moment"] if "moment" in read else []
         return held, [*before, "for weight, reach in stages:", *[f"    {line}" for line in body], *after]
 
@@ -279,20 +277,7 @@ class _Writer:
             body += [f"    {line}" for line in step]
         inside = [*setup, "for sample in range(count):", *[f"    {line}" for line in body]]
         inside += [*_put("states", plan.states), *_put("discrete", plan.discrete), "return -done if finished else done"]
-        return [*lines, *[f"    {line}" for line in [*_named_first(step, inside), *inside]]]
-
-
-def _named_first(step: list[str], function: list[str]) -> list[str]:
-    """Give lines that name the variables of a step before all others, where a function has more than Python reaches directly.
-
-    They are never run, and leave nothing in the byte code but the order of the variables; a tenth of the time of a plain run.
-    """
-    own = stored_names(function)
-    if len(own) <= _REACHED:
-        return []
-    names = [name for name in dict.fromkeys(_NAME.findall("\n".join(step))) if name in own and "__" in name][:_REACHED]
-    chains = [" = ".join(names[first : first + 4]) for first in range(0, len(names), 4)]
-    return ["if False:", *[f"    {chain} = 0.0" for chain in chains]] if names else []
+        return [*lines, *[f"    {line}" for line in inside]]
 
 
 def _rates(laws: list[str], variables: list[str]) -> dict[str, str]:

@@ -34,7 +34,9 @@ def body_in_place(source: str, arguments: Mapping[str, str], targets: Sequence[s
         return None
     own = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     begin = [f"{prefix}{name} = {arguments[name]}" for name in sorted(own & arguments.keys())]
-    names = {**arguments, **{name: f"{prefix}{name}" for name in own}, **_named_for(values, targets, own - arguments.keys())}
+    free = ["" if target in arguments.values() else target for target in targets]  # the law may still read what it replaces
+    found = _named_for(values, free, own - arguments.keys())
+    names = {**arguments, **{name: f"{prefix}{name}" for name in own}, **found}
     for node in nodes:
         if isinstance(node, ast.Name):
             node.id = names.get(node.id, node.id)
@@ -54,7 +56,7 @@ def _named_for(values: list[list[ast.expr]], targets: Sequence[str], own: set[st
             if isinstance(value, ast.Name) and value.id in own:
                 places.setdefault(value.id, set()).add(place)
     alone = {name: place for name, found in places.items() for place in found if len(found) == 1}
-    return {name: targets[place] for name, place in alone.items() if list(alone.values()).count(place) == 1}
+    return {name: targets[place] for name, place in alone.items() if targets[place] and list(alone.values()).count(place) == 1}
 
 
 def _to_the_end(statements: list[ast.stmt], targets: Sequence[str]) -> list[ast.stmt] | None:

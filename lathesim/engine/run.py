@@ -19,7 +19,7 @@ from lathesim.engine.endless import LawRunsOnError, Watch, may_run_on
 from lathesim.engine.failure import describe_failure
 from lathesim.engine.fuse import FusedModule, fuse
 from lathesim.engine.machine_code import CompiledMachine
-from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, plain_module
+from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, quick_module
 from lathesim.engine.noise import draw_noise
 from lathesim.engine.recorded_values import RecordedValues
 from lathesim.engine.run_arrays import RunArrays, start_arrays
@@ -127,7 +127,7 @@ def _advance(
     if may_compile and (engine == "compiled" or is_compiled(fused)):
         module, may_compile = _machine_code(fused, state), False
     if state.engine == "plain":
-        module, live = plain_module(fused), arrays.as_lists()
+        module, live = quick_module(fused), arrays.as_lists()
     period = plan.assembly.sample_period
     largest = max(64, _BLOCK_NUMBERS // max(1, len(plan.channels)))
     size = min(_FIRST_BLOCK[state.engine], last, largest)

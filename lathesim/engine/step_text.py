@@ -7,7 +7,7 @@ there, and raise nothing where a branch would have passed them by.
 from __future__ import annotations
 
 import ast
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 _SAFE = (ast.Add, ast.Sub, ast.Mult)
 _SAFE_FUNCTIONS = ("math.sin", "math.cos")
@@ -22,36 +22,56 @@ def shortened(
     assign and that are not ``also_varying``.
     """
     tree = ast.parse("\n".join(lines))
-    while True:
-        names = [node for node in ast.walk(tree) if isinstance(node, (ast.Name, ast.AugAssign))]
-        read = {node.id for node in names if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
-        read |= {node.target.id for node in names if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name)}
-        cleaner = _Unread(read | set(read_after))
-        cleaner.visit(tree)
-        if not cleaner.found:
-            break
-    varying = {node.id for node in names if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    while without_unread(tree, _read(tree) | set(read_after)):
+        pass
+    names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+    varying = {node.id for node in names if isinstance(node.ctx, ast.Store)}
     taker = _Held(varying | set(also_varying), set(parameters))
     taker.visit(tree)
     return [f"{name} = {text}" for text, name in taker.found.items()], ast.unparse(tree).splitlines()
 
 
-def stored_names(lines: Sequence[str]) -> set[str]:
-    """Give the variables that lines of a function assign."""
-    tree = ast.parse("def function():\n" + "\n".join(f"    {line}" for line in lines))
-    return {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+def without_unread(tree: ast.AST, read: Collection[str], may_go: Callable[[ast.expr], bool] = lambda value: True) -> bool:
+    """Take away the assignments to variables that are not ``read``, where their value ``may_go``; say whether there were any."""
+    cleaner = _Unread(set(read), may_go)
+    cleaner.visit(tree)
+    return cleaner.found
+
+
+def is_safe(node: ast.AST) -> bool:
+    """Say whether computing an expression raises nothing and changes nothing: sums, differences, products and comparisons."""
+    match node:
+        case ast.Constant() | ast.Name():
+            return True
+        case ast.BinOp():
+            return isinstance(node.op, _SAFE) and is_safe(node.left) and is_safe(node.right)
+        case ast.UnaryOp():
+            return is_safe(node.operand)
+        case ast.Compare():
+            return is_safe(node.left) and all(is_safe(item) for item in node.comparators)
+        case ast.BoolOp():
+            return all(is_safe(item) for item in node.values)
+        case ast.IfExp():
+            return is_safe(node.test) and is_safe(node.body) and is_safe(node.orelse)
+    return False
+
+
+def _read(tree: ast.AST) -> set[str]:
+    read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+    return read | {node.target.id for node in ast.walk(tree) if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name)}
 
 
 class _Unread(ast.NodeTransformer):
     """Takes assignments away; ``found`` says whether there were any."""
 
-    def __init__(self, read: set[str]) -> None:
+    def __init__(self, read: set[str], may_go: Callable[[ast.expr], bool]) -> None:
         self.read = read
+        self.may_go = may_go
         self.found = False
 
     def visit_Assign(self, node: ast.Assign) -> ast.AST | None:
         targets = [name for target in node.targets for name in (target.elts if isinstance(target, ast.Tuple) else [target])]
-        if any(not isinstance(name, ast.Name) or name.id in self.read for name in targets):
+        if any(not isinstance(name, ast.Name) or name.id in self.read for name in targets) or not self.may_go(node.value):
             return node
         self.found = True
         return None
