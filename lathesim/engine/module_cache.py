@@ -26,7 +26,7 @@ from lathesim.engine.machine_code import CompiledMachine, is_kept, load_code, ma
 from lathesim.engine.plain_text import PLAIN_FORMAT, plain_text
 from lathesim.errors import SimulationError
 
-_WIRING_TIME, _LINE_TIME, _LAW_TIME = 0.6, 0.006, 0.12
+_WIRING_TIME, _LINE_TIME, _LAW_TIME = 0.6, 0.0045, 0.12
 """Seconds it takes to load the compiler, to compile a line of wiring and a law; about 1.5 times what a quiet core of 2.5 GHz takes."""
 
 _MANY_LINES = 700
@@ -108,18 +108,23 @@ def _compiled(fused: FusedModule) -> CompiledMachine:
     from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
     from lathesim.engine.array_access import block_signature, matrix, put, take, vector
+    from lathesim.engine.block_compiler import BlockCompiler
 
     module: Any = _load(module_path(fused), f"lathesim_compiled_{fused.digest}")
     given = {**compiled_laws(fused), "vector": vector, "matrix": matrix, "take": take, "put": put, "keep": put}
     for name, function in given.items():
         setattr(module, name, function)
-    block = _compiler(cache=False)(module.run_block)
     signature = block_signature()
-    try:
-        with _at_compiling(side_by_side=_lines(fused) > _MANY_LINES):
+    block = _compiler(cache=False, pipeline_class=BlockCompiler)(module.run_block)
+    with _at_compiling(side_by_side=_lines(fused) > _MANY_LINES):
+        try:
             block.compile(signature)
-    except (NumbaError, UnsupportedBytecodeError) as error:
-        raise _refusal(fused, error) from error
+        except (NumbaError, UnsupportedBytecodeError):
+            block = _compiler(cache=False)(module.run_block)  # which takes longer, and lets a variable change its type
+            try:
+                block.compile(signature)
+            except (NumbaError, UnsupportedBytecodeError) as error:
+                raise _refusal(fused, error) from error
     (compiled,) = block.overloads.values()
     symbol = compiled.fndesc.llvm_func_name
     made = make_code(fused, block.inspect_llvm(signature.args), symbol)
@@ -162,11 +167,11 @@ def _compiled_law(piece: Piece, used: tuple[Any, ...]) -> Any:
     return _LAWS[piece.digest]
 
 
-def _compiler(cache: bool) -> Any:
+def _compiler(cache: bool, **more: Any) -> Any:
     """Give the compiler; what it makes is called from machine code only, and never has to be fit to be called from Python."""
     import numba
 
-    return numba.njit(cache=cache, error_model="numpy", boundscheck=False, no_cfunc_wrapper=True, no_cpython_wrapper=True)
+    return numba.njit(cache=cache, error_model="numpy", boundscheck=False, no_cfunc_wrapper=True, no_cpython_wrapper=True, **more)
 
 
 def _refusal(fused: FusedModule, error: Exception) -> SimulationError:

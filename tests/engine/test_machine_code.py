@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -36,7 +37,7 @@ def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pat
     monkeypatch.setenv("LATHESIM_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(module_cache, "_MACHINES", {})
     monkeypatch.setattr(module_cache, "_LAWS", {})
-    caches = (cache_folder, law_text, module_cache.plain_module)
+    caches = (cache_folder, law_text, module_cache.plain_module, module_cache.quick_module)
     for cache in caches:
         cache.cache_clear()
     yield tmp_path / "cache"
@@ -51,6 +52,26 @@ def said() -> Iterator[list[str]]:
     tell_compiling_to(told.append)
     yield told
     tell_compiling_to(None)
+
+
+class Turning(Component):
+    """A law of a stage with a variable that is a float first, then a whole number."""
+
+    size = State("m", 1.0, doc="size")
+    shown = Output("m", doc="size")
+
+    @staticmethod
+    def derivative(size: float) -> float:
+        turns = 3.5 - size * 0.0
+        turns = math.floor(turns)
+        rate = 0.0
+        for _ in range(turns):
+            rate = rate - size
+        return rate
+
+    @staticmethod
+    def output(size: float) -> float:
+        return size
 
 
 def compile_loop(assembly: Assembly) -> None:
@@ -76,6 +97,13 @@ def test_values_never_compile_and_a_changed_helper_compiles_its_law_only(
     compile_loop(loop())
     assert len(said) == 2
     assert len(laws_compiled(empty_cache) - first) == 1  # the sine that uses the constant; the law that calls it stands in the wiring
+
+
+def test_a_variable_may_change_its_type(empty_cache: Path) -> None:
+    plan = wire(Assembly((Part("part", Turning),), (), 0.01, 0.01))
+    plain, compiled = (run(plan, duration=1.0, engine=engine)["part.shown"] for engine in ("plain", "compiled"))
+    assert plain.tobytes() == compiled.tobytes()
+    assert compiled[-1] == pytest.approx(math.exp(-3.0), rel=1e-6)
 
 
 def test_damaged_code_is_made_anew(empty_cache: Path) -> None:
