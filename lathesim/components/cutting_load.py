@@ -56,7 +56,7 @@ class CuttingLoad(Component):
         side = feed_x if free_end >= 0.0 else -feed_x
         across_x = radial_force * feed_z
         across_z = radial_force * feed_x
-        if side - feed_z < 0.0:
+        if side < feed_z:
             across_x = -across_x
             across_z = -across_z
         torque = part_radius * cutting_force

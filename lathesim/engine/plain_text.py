@@ -19,7 +19,7 @@ from lathesim.engine.plain_step import plain_step
 from lathesim.engine.step_text import is_safe, without_unread
 from lathesim.engine.text_tree import copied, nodes, read_names, stored_names, target_of, written
 
-PLAIN_FORMAT = 1
+PLAIN_FORMAT = 2
 """Rises with every change of what this module or ``plain_step`` writes, so that no older text is taken from the cache."""
 _LONGEST_BODY = 40
 """Lines of a law that may stand in place of its call."""
@@ -42,13 +42,16 @@ def plain_text(source: str) -> str:
             plain_step(statement)
         sizes = [size for statement in samples.body if (size := _written_at_once(statement))]
         _drop_unread(samples, block)
-        block.body[place:place] = _taken_out(samples)
+        block.body[place:place] = _taken_out(samples, block)
     head, *lines = ast.unparse(block).splitlines()
     bound = sorted(set(_OF_MATH.findall("\n".join(lines))))
     lines = [*(f"    math_{name} = math.{name}" for name in bound), *(_OF_MATH.sub(r"math_\1", line) for line in lines)]
-    called = [written([copied(module.functions[name], module.constants)]) for name in module.called(block)]
+    called = [module.functions[name] for name in module.called(block)]
+    for law in called:
+        law.body = module.in_place(law.body)
+    laws = [written([copied(law, module.constants)]) for law in called]
     made = [module.others, "from struct import Struct", *(f"keep_{size} = Struct('{size}d').pack_into" for size in sorted(set(sizes)))]
-    return "\n\n\n".join(["\n".join(made), *called, "\n".join([head, *_named_first(block, lines), *lines, ""])])
+    return "\n\n\n".join(["\n".join(made), *laws, "\n".join([head, *_named_first(block, lines), *lines, ""])])
 
 
 class _Module:
@@ -76,7 +79,7 @@ class _Module:
         """Give statements with the bodies of laws in the place of their calls."""
         found: list[ast.stmt] = []
         for statement in statements:
-            if isinstance(statement, ast.If):
+            if isinstance(statement, (ast.If, ast.For, ast.While)):
                 statement.body, statement.orelse = self.in_place(statement.body), self.in_place(statement.orelse)
             found += self._body(statement) or [statement]
         return found
@@ -92,9 +95,12 @@ class _Module:
             return None
         self._count += 1
         targets = [ast.unparse(item) for item in (target.elts if isinstance(target, ast.Tuple) else [target])]
-        arguments = {name: ast.unparse(value) for name, value in zip(names, given, strict=True)}
+        arguments, before = {}, []
+        for name, value in zip(names, given, strict=True):
+            arguments[name] = ast.unparse(value) if isinstance(value, (ast.Name, ast.Subscript)) else f"law_{self._count}__given_{name}"
+            before += [] if isinstance(value, (ast.Name, ast.Subscript)) else [f"{arguments[name]} = {ast.unparse(value)}"]
         lines = body_in_place(self._text(law), arguments, targets, f"law_{self._count}__")
-        return ast.parse("\n".join(lines)).body if lines is not None and len(lines) <= _LONGEST_BODY else None
+        return ast.parse("\n".join([*before, *lines])).body if lines is not None and len(lines) <= _LONGEST_BODY else None
 
     def _has_while(self, name: str) -> bool:
         return any(isinstance(node, ast.While) for node in nodes(self.functions[name]))
@@ -125,13 +131,30 @@ def _drop_unread(samples: ast.For, block: ast.FunctionDef) -> None:
         pass
 
 
-def _taken_out(samples: ast.For) -> list[ast.stmt]:
-    """Take what is the same in every sample out of their loop, and give it."""
+def _taken_out(samples: ast.For, block: ast.FunctionDef) -> list[ast.stmt]:
+    """Take what is the same in every sample out of their loop, and give it: what is computed in any case, of what no sample changes."""
+    once = {name for name, count in Counter(stored_names(block)).items() if count == 1}
     varying = set(stored_names(samples))
-    held = [statement for statement in samples.body if target_of(statement).startswith("held_")]
-    taken = [statement for statement in held if varying.isdisjoint(read_names(statement))]
+    taken: list[ast.stmt] = []
+    for statement in samples.body:
+        if isinstance(statement, ast.If) and any(isinstance(node, ast.Break) for node in nodes(statement)):
+            once &= {name for name in once if name.startswith("held_")}  # after the last sample, nothing else is to be computed
+        name = target_of(statement)
+        alike = name in once and varying.isdisjoint(read_names(statement))
+        if alike and isinstance(statement, ast.Assign) and _is_arithmetic(statement.value):
+            taken.append(statement)
+            varying.discard(name)
     samples.body = [statement for statement in samples.body if statement not in taken]
     return taken
+
+
+def _is_arithmetic(value: ast.expr) -> bool:
+    """Say whether an expression is made of numbers, variables, operators and functions of ``math``."""
+    made = (ast.Name, ast.Constant, ast.BinOp, ast.UnaryOp, ast.Compare, ast.Call, ast.Attribute)
+    every = nodes(value)
+    return all(isinstance(node, made) for node in every) and all(
+        isinstance(node.func, ast.Attribute) for node in every if isinstance(node, ast.Call)
+    )
 
 
 def _named_first(block: ast.FunctionDef, lines: list[str]) -> list[str]:

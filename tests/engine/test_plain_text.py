@@ -15,7 +15,7 @@ from lathesim.engine.cache_folder import cache_folder
 from lathesim.engine.fuse import fuse
 from lathesim.engine.module_cache import plain_module, quick_module
 from lathesim.engine.noise import draw_noise
-from lathesim.engine.plain_text import plain_text
+from lathesim.engine.plain_text import PLAIN_FORMAT, plain_text
 from lathesim.engine.run import run
 from lathesim.engine.run_arrays import start_arrays
 from lathesim.engine.wiring import Plan, wire
@@ -75,6 +75,7 @@ def test_laws_stand_in_place_constants_are_numbers_and_what_samples_share_is_don
     assert "nonlinear_force_MILLIMETRES" not in text
     assert "    math_sqrt = math.sqrt\n" in before
     assert "    held_5 = 1.0 + cutting_force__cutting_feed_exponent\n" in before
+    assert "__quantum = (x_dac__largest_voltage - x_dac__smallest_voltage) / " in before
     assert "math." not in samples
     assert "keep_30(record, 8 * (row + 0), interpolator__x_reference," in samples
 
@@ -87,13 +88,16 @@ def test_a_state_that_a_law_still_reads_is_replaced_after_the_law() -> None:
 
 
 def test_a_law_with_a_while_is_called_so_that_it_can_be_named() -> None:
-    assert "= Stock_update(" in plain_text(fuse(lathe_plan()).source)
+    text = plain_text(fuse(lathe_plan()).source)
+    assert "= Stock_update(" in text
+    assert "def Stock_update(" in text
+    assert "= stock_radius_at(" not in text  # which the law calls, and which stands in its place there
 
 
 def test_a_text_damaged_in_the_cache_is_written_anew() -> None:
     fused = fuse(wire(loop(0.001)))
     quick_module(fused)
-    (path,) = cache_folder().glob(f"quick_{fused.digest}.*.py")
+    path = cache_folder() / f"quick_{fused.digest}.{PLAIN_FORMAT}.py"
     whole = path.read_text()
     path.write_text(whole.replace("half = 0.5", "half = 0.6"))
     quick_module.cache_clear()
