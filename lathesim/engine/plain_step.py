@@ -1,11 +1,13 @@
-"""An RK4 step as plain Python runs it fastest: its four stages one after the other, each without what it does twice or need not do.
+"""A step as plain Python runs it fastest: its stages one after the other, each without what it does twice or need not do.
 
 Every number is the result of the same operations in the same order as in the loop over the stages, so no bit changes:
 
 - a variable that is read once stands where it is read,
 - an ``if`` that a branch of the one before it has decided stands inside its branches,
 - what is written twice is computed once, and ``abs(x)`` is ``x if x > 0.0 else 0.0 - x`` (zeros of either sign give 0.0),
-- ``sum = -0.0`` and four times ``sum + weight * rate`` are one expression; no weight of 1.0 is written, and no stage after the fourth.
+- ``sum = -0.0`` and ``sum + weight * rate`` of every stage are one expression; no weight of 1.0 is written, and no stage after the last.
+
+Weights and reaches are those of the module's own table ``stages``, so that another method in the place of RK4 stays what it is.
 """
 
 from __future__ import annotations
@@ -17,13 +19,23 @@ from collections.abc import Iterator, Mapping
 from lathesim.engine.step_text import is_safe, without_unread
 from lathesim.engine.text_tree import copied, nodes, read_names, stored_names, target_of
 
-_REACHES = ("half", "half", "step", "")
+Table = list[tuple[ast.expr, ast.expr]]
+"""The weight of each stage in the sum, and the reach of the next."""
 _LONGEST_STAGE = 200
 """Statements of a stage that is written four times; four times a longer one takes longer to write than a short run gains."""
 
 
-def plain_step(loop: ast.stmt) -> None:
-    """Rewrite the loop over the steps of a sample where it is one, its stages one after the other where they are few enough."""
+def stage_table(block: ast.FunctionDef) -> Table:
+    """Give the table of stages that stands in ``run_block``, empty where there is none."""
+    for statement in block.body:
+        if target_of(statement) == "stages" and isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Tuple):
+            pairs = [pair.elts for pair in statement.value.elts if isinstance(pair, ast.Tuple)]
+            return [(weight, reach) for weight, reach in pairs]
+    return []
+
+
+def plain_step(loop: ast.stmt, table: Table) -> None:
+    """Rewrite the loop over the steps of a sample where it is one, its stages one after the other where they are short enough."""
     if not isinstance(loop, ast.For) or ast.unparse(loop.target) != "substep":
         return
     place = next(place for place, statement in enumerate(loop.body) if isinstance(statement, ast.For))
@@ -31,8 +43,8 @@ def plain_step(loop: ast.stmt) -> None:
     assert isinstance(stages, ast.For)
     step = _Step(loop.body[:place], stages.body, loop.body[place + 1 :])
     stages.body = [*step.laws, *step.sums, *step.moves]
-    if sum(isinstance(node, ast.stmt) for node in nodes(*stages.body)) <= _LONGEST_STAGE:
-        loop.body = step.unrolled() or loop.body
+    if table and sum(isinstance(node, ast.stmt) for node in nodes(*stages.body)) <= _LONGEST_STAGE:
+        loop.body = step.unrolled(table) or loop.body
 
 
 class _Step:
@@ -87,28 +99,29 @@ class _Step:
             found += ast.parse(f"{name} = {text}").body
         self.laws = [*found, *self.laws]
 
-    def unrolled(self) -> list[ast.stmt] | None:
+    def unrolled(self, table: Table) -> list[ast.stmt] | None:
         """Give the step with its stages one after the other, none where a state would change while its old value is still needed."""
         current = {target_of(statement): statement.value for statement in self.before if isinstance(statement, ast.Assign)}
         current = {name: value for name, value in current.items() if name in self.moved and isinstance(value, ast.Name)}
         terms: dict[str, list[str]] = {target_of(statement): [] for statement in self.sums}
         rest = [statement for statement in self.before if target_of(statement) not in {*current, *terms}]
         rates = set(read_names(*self.sums)) - {"weight"} - self.moved - terms.keys()
-        for number, reach in enumerate(_REACHES, 1):
+        for number, (weight, reach) in enumerate(table, 1):
             current |= {rate: ast.Name(f"{rate}_{number}", ast.Load()) for rate in rates}
             rest += [copied(statement, current) for statement in self.laws]
             for statement in self.sums:
-                terms[target_of(statement)].append(ast.unparse(copied(_summand(statement), current)))
-            for statement in self.moves if reach else ():
+                rate = ast.unparse(copied(_summand(statement), current))
+                terms[target_of(statement)].append(rate if ast.unparse(weight) == "1.0" else f"{ast.unparse(weight)} * {rate}")
+            for statement in self.moves if number < len(table) else ():
                 assert isinstance(statement, ast.Assign)
                 name = f"{target_of(statement)}_{number + 1}"
-                value = copied(statement.value, {**current, "reach": ast.Name(reach, ast.Load())})
+                value = copied(statement.value, {**current, "reach": reach})
                 rest.append(ast.Assign([ast.Name(name, ast.Store())], value, lineno=0))
                 current[target_of(statement)] = ast.Name(name, ast.Load())
         return self._with_sums(rest, terms)
 
     def _with_sums(self, rest: list[ast.stmt], terms: Mapping[str, list[str]]) -> list[ast.stmt] | None:
-        sums = {name: ast.parse("{} + 2.0 * {} + 2.0 * {} + {}".format(*four), mode="eval").body for name, four in terms.items()}
+        sums = {name: ast.parse(" + ".join(some), mode="eval").body for name, some in terms.items()}
         after = [copied(statement, sums) for statement in self.after]
         states = {target_of(statement) for statement in after}
         after.sort(key=lambda statement: not (states - {target_of(statement)}) & set(read_names(statement)))

@@ -15,11 +15,11 @@ from collections import Counter
 from collections.abc import Iterable
 
 from lathesim.engine.law_in_place import body_in_place
-from lathesim.engine.plain_step import plain_step
+from lathesim.engine.plain_step import plain_step, stage_table
 from lathesim.engine.step_text import is_safe, without_unread
 from lathesim.engine.text_tree import copied, nodes, read_names, stored_names, target_of, written
 
-PLAIN_FORMAT = 2
+PLAIN_FORMAT = 3
 """Rises with every change of what this module or ``plain_step`` writes, so that no older text is taken from the cache."""
 _LONGEST_BODY = 40
 """Lines of a law that may stand in place of its call."""
@@ -39,7 +39,7 @@ def plain_text(source: str) -> str:
         assert isinstance(samples, ast.For)
         samples.body = [copied(statement, module.constants) for statement in module.in_place(samples.body)]
         for statement in samples.body:
-            plain_step(statement)
+            plain_step(statement, stage_table(block))
         sizes = [size for statement in samples.body if (size := _written_at_once(statement))]
         _drop_unread(samples, block)
         block.body[place:place] = _taken_out(samples, block)

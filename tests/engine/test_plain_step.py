@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from lathesim.engine.plain_step import plain_step
+from lathesim.engine.plain_step import plain_step, stage_table
 
 STEP = """
 for substep in range(steps):
@@ -23,10 +23,16 @@ for substep in range(steps):
 """
 
 
-def step(*laws: str) -> list[str]:
+RK4 = "stages = ((1.0, half), (2.0, half), (2.0, step), (1.0, half))"
+HEUN = "stages = ((1.0, step), (1.0, step))"
+
+
+def step(*laws: str, table: str = RK4) -> list[str]:
     """Give the lines of a step with these laws in its stages."""
     loop = ast.parse(STEP.format(laws="\n        ".join(laws))).body[0]
-    plain_step(loop)
+    block = ast.parse(f"def run_block():\n    {table}").body[0]
+    assert isinstance(block, ast.FunctionDef)
+    plain_step(loop, stage_table(block))
     return [line.strip() for line in ast.unparse(loop).splitlines()[1:]]
 
 
@@ -45,6 +51,18 @@ def test_four_stages_stand_one_after_the_other() -> None:
         "x__travel = x__travel + sixth * (x__speed + 2.0 * x__speed__stage_2 + 2.0 * x__speed__stage_3 + x__speed__stage_4)",
         "x__speed = x__speed + sixth * (x__speed__rate_1 + 2.0 * x__speed__rate_2 + 2.0 * x__speed__rate_3 + x__speed__rate_4)",
     ]
+
+
+def test_another_table_is_another_method() -> None:
+    assert step("x__speed__rate = force - x__speed__stage", table=HEUN) == [
+        "x__speed__rate_1 = force - x__speed",
+        "x__travel__stage_2 = x__travel + step * x__speed",
+        "x__speed__stage_2 = x__speed + step * x__speed__rate_1",
+        "x__speed__rate_2 = force - x__speed__stage_2",
+        "x__travel = x__travel + sixth * (x__speed + x__speed__stage_2)",
+        "x__speed = x__speed + sixth * (x__speed__rate_1 + x__speed__rate_2)",
+    ]
+    assert "for weight, reach in stages:" in step("x__speed__rate = force - x__speed__stage", table="stages = some_method")
 
 
 def test_a_long_stage_stays_a_loop() -> None:
