@@ -224,7 +224,7 @@ class Bench:
             other = fit(self.rig.sensed, eased, before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE, fresh=False)
             best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.rig, best).above(before.score, wide=is_wide((*before.terms, term)))
-        if gain <= self.least_gain:
+        if not gain > self.least_gain:
             return Trial(term, replace(before, terms=terms, fitted=best), gain, -np.inf, 0.0, 0.0, 0.0)
         model = self.model(terms, best)
         held = model.held_out.above(before.held_out, wide=is_wide((*before.terms, term)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lathesim.component import Input, Output, Parameter, State
+from lathesim.component import DiscreteState, Input, Output, Parameter, State
 from lathesim.effects.effect import Effect
 
 
@@ -104,7 +104,8 @@ class TorsionalWindUp(Effect):
 
     x_out = x_in - compliance applied
 
-    Static: the resonance of the same spring is AxialResonance.
+    A sensor is read before the converter changes the force: what has twisted the screw is the force of the sample before. Static: the
+    resonance of the same spring is AxialResonance.
     """
 
     catalogue, family, site = 14, "lag", "measured"
@@ -117,15 +118,20 @@ class TorsionalWindUp(Effect):
     source = "Altintas, Manufacturing Automation, 2nd ed. 2012, sec. 5.2; 0.5 to 5 um at full acceleration. Range assumed."
 
     incoming = Input("{signal}", doc="position by the motor")
-    applied = Input("{applied}", doc="net driving force or torque")
+    applied = Input("{applied}", previous=True, doc="net driving force or torque")
     outgoing = Output("{signal}", doc="position of the table")
+    twist = DiscreteState("{signal}", doc="wind-up at the sample instant")
     compliance = Parameter("{signal}/({applied})", 0.0, low=0.0, doc="wind-up per driving force")
 
     @staticmethod
-    def output(incoming: float, applied: float, compliance: float) -> float:
+    def update(applied: float, compliance: float) -> float:
+        return compliance * applied
+
+    @staticmethod
+    def output(incoming: float, twist: float, compliance: float) -> float:
         if compliance == 0.0:
             return incoming
-        return incoming - compliance * applied
+        return incoming - twist
 
 
 class BaseRocking(Effect):

@@ -24,7 +24,7 @@ NUMBERS: list[tuple[str, dict[str, float], float]] = [
     ("ThermalScrewGrowth", {"incoming": 0.5, "time": 1e9, "strain": 115e-6, "time_constant": 600.0, "fixed_end": 0.0}, 0.5000575),
     ("SquarenessError", {"incoming": 0.0, "other_position": 0.2, "slope": 20e-6, "bow": 0.0}, 4e-6),
     # 100 N/um pushed with 100 N
-    ("TorsionalWindUp", {"incoming": 0.0, "applied": 100.0, "compliance": 1e-8}, -1e-6),
+    ("TorsionalWindUp", {"incoming": 0.0, "twist": 1e-6, "compliance": 1e-8}, -1e-6),
     ("AmplifierDeadZone", {"incoming": -1.0, "half_width": 0.2}, -0.8),
     ("AmplifierDeadZone", {"incoming": 0.1, "half_width": 0.2}, 0.0),
     ("DriveSaturation", {"incoming": -12.0, "level": 10.0}, -10.0),
