@@ -29,6 +29,7 @@ from typing import Any, cast
 
 from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, State, Table
 from lathesim.engine.assembly import Part
+from lathesim.engine.idle_groups import grouped
 from lathesim.engine.law_source import LawLibrary, Piece
 from lathesim.engine.step_text import shortened
 from lathesim.engine.wiring import Plan, giving, law_sources
@@ -275,7 +276,8 @@ class _Writer:
         if step:
             body += [*held, "for substep in range(steps):"]
             body += [f"    {line}" for line in step]
-        inside = [*setup, "for sample in range(count):", *[f"    {line}" for line in body]]
+        body, groups = grouped(body)
+        inside = [*setup, *groups, "for sample in range(count):", *[f"    {line}" for line in body]]
         inside += [*_put("states", plan.states), *_put("discrete", plan.discrete), "return -done if finished else done"]
         return [*lines, *[f"    {line}" for line in inside]]
 
