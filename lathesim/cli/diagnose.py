@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +31,7 @@ STOPPED = 130
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where report and lesson go [default: lathesim_runs/LESSON/].")
 @click.option("--json", "json_file", type=click.Path(path_type=Path, allow_dash=True), metavar="FILE", help="Write JSON ('-': print it).")
 @click.option("--effect", "only", multiple=True, metavar="NAME", help="Try only these effects.")
+@click.option("--at-most", metavar="TIME", help="End the search after so long, as '2 min', and keep what is known [default: when done].")
 @click.option("--no-report", is_flag=True, help="Write no report.")
 @click.option(
     "--without",
@@ -44,6 +49,7 @@ def diagnose(
     out: Path | None,
     json_file: Path | None,
     only: tuple[str, ...],
+    at_most: str | None,
     no_report: bool,
     left_out: tuple[str, ...],
     variant: str | None,
@@ -52,7 +58,7 @@ def diagnose(
     """Hold RECORDING against the simulation of LESSON, find what the lesson left out, and show that the fit improves.
 
     The lesson says in ``recordings:`` what the columns mean and in ``uncertain:`` how sure its values are. The answer is judged on a
-    recording that was not fitted. Ctrl-C ends the search and keeps what is known (exit code 130).
+    recording that was not fitted. Ctrl-C, or a request to terminate, ends the search and keeps what is known (exit code 130).
     """
     import json
     import os
@@ -66,14 +72,17 @@ def diagnose(
     from lathesim.diagnosis.left_out_step import without
     from lathesim.diagnosis.loading import load_case
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.units import quantity
 
+    limit = math.inf if at_most is None else quantity(at_most, "s")
     registry = open_registry(plugin_folders)
     effects = [registry.effect(name) for name in only] if only else list(registry.effects.values())
     loaded = load_lesson(lesson)
     quiet = json_file is not None and str(json_file) == "-"
     case = load_case(loaded, [recording] if validate is None else [recording, validate], registry, variant=variant)
     question = without(ask(loaded.title, case.machine, case.recordings, effects), left_out)  # type: ignore[arg-type]
-    with _progress(shown=not quiet) as tell:
+    question = replace(question, settings=replace(question.settings, longest=limit))
+    with _progress(shown=not quiet) as tell, _terminated_as_interrupted():
         diagnosis = answer(question, tell)
     folder = out or Path("lathesim_runs") / loaded.name
     files = [] if no_report else _write(diagnosis, case, folder)
@@ -85,7 +94,20 @@ def diagnose(
             json_file.write_text(told + "\n", encoding="utf-8")
             files.append(json_file)
         _tell(diagnosis, files)
-    return 0 if diagnosis.complete else STOPPED
+    return 0 if diagnosis.complete or at_most is not None else STOPPED
+
+
+@contextmanager
+def _terminated_as_interrupted() -> Iterator[None]:
+    """Take a request to terminate (of a batch system, of ``timeout``) for Ctrl-C; only the main thread can."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 @contextmanager
@@ -125,7 +147,9 @@ def _tell(diagnosis: Diagnosis, files: list[Path]) -> None:
         click.echo(f"Recording: {line}")
     click.echo(f"\n{diagnosis.sentence}\n")
     for effect in diagnosis.effects:
-        sure = f"probability {effect.probability:.2f}, {effect.share:.0%} of the error"
+        # what is read off the recorded values takes no part of the error
+        taken = f"{effect.share:.0%} of the error" if math.isfinite(effect.share) else "read off the recorded values"
+        sure = f"probability {effect.probability:.2f}, {taken}"
         click.echo(f"  {effect.effect} at {effect.at}  ({effect.family}, {sure})")
         for name, item in effect.parameters.items():
             click.echo(f"    {name} = {item.value:.4g} {item.unit}  (95 %: {item.low:.4g} to {item.high:.4g})")

@@ -1,27 +1,30 @@
-"""A recording that contradicts itself: a command that does not follow from what its controller was given.
+"""A recording that contradicts itself: a command that does not follow from what its controller was given, a reading in another unit.
 
-Between them lies no physics that could be left out, only the controller's law. Where the command would follow with another sample period,
-it is the time column that is wrong.
+Between a command and what its controller was given lies no physics that could be left out, only the controller's law. Where the command
+would follow with another sample period, it is the time column that is wrong.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from lathesim.component import Component
 from lathesim.diagnosis.problem import Rig
-from lathesim.diagnosis.terms import decides
+from lathesim.diagnosis.terms import Term, decides
 from lathesim.diagnosis.trial import SETTLING
 from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.record import Record
+from lathesim.recordings.known_factors import known_factor
 
 CONTROLLED = 0.2
 """Share of a controller's command that may stay unexplained by what it was given before the recording is held to be at fault."""
 _FOLLOWS = 0.05
 """Share that may stay unexplained with another sample period for that to be the fault."""
+_GAINS = (0.6, 1.6)
+"""Factors between which an amplifier may be off."""
 _PERIODS = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
 """Factors between the true period and the recorded one: clocks of other devices, and seconds for milliseconds."""
 
@@ -48,6 +51,19 @@ def contradicted(rig: Rig, values: Mapping[str, float]) -> str:
                 f"{share:.0%} of {name} does not follow from what its controller was given: a channel is shifted, swapped or in another "
                 "unit, the sample period is another, or the controller is not that of the lesson."
             )
+    return ""
+
+
+def wrong_unit(terms: Iterable[Term], values: Mapping[str, float]) -> str:
+    """Give a sentence where an effect of a model would be a factor on a reading that a mistaken unit leaves; empty where none is.
+
+    No amplifier is off by 2 pi: the column is.
+    """
+    for term in terms:
+        for name, neutral in zip(term.parameters, term.neutral, strict=True):
+            factor = values.get(name, 1.0)
+            if neutral == 1.0 and not _GAINS[0] < abs(factor) < _GAINS[1] and (unit := known_factor(factor)):
+                return f"{term.at} reads {factor:.4g} times what the machine does, which is the factor of a mistaken unit: {unit}."
     return ""
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lathesim.diagnosis.coarse_counts import coarse_counts
-from lathesim.diagnosis.contradiction import contradicted
+from lathesim.diagnosis.contradiction import contradicted, wrong_unit
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict
 from lathesim.diagnosis.discovery import discover, plugin_text
 from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
@@ -74,6 +74,8 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
         say(f"leaving out again {', '.join(term.name for term in doubtful)}: the recordings do not agree on its size")
         leave_out(found, doubtful, rig, held_out, say)
         values = estimates(found.model, held_out, whole)
+    if mistaken := wrong_unit(found.model.terms, values.values()):
+        return _recording_fault(question, [mistaken], findings, began)
     counts = coarse_counts((rig, held_out), found.model.terms)
     return replace(
         _answer(question, found, rig, held_out, values, counts, say),
@@ -115,13 +117,17 @@ def _answer(
     own = compared(held_out, before.by_name, reported.by_name)
     evidence = gather(rig, held_out, found, own)
     location = located(held_out, found, evidence)
-    standings = [*standing(found, question.settings), *[Standing(term, 1.0, (), (), 0.0, 0.0) for term, _ in counts]]
+    if counts:
+        hosts = [term.at.partition(".")[0] for term in (*found.model.terms, *[term for term, _ in counts])]
+        others = location.components if found.model.terms else ()
+        location = replace(location, components=tuple(dict.fromkeys([*hosts, *others])))
+    standings = [*standing(found, question.settings), *[Standing(term, 1.0, (), (), np.nan, np.nan) for term, _ in counts]]
     read = {f"{term.part}.{term.effect.spacing}": count for term, count in counts}
     after = strongest_variables(evidence.bars, [], after=True)
     removed = removed_in_band(found)
     baseline = _baseline(rig, found, values)
     strained = tuple(name for name, item in baseline.items() if abs(item.refit_with - item.given) > STRAINED * rig.machine.uncertain[name])
-    bands = narrow_bands(held_out, found.model.held_out_fit)
+    bands = narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted)
     adequate = structured_share(evidence, rig.machine.compare) < ADEQUATE and not strained and not bands
     verdict = _verdict(found, standings, moved, adequate, removed)
     told_of = replace(values, by_name={**values.by_name, **read})

@@ -18,17 +18,19 @@ from lathesim.diagnosis.noise_model import spectrum
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import decides
 
-_WIDTH = 7
-"""Frequencies over which the power is averaged ..."""
-_AROUND = 401
-"""... held against the median of so many ..."""
-_NEAR = 40
-"""... and added up on either side of a peak."""
+_WIDTHS = (7, 41)
+"""Frequencies over which the power is averaged: of a hum, and of one that wanders."""
+_AROUND = 60
+"""The average is held against the median of so many widths ..."""
+_NEAR = 6
+"""... and added up over so many widths on either side of a peak."""
 _MEDIAN = math.log(2.0)
 """Median of the power of noise whose mean is one."""
-_PROMINENT = 12.0
+_PROMINENT = (12.0, 4.0)
+"""Times the median that each average must reach."""
 _SHARE = 0.2
 _LEAST_CYCLES = 60
+"""Cycles in a recording below which the strongest band is the motion's, or the end of a slow drift."""
 _HIGHEST = 0.9
 """Share of the resolved frequencies above which a difference of two samples rings by itself."""
 
@@ -56,18 +58,22 @@ def narrow_bands(rig: Rig, fitted: Fitted) -> list[NarrowBand]:
     parts = {part.name: part.component for part in rig.machine.assembly.parts}
     seconds = rig.sensed.samples * rig.machine.assembly.sample_period
     for row, (name, model) in enumerate(zip(rig.machine.compare, fitted.noise, strict=True)):
-        if decides(parts[name.partition(".")[0]]) or len(model.power) < 2 * _AROUND:
+        if decides(parts[name.partition(".")[0]]):
             continue
         power = np.abs(spectrum(fitted.residual[row], model.differences, model.window)) ** 2 / model.power
-        around = median_filter(power, size=_AROUND, mode="nearest") / _MEDIAN
-        prominence = uniform_filter1d(power / np.maximum(around, 1e-300), _WIDTH)
-        prominence[:_LEAST_CYCLES] = 0.0
-        prominence[int(_HIGHEST * len(prominence)) :] = 0.0
-        peak = int(np.argmax(prominence))
-        near = slice(max(0, peak - _NEAR), peak + _NEAR + 1)
-        share = float(np.sum(power[near]) / np.sum(power))
-        if prominence[peak] > _PROMINENT and share > _SHARE:
-            raw = np.abs(spectrum(fitted.residual[row])) ** 2
-            size = math.sqrt(2.0 * float(np.sum(raw[near])) / rig.sensed.samples)
-            found.append(NarrowBand(name, peak / seconds, size, rig.sensed.plan.unit(rig.sensed.channels[row]), share))
+        for width, prominent in zip(_WIDTHS, _PROMINENT, strict=True):
+            if len(power) < 2 * _AROUND * width:
+                break
+            around = median_filter(power, size=_AROUND * width + 1, mode="nearest") / _MEDIAN
+            prominence = uniform_filter1d(power / np.maximum(around, 1e-300), width)
+            prominence[: width // 2] = 0.0
+            prominence[int(_HIGHEST * len(prominence)) :] = 0.0
+            peak = int(np.argmax(prominence))
+            near = slice(max(0, peak - _NEAR * width), peak + _NEAR * width + 1)
+            share = float(np.sum(power[near]) / np.sum(power))
+            if peak >= _LEAST_CYCLES and prominence[peak] > prominent and share > _SHARE:
+                raw = np.abs(spectrum(fitted.residual[row])) ** 2
+                size = math.sqrt(2.0 * float(np.sum(raw[near])) / rig.sensed.samples)
+                found.append(NarrowBand(name, peak / seconds, size, rig.sensed.plan.unit(rig.sensed.channels[row]), share))
+                break
     return found

@@ -21,6 +21,7 @@ from lathesim.diagnosis.screening import Screened, is_limit, least_shown, screen
 from lathesim.diagnosis.side_by_side import TOGETHER, Asked, side_by_side
 from lathesim.diagnosis.starting_points import starting_points
 from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.time_limit import until
 from lathesim.diagnosis.trial import STRAINED, Bench, Model, Tell, Trial, is_strained, is_wide, judged_score, strains, strains_anew
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
@@ -43,6 +44,8 @@ class Settings:
     """How the search goes about it."""
 
     most_effects: int = 4
+    longest: float = np.inf
+    """Time after which the search ends and keeps what is known [s]."""
     screened: int = 5
     """Candidates fitted in one round."""
     worth_a_fit: float = 0.25
@@ -99,8 +102,9 @@ class Found:
 def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell | None = None) -> Found:
     """Search the candidates of a rig; ``held_out`` judges. Stopped with Ctrl-C it gives what was found until then."""
     chosen = settings or Settings()
-    bench = Bench(rig, held_out, tell or (lambda text: None), least_gain=chosen.margin)
-    bench.say("fitting the baseline")
+    say = tell or (lambda text: None)
+    say("fitting the baseline")
+    bench = Bench(rig, held_out, until(chosen.longest, say), least_gain=chosen.margin)
     fitted = fit(rig.sensed, [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)], rounds=3)
     bench.weigh(fitted)
     fitted = bench.feeling(fitted, ())

@@ -20,6 +20,9 @@ from lathesim.errors import LatheSimError
 from lathesim.lessons.insertion import insert_effect
 
 _START_POINTS = 8
+_ORDERS = 3
+"""Whole numbers a turn that are tried."""
+_PHASES = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
 _ROTARY_UNITS = ("N*m", "rad/s", "rad")
 
 
@@ -178,10 +181,12 @@ def _term(part: str, effect: type[Effect], placed: type[Component], host: str) -
     points = _spread([ranges[name] for name in names])
     if "order" in names:
         # lobes and ripples come in whole numbers a turn, the lowest first; between two of them nothing adds up over many turns
-        low_order = round(ranges["order"][0])
-        points[:, names.index("order")] = np.repeat([low_order, low_order + 1], _START_POINTS // 2)
+        lowest, highest = (round(bound) for bound in ranges["order"])
+        orders = np.arange(lowest, min(highest, lowest + _ORDERS - 1) + 1)
+        points = np.resize(points, (len(_PHASES) * len(orders), len(names)))
+        points[:, names.index("order")] = np.repeat(orders, len(_PHASES))
         if "phase" in names:
-            points[:, names.index("phase")] = np.tile([0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi], _START_POINTS // 4)
+            points[:, names.index("phase")] = np.tile(_PHASES, len(orders))
     neutral = np.array([effect.neutral.get(name, _middle(*ranges[name])) for name in names])
     low = np.array([declared[name].low for name in names])
     high = np.array([declared[name].high for name in names])

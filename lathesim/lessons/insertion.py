@@ -1,7 +1,8 @@
 """Effects put on the wires of an assembly.
 
 On an input or a parameter an effect sits between it and what feeds it; on an output, between it and all it feeds. Several on one place
-act in the order in which they are inserted. What an effect senses of its host (velocity, position, applied force ...) it takes from the
+act in the order in which they are inserted, but for frictions: these answer to the sum of all that pushes, so what is inserted after one
+acts before it. What an effect senses of its host (velocity, position, applied force ...) it takes from the
 host itself, before any effect on that output.
 """
 
@@ -15,6 +16,9 @@ from lathesim.component import Component, Declaration, Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.errors import WiringError, nearest
+
+_PUSHED = "effort"
+"""Role of the port where forces and frictions act."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +94,7 @@ def insert_effect(
     placed = effect.with_units(_units(bench, ports, places, sensed))
     bench.parts[name] = Part(name, placed, dict(parameters or {}), dict(start or {}), every=every)
     for place, (taken, given) in places.items():
-        _attach(bench, place, f"{name}.{taken}", f"{name}.{given}")
+        _attach(bench, _before_frictions(bench, effect, place), f"{name}.{taken}", f"{name}.{given}")
     bench.wires |= {wire.target: wire for wire in sensed}
     if effect.beyond:
         _show_beyond(bench, effect, host, name)
@@ -190,6 +194,22 @@ def _units(bench: _Bench, ports: Mapping[str, str], places: Mapping[str, tuple[s
             declared = bench.item(place)
             units["signal"] = declared.unit if declared is not None else "1"
     return units
+
+
+def _before_frictions(bench: _Bench, effect: type[Effect], place: str) -> str:
+    """Give where on the way to a place an effect is put that pushes: before the frictions there, and the spring behind which they hold."""
+    if effect.site != _PUSHED or _is_friction(effect):
+        return place
+    while (wire := bench.wires.get(place)) is not None and wire.source:
+        feeding = bench.parts[wire.source.partition(".")[0]].component
+        if not (issubclass(feeding, Effect) and _is_friction(feeding)):
+            break
+        place = f"{wire.source.partition('.')[0]}.incoming"
+    return place
+
+
+def _is_friction(effect: type[Effect]) -> bool:
+    return effect.site == _PUSHED and (effect.family == "reversal" or bool(effect.behind))
 
 
 def _attach(bench: _Bench, place: str, taken: str, given: str) -> None:

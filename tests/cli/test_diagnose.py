@@ -1,6 +1,7 @@
 """``lathesim diagnose``: an answer for a person, JSON for a program, a report, and a lesson that explains the recording."""
 
 import json
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -122,9 +123,36 @@ def test_ctrl_c_keeps_what_is_known(
     assert (tmp_path / "report.html").is_file()
 
 
+def test_a_request_to_terminate_keeps_what_is_known(
+    rubbing: tuple[Path, Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import lathesim.diagnosis.search as searching
+
+    screen, rounds = searching.screen, []
+
+    def terminated(*given: Any, **more: Any) -> Any:
+        rounds.append(1)
+        if len(rounds) == 2:
+            signal.raise_signal(signal.SIGTERM)
+        return screen(*given, **more)
+
+    monkeypatch.setattr(searching, "screen", terminated)
+    said = diagnosed(capsys, rubbing, "--no-report")
+    assert said.code == 130
+    assert "The simulation left out CoulombFriction at x_axis." in said.out
+    assert signal.getsignal(signal.SIGTERM) is not signal.default_int_handler
+
+
+def test_a_search_ends_after_the_time_it_is_given(rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+    said = diagnosed(capsys, rubbing, "--no-report", "--at-most", "0 s")
+    assert said.code == 0
+    assert "The search was stopped; this is what was known until then." in said.out
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "sentence"),
     [
+        (("{lesson}", "{recording}", "--at-most", "2"), 1, "unit"),
         (("{lesson}", "{folder}/missing.csv"), 1, "there is no such file"),
         (("{lesson}", "{recording}", "--effect", "CoulombFrictoin"), 1, "CoulombFriction"),
         (("{lesson}",), 2, "RECORDING"),
@@ -132,7 +160,7 @@ def test_ctrl_c_keeps_what_is_known(
         (("{lesson}", "{recording}", "--variant", "worn"), 1, "worn"),
         (("01_contour_error", "{recording}"), 1, "the lesson does not say what the columns of a recording mean"),
     ],
-    ids=["no recording", "misspelt effect", "usage", "no lesson", "no variant", "no mapping"],
+    ids=["time without unit", "no recording", "misspelt effect", "usage", "no lesson", "no variant", "no mapping"],
 )
 def test_what_cannot_be_diagnosed_says_why_in_a_sentence(
     arguments: tuple[str, ...], code: int, sentence: str, rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]

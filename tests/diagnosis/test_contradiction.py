@@ -6,12 +6,15 @@ from dataclasses import replace
 
 import pytest
 
-from lathesim.diagnosis.contradiction import contradicted
+from lathesim.diagnosis.contradiction import contradicted, wrong_unit
 from lathesim.diagnosis.problem import Machine, Rig, build_rigs
+from lathesim.diagnosis.terms import insert_candidates
+from lathesim.effects.offset_and_gain import ScaleFactorError
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
 from lathesim.record import Record
+from tests.diagnosis.pushed_table import machine
 from tests.diagnosis.small_case import write_lesson
 
 REFERENCE, POSITION, VOLTAGE = "x_controller.reference", "x_encoder.position", "x_controller.voltage"
@@ -47,6 +50,16 @@ def test_a_wrong_period_is_told_with_the_right_one(controlled: Rig, factor: floa
     right = 1e3 * controlled.machine.assembly.sample_period
     assert sentence.startswith(f"With a sample period of {right:.4g} ms x_controller.voltage follows")
     assert sentence.endswith(f"the time column, or its unit, is off by a factor of {told}.")
+
+
+@pytest.mark.parametrize(("factor", "told"), [(6.27, "turns and radians"), (1e-3, "milli"), (1.2, ""), (4.3, "")])
+def test_a_gain_that_a_mistaken_unit_leaves_is_a_fault_of_the_recording(factor: float, told: str) -> None:
+    _, terms = insert_candidates(machine().assembly, (ScaleFactorError,))
+    (gain,) = terms
+    sentence = wrong_unit([gain], {f"{gain.part}.factor": factor})
+    assert told in sentence
+    assert bool(sentence) == bool(told)
+    assert not sentence or sentence.startswith("x_encoder reads ")
 
 
 def test_a_shifted_channel_is_told_as_one_of_several_faults(controlled: Rig) -> None:

@@ -14,9 +14,11 @@ from lathesim.effects.friction import CoulombFriction, StribeckFriction
 from lathesim.effects.motor_ripple import TorqueRipple
 from lathesim.effects.offset_and_gain import ConverterOffset, ForceOffset
 from lathesim.effects.play import Backlash
+from lathesim.effects.spindle_error import Runout
 from lathesim.engine.assembly import Assembly, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
+from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import load_machine
 from lathesim.lessons.simulate import check_machine
 from lathesim.plugins import Registry, load_registry
@@ -71,6 +73,26 @@ def test_frictions_come_last_on_a_port() -> None:
     feeding = {item.target: item.source for item in assembly.wires}
     assert feeding["x_axis.disturbance"] == "try_x_axis_coulomb_friction.outgoing"
     assert feeding["try_x_axis_coulomb_friction.incoming"] == "try_x_axis_force_offset.outgoing"
+
+
+def test_what_pushes_acts_before_the_friction_that_the_machine_has_already() -> None:
+    """A friction that did not know of a constant force would let it push a resting table away."""
+    assembly = insert_effect(machine().assembly, CoulombFriction, "x_axis", parameters={"level": 5.0})
+    found, _ = insert_candidates(assembly, (ForceOffset, TorqueRipple, StribeckFriction))
+    sources = {item.target: item.source for item in found.wires}
+    chain = ["x_axis.disturbance"]
+    while chain[-1] in sources and sources[chain[-1]]:
+        chain.append(sources[chain[-1]].replace(".outgoing", ".incoming"))
+    parts = [name.partition(".")[0] for name in chain]
+    assert parts[:3] == ["x_axis", "try_x_axis_stribeck_friction", "x_axis_coulomb_friction"]
+    assert set(parts[3:]) == {"try_x_axis_force_offset", "try_x_axis_torque_ripple"}
+
+
+def test_lobes_come_in_whole_numbers_a_turn() -> None:
+    _, terms = insert_candidates(cut_machine().assembly, (Runout,))
+    (runout,) = [term for term in terms if term.name == "Runout"]
+    order = [name.endswith(".order") for name in runout.parameters].index(True)
+    assert sorted(set(runout.points[:, order])) == [1.0, 2.0, 3.0]
 
 
 def test_starting_values_spread_over_the_usual_range_inside_the_bounds() -> None:
