@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import qmc
 
-from lathesim.component import Component, Input, Output, Parameter
+from lathesim.component import Component, DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.engine.wiring import wire
@@ -110,8 +110,14 @@ def _is_unseen(assembly: Assembly, part: Part, compared: Collection[str]) -> boo
 
 
 def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
-    """Frictions come after all that pushes, as they answer to the sum of it, and last the spring behind which they hold."""
-    return sorted(effects, key=lambda effect: (bool(effect.behind), effect.family == "reversal", effect.catalogue, effect.__name__))
+    """Give effects in the order in which they act on one port: frictions after all that pushes, as they answer to the sum of it, and last
+    the spring behind which they hold; what samples a reading after what filters it, which would see steps else."""
+
+    def order(effect: type[Effect]) -> tuple[bool, bool, bool, int, str]:
+        samples = effect.site == "reading" and bool(effect.declared(DiscreteState))
+        return bool(effect.behind), effect.family == "reversal", samples, effect.catalogue, effect.__name__
+
+    return sorted(effects, key=order)
 
 
 def _has_drive_before_it(assembly: Assembly, part: Part) -> bool:

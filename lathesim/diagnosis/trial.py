@@ -41,7 +41,11 @@ _MOST_AFRESH = 2
 """How often slopes are taken afresh in a trial."""
 _WHOLE = 2e-3
 """How far an order may be from a whole number: as far as the speed is known."""
+_ANGLES = ("phase", "middle")
+"""Angles of a turn that belong to a recording: of a wave, of a slot or a spot."""
 _TURNS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
+_FINE_TURNS = tuple(2.0 * np.pi * place / 36 for place in range(36))
+"""A slot may be a twentieth of a turn."""
 
 Tell = Callable[[str], None]
 
@@ -329,7 +333,7 @@ def on_recording(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
     free += [item for item in _vague(fitted) if item.name not in own and item.name not in nuisance]
     freed = {item.name for item in free}
     constant = {name: value for name, value in values.items() if name not in freed and name not in own}
-    phases = [item.name for item in free if item.name in nuisance and item.name.endswith("phase")]
+    phases = [item.name for item in free if item.name in nuisance and item.name.endswith(_ANGLES)]
     if phases:
         free = _at_the_best_turn(rig, free, constant, phases)
     instants = [item.name for item in free if item.name in nuisance and item.name in instants_of([item.name])]
@@ -342,7 +346,8 @@ def _at_the_best_turn(rig: Rig, free: list[Free], constant: Mapping[str, float],
     """Give the free values with the phases turned to where they explain most beside what the other values may absorb: a phase may be
     anywhere on another recording, and from the wrong side a fit ends in the wrong hump."""
     here = fit(rig.sensed, free, constant, rounds=0)
-    turned = [[replace(item, start=item.start + turn) if item.name in phases else item for item in free] for turn in _TURNS]
+    turns = _FINE_TURNS if any(name.endswith("middle") for name in phases) else _TURNS
+    turned = [[replace(item, start=item.start + turn) if item.name in phases else item for item in free] for turn in turns]
     rows = np.array([[*constant.values(), *(item.start for item in one)] for one in turned])
 
     def white(arrays: FloatArray) -> FloatArray:

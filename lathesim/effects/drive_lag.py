@@ -102,39 +102,3 @@ class CurrentLoopLag(Effect):
     @staticmethod
     def output(incoming: float, lagged: float, time_constant: float, step: float) -> float:
         return lag_value(incoming, lagged, time_constant, step)
-
-
-class SensorFilter(Effect):
-    """A low-pass filter of a sensor or its amplifier, of first or second order (two equal stages).
-
-    T dy/dt + y = x,  and the same once more where stages = 2
-    """
-
-    catalogue, family, site = 32, "lag", "reading"
-    neutral = {"time_constant": 0.0}
-    typical = {"time_constant": (0.3e-3, 20e-3)}
-    typical_rotary = {"time_constant": (0.3e-3, 20e-3)}
-    fingerprint = "One signal lags and is rounded, the same rising as falling; the others are in time."
-    confused_with = ("TransportDelay", "ChannelTimeShift", "MotorInductance")
-    experiment = "A step: a filter rounds it, a delay moves it."
-    source = "Beckwith, Marangoni, Lienhard, Mechanical Measurements, 6th ed. 2007, ch. 5 (first-order response). Range assumed."
-
-    incoming = Input("{signal}", doc="signal before the filter")
-    outgoing = Output("{signal}", doc="signal after the filter")
-    first = State("{signal}", doc="first stage")
-    second = State("{signal}", doc="second stage")
-    time_constant = Parameter("s", 0.0, low=0.0, high=10.0, doc="time constant of a stage")
-    stages = Parameter("1", 1.0, low=1.0, high=2.0, doc="number of stages, 1 or 2")
-
-    @staticmethod
-    def derivative(incoming: float, first: float, second: float, time_constant: float, step: float) -> tuple[float, float]:
-        return lag_rate(incoming, first, time_constant, step), lag_rate(
-            lag_value(incoming, first, time_constant, step), second, time_constant, step
-        )
-
-    @staticmethod
-    def output(incoming: float, first: float, second: float, time_constant: float, stages: float, step: float) -> float:
-        one = lag_value(incoming, first, time_constant, step)
-        if stages < 1.5:
-            return one
-        return lag_value(one, second, time_constant, step)
