@@ -1,7 +1,6 @@
 """Parameters come back from recordings they did not make, with honest errors, and what is not in the recording is said to be missing."""
 
 import dataclasses
-import time
 from pathlib import Path
 
 import numpy as np
@@ -157,9 +156,8 @@ def test_eight_parameters_of_axes_and_force_from_one_recording(registry: Registr
     lesson, recording = write_lathe(tmp_path, registry)
     question = ask_fit(load_lesson(lesson), recording, registry, EIGHT)
     fit_parameters(question.misfit, question.free, starts=1)  # compiles, where nobody has yet
-    began = time.process_time()
     found = fit_parameters(question.misfit, question.free, starts=4)
-    assert time.process_time() - began < 2 * 3.0
+    assert found.runs <= 4 * 160  # the seconds that they take depend on the machine
     assert found.agreeing == 4
     assert found.undetermined == ()
     for item in found.parameters:
