@@ -7,11 +7,29 @@ unit of another kind are refused with what was meant.
 from __future__ import annotations
 
 import functools
+import hashlib
 import math
+import os
+from pathlib import Path
 from typing import Any
 
 from lathesim.errors import UnitError
 from lathesim.unit_table import known_unit
+
+
+def _kept_definitions(pint: Any) -> Path | None:
+    """Give the folder where this installation's unit definitions are kept ready; none where nothing can be written.
+
+    Each installation has its own: what is kept names the files it was read from, and fails once another environment is deleted.
+    """
+    usual = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lathesim"
+    installed = hashlib.sha256(f"{pint.__version__} {pint.__file__}".encode()).hexdigest()[:16]
+    folder = Path(os.environ.get("LATHESIM_CACHE") or usual) / f"units-{installed}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return folder if os.access(folder, os.W_OK) else None
 
 
 @functools.cache
@@ -19,7 +37,7 @@ def registry() -> Any:
     """Give the one unit registry, made when first asked for (pint takes a third of a second to load)."""
     import pint
 
-    units: Any = pint.UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
+    units: Any = pint.UnitRegistry(cache_folder=_kept_definitions(pint), autoconvert_offset_to_baseunit=True)
     units.define("percent = 0.01 = %")
     units.define("encoder_count = 1 = count")
     units.define("dollar = [currency] = $ = USD")
