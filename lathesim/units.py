@@ -9,27 +9,21 @@ from __future__ import annotations
 import functools
 import hashlib
 import math
-import os
 from pathlib import Path
 from typing import Any
 
+from lathesim.cache_folder import cache_folder
 from lathesim.errors import UnitError
 from lathesim.unit_table import known_unit
 
 
-def _kept_definitions(pint: Any) -> Path | None:
-    """Give the folder where this installation's unit definitions are kept ready; none where nothing can be written.
+def _kept_definitions(pint: Any) -> Path:
+    """Give the folder where this installation's unit definitions are kept ready.
 
     Each installation has its own: what is kept names the files it was read from, and fails once another environment is deleted.
     """
-    usual = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lathesim"
     installed = hashlib.sha256(f"{pint.__version__} {pint.__file__}".encode()).hexdigest()[:16]
-    folder = Path(os.environ.get("LATHESIM_CACHE") or usual) / f"units-{installed}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return None
-    return folder if os.access(folder, os.W_OK) else None
+    return cache_folder() / f"units-{installed}"
 
 
 @functools.cache

@@ -28,7 +28,7 @@ def warm(lessons: tuple[str, ...], plugin_folders: tuple[Path, ...]) -> int:
     """
     import time
 
-    from lathesim.engine.cache_folder import cache_folder
+    from lathesim.cache_folder import cache_folder
     from lathesim.engine.compile_notice import tell_compiling_to
     from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled
     from lathesim.errors import LatheSimError, SimulationError

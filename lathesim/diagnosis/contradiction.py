@@ -12,10 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.component import Component
+from lathesim.diagnosis.evidence import root_mean_square
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import Term, decides
 from lathesim.diagnosis.trial import SETTLING
-from lathesim.engine.assembly import Assembly, FloatArray
+from lathesim.engine.assembly import Assembly
 from lathesim.record import Record
 from lathesim.recordings.known_factors import known_factor
 
@@ -75,7 +76,7 @@ def _unexplained(rig: Rig, values: Mapping[str, float]) -> Iterator[tuple[int, f
     for row in rows:
         size = float(np.std(np.nan_to_num(rig.sensed.recorded[row])))
         settled = residual[row][int(SETTLING * rig.sensed.samples) :]
-        yield row, _root_mean_square(settled) / size if size > 0.0 else 0.0
+        yield row, root_mean_square(settled) / size if size > 0.0 else 0.0
 
 
 def _commands(component: type[Component]) -> bool:
@@ -94,8 +95,3 @@ def _at_period(rig: Rig, factor: float) -> Rig:
 
 def _slower(assembly: Assembly, factor: float) -> Assembly:
     return replace(assembly, sample_period=factor * assembly.sample_period, step=factor * assembly.step)
-
-
-def _root_mean_square(values: FloatArray) -> float:
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("inf")

@@ -27,7 +27,7 @@ from lathesim.diagnosis.parameters import CONFIDENCE, Estimate, Estimates, estim
 from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import Found, Settings, leave_out, search
-from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.terms import WAVES, Term
 from lathesim.diagnosis.trial import STRAINED, Bench, is_wide, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
 from lathesim.diagnosis.variables import resting
@@ -35,7 +35,7 @@ from lathesim.diagnosis.verdict import ADEQUATE, NAMED_SHARE, Standing, removed_
 from lathesim.effects.effect import Effect
 
 Tell = Callable[[str], None]
-_SIZES = ("amplitude", "share")
+_SIZES = WAVES["phase"]
 """Parameters of a wave that change their sign where its phase is turned by half a turn."""
 MOVED = 0.05
 """Share of the error that a refit of the baseline must remove for its values to be called off."""

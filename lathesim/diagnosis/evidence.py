@@ -45,7 +45,7 @@ def compared(rig: Rig, before: Mapping[str, float], after: Mapping[str, float]) 
     fits: dict[str, ChannelFit] = {}
     for row, name in enumerate(rig.machine.compare):
         recorded, floor = rig.own.recorded[row], rig.floors[name]
-        sizes = [_root_mean_square(_counted(rig, recorded - simulated[row])[begin:]) for simulated in (first, second)]
+        sizes = [root_mean_square(_counted(rig, recorded - simulated[row])[begin:]) for simulated in (first, second)]
         fits[name] = ChannelFit(plan.unit(rig.own.channels[row]), floor, sizes[0], sizes[1], rig.name)
     return Compared(first, second, fits)
 
@@ -60,7 +60,8 @@ def _own_value(plan: object, name: str) -> float:
     return float(plan.parameter_values[parameters[name]] if name in parameters else plan.start_states[states[name]])  # type: ignore[attr-defined]
 
 
-def _root_mean_square(values: FloatArray) -> float:
+def root_mean_square(values: FloatArray) -> float:
+    """Give the root mean square of what is finite; infinite where nothing is."""
     finite = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("inf")
 

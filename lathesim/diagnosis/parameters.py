@@ -9,7 +9,7 @@ import numpy as np
 
 from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.problem import Rig
-from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.terms import WAVES, Term
 from lathesim.diagnosis.trial import Model, is_wide
 
 CONFIDENCE = 1.96
@@ -17,8 +17,6 @@ CONFIDENCE = 1.96
 SIGNIFICANT = 3.0
 """Standard errors by which a size must differ from nothing."""
 _LARGEST_INFLATION = 10.0
-_WAVES = {"phase": ("amplitude", "share"), "second_phase": ("second",)}
-"""The phase of a wave, and its sizes."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +102,7 @@ def _same_way_round(fitted: Fitted, other: Fitted, terms: Sequence[Term]) -> Fit
     """Give a fit with its waves as another fit has them: one of negative size is the same wave half a turn on."""
     values = np.array(fitted.values)
     for term in terms:
-        for turning, sizes in _WAVES.items():
+        for turning, sizes in WAVES.items():
             phase = f"{term.part}.{turning}"
             names = [name for size in sizes if phase in fitted.names and (name := f"{term.part}.{size}") in fitted.names]
             if sum(fitted.by_name[name] * other.by_name[name] for name in names) < 0.0:

@@ -23,6 +23,8 @@ _START_POINTS = 8
 _ORDERS = 3
 """Whole numbers a turn that are tried."""
 _PHASES = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
+WAVES = {"phase": ("amplitude", "share"), "second_phase": ("second",)}
+"""The phase of a wave, and its sizes: one of negative size is the same wave half a turn on."""
 _ROTARY_UNITS = ("N*m", "rad/s", "rad")
 
 

@@ -20,7 +20,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from lathesim.engine.cache_folder import cache_folder, keep
+from lathesim.cache_folder import cache_folder, keep
 from lathesim.errors import ComponentError
 
 _FORMAT = 3

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.engine.cache_folder import cache_folder, keep
+from lathesim.cache_folder import cache_folder, keep
 from lathesim.engine.fuse import FusedModule
 
 _FORMAT = 2

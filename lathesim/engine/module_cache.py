@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from lathesim.engine.cache_folder import cache_folder, keep
+from lathesim.cache_folder import cache_folder, keep
 from lathesim.engine.compile_notice import say
 from lathesim.engine.fuse import FusedModule
 from lathesim.engine.law_source import Piece

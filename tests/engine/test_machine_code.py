@@ -14,11 +14,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from lathesim.cache_folder import cache_folder
 from lathesim.cli.bench_axes import axes_plan
 from lathesim.component import Component, Output, State
 from lathesim.engine import module_cache, run_arrays
 from lathesim.engine.assembly import Assembly, Part
-from lathesim.engine.cache_folder import cache_folder
 from lathesim.engine.compile_notice import tell_compiling_to
 from lathesim.engine.fuse import fuse
 from lathesim.engine.law_text import law_text

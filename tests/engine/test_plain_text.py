@@ -7,11 +7,11 @@ import types
 import numpy as np
 import pytest
 
+from lathesim.cache_folder import cache_folder
 from lathesim.cli.bench_axes import axes_plan
 from lathesim.cli.bench_work import SEED, lathe_plan
 from lathesim.component import Component, DiscreteState, Input, Output
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.cache_folder import cache_folder
 from lathesim.engine.fuse import fuse
 from lathesim.engine.module_cache import plain_module, quick_module
 from lathesim.engine.noise import draw_noise

@@ -1,4 +1,4 @@
-"""Where generated modules, their machine code and the texts of laws are kept, so that a second start finds them ready."""
+"""Where generated modules, their machine code, the texts of laws and unit definitions are kept, so that a second start finds them ready."""
 
 from __future__ import annotations
 
