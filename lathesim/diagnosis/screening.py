@@ -189,6 +189,9 @@ def _start(term: Term, item: _Response) -> FloatArray:
         size = -size
     away = np.array([name.partition(".")[2] in term.effect.neutral for name in term.parameters]) & ~is_limit(term)
     scaled = np.where(away, term.neutral + (point - term.neutral) * size, point)
+    if share < 0.0:
+        # a wave of negative size is the same wave half a turn on
+        scaled[_phases(term)] += np.pi
     return np.clip(scaled, term.low, term.high)
 
 

@@ -113,11 +113,12 @@ def _is_unseen(assembly: Assembly, part: Part, compared: Collection[str]) -> boo
 
 def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
     """Give effects in the order in which they act on one port: frictions after all that pushes, as they answer to the sum of it, and last
-    the spring behind which they hold; what samples a reading after what filters it, which would see steps else."""
+    the spring behind which they hold; what samples a reading after what filters it, which would see steps else; a cut's depth after the
+    forces that are in proportion to it."""
 
-    def order(effect: type[Effect]) -> tuple[bool, bool, bool, int, str]:
+    def order(effect: type[Effect]) -> tuple[bool, bool, bool, int, int, str]:
         samples = effect.site == "reading" and bool(effect.declared(DiscreteState))
-        return bool(effect.behind), effect.family == "reversal", samples, effect.catalogue, effect.__name__
+        return bool(effect.behind), effect.family == "reversal", samples, effect.stage, effect.catalogue, effect.__name__
 
     return sorted(effects, key=order)
 
@@ -191,7 +192,8 @@ def _term(part: str, effect: type[Effect], placed: type[Component], host: str) -
         # lobes and ripples come in whole numbers a turn, the lowest first; between two of them nothing adds up over many turns
         lowest, highest = (round(bound) for bound in ranges["order"])
         orders = np.arange(lowest, min(highest, lowest + _ORDERS - 1) + 1)
-        points = np.resize(points, (len(_PHASES) * len(orders), len(names)))
+        # one size for all phases of an order: from responses of one size the best phase is worked out
+        points = np.tile([_middle(*ranges[name]) for name in names], (len(_PHASES) * len(orders), 1))
         points[:, names.index("order")] = np.repeat(orders, len(_PHASES))
         if "phase" in names:
             points[:, names.index("phase")] = np.tile(_PHASES, len(orders))

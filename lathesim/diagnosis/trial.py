@@ -41,6 +41,8 @@ _MOST_AFRESH = 2
 """How often slopes are taken afresh in a trial."""
 _WHOLE = 2e-3
 """How far an order may be from a whole number: as far as the speed is known."""
+_KICKS = 2e-3
+"""Share of the samples that may be far off without an effect making a simulation worse."""
 _ANGLES = ("phase", "middle")
 """Angles of a turn that belong to a recording: of a wave, of a slot or a spot."""
 _TURNS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
@@ -302,8 +304,16 @@ def in_own_simulation(rig: Rig, before: Fitted, after: Fitted, term: Term) -> tu
     most = int(np.argmax(moves))
     explains = left_without[most] ** 2 - left[most] ** 2 > _MOSTLY * moved[most] ** 2
     size = float(moves[most]) * (3.0 if explains or not rig.feeds_back else 1.0)
-    spoils = float(np.max(np.nan_to_num(left / np.maximum(left_before, rig.sensed.seen_floors), nan=np.inf)))
+    worse, worse_before = (_usual_error(_known(rig, signal)[:, begin:]) for signal in (first, earlier))
+    spoils = float(np.max(np.nan_to_num(worse / np.maximum(worse_before, rig.sensed.seen_floors), nan=np.inf)))
     return size, spoils if rig.feeds_back else 0.0
+
+
+def _usual_error(error: FloatArray) -> FloatArray:
+    """Give the root mean square of each channel's error (channels, samples) without its few largest: how a controller answers to a jump, at
+    which sample and with what kick, says nothing of the machine."""
+    power = np.sort(np.nan_to_num(error, nan=np.inf) ** 2, axis=1)
+    return np.asarray(np.sqrt(np.mean(power[:, : power.shape[1] - int(_KICKS * power.shape[1])], axis=1)))
 
 
 def _known(rig: Rig, simulated: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ class EdgeForce(Effect):
     """
 
     catalogue, family, site = 38, "force law", "force"
+    stage = 1
     neutral = {"coefficient": 0.0}
     typical = {"coefficient": (5e3, 100e3)}
     fingerprint = "The force over the feed has an intercept."

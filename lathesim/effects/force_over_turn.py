@@ -26,6 +26,7 @@ class InterruptedCut(Effect):
     """
 
     catalogue, family, site = 47, "spindle-synchronous", "force"
+    stage = 2
     neutral = {"missing": 0.0}
     typical = {"missing": (0.2, 1.0), "width": (0.02, 0.3), "middle": (-math.pi, math.pi)}
     nuisance = ("middle",)
@@ -57,6 +58,7 @@ class HardSpot(Effect):
     """
 
     catalogue, family, site = 47, "spindle-synchronous", "force"
+    stage = 2
     neutral = {"rise": 0.0}
     typical = {"rise": (0.1, 0.5), "width": (0.02, 0.2), "middle": (-math.pi, math.pi)}
     nuisance = ("middle",)

@@ -17,6 +17,7 @@ class Runout(Effect):
     """
 
     catalogue, family, site = 34, "spindle-synchronous", "force"
+    stage = 2
     neutral = {"eccentricity": 0.0}
     typical = {"eccentricity": (2e-6, 100e-6), "order": (1.0, 3.0), "phase": (-math.pi, math.pi)}
     nuisance = ("phase",)
@@ -47,6 +48,7 @@ class Unbalance(Effect):
     """
 
     catalogue, family, site = 34, "spindle-synchronous", "force"
+    stage = 3
     neutral = {"moment": 0.0}
     typical = {"moment": (1e-5, 1e-2), "phase": (-math.pi, math.pi)}
     nuisance = ("phase",)

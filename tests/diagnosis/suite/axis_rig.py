@@ -15,7 +15,7 @@ from numba import njit
 from tests.diagnosis.suite.axis_physics import AxisPhysics
 
 SAMPLE_PERIOD = 1e-3
-FINE_STEPS = 50
+FINE_STEPS = 125
 VOLTAGE_LIMIT = 10.0
 NO_TABLE = np.zeros((1, 2))
 
@@ -188,12 +188,17 @@ def _simulate(
                 volts = volts - p.dead_zone if volts > p.dead_zone else (volts + p.dead_zone if volts < -p.dead_zone else 0.0)
             volts = min(max(volts, -p.saturation), p.saturation)
             wanted = p.conductance * (volts - p.back_emf * v)
+            read_current = current
             if p.inductance_time > 0.0:
                 current = wanted + (current - wanted) * decay
             elif wc > 0.0:
-                loop_rate += h * (wc * wc * (wanted - current) - 2.0 * p.current_loop_damping * wc * loop_rate)
-                current += h * loop_rate
+                bend = wc * wc * (wanted - current) - 2.0 * p.current_loop_damping * wc * loop_rate
+                ahead, rate_ahead = current + h * loop_rate, loop_rate + h * bend
+                bend_ahead = wc * wc * (wanted - ahead) - 2.0 * p.current_loop_damping * wc * rate_ahead
+                current += 0.5 * h * (loop_rate + rate_ahead)
+                loop_rate += 0.5 * h * (bend + bend_ahead)
             else:
+                read_current = wanted
                 current = wanted
             force = p.effort_constant * current
             if p.hysteresis != 0.0:
@@ -209,7 +214,7 @@ def _simulate(
                 out[0, k] = command
                 out[1, k] = reading
                 out[2, k] = p.scale_factor * _rounded(seen + p.scale_noise * noise[1, k], p.scale_resolution)
-                out[3, k] = _rounded(current + p.current_noise * noise[2, k], p.current_resolution)
+                out[3, k] = _rounded(read_current + p.current_noise * noise[2, k], p.current_resolution)
                 out[4, k] = x
                 out[5, k] = v
             if p.backlash > 0.0:
@@ -224,6 +229,7 @@ def _simulate(
                 body, speed, place, push = table_mass, vt, xt, spring
             else:
                 body, speed, place, push = p.mass, v, x, force
+            speed_before = speed
             push -= _smooth_force(p, place, speed, force, now) + pushed
             if p.lugre_stiffness > 0.0:
                 steady = p.lugre_level + p.lugre_excess * math.exp(-((speed / p.lugre_speed) ** 2))
@@ -237,10 +243,12 @@ def _simulate(
             sign = 1.0 if free > 0.0 else -1.0
             grip = h * _sliding_level(p, table, speed, place, sign) / body / (1.0 + h * p.viscous / body)
             speed = 0.0 if abs(free) <= grip else free - sign * grip
-            place += h * speed
             if p.table_share > 0.0:
+                # with the speed at the end of the step a spring neither gains nor loses
+                place += h * speed
                 vt, xt = speed, place
             else:
+                place += 0.5 * h * (speed_before + speed)
                 v, x = speed, place
         if not abs(x) < 1e3:
             out[:, k:] = np.nan

@@ -109,6 +109,10 @@ def matches(true: dict[str, Any], given: dict[str, Any]) -> bool:
     return bool({given.get("effect", ""), *(given.get("tied_with") or [])} & set(true["right"]))
 
 
+def _place(given: dict[str, Any]) -> str:
+    return str(given.get("at", "")).partition(".")[0]
+
+
 def _score_names(made: Score, truth: dict[str, Any], answer: dict[str, Any]) -> None:
     given, effects = named(answer), truth["effects"]
     data_is_hidden = len(effects) == 1 and effects[0]["data"]
@@ -122,13 +126,14 @@ def _score_names(made: Score, truth: dict[str, Any], answer: dict[str, Any]) -> 
         # what is one effect in another form may be several of the catalogue's: a friction that falls with speed, and the level it falls to
         made.none_too_many = len(given) <= len(effects) or all(any(one.get("effect") in true["right"] for true in effects) for one in given)
     if given and made.first_right:
-        made.place_right = any(matches(true, given[0]) and given[0].get("at", "").partition(".")[0] == true["at"] for true in effects)
+        made.place_right = any(matches(true, given[0]) and _place(given[0]) == true["at"] for true in effects)
     # an answer without a fit has removed nothing; one that calls the recording at fault is not asked
     if not calls_it_data:
         made.told_removed = answer.get("removed_share") or 0.0
         made.removed = removed_by_fit(truth, answer) or 0.0
     for true in effects:
-        match = next((one for one in given if one.get("effect") == true["effect"]), None)
+        # at another place it has other values: a wave of the scale is one of the encoder with the other sign. The place has a line of its own
+        match = next((one for one in given if one.get("effect") == true["effect"] and _place(one) == true["at"]), None)
         if match is not None:
             _score_parameters(made, true, match)
 

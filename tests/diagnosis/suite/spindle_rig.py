@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 PERIOD = 1e-3
-FINE = 20
+FINE = 50
 
 
 class SpindlePhysics(NamedTuple):
@@ -78,7 +78,7 @@ def _simulate(
     samples = wanted.shape[0]
     given, encoder, volts = np.zeros(samples), np.zeros(samples), np.zeros(samples)
     h = PERIOD / FINE
-    angle, speed, integral, lag, filtered = 0.0, 0.0, 0.0, 0.0, 0.0
+    angle, speed, integral, lag, filtered, shown_before = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(samples):
         if torque.shape[0] > 0:
             command = torque[k]
@@ -99,11 +99,12 @@ def _simulate(
             ratio = 1.0 - p.slip - p.creep * abs(load[k])
             behind = speed * ratio - p.droop * lag
             shown = behind * (1.0 + p.tacho_gain + p.tacho_ripple * math.sin(p.tacho_order * angle + p.tacho_phase))
+            if p.filter_time > 0.0 and (k > 0 or fine > 0):
+                filtered += (0.5 * (shown_before + shown) - filtered) * (1.0 - math.exp(-h / p.filter_time))
+            shown_before = shown
             if fine == 0:
                 signal = filtered if p.filter_time > 0.0 else shown
                 volts[k] = p.gain * signal + p.tachometer_noise * noise[1, k]
-            if p.filter_time > 0.0:
-                filtered += (shown - filtered) * (1.0 - math.exp(-h / p.filter_time))
             lag += (load[k] - lag) * (1.0 - math.exp(-h / p.droop_time))
             push = acting - load[k] - disturbance[k]
             first = (push - _smooth(p, angle, speed, acting)) / p.inertia
