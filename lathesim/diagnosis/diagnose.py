@@ -68,12 +68,12 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     if question.held_out is not None and (stranger := another_machine(found.model, rig, held_out)):
         return _recording_fault(question, [stranger], findings, began)
     say("fitting the found model to everything")
-    values = estimates(found.model, held_out, whole)
+    values = estimates(found.model, rig, held_out, whole)
     doubtful = [term for term in found.model.terms if not is_significant(term, values)]
     if doubtful:
         say(f"leaving out again {', '.join(term.name for term in doubtful)}: the recordings do not agree on its size")
         leave_out(found, doubtful, rig, held_out, say)
-        values = estimates(found.model, held_out, whole)
+        values = estimates(found.model, rig, held_out, whole)
     if mistaken := wrong_unit(found.model.terms, values.values()):
         return _recording_fault(question, [mistaken], findings, began)
     counts = coarse_counts((rig, held_out), found.model.terms)

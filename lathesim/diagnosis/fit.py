@@ -116,6 +116,7 @@ def fit(
     known: Mapping[str, FloatArray] | None = None,
     settle: float = 0.0,
     fresh: bool = True,
+    coloured: bool = False,
 ) -> Fitted:
     """Fit the free parameters, the constant ones staying as they are.
 
@@ -123,9 +124,10 @@ def fit(
     ``known`` gives slopes d channels / d value (channels, samples) that are taken as they are, by name: from a fit nearby.
     With ``settle`` the rounds go on until one gains less than so many nats: an effect that explained nearly all leaves a noise model that
     is far too loose, and a fit that ends there leaves errors which the next candidates would explain.
+    ``coloured`` lets the noise be slow too: for a machine of which nothing is missing any more, as what is missing would pass for noise.
     Without ``fresh`` the slopes at the end may be those of values nearby: good enough to go on from, too rough for standard errors.
     """
-    problem = _Problem(simulator, tuple(free), dict(constant or {}), wide, tolerance, known or {})
+    problem = _Problem(simulator, tuple(free), dict(constant or {}), wide, tolerance, known or {}, coloured)
     values = np.array([item.start for item in free], dtype=float)
     values = np.clip(values, problem.low, problem.high)
     residual = problem.residual(values)
@@ -157,8 +159,10 @@ class _Problem:
         wide: bool,
         tolerance: float,
         known: Mapping[str, FloatArray],
+        coloured: bool,
     ) -> None:
         self.simulator = simulator
+        self.coloured = coloured
         self.tolerance = tolerance
         self.kept: FloatArray | None = None
         self.known = [known.get(item.name) for item in free]
@@ -178,7 +182,8 @@ class _Problem:
 
     def noise(self, values: FloatArray, residual: FloatArray) -> tuple[NoiseModel, ...]:
         """Give the noise models of a residual, with the machine at ``values``."""
-        return noise_of(residual, self.simulator.noise_shapes(dict(zip(self.names, self.rows(values)[0].tolist(), strict=True))))
+        named = dict(zip(self.names, self.rows(values)[0].tolist(), strict=True))
+        return noise_of(residual, self.simulator.noise_shapes(named, coloured=self.coloured))
 
     def residual(self, values: FloatArray) -> FloatArray:
         return self.simulator.residuals(self.names, self.rows(values))[0]

@@ -40,14 +40,15 @@ class Estimates:
         return {name: item.value for name, item in self.by_name.items()}
 
 
-def estimates(model: Model, held_out: Rig, whole: Rig | None) -> Estimates:
+def estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estimates:
     """Give the machine's values: fitted to the whole recording where both parts are of one file, else the weighted mean of both.
 
-    The parts are fitted by themselves first. Where they disagree by more than their standard errors, all errors are made larger by the
+    The parts are fitted by themselves first, with noise that may be slow: what is missing is in the model by now, and a load that nobody
+    measured draws the values with it where it passes for white. Where they disagree by more than their standard errors, all errors are made larger by the
     root mean square of that disagreement: an error that the noise model knows nothing of (the model's form, a drifting machine).
     """
     wide = is_wide(model.terms)
-    first = model.fitted
+    first = fit(rig.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, wide=wide, coloured=True)
     second = _same_way_round(_refitted(model, held_out, held_out, wide), first, model.terms)
     of_recording = {item.name for item in held_out.start_states(held_out.sensed.plan)}
     of_recording |= {name for term in model.terms for name in term.nuisance}
@@ -68,8 +69,8 @@ def _estimate(fits: Sequence[Fitted], name: str, inflation: float) -> Estimate:
     values = np.array([fitted.by_name[name] for fitted in fits])
     weights = 1.0 / np.array([max(fitted.error(name), 1e-300) for fitted in fits]) ** 2
     by_noise = _error(fits, name, inflation)
-    by_form = np.mean([fitted.error_by_noise(name) ** 2 * (fitted.misfit_of(name) ** 2 - 1.0) for fitted in fits])
-    error = max(by_noise, float(np.hypot(_error(fits, name, 1.0), np.sqrt(by_form))))
+    by_form = np.array([fitted.error_by_noise(name) * np.sqrt(fitted.misfit_of(name) ** 2 - 1.0) for fitted in fits])
+    error = max(by_noise, float(np.hypot(_error(fits, name, 1.0), weights @ by_form / weights.sum())))
     return Estimate(float(weights @ values / weights.sum()), error, by_noise)
 
 
@@ -95,7 +96,7 @@ def _refitted(model: Model, rig: Rig, held_out: Rig, wide: bool) -> Fitted:
         if item.name not in states
     ]
     free = [*starts, *free]
-    return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide)
+    return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide, coloured=True)
 
 
 def _same_way_round(fitted: Fitted, other: Fitted, terms: Sequence[Term]) -> Fitted:
