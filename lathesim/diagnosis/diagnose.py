@@ -20,6 +20,7 @@ from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, Fou
 from lathesim.diagnosis.discovery import discover, plugin_text
 from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
 from lathesim.diagnosis.fit import Fitted, fit, with_start
+from lathesim.diagnosis.half_turn import phases_to_turn
 from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.loading import Recorded
 from lathesim.diagnosis.narrow_band import narrow_bands
@@ -27,7 +28,7 @@ from lathesim.diagnosis.parameters import CONFIDENCE, Estimate, Estimates, estim
 from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import Found, Settings, leave_out, search
-from lathesim.diagnosis.terms import WAVES, Term
+from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED, Bench, is_wide, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
 from lathesim.diagnosis.variables import resting
@@ -35,8 +36,6 @@ from lathesim.diagnosis.verdict import ADEQUATE, NAMED_SHARE, Standing, removed_
 from lathesim.effects.effect import Effect
 
 Tell = Callable[[str], None]
-_SIZES = WAVES["phase"]
-"""Parameters of a wave that change their sign where its phase is turned by half a turn."""
 MOVED = 0.05
 """Share of the error that a refit of the baseline must remove for its values to be called off."""
 
@@ -254,20 +253,14 @@ def _on_held_out(held_out: Rig, found: Found, values: Estimates) -> Fitted:
 
 
 def _turned(term: Term, parameters: dict[str, Interval]) -> dict[str, Interval]:
-    """Give a wave with a negative size as the same wave of positive size, half a turn on."""
-    if not _is_turned(term, {f"{term.part}.{name}": item.value for name, item in parameters.items()}):
-        return parameters
-    sizes = {name: parameters[name] for name in _SIZES if name in parameters}
-    return {**parameters, **{name: Interval(-item.value, item.unit, -item.high, -item.low) for name, item in sizes.items()}}
-
-
-def _is_turned(term: Term, values: Mapping[str, float]) -> bool:
-    """Say whether the size of a wave, or the larger of its two by what is usual, is negative."""
-    if "phase" not in term.effect.nuisance:
-        return False
-    usual = dict(zip(term.parameters, np.abs(term.points).max(axis=0, initial=0.0), strict=True))
-    names = [name for item in _SIZES if (name := f"{term.part}.{item}") in values and usual.get(name, 0.0) > 0.0]
-    return bool(names) and values[max(names, key=lambda name: abs(values[name]) / usual[name])] < 0.0
+    """Give each wave with a negative size as the same wave of positive size, half a turn on."""
+    values = {f"{term.part}.{name}": item.value for name, item in parameters.items()}
+    turned = dict(parameters)
+    sizes = [size for phase in phases_to_turn(term, values) for size in term.waves[phase] if size in values]
+    for name in (size.partition(".")[2] for size in sizes):
+        item = parameters[name]
+        turned[name] = Interval(-item.value, item.unit, -item.high, -item.low)
+    return turned
 
 
 def _insert(effect: FoundEffect, item: Standing, found: Found) -> dict[str, str]:
@@ -278,7 +271,7 @@ def _insert(effect: FoundEffect, item: Standing, found: Found) -> dict[str, str]
     for name in term.nuisance:
         short = name.partition(".")[2]
         if name in fitted:
-            half_turn = np.pi if short == "phase" and _is_turned(term, fitted) else 0.0
+            half_turn = np.pi if name in phases_to_turn(term, fitted) else 0.0
             quantities[short] = f"{fitted[name] + half_turn:.6g} {term.effect.declarations[short].unit}".removesuffix(" 1")
     return {"effect": effect.effect, "at": effect.at, **quantities}
 

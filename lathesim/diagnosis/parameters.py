@@ -9,7 +9,7 @@ import numpy as np
 
 from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.problem import Rig
-from lathesim.diagnosis.terms import WAVES, Term
+from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Model, is_wide
 
 CONFIDENCE = 1.96
@@ -103,9 +103,8 @@ def _same_way_round(fitted: Fitted, other: Fitted, terms: Sequence[Term]) -> Fit
     """Give a fit with its waves as another fit has them: one of negative size is the same wave half a turn on."""
     values = np.array(fitted.values)
     for term in terms:
-        for turning, sizes in WAVES.items():
-            phase = f"{term.part}.{turning}"
-            names = [name for size in sizes if phase in fitted.names and (name := f"{term.part}.{size}") in fitted.names]
+        for phase, sizes in term.waves.items():
+            names = [name for name in sizes if phase in fitted.names and name in fitted.names]
             if sum(fitted.by_name[name] * other.by_name[name] for name in names) < 0.0:
                 values[[fitted.names.index(name) for name in names]] *= -1.0
                 values[fitted.names.index(phase)] += np.pi

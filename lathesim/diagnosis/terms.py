@@ -24,7 +24,8 @@ _ORDERS = 3
 """Whole numbers a turn that are tried."""
 _PHASES = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
 WAVES = {"phase": ("amplitude", "share"), "second_phase": ("second",)}
-"""The phase of a wave, and its sizes: one of negative size is the same wave half a turn on."""
+"""The phase of a wave, and its sizes: one of negative size is the same wave half a turn on. A size whose phase an effect does not have
+goes with the first phase."""
 _ROTARY_UNITS = ("N*m", "rad/s", "rad")
 
 
@@ -59,6 +60,19 @@ class Term:
     def nuisance(self) -> tuple[str, ...]:
         """The free names that belong to a recording and not to the machine."""
         return tuple(f"{self.part}.{name}" for name in self.effect.nuisance)
+
+    @property
+    def waves(self) -> dict[str, tuple[str, ...]]:
+        """The phases (free names), each with the sizes that change their sign where it is turned by pi: those that may be below 0."""
+        signed = {name for name, low in zip(self.parameters, self.low, strict=True) if low < 0.0}
+        phases = [f"{self.part}.{phase}" for phase in WAVES if f"{self.part}.{phase}" in self.parameters]
+        found: dict[str, list[str]] = {phase: [] for phase in phases}
+        for turning, sizes in WAVES.items():
+            phase = f"{self.part}.{turning}"
+            for size in (f"{self.part}.{name}" for name in sizes):
+                if phases and size in signed:
+                    found[phase if phase in found else phases[0]].append(size)
+        return {phase: tuple(names) for phase, names in found.items() if names}
 
 
 def insert_candidates(
