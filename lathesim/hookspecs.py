@@ -36,7 +36,7 @@ def register_effects() -> Sequence[type[Component]]:  # type: ignore[empty-body]
 
 @hookspec
 def register_metrics() -> Sequence[Any]:  # type: ignore[empty-body]
-    """Give metrics: what a number is called, its unit, and how it is measured on a Record."""
+    """Give metrics: what a number is called, its unit, how it is measured on a Record, and whether it is one ``of_cutting``."""
 
 
 @hookspec

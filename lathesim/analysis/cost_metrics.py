@@ -53,7 +53,7 @@ COST_METRICS: tuple[Metric, ...] = (
     Metric(
         "performance_index", "1", "cost/50000 + cycle time/5 s: the index of a design project, the smaller the better", performance_index
     ),
-    Metric("part_cost", "dollar", "what the part cost, with its share of tool changes and edges", part_cost),
-    Metric("time_per_part", "s", "time for the part with its share of tool changes", time_per_part),
-    Metric("parts_per_edge", "1", "how many such parts an edge lasts", parts_per_edge),
+    Metric("part_cost", "dollar", "what the part cost, with its share of tool changes and edges", part_cost, of_cutting=True),
+    Metric("time_per_part", "s", "time for the part with its share of tool changes", time_per_part, of_cutting=True),
+    Metric("parts_per_edge", "1", "how many such parts an edge lasts", parts_per_edge, of_cutting=True),
 )

@@ -15,13 +15,16 @@ from lathesim.record import FloatArray, Record
 class Metric:
     """One number of a record: its name, its SI unit, one sentence about it, and the function that measures it.
 
-    The function raises :class:`MissingChannelError` where the record has not what it needs (use :func:`signal` to get channels).
+    The function raises :class:`MissingChannelError` where the record has not what it needs (use :func:`signal` to get channels), and
+    :class:`NoValueError` where the run gives it no value. A metric ``of_cutting`` has none where nothing was cut: no roughness is not a
+    fine one.
     """
 
     name: str
     unit: str
     doc: str
     measure: Callable[[Record], float]
+    of_cutting: bool = False
 
 
 class MissingChannelError(RecordError):
@@ -30,6 +33,20 @@ class MissingChannelError(RecordError):
     def __init__(self, *wanted: str) -> None:
         self.wanted = wanted
         super().__init__(f"not available: needs channel {' or '.join(wanted)}")
+
+
+class NoValueError(RecordError):
+    """A metric's channels are there, and the run gives it no value."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(f"{NO_VALUE}{why}")
+
+
+NO_VALUE = "no value: "
+"""How the reason of a metric without a value begins."""
+NOTHING_CUT = "nothing was cut"
+_SIGNS_OF_CUTTING = ((".removal_rate", 0.0), (".engaged", 0.5), (".in_cut", 0.5), (".in_contact", 0.5))
+"""Channels, the surest first, that are above so much while something is cut."""
 
 
 @dataclass(frozen=True)
@@ -46,27 +63,53 @@ class Measured:
 
 @dataclass(frozen=True)
 class Measurements:
-    """What could be measured, by name, and for what could not be the reason."""
+    """What could be measured, by name, and for what could not be the reason.
+
+    ``without`` has the unit of those among the skipped whose channels are there and whose value is not.
+    """
 
     values: dict[str, Measured] = field(default_factory=dict)
     skipped: dict[str, str] = field(default_factory=dict)
+    without: dict[str, str] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, dict[str, float | str | None]]:
-        """Give ``{name: {"value", "unit"}}``; a value that is no finite number becomes null."""
-        return {name: {"value": item.value if math.isfinite(item.value) else None, "unit": item.unit} for name, item in self.values.items()}
+        """Give ``{name: {"value", "unit"}}``; what is no finite number becomes null, and what has no value too, with the reason."""
+        told: dict[str, dict[str, float | str | None]] = {
+            name: {"value": item.value if math.isfinite(item.value) else None, "unit": item.unit} for name, item in self.values.items()
+        }
+        return told | {name: {"value": None, "unit": unit, "reason": self.skipped[name]} for name, unit in self.without.items()}
 
 
 def measure(record: Record, metrics: Mapping[str, Metric] | Iterable[Metric]) -> Measurements:
-    """Measure what can be measured. A metric whose channels are missing, or that fails, is listed under ``skipped`` with the reason."""
+    """Measure what can be measured. A metric whose channels are missing, that has no value or that fails, is listed under ``skipped`` with
+    the reason."""
     measured = Measurements()
+    nothing_cut = sign_of_cutting(record) is not None and not was_cut(record)
     for metric in metrics.values() if isinstance(metrics, Mapping) else metrics:
         try:
-            measured.values[metric.name] = Measured(metric.name, float(metric.measure(record)), metric.unit)
+            value = float(metric.measure(record))
+            if metric.of_cutting and nothing_cut:
+                raise NoValueError(NOTHING_CUT)
+            measured.values[metric.name] = Measured(metric.name, value, metric.unit)
+        except NoValueError as error:
+            measured.skipped[metric.name] = f"{NO_VALUE}{NOTHING_CUT}" if nothing_cut else str(error)
+            measured.without[metric.name] = metric.unit
         except RecordError as error:
             measured.skipped[metric.name] = str(error)
         except (ArithmeticError, ValueError, TypeError, LookupError) as error:
             measured.skipped[metric.name] = f"the metric failed: {type(error).__name__}: {error}"
     return measured
+
+
+def sign_of_cutting(record: Record) -> str | None:
+    """Give the channel that shows whether something is cut; none where no cutting process was recorded."""
+    return find_channel(record, *(name for name, _ in _SIGNS_OF_CUTTING))
+
+
+def was_cut(record: Record) -> bool:
+    """Say whether something was cut, as far as the record tells."""
+    name = sign_of_cutting(record)
+    return name is not None and any(name.endswith(ending) and bool((record[name] > least).any()) for ending, least in _SIGNS_OF_CUTTING)
 
 
 def find_channel(record: Record, *wanted: str) -> str | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lathesim.analysis.metric import Metric, find_channel, signal
+from lathesim.analysis.metric import NOTHING_CUT, Metric, NoValueError, find_channel, signal
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray, Record
 
@@ -25,11 +25,11 @@ def in_contact(record: Record) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
 
 
 def while_in_contact(record: Record, *wanted: str) -> FloatArray:
-    """Give a channel's samples in contact; :class:`RecordError` where there is none."""
+    """Give a channel's samples in contact; :class:`NoValueError` where there is none."""
     values = signal(record, *wanted)
     touching = values[in_contact(record)]
     if not len(touching):
-        raise RecordError("not available: tool and part are never in contact")
+        raise NoValueError("tool and part are never in contact")
     return touching
 
 
@@ -144,10 +144,10 @@ def cutting_energy(record: Record) -> float:
 
 
 def while_engaged(record: Record, *wanted: str) -> FloatArray:
-    """Give a channel's samples in which material is cut; :class:`RecordError` where there is none."""
+    """Give a channel's samples in which material is cut; :class:`NoValueError` where there is none."""
     values = signal(record, *wanted)[signal(record, "cutting.engaged", ".engaged") > 0.5]
     if not len(values):
-        raise RecordError("not available: nothing is cut")
+        raise NoValueError(NOTHING_CUT)
     return values
 
 
@@ -176,7 +176,7 @@ def voltage_unrest(record: Record, channel: str) -> float:
     """Give the root mean square of the change of a voltage from sample to sample in contact [V]."""
     change = np.diff(signal(record, channel))[in_contact(record)[1:]]
     if not len(change):
-        raise RecordError("not available: tool and part are never in contact")
+        raise NoValueError("tool and part are never in contact")
     return root_mean_square(change)
 
 
@@ -229,8 +229,10 @@ def _axis_metrics(axis: str) -> list[Metric]:
         return largest(signal(record, f"{drive}.velocity"))
 
     return [
-        Metric(f"max_{axis}_force", "N", f"largest cutting force on the {axis} axis", max_force),
-        Metric(f"rms_{axis}_force", "N", f"root mean square of the cutting force on the {axis} axis in contact", rms_force),
+        Metric(f"max_{axis}_force", "N", f"largest cutting force on the {axis} axis", max_force, of_cutting=True),
+        Metric(
+            f"rms_{axis}_force", "N", f"root mean square of the cutting force on the {axis} axis in contact", rms_force, of_cutting=True
+        ),
         Metric(f"max_{axis}_following_error", "m", f"largest distance of the {axis} axis from its reference", max_following_error),
         Metric(f"max_{axis}_voltage", "V", f"largest command voltage of the {axis} axis", max_voltage),
         Metric(f"{axis}_voltage_unrest", "V", f"rms change of the {axis} voltage from sample to sample in contact", unrest),
@@ -246,27 +248,29 @@ METRICS: tuple[Metric, ...] = (
     Metric("max_contour_error", "m", "largest contour error in contact", max_contour_error),
     Metric("rms_contour_error", "m", "root mean square of the contour error in contact", rms_contour_error),
     Metric("contour_error_squared_integral", "m^2*s", "integral of the squared contour error in contact", contour_error_squared_integral),
-    Metric("max_surface_roughness", "m", "largest average roughness R_a of what is cut", max_surface_roughness),
-    Metric("mean_surface_roughness", "m", "mean of the average roughness R_a over what is cut", mean_surface_roughness),
-    Metric("max_cutting_force", "N", "largest cutting force", max_cutting_force),
-    Metric("mean_cutting_force", "N", "mean cutting force in contact", mean_cutting_force),
-    Metric("max_feed", "m", "largest actual feed per revolution while cutting", max_feed),
+    Metric("max_surface_roughness", "m", "largest average roughness R_a of what is cut", max_surface_roughness, of_cutting=True),
+    Metric("mean_surface_roughness", "m", "mean of the average roughness R_a over what is cut", mean_surface_roughness, of_cutting=True),
+    Metric("max_cutting_force", "N", "largest cutting force", max_cutting_force, of_cutting=True),
+    Metric("mean_cutting_force", "N", "mean cutting force in contact", mean_cutting_force, of_cutting=True),
+    Metric("max_feed", "m", "largest actual feed per revolution while cutting", max_feed, of_cutting=True),
     Metric("max_feed_speed", "m/s", "largest commanded path speed in contact", max_feed_speed),
-    Metric("max_depth_of_cut", "m", "largest actual depth of cut", max_depth_of_cut),
-    Metric("removed_volume", "m^3", "volume cut off the part", removed_volume),
-    Metric("max_spindle_torque", "N*m", "largest cutting torque on the spindle", max_spindle_torque),
-    Metric("rms_spindle_torque", "N*m", "root mean square of the cutting torque in contact", rms_spindle_torque),
-    Metric("max_cutting_power", "W", "largest cutting power at the spindle", max_cutting_power),
-    Metric("rms_cutting_power", "W", "root mean square of the cutting power in contact", rms_cutting_power),
-    Metric("cutting_energy", "J", "work of cutting", cutting_energy),
+    Metric("max_depth_of_cut", "m", "largest actual depth of cut", max_depth_of_cut, of_cutting=True),
+    Metric("removed_volume", "m^3", "volume cut off the part", removed_volume, of_cutting=True),
+    Metric("max_spindle_torque", "N*m", "largest cutting torque on the spindle", max_spindle_torque, of_cutting=True),
+    Metric("rms_spindle_torque", "N*m", "root mean square of the cutting torque in contact", rms_spindle_torque, of_cutting=True),
+    Metric("max_cutting_power", "W", "largest cutting power at the spindle", max_cutting_power, of_cutting=True),
+    Metric("rms_cutting_power", "W", "root mean square of the cutting power in contact", rms_cutting_power, of_cutting=True),
+    Metric("cutting_energy", "J", "work of cutting", cutting_energy, of_cutting=True),
     Metric("spindle_speed_error", "rad/s", "largest deviation of the spindle from its reference in contact", spindle_speed_error),
-    Metric("mean_spindle_droop", "rad/s", "how much too slow the spindle turns, on average while cutting", mean_spindle_droop),
+    Metric(
+        "mean_spindle_droop", "rad/s", "how much too slow the spindle turns, on average while cutting", mean_spindle_droop, of_cutting=True
+    ),
     Metric("spindle_voltage_unrest", "V", "rms change of the spindle voltage from sample to sample in contact", spindle_voltage_unrest),
-    Metric("min_cutting_speed", "m/s", "lowest cutting speed while cutting", min_cutting_speed),
-    Metric("mean_cutting_speed", "m/s", "mean cutting speed while cutting", mean_cutting_speed),
-    Metric("max_cutting_speed", "m/s", "highest cutting speed while cutting", max_cutting_speed),
+    Metric("min_cutting_speed", "m/s", "lowest cutting speed while cutting", min_cutting_speed, of_cutting=True),
+    Metric("mean_cutting_speed", "m/s", "mean cutting speed while cutting", mean_cutting_speed, of_cutting=True),
+    Metric("max_cutting_speed", "m/s", "highest cutting speed while cutting", max_cutting_speed, of_cutting=True),
     Metric("rapid_contact_time", "s", "time in which the tool stood in the part in rapid blocks", rapid_contact_time),
-    Metric("tool_wear", "m", "flank wear at the end", tool_wear),
+    Metric("tool_wear", "m", "flank wear at the end", tool_wear, of_cutting=True),
     *_axis_metrics("x"),
     *_axis_metrics("z"),
 )

@@ -97,6 +97,7 @@ class _Runs:
     def one(self, case: Prepared, path: Path) -> None:
         """Run one case and keep what it gives."""
         from lathesim.analysis.metric import measure
+        from lathesim.analysis.nothing_cut import nothing_cut
         from lathesim.cli.run_tables import Outcome
         from lathesim.errors import SimulationError
         from lathesim.lessons.grading import judge
@@ -119,8 +120,10 @@ class _Runs:
         measurements = measure(record, self.registry.metrics)
         published = {**self.lesson.settings.published, **_published(self.lesson, case)}
         goals = judge(self.lesson.settings.goals, measurements.values, measurements.skipped)
-        self.outcomes.append(Outcome(case.case.variant or "", measurements.values, published, record.status, goals))
-        self.results.append(_result(case, record, path, measurements))
+        without = {name: measurements.skipped[name] for name in measurements.without}
+        told = nothing_cut(record) if record.status == "complete" else ""
+        self.outcomes.append(Outcome(case.case.variant or "", measurements.values, published, record.status, goals, without, told))
+        self.results.append(_result(case, record, path, measurements, told))
         if not self.no_plots and len(record) > 1:
             from lathesim.cli.run_plots import save_run_plots
 
@@ -131,7 +134,7 @@ class _Runs:
         if self.as_json:
             click.echo(_json(self.results, self.stopped))
             return
-        from lathesim.cli.run_tables import case_table, goals_text, variants_table
+        from lathesim.cli.run_tables import case_table, goals_text, nothing_cut_text, variants_table
 
         if len(self.outcomes) > 1:
             click.echo(variants_table(self.outcomes, {goal.metric for goal in self.lesson.settings.goals}))
@@ -139,6 +142,9 @@ class _Runs:
             click.echo(case_table(self.outcomes[0]))
             if self.outcomes[0].goals:
                 click.echo(f"\n{goals_text(self.outcomes[0].goals)}")
+        told = nothing_cut_text(self.outcomes)
+        if told:
+            click.echo(f"\n{told}")
         folders = list(dict.fromkeys(str(path.parent) for path in self.files))
         records = len(self.results)
         click.echo(f"\n{_counted(records, 'record')} and {_counted(len(self.files) - records, 'plot')} in {', '.join(folders)}")
@@ -180,7 +186,7 @@ def _published(lesson: Lesson, case: Prepared) -> dict[str, str]:
     return dict(lesson.settings.variants[case.case.variant].published) if case.case.variant else {}
 
 
-def _result(case: Prepared, record: Record, path: Path, measurements: Measurements) -> dict[str, Any]:
+def _result(case: Prepared, record: Record, path: Path, measurements: Measurements, nothing_cut: str) -> dict[str, Any]:
     return {
         "schema": "lathesim-run/1",
         "lesson": case.case.lesson.name,
@@ -190,6 +196,7 @@ def _result(case: Prepared, record: Record, path: Path, measurements: Measuremen
         "wall_time_s": record.meta["wall_time"],
         "record": str(path),
         "metrics": measurements.as_json(),
+        **({"nothing_cut": nothing_cut} if nothing_cut else {}),
     }
 
 

@@ -7,20 +7,25 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from lathesim.analysis.display_unit import plain_number, shown_with_unit
-from lathesim.analysis.metric import Measured
+from lathesim.analysis.metric import NO_VALUE, Measured
 from lathesim.lessons.grading import GoalResult
 from lathesim.units import from_si, split_quantity
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """One case as it went: its metrics by name, published values (text), how it ended, and the goals held against it."""
+    """One case as it went: its metrics by name, published values (text), how it ended, and the goals held against it.
+
+    ``without`` gives the reason of each metric that has no value, ``nothing_cut`` the sentence about a run that cut nothing.
+    """
 
     case: str
     metrics: Mapping[str, Measured]
     published: Mapping[str, str] = field(default_factory=dict)
     status: str = "complete"
     goals: Sequence[GoalResult] = ()
+    without: Mapping[str, str] = field(default_factory=dict)
+    nothing_cut: str = ""
 
 
 def case_table(outcome: Outcome) -> str:
@@ -30,12 +35,13 @@ def case_table(outcome: Outcome) -> str:
     for name, measured in outcome.metrics.items():
         published = outcome.published.get(name, "")
         rows.append((words(name), _like(measured, published), *([published] if beside else [])))
+    rows += [(words(name), reason, *([outcome.published.get(name, "")] if beside else [])) for name, reason in outcome.without.items()]
     return aligned(rows)
 
 
 def variants_table(outcomes: Sequence[Outcome], wanted: Collection[str] = ()) -> str:
     """Give one line a case: the metrics with a published value, which stands beside, and the ``wanted`` ones; without any, all metrics."""
-    measured = list(dict.fromkeys(name for outcome in outcomes for name in outcome.metrics))
+    measured = list(dict.fromkeys(name for outcome in outcomes for name in (*outcome.metrics, *outcome.without)))
     named = {name for name in measured if any(name in outcome.published for outcome in outcomes)}
     names = [name for name in measured if name in named or name in wanted] or measured
     judged = any(outcome.goals for outcome in outcomes)
@@ -65,16 +71,27 @@ def _cell(outcome: Outcome, name: str, published: str) -> str:
     """Give the measured value; a case that broke down has none to be compared."""
     if outcome.status.startswith("failed"):
         return "unstable" if " is unstable " in outcome.status else "broke down"
+    if name in outcome.without:
+        return "no value"
     return _like(outcome.metrics[name], published) if name in outcome.metrics else "-"
 
 
+def nothing_cut_text(outcomes: Sequence[Outcome]) -> str:
+    """Give the sentences about cases that cut nothing, one a line, each once with the cases it holds for; empty where all cut."""
+    cases: dict[str, list[str]] = {}
+    for outcome in outcomes:
+        if outcome.nothing_cut:
+            cases.setdefault(outcome.nothing_cut, []).append(outcome.case)
+    return "\n".join(f"{', '.join(names)}: {sentence}" if len(outcomes) > 1 else sentence for sentence, names in cases.items())
+
+
 def goals_text(results: Sequence[GoalResult]) -> str:
-    """Give a table of goals (limit, value reached, by how much it is missed) and below it the hints of those that are missed."""
+    """Give a table of goals (limit, value reached, by how much it is missed) and below it the hints of those that are missed by a value."""
     rows = [("goal", "limit", "reached", "")]
     for result in results:
         reached = f"{plain_number(result.value, 5)} {result.unit}".strip() if not math.isnan(result.value) else "-"
         rows.append((words(result.metric), f"{result.sense} {result.limit}", reached, _verdict(result)))
-    hints = dict.fromkeys(f"Hint: {result.hint}" for result in results if not result.met and result.hint)
+    hints = dict.fromkeys(f"Hint: {result.hint}" for result in results if result.over > 0.0 and result.hint)
     return "\n".join([aligned(rows), *hints])
 
 
@@ -82,7 +99,7 @@ def _verdict(result: GoalResult) -> str:
     if result.met:
         return "met"
     if math.isnan(result.value):
-        return f"missed: {result.reason}"
+        return f"not reached: {result.reason.removeprefix(NO_VALUE)}"
     share = "" if math.isnan(result.share) else f" ({plain_number(100.0 * result.share, 2)} %)"
     return f"missed by {result.over:.3g} {result.unit}".strip() + share
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lathesim.analysis.metric import Measured, measure
+from lathesim.analysis.nothing_cut import nothing_cut
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.lessons.lesson import find_lesson
 from lathesim.lessons.promises import check_goals
@@ -161,6 +162,8 @@ def grade(record: Record, name: str, lesson: Yardstick, registry: Registry) -> G
         notes.append(f"The record is of another lesson{f': {named}' if named else ''}.")
         return Grade(name, OTHER, lesson.name, variant, ended, goals, tuple(notes))
     notes += _differences(record, lesson)
+    told = nothing_cut(record) if finished else ""
+    notes += [f"{told[0].upper()}{told[1:]}"] if told else []
     if not finished:
         result = UNFINISHED
     elif not goals:

@@ -21,6 +21,7 @@ from lathesim.lessons.lesson import Lesson, Machine
 from lathesim.lessons.part_values import si_value
 from lathesim.lessons.program_path import expected_time
 from lathesim.lessons.promises import check_promises
+from lathesim.lessons.raw_stock import raw_stock
 from lathesim.lessons.schema import LessonSettings
 from lathesim.plugins import Registry
 
@@ -163,4 +164,7 @@ def _described(record: Record, prepared: Prepared) -> Record:
         "program": str(case.program or ""),
         "overrides": ", ".join(f"{name}={value}" for name, value in changed.items()),
     }
+    stock = raw_stock(prepared.plan)
+    if stock is not None:
+        meta["stock"] = stock.as_text()
     return dataclasses.replace(record, meta=meta)

@@ -142,7 +142,7 @@ def test_a_metric_that_the_record_lacks_misses_its_goal_with_the_reason(capsys: 
     time = np.arange(3.0)
     save(Record(time, {}, {"lesson": LESSON, "lesson_name": "pushed_table", "status": "complete"}), "bare.h5")
     said = call(capsys, "grade", "pushed_table.yaml", "bare.h5")
-    assert "max contour error  at most 0.4 mm  -        missed: not available: needs channel" in said.out
+    assert "max contour error  at most 0.4 mm  -        not reached: not available: needs channel" in said.out
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -106,6 +107,56 @@ def test_json_of_all_cases_repeats_the_first_at_the_top(capsys: pytest.CaptureFi
 
 def write_short_program() -> None:
     Path("short.nc").write_text("G90 G94 G71\nG00 X17 Z14\nM03 S1000 G01 Z20 F600\nM30\n", encoding="utf-8")
+
+
+AIR = """\
+G90 G95 G71
+G97 S1200 M03
+G00 X25.0 Z14.0
+G01 Z17.0 F0.5
+G00 X26.0
+M30
+"""
+IN_THE_AIR = re.compile(
+    r"othing was cut: the program leads the tool no nearer to the stock than 7 mm, at a radius of 25 mm and z = 15\.?\d* mm in line 4 of "
+    r"air\.nc; take it to a radius below 18 mm at feed, or set stock\.stock_radius to more than 25 mm\."
+)
+
+
+def test_a_program_that_never_meets_the_stock_is_told_and_reaches_no_goal_of_cutting(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("air.nc").write_text(AIR, encoding="utf-8")
+    asked = ("run", "08_feed_and_roughness", "--program", "air.nc", "--plain", "--no-plots")
+    said = call(capsys, *asked, "--variant", "start", "--out", "air.h5")
+    assert (said.code, said.err) == (0, "")
+    assert len(IN_THE_AIR.findall(said.out)) == 1
+    table = [line.split("  ") for line in said.out.splitlines()]
+    cells = {line[0]: [cell.strip() for cell in line[1:] if cell.strip()] for line in table}
+    assert "max surface roughness           no value: nothing was cut\n" in said.out
+    assert cells["max surface roughness"] == ["at most 1.6 um", "-", "not reached: nothing was cut"]
+    assert cells["max cutting force"] == ["at most 1.6 kN", "-", "not reached: nothing was cut"]
+    assert cells["cycle time"][-1] == "met"
+    assert "Hint" not in said.out
+    result = json.loads(call(capsys, *asked, "--variant", "start", "--json").out)
+    assert IN_THE_AIR.fullmatch(result["nothing_cut"].removeprefix("n"))
+    for name, unit in (("max_surface_roughness", "m"), ("max_cutting_force", "N"), ("removed_volume", "m^3"), ("max_contour_error", "m")):
+        assert result["metrics"][name] == {"value": None, "unit": unit, "reason": "no value: nothing was cut"}
+    graded = call(capsys, "grade", "08_feed_and_roughness", "air.h5")
+    assert len(IN_THE_AIR.findall(graded.out)) == 1
+    assert "1 of 3 goals met: missed." in graded.out
+    (told,) = json.loads(call(capsys, "grade", "08_feed_and_roughness", "air.h5", "--json").out)["records"]
+    goal = told["goals"][0]
+    assert (goal["met"], goal["value"], goal["missed_by"], goal["reason"]) == (False, None, None, "no value: nothing was cut")
+    all_cases = call(capsys, *asked)
+    assert "\nstart, " in all_cases.out
+    assert 1 <= len(IN_THE_AIR.findall(all_cases.out)) < 5  # cases with the same sentence share it
+    assert [line.split()[3:6] for line in all_cases.out.splitlines()[2:7]] == [["no", "value", "no"]] * 5
+
+
+def test_a_program_that_cuts_is_not_told_to_cut_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    write_short_program()
+    said = call(capsys, *ONE, "--no-plots", "--program", "short.nc")
+    assert "nothing was cut" not in said.out
+    assert "nothing_cut" not in json.loads(call(capsys, *ONE, "--no-plots", "--program", "short.nc", "--json").out)
 
 
 @pytest.mark.parametrize(
