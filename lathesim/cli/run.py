@@ -26,6 +26,7 @@ STOPPED = 130
 @variant_option
 @program_option
 @set_option
+@click.option("--recording", type=click.Path(path_type=Path), metavar="FILE", help="What drives a lesson with 'recordings: drive:'.")
 @click.option("--seed", type=click.IntRange(min=0), help="Another seed of the noise.")
 @click.option("--out", type=click.Path(path_type=Path), metavar="RUN.h5", help="Where the record goes [default: lathesim_runs/LESSON/].")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-run/1) and nothing else.")
@@ -38,6 +39,7 @@ def run(
     variant: str | None,
     program: Path | None,
     settings: tuple[str, ...],
+    recording: Path | None,
     seed: int | None,
     out: Path | None,
     as_json: bool,
@@ -47,8 +49,9 @@ def run(
 ) -> int:
     """Run LESSON (a file, or the name of a shipped one): a table of results, plots, and a record beside them.
 
-    Without --variant all variants of the lesson run, and a table compares them with the published values. Ctrl-C ends a run and keeps
-    what was simulated until then (exit code 130).
+    Without --variant all variants of the lesson run, and a table compares them with the published values. With --recording the inputs that
+    the lesson names under 'recordings: drive:' are driven by FILE, for as long as it lasts, and the motion starts as it shows; 'lathesim
+    compare' holds the same run against it. Ctrl-C ends a run and keeps what was simulated until then (exit code 130).
     """
     import os
 
@@ -63,6 +66,8 @@ def run(
     names: list[str | None] = [variant] if variant is not None else list(loaded.variants) or [None]
     prepared = [prepare(loaded, registry, name, changes, program=file) for name in names]
     runs = _Runs(loaded, registry, as_json, engine, seed, no_plots)
+    if recording is not None:
+        prepared = [runs.driven(case, recording) for case in prepared]
     for case in prepared:
         runs.one(case, _record_path(out, loaded, case, alone=len(prepared) == 1))
         if runs.stopped:
@@ -93,6 +98,15 @@ class _Runs:
         self.outcomes: list[Outcome] = []
         self.results: list[dict[str, Any]] = []
         self.files: list[Path] = []
+        self.findings: dict[str, None] = {}
+
+    def driven(self, case: Prepared, recording: Path) -> Prepared:
+        """Give a case driven by a recording, and keep what was found in that."""
+        from lathesim.diagnosis.driven_run import driven_by
+
+        found = driven_by(case, recording, self.registry)
+        self.findings |= dict.fromkeys(found.findings)
+        return found.prepared
 
     def one(self, case: Prepared, path: Path) -> None:
         """Run one case and keep what it gives."""
@@ -124,6 +138,8 @@ class _Runs:
         told = nothing_cut(record) if record.status == "complete" else ""
         self.outcomes.append(Outcome(case.case.variant or "", measurements.values, published, record.status, goals, without, told))
         self.results.append(_result(case, record, path, measurements, told))
+        if case.recording:
+            self.results[-1] |= {"recording": case.recording, "recording_findings": list(self.findings)}
         if not self.no_plots and len(record) > 1:
             from lathesim.cli.run_plots import save_run_plots
 
@@ -134,6 +150,10 @@ class _Runs:
         if self.as_json:
             click.echo(_json(self.results, self.stopped))
             return
+        for finding in self.findings:
+            click.echo(f"Recording: {finding}")
+        if self.findings:
+            click.echo()
         from lathesim.cli.run_tables import case_table, goals_text, nothing_cut_text, variants_table
 
         if len(self.outcomes) > 1:

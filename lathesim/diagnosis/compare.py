@@ -18,21 +18,16 @@ import numpy as np
 from lathesim.diagnosis.evidence import missing_share
 from lathesim.diagnosis.fit import Fitted, fit
 from lathesim.diagnosis.held_out import parted
-from lathesim.diagnosis.loading import LEAST_SAMPLES, Recorded, at_period
+from lathesim.diagnosis.loading import Recorded, read_for
 from lathesim.diagnosis.locate import bars, missing_signal, places
 from lathesim.diagnosis.problem import Machine, Rig
 from lathesim.diagnosis.spectral_lines import Line, Spectrum, lines_of
 from lathesim.diagnosis.trial import SETTLING
 from lathesim.diagnosis.variables import direction_of, variables
 from lathesim.engine.assembly import FloatArray
-from lathesim.errors import RecordingError
 from lathesim.lessons.lesson import Lesson
-from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
-from lathesim.recordings.faults import recording_faults
-from lathesim.recordings.mapping import map_recording
-from lathesim.recordings.reading import read_recording
 
 SCHEMA = "lathesim-compare/1"
 OFF = 3.0
@@ -128,16 +123,7 @@ class Comparison:
 
 def load_recording(lesson: Lesson, file: Path, registry: Registry, variant: str | None = None) -> tuple[Machine, Recorded]:
     """Give the machine of a lesson and a recording of it; raises what ``load_case`` raises, but asks for no uncertainties."""
-    prepared = prepare(lesson, registry, variant)
-    mapping = mapping_of(lesson, prepared.machinery)
-    mapped = map_recording(read_recording(file, registry.readers), mapping)
-    if len(mapped.record) < LEAST_SAMPLES:
-        fact = f"the recording has {len(mapped.record)} usable samples."
-        raise RecordingError(fact, place=str(file), remedy=f"Record at least {LEAST_SAMPLES}.")
-    findings = (*mapped.findings, *recording_faults(mapped.record, mapping))
-    assembly = at_period(prepared.machinery, mapped.record.sample_period)
-    machine = Machine(assembly, mapping.targets("drive"), mapping.targets("compare"), {}, mapped.resolution)
-    return machine, Recorded(file.name, mapped.record, tuple(findings))
+    return read_for(prepare(lesson, registry, variant), file, registry)
 
 
 def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:

@@ -88,6 +88,19 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
     return LoadedCase(lesson, prepared, machine, tuple(recordings))
 
 
+def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machine, Recorded]:
+    """Give the machine of a prepared case and a recording of it; raises what :func:`load_case` raises, but asks for no uncertainties."""
+    mapping = mapping_of(prepared.case.lesson, prepared.machinery)
+    mapped = map_recording(read_recording(file, registry.readers), mapping)
+    if len(mapped.record) < LEAST_SAMPLES:
+        fact = f"the recording has {len(mapped.record)} usable samples."
+        raise RecordingError(fact, place=str(file), remedy=f"Record at least {LEAST_SAMPLES}.")
+    findings = (*mapped.findings, *recording_faults(mapped.record, mapping))
+    assembly = at_period(prepared.machinery, mapped.record.sample_period)
+    machine = Machine(assembly, mapping.targets("drive"), mapping.targets("compare"), {}, mapped.resolution)
+    return machine, Recorded(file.name, mapped.record, tuple(findings))
+
+
 def _refuse_without_overlap(file: Path, mapped: MappedRecording, prepared: Prepared) -> None:
     """Refuse a recording whose clock begins after the part program of the lesson has ended."""
     begin = float(mapped.record.meta["original_start"])

@@ -31,11 +31,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Prepared:
-    """A case of a lesson, ready to run: any number of times, with other overrides and seeds."""
+    """A case of a lesson, ready to run: any number of times, with other overrides and seeds; ``recording`` names what drives it, if any."""
 
     case: Case
     machinery: Machinery
     plan: Plan
+    recording: str = ""
 
     @property
     def duration(self) -> float | None:
@@ -130,9 +131,11 @@ def run_prepared(
     from lathesim.engine.run import run
 
     settings = prepared.case.lesson.settings
-    if prepared.duration is None and not prepared.plan.assembly.finish and settings.recordings is not None:
-        remedy = "See it beside one with 'lathesim compare LESSON RECORDING', or give it a 'duration:'."
-        raise LessonError("a recording drives this lesson, and nothing in it ends a run.", place=prepared.case.lesson.name, remedy=remedy)
+    driven = list(settings.recordings.drive) if settings.recordings is not None else []
+    if prepared.duration is None and not prepared.plan.assembly.finish and driven:
+        fact = f"a recording drives this lesson ({', '.join(driven)}), and none is given."
+        remedy = "Name one, as in 'lathesim run LESSON --recording FILE'; without one it needs a 'duration:'."
+        raise LessonError(fact, place=prepared.case.lesson.name, remedy=remedy)
     try:
         record = run(
             prepared.plan,
@@ -164,6 +167,8 @@ def _described(record: Record, prepared: Prepared) -> Record:
         "program": str(case.program or ""),
         "overrides": ", ".join(f"{name}={value}" for name, value in changed.items()),
     }
+    if prepared.recording:
+        meta["recording"] = prepared.recording
     stock = raw_stock(prepared.plan)
     if stock is not None:
         meta["stock"] = stock.as_text()

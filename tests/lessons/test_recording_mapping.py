@@ -128,5 +128,9 @@ def test_a_lesson_that_only_a_recording_drives_says_how_to_see_it(tmp_path: Path
     text = f"lesson: A table that is pushed\nmachine: force_axis\nsample_period: 2 ms\nstep: 1 ms\n{PUSHED}"
     (tmp_path / "pushed.yaml").write_text(text, encoding="utf-8")
     prepared = prepare(load_lesson(tmp_path / "pushed.yaml"), load_registry(installed=False))
-    with pytest.raises(LatheSimError, match=r"pushed: a recording drives this lesson.* 'lathesim compare LESSON RECORDING'"):
+    with pytest.raises(LatheSimError) as refused:
         run_prepared(prepared)
+    assert str(refused.value) == (
+        "pushed: a recording drives this lesson (x_axis.force), and none is given. "
+        "Name one, as in 'lathesim run LESSON --recording FILE'; without one it needs a 'duration:'."
+    )
