@@ -125,19 +125,25 @@ def _answer(
     after = strongest_variables(evidence.bars, [], after=True)
     removed = removed_in_band(found)
     baseline = _baseline(rig, found, values)
-    strained = tuple(name for name, item in baseline.items() if abs(item.refit_with - item.given) > STRAINED * rig.machine.uncertain[name])
+    strained = tuple(
+        name
+        for name, item in baseline.items()
+        if name not in found.far_off[:1] and abs(item.refit_with - item.given) > STRAINED * rig.machine.uncertain[name]
+    )
     bands = narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted)
     adequate = structured_share(evidence, rig.machine.compare) < ADEQUATE and not strained and not bands
     verdict = _verdict(found, standings, moved, adequate, removed)
     told_of = replace(values, by_name={**values.by_name, **read})
     effects = tuple(_effect(item, told_of, rig, adequate) for item in standings)
+    if effects and found.values_instead:
+        effects = (replace(effects[0], tied_with=(*effects[0].tied_with, *found.values_instead)), *effects[1:])
     term = None
     if not adequate:
         say("looking for a formula for what is left")
         term = discover(rig, found.model.fitted, held_out, found.model.held_out_fit)
     return Diagnosis(
         verdict=verdict,
-        sentence=_sentence(verdict, effects),
+        sentence=_sentence(verdict, effects, found.far_off),
         lesson=question.lesson,
         recording=question.fitted.name,
         held_out="",
@@ -154,6 +160,7 @@ def _answer(
             *map(str, bands),
             *told(turn_lines(held_out, found.model.held_out_fit), {name: item.unit for name, item in own.fit.items()}),
             *_strain(strained, baseline),
+            *_far_off(found.far_off, baseline),
         ),
         not_told=(*_not_told(effects, told_of), *_unseen(standings)),
         discovered=f"{term.formula}, which explains {term.share:.0%} of what is left at {term.at}" if term else "",
@@ -192,10 +199,13 @@ def _verdict(found: Found, standings: list[Standing], moved: bool, adequate: boo
         return "parameters_only" if moved else "no_mismatch"
     if not adequate and removed < NAMED_SHARE:
         return "unknown"
-    return "tied" if standings[0].tied else "named"
+    return "tied" if standings[0].tied or found.values_instead else "named"
 
 
-def _sentence(verdict: Verdict, effects: tuple[FoundEffect, ...]) -> str:
+def _sentence(verdict: Verdict, effects: tuple[FoundEffect, ...], far_off: tuple[str, ...]) -> str:
+    if verdict == "parameters_only" and far_off:
+        others = f" (or {' or '.join(far_off[1:])})" if len(far_off) > 1 else ""
+        return f"No physics is missing, but {far_off[0]}{others} is further off than the lesson holds possible."
     if verdict not in ("named", "tied") or not effects:
         return VERDICTS[verdict]
     names = [f"{effect.effect} at {effect.at}" + (f" (or {', '.join(effect.tied_with)})" if effect.tied_with else "") for effect in effects]
@@ -319,6 +329,17 @@ def _strain(strained: tuple[str, ...], baseline: Mapping[str, BaselineValue]) ->
         off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
         sentences.append(f"{name} would have to be {item.refit_with:.4g} {item.unit}{off}, further off than the lesson holds possible.")
     return sentences
+
+
+def _far_off(names: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> list[str]:
+    """Say which value explains the recordings by itself, and which others would as well."""
+    if not names:
+        return []
+    item = baseline[names[0]]
+    off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
+    told = f"{names[0]} of {item.refit_with:.4g} {item.unit}{off} explains by itself what is missing, though the lesson holds it impossible"
+    others = f"; so would another value of {' or of '.join(names[1:])}" if len(names) > 1 else ""
+    return [f"{told}{others}. Measure it, and say in the lesson how sure it is."]
 
 
 def _not_told(effects: tuple[FoundEffect, ...], values: Estimates) -> tuple[str, ...]:

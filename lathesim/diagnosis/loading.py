@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from lathesim.component import Output
 from lathesim.diagnosis.problem import Machine
+from lathesim.diagnosis.terms import decides
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, RecordingError
@@ -25,6 +28,8 @@ from lathesim.units import split_quantity
 
 MOST_SAMPLES = 300_000
 """More samples than this, times a few hundred runs of a round of candidates, do not fit the memory of an ordinary computer."""
+_COARSER = 1.5
+"""Ratio of two sample periods from which on the one is coarser."""
 LEAST_SAMPLES = 100
 """Fewer samples than this say nothing about a machine."""
 
@@ -75,6 +80,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
                 f"the recording has {len(mapped.record)} usable samples.", place=str(file), remedy=f"Record at least {LEAST_SAMPLES}."
             )
         _refuse_without_overlap(file, mapped, prepared)
+        found += _coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
         recordings.append(Recorded(file.name, mapped.record, tuple(found)))
         resolution |= mapped.resolution
         period = mapped.record.sample_period
@@ -108,6 +114,21 @@ def _refuse_without_overlap(file: Path, mapped: MappedRecording, prepared: Prepa
     if prepared.case.program is not None and end is not None and begin >= end:
         fact = f"the recording begins at {begin:g} s, and the lesson's program has ended at {end:g} s: they do not overlap."
         raise RecordingError(fact, place=str(file), remedy="Shift the times of the recording, or drive the reference with a recorded one.")
+
+
+def _coarser_than_decided(period: float, assembly: Assembly, compared: Collection[str]) -> list[Finding]:
+    """Say where a controller decides more often than the recording shows: at the recorder's rate it would be another, slower one, and what
+    it decided is known only if that was recorded."""
+    found = []
+    for part in assembly.parts:
+        outputs = {f"{part.name}.{name}" for name in part.component.declared(Output)}
+        ports = part.component.ports
+        closes_a_loop = decides(part.component) and ports["drive"] != ports["measured"]
+        if period > _COARSER * assembly.sample_period and closes_a_loop and not outputs & set(compared):
+            fact = f"one sample every {period * 1e3:g} ms, and {part.name} decides every {assembly.sample_period * 1e3:g} ms"
+            done = f"what it did in between cannot be replayed; record as often, or record {next(iter(sorted(outputs)), part.name)} too"
+            found.append(Finding("coarse", "", fact, done, serious=True))
+    return found
 
 
 def at_period(assembly: Assembly, period: float) -> Assembly:

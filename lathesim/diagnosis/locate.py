@@ -65,6 +65,8 @@ class Missing:
     at: str
     unit: str
     values: FloatArray
+    mean_is_known: bool = True
+    """Not where it was worked out from differences."""
 
 
 def missing_signal(rig: Rig, fitted: Fitted, channel: int) -> Missing:
@@ -78,7 +80,11 @@ def missing_signal(rig: Rig, fitted: Fitted, channel: int) -> Missing:
     plan = rig.sensed.plan
     shapes = rig.sensed.noise_shapes(fitted.by_name)[channel]
     states, kicks, _ = rig.sensed.kicks(fitted.by_name)
-    moved = [(row, part) for row, state in enumerate(states) if (part := _pushed(plan, state)) and np.any(kicks[row, channel])]
+    moved = [
+        (row, part)
+        for row, state in enumerate(states)
+        if (part := _pushed(plan, state)) and np.any(kicks[row, channel]) and _speaks_loudest(kicks[row], channel, rig.sensed.seen_floors)
+    ]
     if not moved or not shapes.differences:
         return Missing(name, plan.unit(rig.sensed.channels[channel]), residual)
     row, part = max(moved, key=lambda item: float(np.abs(kicks[item[0], channel]).max()))
@@ -94,7 +100,14 @@ def missing_signal(rig: Rig, fitted: Fitted, channel: int) -> Missing:
     ports = plan.parts[part].component.ports
     inertia = fitted.by_name.get(f"{part}.{ports['inertia']}", _value(plan, f"{part}.{ports['inertia']}")) if "inertia" in ports else 1.0
     unit = plan.unit(f"{part}.{ports['effort']}") if "inertia" in ports else "m/s^2"
-    return Missing(f"{part}.{ports['effort']}", unit, np.asarray(-inertia * irfft(rate, n=len(residual))))
+    return Missing(f"{part}.{ports['effort']}", unit, np.asarray(-inertia * irfft(rate, n=len(residual))), mean_is_known=False)
+
+
+def _speaks_loudest(kicks: FloatArray, channel: int, floors: FloatArray) -> bool:
+    """Say whether no other channel shows a state (channels, samples) better: a current tells of a force through the voltage that the motion
+    induces, and next to nothing beside an encoder."""
+    loudness = np.abs(kicks).max(axis=1) / floors
+    return bool(loudness[channel] >= loudness.max())
 
 
 def _pushed(plan: Plan, state: str) -> str:
@@ -116,7 +129,8 @@ def bars(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted) -> list[Bar]:
     here, there = variables(rig), variables(held_out)
     result = []
     for row, channel in enumerate(rig.machine.compare):
-        learned, scored = missing_signal(rig, fitted, row).values, missing_signal(held_out, judged, row).values
+        missing, other = missing_signal(rig, fitted, row), missing_signal(held_out, judged, row)
+        learned, scored, mean_is_known = missing.values, other.values, missing.mean_is_known and other.mean_is_known
         power = float(np.sum(scored[_counted(held_out)] ** 2))
         learned, scored = beyond(learned, held_by_friction(rig, fitted, row)), beyond(scored, held_by_friction(held_out, judged, row))
         for name in here:
@@ -128,7 +142,7 @@ def bars(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted) -> list[Bar]:
                 elif name.startswith(PARTIAL) and np.isfinite(places_here[0]).any():
                     usual = float(np.mean(learned[np.isfinite(places_here[0])]))
                     first, second = learned - usual, scored - usual
-                table = _Table.of(places_here, first, places_there, second)
+                table = _Table.of(places_here, first, places_there, second, mean_is_known=mean_is_known)
                 gain, possible = table.explained(), table.possible
                 if gain < _SMALL * possible and gain <= _BEYOND_CHANCE * table.by_chance():
                     gain = 0.0
@@ -180,9 +194,12 @@ class _Table:
     scored: FloatArray
     weight: FloatArray
     possible: float
+    mean_is_known: bool = True
 
     @classmethod
-    def of(cls, where: list[FloatArray], learned: FloatArray, other: list[FloatArray], scored: FloatArray) -> _Table:
+    def of(
+        cls, where: list[FloatArray], learned: FloatArray, other: list[FloatArray], scored: FloatArray, *, mean_is_known: bool = True
+    ) -> _Table:
         """Sort two signals into the bins of their variables; both the bins and the means are those of the first."""
         here, there = (np.all(np.isfinite(np.array(values)), axis=0) for values in (where, other))
         stretch = np.minimum(np.arange(len(learned)) * _STRETCHES // max(len(learned), 1), _STRETCHES - 1)[here]
@@ -198,6 +215,7 @@ class _Table:
             np.asarray(np.bincount(bins_there, weights=scored, minlength=count), dtype=np.float64),
             np.bincount(bins_there, minlength=count).astype(np.float64),
             float(np.sum(scored**2)) if len(learned) else 0.0,
+            mean_is_known,
         )
 
     def explained(self) -> float:
@@ -216,6 +234,9 @@ class _Table:
     def _gains(self, signs: FloatArray) -> FloatArray:
         """Give sum(y^2) - sum((y - mean)^2) = sum over bins of 2 mean sum(y) - mean^2 number, for each column of signs."""
         means = self.learned @ signs / np.maximum(self.number, 1.0)[:, None]
+        if not self.mean_is_known:
+            # what is learned knows no constant, and neither does what it is held against
+            means = means + (self.scored.sum() - self.weight @ means) / max(float(self.weight.sum()), 1.0)
         return np.asarray(2.0 * self.scored @ means - self.weight @ means**2)
 
 

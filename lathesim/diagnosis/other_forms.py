@@ -130,11 +130,17 @@ def _gain_of(bench: Bench, model: Model, term: Term, *, wide: bool) -> float:
 
 
 def form_starts(term: Term, other: Term, model: Model, most: int = 2) -> Sequence[FloatArray]:
-    """Give starting values of a finer form: what it has in common with the simple one as fitted, the rest neutral or typical."""
+    """Give starting values of a finer form: what it has in common with the simple one as fitted, the rest neutral or typical.
+
+    What may vanish does so in some of them: a peak of a usual size is far too large on a small machine.
+    """
     values = model.fitted.by_name
     start = other.neutral.copy()
     for position, name in enumerate(other.parameters):
         item = name.partition(".")[2]
         otherwise = start[position] if item in other.effect.neutral else other.points[0][position]
         start[position] = values.get(f"{term.part}.{item}", otherwise)
-    return [start, *[np.where(start == other.neutral, point, start) for point in other.points[:most]]]
+    shared = np.array([f"{term.part}.{name.partition('.')[2]}" in values for name in other.parameters])
+    may_vanish = (other.low == 0.0) & ~shared & ~np.array([name.partition(".")[2] in other.effect.neutral for name in other.parameters])
+    bare = [np.where(shared, start, np.where(may_vanish, 0.0, point)) for point in other.points[:most]] if may_vanish.any() else []
+    return [start, *bare, *[np.where(start == other.neutral, point, start) for point in other.points[:most]]]

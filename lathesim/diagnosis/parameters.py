@@ -17,6 +17,8 @@ CONFIDENCE = 1.96
 SIGNIFICANT = 3.0
 """Standard errors by which a size must differ from nothing."""
 _LARGEST_INFLATION = 10.0
+_HANG_TOGETHER = 0.1
+"""Share of a standard error that is left where the other values of an effect are held, below which only a mixture of them is known."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,8 @@ class Estimate:
     value: float
     error: float
     by_noise: float
+    alone: float = np.inf
+    """One standard error by noise where the other values of its effect are held: small where only their product is known."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,20 @@ def estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estim
     ]
     inflation = float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, _LARGEST_INFLATION))
     fits = (first, second) if whole is None else (_refitted(model, whole, held_out, wide),)
-    return Estimates({name: _estimate(fits, name, inflation) for name in names}, inflation)
+    found = {name: _estimate(fits, name, inflation) for name in names}
+    for term in model.terms:
+        for name, share in _held(fits[0], [name for name in term.parameters if name in found]).items():
+            found[name] = replace(found[name], alone=share * found[name].by_noise)
+    return Estimates(found, inflation)
+
+
+def _held(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
+    """Give by what factor each standard error of some values is smaller where the others of them are held."""
+    places = [fitted.names.index(name) for name in names]
+    covariance = fitted.covariance[np.ix_(places, places)]
+    own = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    informed = np.linalg.pinv(covariance / np.outer(own, own), hermitian=True)
+    return {name: float(1.0 / np.sqrt(max(value, 1.0))) for name, value in zip(names, np.diag(informed), strict=True)}
 
 
 def _estimate(fits: Sequence[Fitted], name: str, inflation: float) -> Estimate:
@@ -116,6 +133,8 @@ def is_significant(term: Term, values: Estimates) -> bool:
     for name, neutral in zip(term.parameters, term.neutral, strict=True):
         if name.partition(".")[2] in term.effect.neutral and name in values.by_name:
             estimate = values.by_name[name]
-            if abs(estimate.value - neutral) > SIGNIFICANT * estimate.by_noise:
+            # of a growth and a rate of wear only the product is known: each is open, and yet the wear is there
+            error = estimate.alone if estimate.alone < _HANG_TOGETHER * estimate.by_noise else estimate.by_noise
+            if abs(estimate.value - neutral) > SIGNIFICANT * error:
                 return True
     return False

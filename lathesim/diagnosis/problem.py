@@ -78,7 +78,7 @@ class Rig:
 
     def _simulator(self, assembly: Assembly, shown: Mapping[str, str] | None = None) -> Simulator:
         channels = tuple({**self._channels(), **(shown or {})}.values())
-        beside = (*[source for _, source in acting(assembly)], *self._telling(assembly))
+        beside = (*[source for _, source in acting(assembly)], *commands(assembly).values(), *self._telling(assembly))
         beside = tuple(name for name in dict.fromkeys(beside) if name not in channels)
         plan = wire(replace(assembly, record=(*channels, *beside), finish="", step=self._step(assembly)))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
@@ -204,6 +204,18 @@ def acting(assembly: Assembly) -> list[tuple[str, str]]:
     return found
 
 
+def commands(assembly: Assembly) -> dict[str, str]:
+    """Give by part the output that a drive, an amplifier or a table takes its command from."""
+    sources = {item.target: item.source for item in assembly.wires}
+    found = {}
+    for part in assembly.parts:
+        ports = part.component.ports
+        source = sources.get(f"{part.name}.{ports.get('drive', '')}", "")
+        if source and not issubclass(part.component, Effect) and "measured" not in ports:
+            found[part.name] = source
+    return found
+
+
 _START_SPREAD = 0.01
 """How far the smoothed recording may be off at its first sample, as a share of the motion's standard deviation (its end effect)."""
 
@@ -256,11 +268,13 @@ POSSIBLE = 3.5
 """Declared standard deviations by which a value of the lesson may be off; further off is not believed, whatever it would explain."""
 
 
-def baseline_free(machine: Machine) -> list[Free]:
-    """Give the uncertain parameters as free ones, held by their uncertainty and within what it makes possible."""
+def baseline_free(machine: Machine, wider: float = 1.0) -> list[Free]:
+    """Give the uncertain parameters as free ones, held by their uncertainty, ``wider`` than the lesson says, and within what that makes
+    possible."""
     plan = wire(replace(machine.assembly, finish=""))
     free = []
-    for name, deviation in machine.uncertain.items():
+    for name, declared_deviation in machine.uncertain.items():
+        deviation = wider * declared_deviation
         _, position = plan.settable(name)
         given = plan.parameter_values[position]
         part, _, item = name.partition(".")

@@ -7,13 +7,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from lathesim.diagnosis.fit import Fitted
-from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.problem import Rig, commands
+from lathesim.diagnosis.screening import is_limit
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.waves import wave_points
 from lathesim.engine.assembly import FloatArray
 
 _INSTANT = "instant"
 _JUMPS = 2
+_FREQUENCY = "frequency"
+_FREQUENCIES = 10
+_FASTEST = 0.2
+"""Cycles a sample up to which a resonance is looked for."""
+_REACHED = (0.995, 0.98, 0.95, 0.85)
+"""Shares of the samples in which a command is below where a limit is looked for."""
 _APART = 0.02
 """Share of a recording by which two instants lie apart."""
 
@@ -33,6 +40,40 @@ def starting_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, Fl
                 if name in term.effect.neutral:
                     point[place] = size
         found[term.part] = np.clip(points, term.low, term.high)
+    return found | limit_points(rig, terms) | _frequency_points(rig, terms)
+
+
+def _frequency_points(rig: Rig, terms: Sequence[Term]) -> dict[str, FloatArray]:
+    """Give starting values for resonances: frequencies close enough together for one of them to be in the valley, its other values usual."""
+    fastest = _FASTEST / rig.machine.assembly.sample_period
+    found: dict[str, FloatArray] = {}
+    for term in terms:
+        names = [name.partition(".")[2] for name in term.parameters]
+        if _FREQUENCY not in names or not len(term.points):
+            continue
+        column = names.index(_FREQUENCY)
+        low, high = float(term.points[:, column].min()), min(float(term.points[:, column].max()), fastest)
+        if high > low:
+            points = np.tile(np.median(term.points, axis=0), (_FREQUENCIES, 1))
+            points[:, column] = np.geomspace(low, high, _FREQUENCIES)
+            found[term.part] = np.clip(points, term.low, term.high)
+    return found
+
+
+def limit_points(rig: Rig, terms: Sequence[Term]) -> dict[str, FloatArray]:
+    """Give starting values for limits of a command, or of its rate, where the command of this recording comes to: a limit that is never
+    reached does nothing, and one that is usual on another machine may be never reached here."""
+    found: dict[str, FloatArray] = {}
+    channels, sources = rig.sensed.plan.channels, commands(rig.sensed.plan.assembly)
+    for term in terms:
+        limits, source = np.flatnonzero(is_limit(term)), sources.get(term.at, "")
+        if term.effect.site != "drive" or len(limits) != 1 or len(term.parameters) != 1 or source not in channels:
+            continue
+        command = np.nan_to_num(rig.sensed.channel([], [], channels.index(source)))
+        if rig.sensed.plan.unit(term.parameters[0]).endswith("/s"):
+            command = np.diff(command) / rig.machine.assembly.sample_period
+        reached = np.quantile(np.abs(command), _REACHED)
+        found[term.part] = np.clip(np.unique(reached[reached > 0.0])[::-1, None], term.low, term.high)
     return found
 
 

@@ -33,8 +33,8 @@ _ROTARY_UNITS = ("N*m", "rad/s", "rad")
 class Term:
     """A candidate: an effect inserted under the name ``part`` at a host.
 
-    ``parameters`` are the free names (``part.parameter``), ``neutral`` and ``typical`` their values [SI]; ``low`` and ``high`` the bounds,
-    ``points`` starting values, shape (points, parameters), spread over the typical ranges.
+    ``parameters`` are the free names (``part.parameter``), ``neutral`` their values without the effect [SI]; ``low`` and ``high`` the bounds,
+    ``usual`` the largest size that is met, ``points`` starting values, shape (points, parameters), spread over the typical ranges.
     """
 
     part: str
@@ -44,6 +44,7 @@ class Term:
     neutral: FloatArray
     low: FloatArray
     high: FloatArray
+    usual: FloatArray
     points: FloatArray
 
     @property
@@ -88,8 +89,12 @@ def insert_candidates(
         (effect, at)
         for effect in _in_acting_order(effects)
         for part in assembly.parts
-        if part.name not in unseen and _fits(effect, part.component) and not (effect.site == "drive" and part.name in driven)
-        for at in (part.name, *_further_readings(effect, part, compared or ()))
+        if part.name not in unseen
+        for at in (
+            *_own_places(effect, part, driven),
+            *_further_readings(effect, part, compared or ()),
+            *_shown_outputs(effect, part, compared or ()),
+        )
     ]
     terms: list[Term] = []
     result = assembly
@@ -109,9 +114,24 @@ def insert_candidates(
     return result, terms
 
 
+def _own_places(effect: type[Effect], part: Part, driven: Collection[str]) -> list[str]:
+    """Give the part, if the effect fits it; what a drive leaves out belongs to the first part that is driven."""
+    return [part.name] if _fits(effect, part.component) and not (effect.site == "drive" and part.name in driven) else []
+
+
+def _shown_outputs(effect: type[Effect], part: Part, compared: Collection[str]) -> list[str]:
+    """Give the compared outputs of a part that is no sensor, as the current that an amplifier shows: what shows it has errors of its own."""
+    component = part.component
+    if "reading" in component.ports or issubclass(component, Effect) or decides(component):
+        return []
+    if effect.site != "reading" and effect.__name__ not in _OF_ANY_READING:
+        return []
+    return [f"{part.name}.{name}" for name in component.declared(Output) if f"{part.name}.{name}" in compared]
+
+
 def _further_readings(effect: type[Effect], part: Part, compared: Collection[str]) -> list[str]:
     """Give the other compared readings of a sensor of several channels, each with an amplifier and a zero of its own."""
-    if effect.site != "reading":
+    if effect.site != "reading" or not _fits(effect, part.component):
         return []
     readings = [f"{part.name}.{port}" for role, port in part.component.ports.items() if role.endswith("_reading")]
     return [reading for reading in readings if reading in compared]
@@ -162,6 +182,8 @@ def _snake(name: str) -> str:
 
 
 _LENGTH, _ANGLE, _SPEED, _FORCE = "m", "rad", "rad/s", "N"
+_OF_ANY_READING = ("ScaleFactorError", "ConverterOffset")
+"""Effects that whatever is shown may have, though they sit elsewhere by themselves."""
 _SIGNALS = {
     "BeltSlip": (_SPEED,),
     "SpeedDroop": (_SPEED,),
@@ -214,7 +236,8 @@ def _term(part: str, effect: type[Effect], placed: type[Component], host: str) -
     neutral = np.array([effect.neutral.get(name, _middle(*ranges[name])) for name in names])
     low = np.array([declared[name].low for name in names])
     high = np.array([declared[name].high for name in names])
-    return Term(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, points)
+    usual = np.array([max(abs(bound) for bound in ranges[name]) for name in names])
+    return Term(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, usual, points)
 
 
 def _middle(low: float, high: float) -> float:

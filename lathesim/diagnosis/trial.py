@@ -213,7 +213,7 @@ class Bench:
             fitted = fit(self.rig.sensed, freed, constant, rounds=2, iterations=8, wide=wide, tolerance=_ROUGH, known=known, fresh=False)
             if best is None or fitted.score > best.score:
                 best = fitted
-            if best.score - before.fitted.score > promised:
+            if best.score - (before.score.wide if wide else before.score.motion) > promised:
                 break
         assert best is not None
         nearby = before.fitted
@@ -277,6 +277,7 @@ def _far(before: Fitted, after: Fitted) -> bool:
 def term_free(term: Term, start: FloatArray) -> list[Free]:
     """Give the parameters of a term as free ones, starting at ``start``."""
     spread = np.maximum(np.abs(term.points).max(axis=0, initial=0.0), np.abs(start)) if len(term.points) else np.abs(start)
+    spread = np.where(spread > 0.0, spread, term.usual)
     free = [
         Free(name, float(value), max(float(scale) * 0.3, 1e-12), float(low), float(high))
         for name, value, scale, low, high in zip(term.parameters, start, spread, term.low, term.high, strict=True)

@@ -38,9 +38,11 @@ def variables(rig: Rig) -> dict[str, list[FloatArray]]:
         position = motion.get(f"{host}.{ports.get('displacement', '')}")
         if velocity is not None:
             direction = direction_of(velocity)
+            # how a part that is to stand still moves is what loads do to it
+            meant = np.where(direction == 0.0, 0.0, velocity)
             found |= {
-                f"velocity of {host}": [velocity],
-                f"speed of {host}": [np.abs(velocity)],
+                f"velocity of {host}": [meant],
+                f"speed of {host}": [np.abs(meant)],
                 f"sign of velocity of {host}": [direction],
                 f"acceleration of {host}": [velocity_of(velocity, period)],
             }
@@ -53,8 +55,17 @@ def variables(rig: Rig) -> dict[str, list[FloatArray]]:
         if (in_cut := rig.doing.get(f"{host}.{ports.get('in_cut', '')}")) is not None:
             found |= _of_the_cut(host, in_cut > 0.5, time, rig.doing.get(f"{host}.{ports.get('angle', '')}"))
     for name in rig.machine.drive:
-        found[name] = [rig.record[name]]
+        if not _pushes(rig, name):
+            found[name] = [rig.record[name]]
     return found
+
+
+def _pushes(rig: Rig, name: str) -> bool:
+    """Say whether a driven input is the command of a drive: in a loop that nobody modelled it answers to the load that nobody measured, and
+    what is missing then always depends on it."""
+    part, _, item = name.partition(".")
+    ports = next(other.component.ports for other in rig.machine.assembly.parts if other.name == part)
+    return ports.get("drive") == item and ports.get("measured", item) == item
 
 
 def _of_the_cut(host: str, in_cut: npt.NDArray[np.bool_], time: FloatArray, angle: FloatArray | None) -> dict[str, list[FloatArray]]:

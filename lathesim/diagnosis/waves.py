@@ -27,6 +27,8 @@ _SHARE = "share"
 _PEAKS = 2
 _PHASES = (0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi)
 _MOST_BINS = 1 << 20
+_LONGER = 10.0
+"""By what factor the wave of a geometry may be longer than usual."""
 _BEYOND = 1.3
 """By how much a wavelength may lie outside the typical range."""
 
@@ -48,7 +50,10 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
         column = names.index(wave)
         low, high = np.sort(term.points[:, column])[[0, -1]]
         if wave == _ORDER:
-            low, high = 2.0 * math.pi / high, 2.0 * math.pi / low
+            low, high = (2.0 * math.pi / order for order in reversed(term.effect.typical[_ORDER]))
+        elif term.effect.site == "measured":
+            # a belt's pulley turns once in a tenth of a metre; two turns of it must be there to be one
+            high = max(high, min(0.5 * float(np.ptp(places[term.at][0])), _LONGER * high))
         points = []
         # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
         sizes = [(size, "direction" if term.family == "once per turn" and "Friction" in term.name else "")]
@@ -107,13 +112,9 @@ def _standardised(values: FloatArray) -> FloatArray:
 
 def _shortest(terms: list[Term], at: str) -> float:
     """Give the shortest wavelength that a term at a part may have."""
-    lengths = [
-        float(np.min(term.points[:, column]))
-        for term in terms
-        if term.at == at
-        for column, name in enumerate(term.parameters)
-        if name.partition(".")[2] in _PERIODS
-    ]
+    there = [(term, column, name.partition(".")[2]) for term in terms if term.at == at for column, name in enumerate(term.parameters)]
+    lengths = [float(np.min(term.points[:, column])) for term, column, name in there if name in _PERIODS]
+    lengths += [2.0 * math.pi / term.effect.typical[_ORDER][1] for term, _, name in there if name == _ORDER]
     return min(lengths, default=math.inf) / _BEYOND
 
 

@@ -32,7 +32,7 @@ class TemperatureSoftening(Effect):
     incoming = Input("{signal}", doc="force of the cold cut")
     outgoing = Output("{signal}", doc="force of the warm cut")
     warmth = State("1", doc="1 in a cut that has long been going on")
-    softening = Parameter("1", 0.0, low=-5.0, high=0.95, doc="share of the force that is lost")
+    softening = Parameter("1", 0.0, low=0.0, high=0.95, doc="share of the force that is lost")
     time_constant = Parameter("s", 3.0, low=1e-3, doc="time to 63 % of the loss")
 
     @staticmethod

@@ -163,9 +163,10 @@ class AsymmetricFriction(Effect):
 class PositionDependentFriction(Effect):
     """Friction that varies along the travel: a tight spot of the way or a screw running eccentric in its nut.
 
-    F_out = F_in + amplitude (1 + sin(2 pi q / period + phase)) sgn(v)
+    F_out = F_in + amplitude sin(2 pi q / period + phase) sgn(v)
 
-    Never negative. On top of CoulombFriction the amplitude also raises the mean, so the Coulomb level falls by as much in a fit.
+    It stands on a CoulombFriction, whose level is the mean and which it does not exceed. Left out: a body at rest where the friction is
+    below its mean breaks away only at the mean.
     """
 
     needs = ("CoulombFriction",)
@@ -185,7 +186,7 @@ class PositionDependentFriction(Effect):
     flow = Input("{flow}", doc="velocity of the host")
     displacement = Input("{displacement}", doc="position of the host")
     outgoing = Output("{signal}", doc="disturbance with the friction")
-    amplitude = Parameter("{signal}", 0.0, low=0.0, doc="half of what the friction varies by")
+    amplitude = Parameter("{signal}", 0.0, low=0.0, doc="half of what the friction varies by, at most the level of the friction")
     period = Parameter("{displacement}", 0.01, low=1e-6, doc="travel after which it repeats")
     phase = Parameter("rad", 0.0, doc="phase at position zero")
 
@@ -203,8 +204,11 @@ class PositionDependentFriction(Effect):
     ) -> float:
         if amplitude == 0.0:
             return incoming
-        level = amplitude * (1.0 + math.sin(2.0 * math.pi * displacement / period + phase))
-        return incoming + resisting(demand_to_rest(applied, incoming, inertia, flow, step), level, level)
+        level = amplitude * math.sin(2.0 * math.pi * displacement / period + phase)
+        demand = demand_to_rest(applied, incoming, inertia, flow, step)
+        if level >= 0.0:
+            return incoming + resisting(demand, level, level)
+        return incoming - resisting(demand - resisting(demand, -level, -level), -level, -level)
 
 
 class ViscousWarmUp(Effect):

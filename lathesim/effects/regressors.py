@@ -58,7 +58,7 @@ def _asymmetric_parameters(found: Coefficients, shape: Shape) -> dict[str, float
 
 def _positional(signals: Signals, shape: Shape) -> Columns:
     sign = np.sign(signals["velocity"])
-    return {"amplitude": sign, **sine_columns(_turns(signals, shape["period"]), "wave", sign)}
+    return sine_columns(_turns(signals, shape["period"]), "wave", sign)
 
 
 def _positional_parameters(found: Coefficients, shape: Shape) -> dict[str, float]:

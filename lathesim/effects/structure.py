@@ -24,8 +24,8 @@ class AxialResonance(Effect):
     beyond = "deflection"
     behind = {"flow": "stretch_speed", "applied": "spring_force", "inertia": "table_inertia"}
     neutral = {"table_share": 0.0}
-    typical = {"table_share": (0.05, 0.8), "frequency": (40.0, 300.0), "damping": (0.02, 0.1)}
-    typical_rotary = {"table_share": (0.05, 0.8), "frequency": (20.0, 500.0), "damping": (0.01, 0.1)}
+    typical = {"table_share": (0.05, 0.8), "frequency": (8.0, 300.0), "damping": (0.02, 0.1)}
+    typical_rotary = {"table_share": (0.05, 0.8), "frequency": (5.0, 500.0), "damping": (0.01, 0.1)}
     fingerprint = "A line of force and scale that stays in Hz while the speed changes; the table lags in proportion to the jerk."
     confused_with = ("CurrentLoopLag", "TransportDelay", "SensorFilter", "PreslidingFriction")
     experiment = "A chirp or a hammer blow, with two table loads: only a resonance moves with the load."

@@ -18,7 +18,7 @@ TRUE = {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}
 def estimated(second: Hidden) -> Estimates:
     """Fit a sound table to one recording and ask a recording of another table about it."""
     rig, held_out = rigs(recording(Hidden(), seed=1), recording(second, seed=2))
-    return estimates(model_of(rig, held_out), held_out, None)
+    return estimates(model_of(rig, held_out), rig, held_out, None)
 
 
 def model_of(rig, held_out) -> Model:  # type: ignore[no-untyped-def]
@@ -49,7 +49,7 @@ def test_what_belongs_to_one_recording_is_not_reported() -> None:
 
 def test_a_whole_recording_is_fitted_once_more_where_both_are_its_halves() -> None:
     rig, held_out, whole = rigs(recording(seed=1, count=1000), recording(seed=2, count=1000), recording(seed=3))
-    found = estimates(model_of(rig, held_out), held_out, whole)
+    found = estimates(model_of(rig, held_out), rig, held_out, whole)
     for name, true in TRUE.items():
         assert found.by_name[name].value == pytest.approx(true, rel=1e-4)
         assert abs(found.by_name[name].value - true) < 4.0 * found.by_name[name].error
@@ -58,7 +58,7 @@ def test_a_whole_recording_is_fitted_once_more_where_both_are_its_halves() -> No
 def test_what_was_known_beforehand_is_not_made_less_sure() -> None:
     """An inflated error never exceeds the uncertainty that the lesson gives."""
     rig, held_out = rigs(recording(count=300, size=0.0), recording(count=300, size=0.0, seed=2))
-    found = estimates(model_of(rig, held_out), held_out, None)
+    found = estimates(model_of(rig, held_out), rig, held_out, None)
     assert found.by_name["x_axis.mass"].error <= 1.001 * 0.05 * MASS
 
 
@@ -92,6 +92,6 @@ def test_a_wave_of_negative_size_is_the_same_wave_half_a_turn_on() -> None:
     size, phase = (fitted.names.index(f"{ripple.part}.{name}") for name in ("amplitude", "phase"))
     turned = np.array(fitted.values)
     turned[size], turned[phase] = -turned[size], turned[phase] + np.pi
-    found = estimates(replace(model, fitted=replace(fitted, values=turned)), held_out, None)
+    found = estimates(replace(model, fitted=replace(fitted, values=turned)), rig, held_out, None)
     assert abs(found.by_name[f"{ripple.part}.amplitude"].value) == pytest.approx(8.0, rel=0.02)
     assert is_significant(ripple, found)

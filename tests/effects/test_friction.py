@@ -86,7 +86,13 @@ def test_asymmetric_levels_and_slopes() -> None:
 def test_positional_friction_turns_over_with_the_direction() -> None:
     there = PositionDependentFriction.output(0.0, 0.0, 100.0, 0.1, 0.0025, 5.0, 0.01, 0.0, STEP)
     back = PositionDependentFriction.output(0.0, 0.0, 100.0, -0.1, 0.0025, 5.0, 0.01, 0.0, STEP)
-    assert (there, back) == (pytest.approx(10.0), pytest.approx(-10.0))
+    assert (there, back) == (pytest.approx(5.0), pytest.approx(-5.0))
+
+
+def test_positional_friction_below_the_mean_takes_from_it_while_the_body_moves_and_nothing_at_rest() -> None:
+    moving = PositionDependentFriction.output(20.0, 0.0, 100.0, 0.1, 0.0075, 5.0, 0.01, 0.0, STEP)
+    resting = PositionDependentFriction.output(8.0, 8.0, 100.0, 0.0, 0.0075, 5.0, 0.01, 0.0, STEP)
+    assert (moving, resting) == (pytest.approx(15.0), pytest.approx(8.0))
 
 
 def test_warm_up_reaches_63_percent_after_its_time_constant() -> None:
