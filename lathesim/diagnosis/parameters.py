@@ -48,8 +48,9 @@ def estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estim
     """Give the machine's values: fitted to the whole recording where both parts are of one file, else the weighted mean of both.
 
     The parts are fitted by themselves first, with noise that may be slow: what is missing is in the model by now, and a load that nobody
-    measured draws the values with it where it passes for white. Where they disagree by more than their standard errors, all errors are made larger by the
-    root mean square of that disagreement: an error that the noise model knows nothing of (the model's form, a drifting machine).
+    measured draws the values with it where it passes for white. Where they disagree by more than their standard errors, all errors are
+    made larger by the root mean square of that disagreement: an error that the noise model knows nothing of (the model's form, a drifting
+    machine).
     """
     wide = is_wide(model.terms)
     first = fit(rig.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, wide=wide, coloured=True)

@@ -22,8 +22,8 @@ from lathesim.diagnosis.side_by_side import TOGETHER, Asked, side_by_side
 from lathesim.diagnosis.starting_points import starting_points
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.time_limit import until
-from lathesim.diagnosis.value_far_off import value_far_off
 from lathesim.diagnosis.trial import STRAINED, Bench, Model, Tell, Trial, is_strained, is_wide, judged_score, strains, strains_anew
+from lathesim.diagnosis.value_far_off import value_far_off
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 

@@ -44,7 +44,7 @@ def starting_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, Fl
 
 
 def _frequency_points(rig: Rig, terms: Sequence[Term]) -> dict[str, FloatArray]:
-    """Give starting values for resonances: frequencies close enough together for one of them to be in the valley, its other values usual."""
+    """Give starting values for resonances: frequencies so close together that one is in the valley, its other values usual."""
     fastest = _FASTEST / rig.machine.assembly.sample_period
     found: dict[str, FloatArray] = {}
     for term in terms:

@@ -33,8 +33,8 @@ _ROTARY_UNITS = ("N*m", "rad/s", "rad")
 class Term:
     """A candidate: an effect inserted under the name ``part`` at a host.
 
-    ``parameters`` are the free names (``part.parameter``), ``neutral`` their values without the effect [SI]; ``low`` and ``high`` the bounds,
-    ``usual`` the largest size that is met, ``points`` starting values, shape (points, parameters), spread over the typical ranges.
+    ``parameters`` are the free names (``part.parameter``), ``neutral`` their values without the effect [SI]; ``low`` and ``high`` are the
+    bounds, ``usual`` the largest sizes that are met, ``points`` starting values, shape (points, parameters), spread over typical ranges.
     """
 
     part: str
@@ -120,7 +120,7 @@ def _own_places(effect: type[Effect], part: Part, driven: Collection[str]) -> li
 
 
 def _shown_outputs(effect: type[Effect], part: Part, compared: Collection[str]) -> list[str]:
-    """Give the compared outputs of a part that is no sensor, as the current that an amplifier shows: what shows it has errors of its own."""
+    """Give the compared outputs of a part that is no sensor, as an amplifier's current: what shows it has errors of its own."""
     component = part.component
     if "reading" in component.ports or issubclass(component, Effect) or decides(component):
         return []

@@ -301,9 +301,9 @@ def in_own_simulation(rig: Rig, before: Fitted, after: Fitted, term: Term) -> tu
     rows = [[{**start, **values}[name] for name in names] for values in (after.by_name, neutral, before.by_name)]
     first, second, earlier = (rig.sensed.as_seen(run) for run in rig.own.outputs(names, np.array(rows)))
     begin = int(SETTLING * rig.own.samples)
-    left, left_without, left_before, moved = (
+    left, left_without, moved = (
         np.sqrt(np.mean(np.nan_to_num(signal, nan=np.inf)[:, begin:] ** 2, axis=1))
-        for signal in (_known(rig, first), _known(rig, second), _known(rig, earlier), first - second)
+        for signal in (_known(rig, first), _known(rig, second), first - second)
     )
     moves = np.nan_to_num(moved / np.maximum(left, rig.sensed.seen_floors))
     most = int(np.argmax(moves))

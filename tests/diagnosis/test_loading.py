@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.loading import LEAST_SAMPLES, Recorded, at_period, load_case
+from lathesim.diagnosis.loading import LEAST_SAMPLES, Recorded, _coarser_than_decided, at_period, load_case
 from lathesim.errors import LatheSimError, LessonError, RecordingError
-from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.lesson import load_lesson, load_machine
+from lathesim.lessons.simulate import check_machine
 from lathesim.plugins import Registry, load_registry
 from lathesim.recordings.finding import Finding
 from tests.diagnosis.pushed_table import FORCE, LESSON, MASS, POSITION, VISCOUS, machine, recording, write_case
@@ -41,6 +42,17 @@ def test_a_recording_at_another_rate_sets_the_rate(registry: Registry, tmp_path:
     rows = np.loadtxt(first, delimiter=",", skiprows=1)[::2]
     np.savetxt(first, rows, delimiter=",", header="t [s],push [N],seen [mm]", comments="", fmt="%.10g")
     assert load_case(load_lesson(lesson), [first], registry).machine.assembly.sample_period == pytest.approx(4e-3)
+
+
+def test_a_servo_that_decides_more_often_than_it_was_logged_cannot_be_replayed(registry: Registry) -> None:
+    """Unless what it commanded was logged too."""
+    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "cascade_axis.yaml"
+    assembly = check_machine(load_machine(template), registry).assembly
+    (finding,) = _coarser_than_decided(4.0 * assembly.sample_period, assembly, [])
+    assert finding.serious
+    assert "x_controller decides every" in finding.fact
+    assert _coarser_than_decided(assembly.sample_period, assembly, []) == []
+    assert _coarser_than_decided(4.0 * assembly.sample_period, assembly, ["x_controller.voltage"]) == []
 
 
 def test_a_short_recording_is_refused(registry: Registry, tmp_path: Path) -> None:

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.starting_points import instants_of, strongest_jumps
+from lathesim.diagnosis.fit import fit
+from lathesim.diagnosis.problem import baseline_free, build_rigs
+from lathesim.diagnosis.starting_points import instants_of, limit_points, starting_points, strongest_jumps
+from lathesim.effects.drive_range import DriveSaturation
+from lathesim.effects.structure import AxialResonance
+from tests.diagnosis.pushed_table import FORCE, machine, recording
 
 
 @pytest.mark.parametrize("instant", [0.31, 1.5, 2.9])
@@ -23,3 +28,25 @@ def test_a_step_on_a_slow_wander_is_among_those_of_a_short_window() -> None:
 
 def test_instants_are_known_by_their_names() -> None:
     assert instants_of(["lost.instant", "lost.jump", "ripple.phase"]) == ["lost.instant"]
+
+
+def test_a_limit_is_looked_for_where_the_command_of_the_recording_comes_to() -> None:
+    """A force that never comes near the usual limits of another machine, or goes far beyond them."""
+    for size in (0.5, 500.0):
+        record = recording(size=size)
+        rig, _ = build_rigs(machine(), [("a", record), ("b", record)], [DriveSaturation])
+        points = limit_points(rig, list(rig.candidates))[rig.candidates[0].part]
+        largest = float(np.abs(record[FORCE]).max())
+        assert np.all(points < largest)
+        assert float(points.max()) > 0.7 * largest
+
+
+def test_a_resonance_is_looked_for_at_frequencies_close_together() -> None:
+    record = recording()
+    rig, _ = build_rigs(machine(), [("a", record), ("b", record)], [AxialResonance])
+    (term,) = rig.candidates
+    baseline = fit(rig.sensed, baseline_free(rig.machine))
+    points = starting_points(rig, baseline, [term])[term.part]
+    frequencies = np.sort(points[:, [name.endswith(".frequency") for name in term.parameters].index(True)])
+    assert frequencies[0] < 15.0
+    assert np.all(frequencies[1:] / frequencies[:-1] < 1.6)

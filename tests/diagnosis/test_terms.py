@@ -9,12 +9,14 @@ import pytest
 from lathesim.diagnosis.terms import insert_candidates
 from lathesim.effects.drive_lag import MotorInductance
 from lathesim.effects.dynamometer_error import DynamometerDrift
+from lathesim.effects.force_law import ChipThicknessExponent, EdgeForce
 from lathesim.effects.force_over_time import EntryBuildUp
 from lathesim.effects.friction import CoulombFriction, StribeckFriction
 from lathesim.effects.motor_ripple import TorqueRipple
-from lathesim.effects.offset_and_gain import ConverterOffset, ForceOffset
+from lathesim.effects.offset_and_gain import ConverterOffset, ForceOffset, ScaleFactorError
 from lathesim.effects.play import Backlash
-from lathesim.effects.spindle_error import Runout
+from lathesim.effects.sensor_filter import SensorFilter
+from lathesim.effects.spindle_error import Runout, Unbalance
 from lathesim.engine.assembly import Assembly, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
@@ -93,6 +95,25 @@ def test_lobes_come_in_whole_numbers_a_turn() -> None:
     (runout,) = [term for term in terms if term.name == "Runout"]
     order = [name.endswith(".order") for name in runout.parameters].index(True)
     assert sorted(set(runout.points[:, order])) == [1.0, 2.0, 3.0]
+
+
+def test_the_phases_of_one_order_have_one_size() -> None:
+    """From responses of one size the best phase of a wave is worked out."""
+    _, terms = insert_candidates(cut_machine().assembly, (Runout,))
+    (runout,) = [term for term in terms if term.name == "Runout"]
+    sizes = runout.points[:, [name.endswith(".eccentricity") for name in runout.parameters].index(True)]
+    assert len(set(sizes)) == 1
+
+
+def test_what_opens_the_cut_acts_on_all_that_is_in_proportion_to_the_depth() -> None:
+    _, terms = insert_candidates(cut_machine().assembly, (Unbalance, Runout, EdgeForce, ChipThicknessExponent))
+    assert [term.name for term in terms] == ["ChipThicknessExponent", "EdgeForce", "Runout", "Unbalance"]
+
+
+def test_what_an_amplifier_shows_may_be_filtered_or_off_by_a_factor(registry: Registry) -> None:
+    assembly = assembly_of(next(path for path in TEMPLATES if path.stem == "voltage_axis"), registry)
+    terms = insert_candidates(assembly, (SensorFilter, ScaleFactorError), ["x_drive.current"])[1]
+    assert {(term.name, term.at) for term in terms} >= {("SensorFilter", "x_drive.current"), ("ScaleFactorError", "x_drive.current")}
 
 
 def test_starting_values_spread_over_the_usual_range_inside_the_bounds() -> None:

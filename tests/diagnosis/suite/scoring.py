@@ -132,7 +132,7 @@ def _score_names(made: Score, truth: dict[str, Any], answer: dict[str, Any]) -> 
         made.told_removed = answer.get("removed_share") or 0.0
         made.removed = removed_by_fit(truth, answer) or 0.0
     for true in effects:
-        # at another place it has other values: a wave of the scale is one of the encoder with the other sign. The place has a line of its own
+        # at another place it has other values: a wave of the scale is one of the encoder, turned round. The place has a line of its own
         match = next((one for one in given if one.get("effect") == true["effect"] and _place(one) == true["at"]), None)
         if match is not None:
             _score_parameters(made, true, match)
