@@ -123,7 +123,8 @@ def _answer(
     standings = [*standing(found, question.settings), *[Standing(term, 1.0, (), (), np.nan, np.nan) for term, _ in counts]]
     read = {f"{term.part}.{term.effect.spacing}": count for term, count in counts}
     after = strongest_variables(evidence.bars, [], after=True)
-    removed = removed_in_band(found)
+    told_removed = removed_share(held_out, before, reported)
+    removed = min(removed_in_band(found), 1.0 if told_removed > 0.0 else 0.0)
     baseline = _baseline(rig, found, values)
     strained = tuple(
         name
@@ -132,6 +133,7 @@ def _answer(
     )
     bands = narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted)
     adequate = structured_share(evidence, rig.machine.compare) < ADEQUATE and not strained and not bands
+    adequate = adequate and (told_removed > 0.0 or not standings)
     verdict = _verdict(found, standings, moved, adequate, removed)
     told_of = replace(values, by_name={**values.by_name, **read})
     effects = tuple(_effect(item, told_of, rig, adequate) for item in standings)
@@ -150,7 +152,7 @@ def _answer(
         effects=effects,
         location=location,
         fit=own.fit,
-        removed_share=removed_share(held_out, before, reported),
+        removed_share=told_removed,
         adequate=adequate,
         baseline=baseline,
         insert=tuple(_insert(*pair, found) for pair in zip(effects, standings, strict=True)) if verdict in ("named", "tied") else (),

@@ -30,6 +30,8 @@ from lathesim.engine.assembly import FloatArray
 _EQUAL = 1.0
 """Nats within which two candidates are equals; of equals the one that comes first in the catalogue, the commoner one, is taken."""
 _LAST = 1000
+_LEAST_SHIFT = 0.2
+"""Share of a sample by which a channel must be shifted."""
 TIE_SHARE = 0.03
 """Share of what the better of two candidates gains within which they cannot be told apart, as a model is never quite right."""
 _ALIKE = 0.1
@@ -174,10 +176,12 @@ def _add(bench: Bench, found: Found, settings: Settings, left: list[Term]) -> bo
     tried: list[Trial] = []
     waiting = list(screening.ranked[: settings.screened])
     while wave := _wave(bench, found, waiting, screening.ranked[0].gain, tried, settings):
-        asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.gain) for item in wave]
+        asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.share) for item in wave]
         tried += side_by_side(bench, found.model, asked)
     found.tried += tried
+    period = bench.rig.machine.assembly.sample_period
     good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_harmonic(trial, found.model)]
+    good = [trial for trial in good if _is_of_a_clock(trial, period)]
     if not good:
         return False
     good.sort(key=lambda trial: -merit(trial, settings))
@@ -391,6 +395,12 @@ def _of_usual_size(trial: Trial, settings: Settings) -> bool:
         if usual > 0.0 and size >= most * usual:
             return False
     return True
+
+
+def _is_of_a_clock(trial: Trial, period: float) -> bool:
+    """Say whether a shift in time is a fair part of a sample, if the effect is one: a smaller one is how a simulation steps, or a friction
+    that sits somewhere else."""
+    return trial.term.name != "ChannelTimeShift" or abs(trial.model.fitted.by_name[trial.term.parameters[0]]) > _LEAST_SHIFT * period
 
 
 def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:

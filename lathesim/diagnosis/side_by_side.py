@@ -28,7 +28,7 @@ class Asked:
     free: Sequence[Free]
     starts: Sequence[FloatArray]
     promised: float = np.inf
-    """Gain [nats] with which a start makes the others needless."""
+    """Share of what is left with which a start makes the others needless."""
 
 
 def side_by_side(bench: Bench, before: Model, asked: Sequence[Asked]) -> list[Trial]:

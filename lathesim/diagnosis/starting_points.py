@@ -17,6 +17,8 @@ _INSTANT = "instant"
 _JUMPS = 2
 _FREQUENCY = "frequency"
 _FREQUENCIES = 10
+_SMALL_AND_LARGE = (0.3, 0.85)
+"""Quantiles of the usual values of a resonance."""
 _FASTEST = 0.2
 """Cycles a sample up to which a resonance is looked for."""
 _REACHED = (0.995, 0.98, 0.95, 0.85)
@@ -54,8 +56,9 @@ def _frequency_points(rig: Rig, terms: Sequence[Term]) -> dict[str, FloatArray]:
         column = names.index(_FREQUENCY)
         low, high = float(term.points[:, column].min()), min(float(term.points[:, column].max()), fastest)
         if high > low:
-            points = np.tile(np.median(term.points, axis=0), (_FREQUENCIES, 1))
-            points[:, column] = np.geomspace(low, high, _FREQUENCIES)
+            usual = np.quantile(term.points, _SMALL_AND_LARGE, axis=0)
+            points = np.repeat(usual, _FREQUENCIES, axis=0)
+            points[:, column] = np.tile(np.geomspace(low, high, _FREQUENCIES), len(usual))
             found[term.part] = np.clip(points, term.low, term.high)
     return found
 

@@ -37,6 +37,8 @@ _CLEARLY = 2.0
 _SETTLED = 1.0
 """Nats that a further round of fitting must gain for another one."""
 _FINE = 1e-5
+_AS_PROMISED = 0.98
+"""Share of what was promised that is as good as all of it."""
 _MOST_AFRESH = 2
 """How often slopes are taken afresh in a trial."""
 _WHOLE = 2e-3
@@ -189,6 +191,11 @@ class Bench:
         other = fit(self.rig.sensed, with_start(rough), constant, rounds=2, wide=wide, settle=_SETTLED)
         return fitted if (share(other) < _HELD_STILL) == felt else other
 
+    def _removed(self, before: Model, fitted: Fitted) -> float:
+        """Give the share of what a model leaves that a fit takes away, in the channel where it takes most."""
+        rest = before.error + np.maximum(self.everything - self.baseline_error, 0.0)
+        return float(np.max((before.error - self.error(self.rig, fitted)) / rest))
+
     def trial(
         self,
         before: Model,
@@ -201,7 +208,7 @@ class Bench:
         """Fit a term from some starting values on top of ``kept`` and hold it against the model before.
 
         What the model before had free moves along its slopes there: a trial needs only the runs of its own parameters. Once a start has
-        gained what screening ``promised`` [nats], the others are not fitted.
+        taken away the share of the error that screening ``promised``, the others are not fitted.
         """
         terms = (*kept, term)
         wide = is_wide(terms)
@@ -213,7 +220,7 @@ class Bench:
             fitted = fit(self.rig.sensed, freed, constant, rounds=2, iterations=8, wide=wide, tolerance=_ROUGH, known=known, fresh=False)
             if best is None or fitted.score > best.score:
                 best = fitted
-            if best.score - (before.score.wide if wide else before.score.motion) > promised:
+            if self._removed(before, fitted) > _AS_PROMISED * promised:
                 break
         assert best is not None
         nearby = before.fitted

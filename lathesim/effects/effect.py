@@ -56,6 +56,8 @@ class Effect(Component):
     """The same where the host turns: torque, angle, angular velocity instead of force, position, velocity. Empty: as ``typical``."""
     nuisance: ClassVar[tuple[str, ...]] = ()
     """Parameters that belong to one recording and not to the machine (a phase moves when an encoder's zero moves)."""
+    told_if_held: ClassVar[str] = ""
+    """Parameter that is 1 where what the wire carries is held from one sample to the next, and 0 where it moves: set where it is put in."""
     spacing: ClassVar[str] = ""
     """Parameter that shows as the spacing of the recorded values themselves."""
     refines: ClassVar[tuple[str, ...]] = ()

@@ -21,11 +21,14 @@ class SensorFilter(Effect):
 
     T dy/dt + y = x,  and the same once more where stages = 2
 
-    Solved exactly for a signal that is straight between samples: a sensor shows it only there, and one that were held until the next would
-    come half a sample late. Left out: what happens between samples; the filter begins at rest on the first one.
+    Solved exactly for a signal that is straight between samples, as a place or a speed is nearly, or with ``held`` = 1 for one that stays
+    as it is until the next sample, as a current or a cutting force that is worked out of commands: taken for the other one, it would come
+    half a sample late or early. Where it is put in, it is told which of the two its signal is. Left out: what happens between samples; the
+    filter begins at rest on the first one.
     """
 
     catalogue, family, site = 32, "lag", "reading"
+    told_if_held = "held"
     neutral = {"time_constant": 0.0}
     typical = {"time_constant": (0.3e-3, 20e-3)}
     typical_rotary = {"time_constant": (0.3e-3, 20e-3)}
@@ -44,14 +47,16 @@ class SensorFilter(Effect):
     before = DiscreteState("{signal}", doc="signal one sample before")
     time_constant = Parameter("s", 0.0, low=0.0, high=10.0, doc="time constant of a stage")
     stages = Parameter("1", 1.0, low=1.0, high=2.0, doc="number of stages, 1 or 2")
+    held = Parameter("1", 0.0, low=0.0, high=1.0, doc="1 where the signal is held between samples")
 
     @staticmethod
     def update(
-        incoming: float, first: float, second: float, before: float, time_constant: float, sample_period: float, time: float
+        incoming: float, first: float, second: float, before: float, time_constant: float, held: float, sample_period: float, time: float
     ) -> tuple[float, float, float]:
         if time <= 0.0:
             return incoming, incoming, incoming
-        one = _filtered(incoming, before, first, time_constant, sample_period)
+        end = before if held >= 0.5 and time_constant > 0.0 else incoming
+        one = _filtered(end, before, first, time_constant, sample_period)
         return one, _filtered(one, first, second, time_constant, sample_period), incoming
 
     @staticmethod

@@ -92,7 +92,10 @@ def insert_effect(
     ports = _ports(bench, host, places)
     sensed = _sensed(bench, effect, host, ports, name, dict(sources or {}))
     placed = effect.with_units(_units(bench, ports, places, sensed))
-    bench.parts[name] = Part(name, placed, dict(parameters or {}), dict(start or {}), every=every)
+    given = dict(parameters or {})
+    if effect.told_if_held:
+        given.setdefault(effect.told_if_held, float(_is_held(bench, next(iter(places)))))
+    bench.parts[name] = Part(name, placed, given, dict(start or {}), every=every)
     for place, (taken, given) in places.items():
         _attach(bench, _before_frictions(bench, effect, place), f"{name}.{taken}", f"{name}.{given}")
     bench.wires |= {wire.target: wire for wire in sensed}
@@ -102,6 +105,24 @@ def insert_effect(
         _hold_behind(bench, effect, name)
     known = {key: getattr(assembly, key) for key in ("sample_period", "step", "finish", "record")}
     return Machinery(tuple(bench.parts.values()), tuple(bench.wires.values()), **known, seen_as=bench.seen_as)
+
+
+def _is_held(bench: _Bench, place: str) -> bool:
+    """Say whether what a place carries is worked out of what is held between samples, and is no motion."""
+    name, _, item = place.partition(".")
+    while name in bench.parts:
+        ports = bench.parts[name].component.ports
+        if isinstance(bench.item(f"{name}.{item}"), Output):
+            if issubclass(bench.parts[name].component, Effect):
+                before = f"{name}.incoming"
+            elif "measured" in ports:
+                before = f"{name}.{ports['measured']}"
+            else:
+                return item not in (ports.get("flow"), ports.get("displacement"))
+        else:
+            before = f"{name}.{item}"
+        name, _, item = bench.wires[before].source.partition(".") if before in bench.wires else ("", "", "")
+    return False
 
 
 def effect_part_name(at: str, effect: str) -> str:

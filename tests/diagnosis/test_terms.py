@@ -116,6 +116,13 @@ def test_what_an_amplifier_shows_may_be_filtered_or_off_by_a_factor(registry: Re
     assert {(term.name, term.at) for term in terms} >= {("SensorFilter", "x_drive.current"), ("ScaleFactorError", "x_drive.current")}
 
 
+def test_a_filter_is_told_whether_its_signal_is_held_between_samples(registry: Registry) -> None:
+    assembly = assembly_of(next(path for path in TEMPLATES if path.stem == "voltage_axis"), registry)
+    found, _ = insert_candidates(assembly, (ScaleFactorError, SensorFilter), ["x_drive.current", "x_encoder.position"])
+    held = {part.name: part.parameters["held"] for part in found.parts if part.component.__name__ == "SensorFilter"}
+    assert held == {"try_x_encoder_sensor_filter": 0.0, "try_x_drive_current_sensor_filter": 1.0}
+
+
 def test_starting_values_spread_over_the_usual_range_inside_the_bounds() -> None:
     _, terms = insert_candidates(machine().assembly, (StribeckFriction, TorqueRipple, CoulombFriction))
     for term in terms:

@@ -11,12 +11,12 @@ from lathesim.effects.sensor_filter import SensorFilter
 PERIOD = 1e-3
 
 
-def filtered(signal: list[float], time_constant: float, stages: float = 1.0) -> list[float]:
+def filtered(signal: list[float], time_constant: float, stages: float = 1.0, held: float = 0.0) -> list[float]:
     """Give what comes out of the filter at each sample."""
     first = second = before = 0.0
     found = []
     for place, incoming in enumerate(signal):
-        first, second, before = SensorFilter.update(incoming, first, second, before, time_constant, PERIOD, place * PERIOD)
+        first, second, before = SensorFilter.update(incoming, first, second, before, time_constant, held, PERIOD, place * PERIOD)
         found.append(SensorFilter.output(incoming, first, second, time_constant, stages))
     return found
 
@@ -45,3 +45,9 @@ def test_it_begins_at_rest_on_the_first_sample() -> None:
 def test_without_a_time_constant_nothing_is_filtered() -> None:
     signal = [0.0, 1.0, -1.0, 4.0]
     assert filtered(signal, 0.0) == signal
+
+
+def test_a_signal_that_is_held_is_filtered_as_one() -> None:
+    """Steps at the samples: 1 - exp(-t / T) from the sample on at which the signal jumped."""
+    out = filtered([0.0, 1.0, 1.0, 1.0], 2e-3, held=1.0)
+    assert out == pytest.approx([0.0, 0.0, 1.0 - math.exp(-0.5), 1.0 - math.exp(-1.0)])
