@@ -5,6 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 
+def counted(number: int, noun: str, one: str = "", several: str = "") -> str:
+    """Give ``1 sample is``, ``2 samples are``: a number, what it counts, and the verb ``one`` or ``several`` where there is one."""
+    text = f"{number} {noun} {one}" if number == 1 else f"{number} {noun}s {several}"
+    return text.strip()
+
+
 @dataclass(frozen=True)
 class Finding:
     """What was found in a recording, and what was done about it.

@@ -5,14 +5,16 @@ Nothing is mended in silence: each thing found and what was done about it is a :
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from lathesim.errors import RecordingError
 from lathesim.record import Channel, FloatArray, Meta, Record
-from lathesim.recordings.finding import Finding
+from lathesim.recordings.finding import Finding, counted
 from lathesim.recordings.raw_table import RawTable, is_unit
 from lathesim.recordings.sample_grid import SHORT_GAP, SampleGrid, even_grid, regular_grid
 from lathesim.recordings.threshold import Threshold, switched
@@ -20,10 +22,14 @@ from lathesim.units import same_dimension, si_factor
 
 __all__ = ["Finding", "MappedRecording", "RecordingMapping", "SignalMapping", "map_recording"]
 
+Samples = npt.NDArray[np.int64]
+
 LEAST_SAMPLES = 20
 _TOLD = 3
 _FAR = 30.0
 """A spike stands this many times farther out than what one sample in a hundred does."""
+_ANSWERS = 3
+"""Samples within which a measurement may answer to a kick of a command."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +94,10 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     grid = regular_grid(count, 1.0 / mapping.rate) if mapping.rate is not None else even_grid(time, findings)
     channels = {signal.target: _in_si(columns[signal.target], signal) for signal in mapping.signals}
     empty = [name for name, values in channels.items() if _mostly_missing(name, values, findings)]
-    values = _bridged(grid, {name: values for name, values in channels.items() if name not in empty}, findings)
+    present = {name: values for name, values in channels.items() if name not in empty}
+    # a column that switches an input is what a sensor shows, and no command
+    commanded = [signal.target for signal in mapping.signals if signal.role == "drive" and signal.threshold is None]
+    values = _bridged(grid, present, commanded, findings)
     _enough(table, grid.length)
     length, period = grid.length // mapping.mean_of, grid.period * mapping.mean_of
     if mapping.mean_of > 1:
@@ -213,40 +222,61 @@ def _mostly_missing(name: str, values: FloatArray, findings: list[Finding]) -> b
     return True
 
 
-def _bridged(grid: SampleGrid, channels: dict[str, FloatArray], findings: list[Finding]) -> dict[str, FloatArray]:
-    """Put channels on the grid; runs of up to four samples without a number are bridged, longer ones stay NaN."""
+def _bridged(
+    grid: SampleGrid, channels: dict[str, FloatArray], commanded: Collection[str], findings: list[Finding]
+) -> dict[str, FloatArray]:
+    """Put channels on the grid; runs of up to four samples without a number are bridged, longer ones stay NaN.
+
+    Single samples far from their neighbours are bridged too, except where a ``commanded`` input kicks: what was commanded was done, and
+    what is measured beside a kick answers to it.
+    """
     on_grid = {}
+    placed_at = {name: grid.place(values) for name, values in channels.items()}
+    kicks = np.concatenate([np.zeros(0, dtype=np.int64), *[_spikes(placed_at[name]) for name in placed_at if name in commanded]])
     for name, values in channels.items():
-        placed = grid.place(values)
-        cleaned = _without_spikes(name, placed, findings)
+        placed = placed_at[name]
+        cleaned = _without_spikes(name, placed, kicks, name in commanded, findings)
         bridged = _bridge_short_runs(cleaned)
         count = int(np.count_nonzero(np.isnan(placed) & ~np.isnan(bridged))) - grid.missing
         if count > 0 and np.isnan(values).any():
-            findings.append(
-                Finding("missing", name, f"{count} values are missing, in runs of fewer than {SHORT_GAP}", "bridged by straight lines")
-            )
+            fact = f"{counted(count, 'value', 'is', 'are')} missing, in runs of fewer than {SHORT_GAP}"
+            findings.append(Finding("missing", name, fact, "bridged by straight lines"))
         on_grid[name] = bridged
     return on_grid
 
 
-def _without_spikes(name: str, values: FloatArray, findings: list[Finding]) -> FloatArray:
-    """Take out single samples that stand far from both neighbours, which agree; pulses that come regularly are signal."""
-    if len(values) < 100:
+def _without_spikes(name: str, values: FloatArray, kicks: Samples, is_command: bool, findings: list[Finding]) -> FloatArray:
+    """Take out single samples that stand far from both neighbours, which agree, and that no kick of a command explains."""
+    spikes = _spikes(values)
+    if is_command and len(spikes):
+        findings.append(Finding("spike", name, _far_out(len(spikes)), "taken as commanded"))
+    spikes = spikes[np.abs(spikes[:, None] - kicks).min(axis=1, initial=len(values)) > _ANSWERS]
+    if is_command or not len(spikes):
         return values
+    findings.append(Finding("spike", name, _far_out(len(spikes)), "bridged by straight lines"))
+    mended = values.copy()
+    mended[spikes] = np.nan
+    return mended
+
+
+def _far_out(count: int) -> str:
+    return f"{counted(count, 'sample', 'stands', 'stand')} far from {'its' if count == 1 else 'their'} neighbours"
+
+
+def _spikes(values: FloatArray) -> Samples:
+    """Give where single samples stand far from both neighbours, which agree; pulses that come regularly are signal."""
+    none = np.zeros(0, dtype=np.int64)
+    if len(values) < 100:
+        return none
     away = np.full(len(values), np.nan)
     away[1:-1] = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
     apart = np.full(len(values), np.nan)
     apart[1:-1] = np.abs(values[2:] - values[:-2])
     usual = float(np.nanquantile(away, 0.99)) if np.isfinite(away).any() else 0.0
-    spikes = np.flatnonzero((away > _FAR * usual) & (apart < 0.2 * away)) if usual > 0.0 else np.zeros(0, dtype=np.int64)
+    spikes = np.flatnonzero((away > _FAR * usual) & (apart < 0.2 * away)) if usual > 0.0 else none
     between = np.diff(spikes)
     regular = len(spikes) > 3 and float(np.std(between)) < 0.1 * float(np.mean(between))
-    if not len(spikes) or len(spikes) > max(3, len(values) // 1000) or regular:
-        return values
-    findings.append(Finding("spike", name, f"{len(spikes)} samples stand far from their neighbours", "bridged by straight lines"))
-    mended = values.copy()
-    mended[spikes] = np.nan
-    return mended
+    return none if len(spikes) > max(3, len(values) // 1000) or regular else spikes
 
 
 def _bridge_short_runs(values: FloatArray) -> FloatArray:
@@ -287,6 +317,7 @@ def _whole_stretch(values: dict[str, FloatArray], length: int, period: float, fi
     channel = "" if len(blamed) == len(values) else ", ".join(blamed)
     gaps = f"{len(begins) - 1} gaps" if len(begins) > 2 else "a gap" if len(begins) == 2 else "missing values at an end"
     fact = f"the recording has {gaps} too long to bridge"
-    done = f"kept is the longest whole stretch, {begin * period:.6g} to {(end - 1) * period:.6g} s; {left} samples are left out"
+    kept = f"kept is the longest whole stretch, {begin * period:.6g} to {(end - 1) * period:.6g} s"
+    done = f"{kept}; {counted(left, 'sample', 'is', 'are')} left out"
     findings.append(Finding("gap", channel, fact, done))
     return begin, end

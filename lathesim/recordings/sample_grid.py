@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.record import FloatArray
-from lathesim.recordings.finding import Finding
+from lathesim.recordings.finding import Finding, counted
 
 SHORT_GAP = 5
 """Fewer missing samples than this are bridged by a straight line."""
@@ -97,14 +97,16 @@ def _in_order(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Find
         edges = np.concatenate([[0], anew + 1, [len(rows)]])
         pieces = [rows[begin:end] for begin, end in itertools.pairwise(edges)]
         longest = max(pieces, key=len)
-        fact = f"the clock starts anew {len(anew)} times"
+        fact = f"the clock starts anew {counted(len(anew), 'time')}"
         done = f"kept is the longest stretch, {len(longest)} of {len(rows)} rows from row {longest[0] + 1} on"
         findings.append(Finding("time", "time", fact, done))
         rows = longest
         backward = np.flatnonzero(np.diff(time[rows]) < 0.0)
         if not len(backward):
             return rows
-    findings.append(Finding("time", "time", f"{len(backward)} rows are earlier than the row before them", "the rows are sorted by time"))
+    findings.append(
+        Finding("time", "time", f"{counted(len(backward), 'row', 'is', 'are')} earlier than the row before", "the rows are sorted by time")
+    )
     return rows[np.argsort(time[rows], kind="stable")]
 
 
@@ -126,7 +128,11 @@ def _without_repeats(time: FloatArray, rows: npt.NDArray[np.int64], findings: li
     fresh = np.concatenate([[True], np.diff(time[rows]) > 0.0])
     repeated = len(rows) - int(np.count_nonzero(fresh))
     if repeated:
-        findings.append(Finding("time", "time", f"{repeated} rows repeat the time of the row before", "the first of them counts"))
+        findings.append(
+            Finding(
+                "time", "time", f"{counted(repeated, 'row', 'repeats', 'repeat')} the time of the row before", "the first of them counts"
+            )
+        )
     kept: npt.NDArray[np.int64] = rows[fresh]
     return kept
 
@@ -149,7 +155,12 @@ def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Findin
     if away.max() <= _ON_GRID and len(np.unique(slots)) == len(slots):
         if short:
             findings.append(
-                Finding("gap", "", f"{short} samples are missing in gaps of fewer than {SHORT_GAP}", "bridged by straight lines")
+                Finding(
+                    "gap",
+                    "",
+                    f"{counted(short, 'sample', 'is', 'are')} missing in gaps of fewer than {SHORT_GAP}",
+                    "bridged by straight lines",
+                )
             )
         return SampleGrid(start, period, length, rows, slots if length > len(rows) else None, missing=short)
     spread = float(np.sqrt(np.mean(np.square(np.diff(time) / period - np.maximum(np.round(np.diff(time) / period), 1.0)))))

@@ -13,6 +13,7 @@ from lathesim.recordings.threshold import Threshold
 TIME = np.arange(1000) * 1e-3
 PLACE = 50.0 + 10.0 * np.sin(7.0 * TIME)
 ENCODER = SignalMapping("x_encoder.position", "q", "mm", 1.0, 1e-6, "compare", "m", place="lesson.yaml:9:40")
+COMMAND = SignalMapping("x_dac.command", "u", "V", 1.0, None, "drive", "V")
 VOLTAGE = SignalMapping("x_dac.voltage", "u", "V", -2.0, None, "compare", "V", offset=0.5)
 
 
@@ -155,6 +156,24 @@ def test_a_single_sample_far_from_its_neighbours_is_bridged() -> None:
     )
 
 
+def test_a_command_that_kicks_for_one_sample_is_taken_as_it_was() -> None:
+    """What was commanded was done, and what is measured beside the kick answers to it; elsewhere a single sample is still bridged."""
+    rng = np.random.default_rng(2)
+    place, asked = PLACE + 1e-3 * rng.standard_normal(1000), 0.01 * rng.standard_normal(1000)
+    asked[100] = 50.0
+    place[[102, 777]] = [1e6, 0.0]
+    found = mapped(table(t=TIME, q=place, u=asked), ENCODER, COMMAND)
+    assert np.array_equal(found.record["x_dac.command"], asked)
+    assert found.record["x_encoder.position"][102] == pytest.approx(1e3)
+    assert abs(found.record["x_encoder.position"][777] - 1e-3 * PLACE[777]) < 1e-5
+    assert [str(finding) for finding in found.findings] == [
+        "x_encoder.position: 1 sample stands far from its neighbours; bridged by straight lines.",
+        "x_dac.command: 1 sample stands far from its neighbours; taken as commanded.",
+    ]
+    asked[100] = np.nan
+    assert np.isfinite(mapped(table(t=TIME, q=PLACE, u=asked), ENCODER, COMMAND).record["x_dac.command"]).all()
+
+
 def test_repeated_and_unordered_times() -> None:
     rows = np.arange(1000)
     rows[[400, 401]] = [401, 400]
@@ -162,7 +181,7 @@ def test_repeated_and_unordered_times() -> None:
     found = mapped(table(t=TIME[rows], q=PLACE[rows]))
     assert np.allclose(found.record["x_encoder.position"], 1e-3 * PLACE)
     assert [str(finding) for finding in found.findings] == [
-        "time: 1 rows are earlier than the row before them; the rows are sorted by time.",
+        "time: 1 row is earlier than the row before; the rows are sorted by time.",
         "time: 2 rows repeat the time of the row before; the first of them counts.",
     ]
 
@@ -171,7 +190,7 @@ def test_a_clock_that_starts_anew() -> None:
     rows = np.r_[0:300, 0:700]
     found = mapped(table(t=TIME[rows], q=PLACE[rows]))
     assert np.allclose(found.record["x_encoder.position"], 1e-3 * PLACE[:700])
-    assert str(found.findings[0]) == "time: the clock starts anew 1 times; kept is the longest stretch, 700 of 1000 rows from row 301 on."
+    assert str(found.findings[0]) == "time: the clock starts anew 1 time; kept is the longest stretch, 700 of 1000 rows from row 301 on."
 
 
 def test_another_unit_in_the_file_than_in_the_lesson_is_serious() -> None:
