@@ -16,24 +16,32 @@ from lathesim.shipped import shipped_files
 def changed_lesson(lesson: Lesson, insert: Sequence[Mapping[str, str]], values: Mapping[str, str], folder: Path) -> str:
     """Give the YAML text of a lesson with further ``insert:`` entries and ``set:`` values, for a file in ``folder``.
 
-    A machine template or part program beside the lesson is named by its way from the new folder, a part program that came with lathesim by
-    its name. Comments of the lesson are lost.
+    A machine template, a part program or a recording that stands with the lesson is named by its way from the new folder, what came with
+    lathesim by its name: the new lesson runs where it is written, and after both have moved together. Comments of the lesson are lost.
     """
     data: dict[str, Any] = yaml.safe_load(yaml.safe_dump(_plain(lesson.source.data)))
     if insert:
         data["insert"] = [*data.get("insert", []), *[dict(entry) for entry in insert]]
     if values:
         data["set"] = {**data.get("set", {}), **values}
-    if Path(str(data["machine"])).suffix in (".yaml", ".yml"):
-        data["machine"] = os.path.relpath(lesson.machine.path, folder)
+    if lesson.machine.path.resolve() not in {path.resolve() for path in shipped_files("lesson_configs/machines", "*.yaml")}:
+        data["machine"] = _way(lesson.machine.path, folder)
+    recording = data.get("recordings", {})
+    if "file" in recording and (lesson.path.parent / recording["file"]).exists():
+        recording["file"] = _way(lesson.path.parent / recording["file"], folder)
     shipped = {path.resolve() for path in shipped_files("part_programs", "*")}
     for changes in (data, *data.get("variants", {}).values()):
         if "program" in changes:
             found = find_program(changes["program"], lesson.path.parent)
             if found is not None:
-                changes["program"] = found.name if found.resolve() in shipped else os.path.relpath(found, folder)
+                changes["program"] = found.name if found.resolve() in shipped else _way(found, folder)
     text: str = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120)
     return text
+
+
+def _way(file: Path, folder: Path) -> str:
+    """Give the way to a file from a folder, with all links followed, as whoever opens it goes."""
+    return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
 
 
 def _plain(value: Any) -> Any:

@@ -85,3 +85,53 @@ def test_the_lesson_itself_is_not_touched(lesson: Lesson, tmp_path: Path) -> Non
     first = changed_lesson(lesson, [FRICTION], {}, tmp_path)
     assert changed_lesson(lesson, [FRICTION], {}, tmp_path) == first
     assert lesson.path.read_bytes() == before
+
+
+@pytest.mark.parametrize("beside", ["own_axis.yaml", "machines/own_axis.yaml"])
+def test_a_template_that_the_lesson_names_without_a_path_is_found_too(beside: str, registry: Registry, tmp_path: Path) -> None:
+    path = own_machine(tmp_path / "case", beside)
+    changed = written(load_lesson(path), tmp_path / "answers" / "first", [FRICTION], {})
+    data = yaml.safe_load(changed.path.read_text(encoding="utf-8"))
+    assert (data["machine"], data["program"]) == (f"../../case/{beside}", "../../case/small.nc")
+    assert prepare(changed, registry).machinery.parts
+
+
+def test_it_still_loads_after_lesson_and_answer_have_moved_together(registry: Registry, tmp_path: Path) -> None:
+    path = own_machine(tmp_path / "work" / "case", "own_axis.yaml")
+    written(load_lesson(path), tmp_path / "work" / "case" / "out", [FRICTION], {})
+    (tmp_path / "work").rename(tmp_path / "elsewhere")
+    assert prepare(load_lesson(tmp_path / "elsewhere" / "case" / "out" / "explained.yaml"), registry).machinery.parts
+
+
+def test_a_folder_that_is_a_link_is_followed(registry: Registry, tmp_path: Path) -> None:
+    path = own_machine(tmp_path / "case", "own_axis.yaml")
+    (tmp_path / "far" / "away").mkdir(parents=True)
+    (tmp_path / "case" / "out").symlink_to(tmp_path / "far" / "away", target_is_directory=True)
+    assert prepare(written(load_lesson(path), tmp_path / "case" / "out", [FRICTION], {}), registry).machinery.parts
+
+
+def test_a_machine_that_came_with_lathesim_is_named_as_before(lesson: Lesson, tmp_path: Path) -> None:
+    changed = written(lesson, tmp_path / "found", [FRICTION], {})
+    assert yaml.safe_load(changed.path.read_text(encoding="utf-8"))["machine"] == "cascade_axis"
+
+
+def test_the_recording_of_a_lesson_is_named_from_the_new_folder(tmp_path: Path) -> None:
+    path = write_lesson(tmp_path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("recordings:\n", "recordings:\n  file: recording.csv\n"), encoding="utf-8")
+    for named, expected in ((False, "recording.csv"), (True, "../recording.csv")):
+        if named:
+            (tmp_path / "recording.csv").write_text("t,q\n", encoding="utf-8")
+        changed = written(load_lesson(path), tmp_path / "found", [FRICTION], {})
+        assert yaml.safe_load(changed.path.read_text(encoding="utf-8"))["recordings"]["file"] == expected
+
+
+def own_machine(folder: Path, beside: str) -> Path:
+    """Write a lesson whose machine template stands beside it under a name of its own, and give the lesson's file."""
+    folder.mkdir(parents=True)
+    path = write_lesson(folder)
+    (folder / beside).parent.mkdir(exist_ok=True)
+    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "cascade_axis.yaml"
+    (folder / beside).write_text(template.read_text(encoding="utf-8"), encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace("machine: cascade_axis", "machine: own_axis"), encoding="utf-8")
+    return path
