@@ -19,8 +19,8 @@ from lathesim.engine.wiring import Plan
 
 KICK = 1e-3
 """Size of a kick of a state, in the state's unit; the response is scaled by the noise that is fitted."""
-_BEYOND = 1e150
-"""Where a run whose numbers grow beyond all bounds is cut off before it is differenced [SI]."""
+_BEYOND = 1e100
+"""Where a run whose numbers grow beyond all bounds is cut off before it is differenced and squared [SI]."""
 _REMEMBERED = 8
 """Values whose kicks are kept: a fit, its judge and its error ask for the same ones, in two trials at a time."""
 LOST = 1e12
@@ -46,8 +46,12 @@ class SecondSight:
         """Give what the first sensor (samples,) makes one expect of this one."""
         if not self.rate:
             return self.gain * first
-        bounded = np.clip(np.nan_to_num(first), -_BEYOND, _BEYOND)
-        return np.asarray(self.gain * velocity_of(bounded, period))
+        return np.asarray(self.gain * velocity_of(_within_bounds(first), period))
+
+
+def _within_bounds(values: FloatArray) -> FloatArray:
+    """Give what a run gave as far as it can be worked with: nothing where it gave no number, the bound beyond it."""
+    return np.clip(np.nan_to_num(values), -_BEYOND, _BEYOND)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +94,9 @@ class Simulator:
             return channels
         found = np.array(channels)
         for sight in self.second_sight:
-            found[sight.row] -= sight.expected(channels[sight.first], self.plan.assembly.sample_period)
+            # a lost run is infinite in both, and their difference no number: residual_of takes it for lost
+            with np.errstate(invalid="ignore", over="ignore"):
+                found[sight.row] -= sight.expected(channels[sight.first], self.plan.assembly.sample_period)
         return found
 
     @property
@@ -114,9 +120,9 @@ class Simulator:
             return tuple(NoiseShapes(flat, floor, self.samples, window=window) for floor in self.seen_floors)
         _, kicks, motion = self.kicks(values)
         period = self.plan.assembly.sample_period
-        rates = {sight.row for sight in self.second_sight if sight.rate}
+        bounded, rates = _within_bounds(motion), {sight.row for sight in self.second_sight if sight.rate}
         return tuple(
-            replace(noise_shapes(kicks[:, row], motion[row], floor, period, coloured=coloured, rate=row in rates), window=window)
+            replace(noise_shapes(kicks[:, row], bounded[row], floor, period, coloured=coloured, rate=row in rates), window=window)
             for row, floor in enumerate(self.seen_floors)
         )
 
@@ -138,10 +144,10 @@ class Simulator:
         for row, state in enumerate(states, start=1):
             rows[row, names.index(state)] += KICK
         runs = self.outputs(names, rows)
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
             kicks = np.array([run - runs[0] for run in runs[1:]]).reshape(len(states), *runs[0].shape)
         kicks[:, [sight.row for sight in self.second_sight]] = 0.0
-        return states, np.nan_to_num(kicks, nan=0.0, posinf=0.0, neginf=0.0), runs[0]
+        return states, np.where(np.abs(kicks) < _BEYOND, kicks, 0.0), runs[0]
 
     def _start(self, state: str) -> float:
         return self.plan.start_states[self.plan.states[state]]

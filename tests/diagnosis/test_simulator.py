@@ -42,6 +42,25 @@ def test_a_run_that_grows_beyond_all_bounds_is_lost_and_not_a_number_at_fault() 
     assert np.max(np.abs(residual)) == pytest.approx(LOST * simulator.floors[0])
 
 
+@pytest.mark.parametrize("seconds", [0.3, 2.0], ids=["large numbers", "beyond all numbers"])
+def test_the_noise_of_a_lost_run_has_finite_shapes(seconds: float) -> None:
+    """A run that grows without bounds is a known outcome: nothing warns, and nothing overflows that is squared."""
+    simulator = rigs(recording(count=round(seconds / PERIOD)))[0].sensed
+    growing = {"x_axis.mass": 0.05, "x_axis.viscous": -60.0}
+    for coloured in (False, True):
+        (shapes,) = simulator.noise_shapes(growing, coloured=coloured)
+        assert np.all(np.isfinite(shapes.shapes))
+    assert np.all(np.isfinite(simulator.kicks(growing)[1]))
+
+
+def test_the_difference_of_two_lost_channels_is_no_number_and_no_warning() -> None:
+    simulator = pair(Hidden())[0].sensed
+    lost = np.full((2, simulator.samples), np.inf)
+    twice = type(simulator)(simulator.plan, (POSITION, "x_axis.position"), np.zeros_like(lost), np.ones(2), "two", (SecondSight(1, 0),))
+    assert np.all(np.isnan(twice.as_seen(lost)[1]))
+    assert np.all(np.abs(twice.residual_of(twice.as_seen(lost))) > 0.5 * LOST)
+
+
 def test_a_kick_of_the_speed_moves_the_table_by_its_run_out() -> None:
     simulator = pair(Hidden())[0].sensed
     states, kicks, motion = simulator.kicks({"x_axis.mass": MASS, "x_axis.viscous": VISCOUS})
