@@ -2,7 +2,8 @@
 
 Whitened by its noise model, a residual without such a thing has the same power at every frequency. A band stands out where its power is
 many times the median of its surroundings and holds a large share of the whole. What a motion repeats makes peaks too: at its own rhythm,
-so only what swings many times in a recording counts. Source: Randall, Vibration-based Condition Monitoring (2011), section 3.4.
+so only what swings many times in a recording counts. Noise that is merely slow reaches down to zero, and is no swing.
+Source: Randall, Vibration-based Condition Monitoring (2011), section 3.4.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.noise_model import spectrum
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import decides
+from lathesim.engine.assembly import FloatArray
 
 _WIDTHS = (7, 41)
 """Frequencies over which the power is averaged: of a hum, and of one that wanders."""
@@ -29,25 +31,55 @@ _MEDIAN = math.log(2.0)
 _PROMINENT = (12.0, 4.0)
 """Times the median that each average must reach."""
 _SHARE = 0.2
+_TOP = 0.1
+"""Share of its frequency by which the top of a swing reaches to either side."""
+_BELOW, _QUIET = 0.25, 0.2
+"""Up to this share of its frequency a swing has nothing, less than this share of what its top has: slow noise has as much there."""
+_EDGE = 0.1
+"""Share of the top's power at which a band ends."""
 _LEAST_CYCLES = 60
 """Cycles in a recording below which the strongest band is the motion's, or the end of a slow drift."""
 _HIGHEST = 0.9
 """Share of the resolved frequencies above which a difference of two samples rings by itself."""
 
 
+def _is_low_pass(above: FloatArray, peak: int) -> bool:
+    """Say whether what stands above the noise around it (frequencies,) reaches down to zero: noise that is slow, and no swing."""
+    top = above[math.floor((1.0 - _TOP) * peak) : math.ceil((1.0 + _TOP) * peak) + 1]
+    return float(np.mean(above[: int(_BELOW * peak)])) > _QUIET * float(np.mean(top))
+
+
+def _edges(above: FloatArray, peak: int, width: int) -> tuple[int, int]:
+    """Give the first and the last frequency of the band around a peak, averaged over ``width`` frequencies."""
+    smooth = uniform_filter1d(above, width)
+    outside = np.flatnonzero(smooth < _EDGE * smooth[peak])
+    below, beyond = outside[outside < peak], outside[outside > peak]
+    return int(below[-1]) + 1 if len(below) else 0, int(beyond[0]) - 1 if len(beyond) else len(above) - 1
+
+
 @dataclass(frozen=True)
 class NarrowBand:
-    """A band that is left in a channel: its middle [Hz], its root mean square [unit of the channel], its share of the whitened residual."""
+    """A band that is left in a channel: its highest place [Hz], its root mean square [unit of the channel], its share of the whitened
+    residual, and where it begins and ends [Hz]."""
 
     channel: str
     frequency: float
     size: float
     unit: str
     share: float
+    low: float
+    high: float
+
+    @property
+    def place(self) -> str:
+        """Where it is, in words: at a frequency, or between two."""
+        if self.high - self.low < 2.0 * _TOP * self.frequency:
+            return f"at {self.frequency:.4g} Hz"
+        return f"between {self.low:.3g} and {self.high:.3g} Hz"
 
     def __str__(self) -> str:
         return (
-            f"{self.channel} swings at {self.frequency:.4g} Hz by {self.size:.3g} {self.unit} (rms): {self.share:.0%} of what is left "
+            f"{self.channel} swings {self.place} by {self.size:.3g} {self.unit} (rms): {self.share:.0%} of what is left "
             "there, weighed by its noise. Nothing in the machine explains it."
         )
 
@@ -71,9 +103,11 @@ def narrow_bands(rig: Rig, fitted: Fitted) -> list[NarrowBand]:
             peak = int(np.argmax(prominence))
             near = slice(max(0, peak - _NEAR * width), peak + _NEAR * width + 1)
             share = float(np.sum(power[near]) / np.sum(power))
-            if peak >= _LEAST_CYCLES and prominence[peak] > prominent and share > _SHARE:
+            stands_out = peak >= _LEAST_CYCLES and prominence[peak] > prominent and share > _SHARE
+            if stands_out and not _is_low_pass(power - around, peak):
                 raw = np.abs(spectrum(fitted.residual[row])) ** 2
                 size = math.sqrt(2.0 * float(np.sum(raw[near])) / rig.sensed.samples)
-                found.append(NarrowBand(name, peak / seconds, size, rig.sensed.plan.unit(rig.sensed.channels[row]), share))
+                low, high = (edge / seconds for edge in _edges(power - around, peak, width))
+                found.append(NarrowBand(name, peak / seconds, size, rig.sensed.plan.unit(rig.sensed.channels[row]), share, low, high))
                 break
     return found

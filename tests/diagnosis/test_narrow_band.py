@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from lathesim.diagnosis.fit import Fitted, fit
 from lathesim.diagnosis.narrow_band import narrow_bands
+from lathesim.diagnosis.noise_model import NoiseModel
 from lathesim.diagnosis.problem import Rig
-from tests.diagnosis.pushed_table import Hidden, baseline, baselines, pair, recording, rigs
+from tests.diagnosis.pushed_table import PERIOD, Hidden, baseline, baselines, pair, recording, rigs
 
 SQUEAL = Hidden(law=lambda v, q, t: 6.0 * math.sin(2.0 * math.pi * 55.0 * t) if 0.05 < abs(v) < 0.2 else 0.0)
 
@@ -27,6 +29,7 @@ def test_a_squeal_is_told_with_its_frequency() -> None:
     assert band.share > 0.3
     assert "55" in str(band)
     assert " m (rms)" in str(band)
+    assert 45.0 < band.low < 55.0 < band.high < 65.0
 
 
 @pytest.mark.parametrize("hidden", [Hidden(), Hidden(dry=8.0)], ids=["sound", "dry friction"])
@@ -43,3 +46,30 @@ def test_noise_alone_has_no_bands() -> None:
     rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
     noise = np.random.default_rng(3).standard_normal(fitted.residual.shape) * 1e-6
     assert narrow_bands(rig, Fitted(**{**fitted.__dict__, "residual": noise})) == []
+
+
+def residual_of(signal: np.ndarray) -> tuple[Rig, Fitted]:
+    """Give a rig, and a fit to it that leaves a signal with the sensor's white noise model."""
+    rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
+    white = NoiseModel(np.full(rig.sensed.samples // 2 + 1, 1e-12), rig.sensed.samples)
+    return rig, Fitted(**{**fitted.__dict__, "residual": signal[None], "noise": (white,)})
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("corner", [15.0, 30.0, 60.0])
+def test_noise_that_is_slow_is_no_swing(corner: float, seed: int) -> None:
+    """Forces of a chip go up and down within some time; that makes a hump from zero on."""
+    count = baselines(Hidden())[0].residual.shape[1]
+    noise = np.random.default_rng(seed).standard_normal((2, count)) * 1e-6
+    fading = math.exp(-2.0 * math.pi * corner * PERIOD)
+    assert narrow_bands(*residual_of(noise[0] + 8.0 * np.asarray(lfilter([1.0 - fading], [1.0, -fading], noise[1])))) == []
+
+
+def test_a_hum_that_drifts_is_told_with_where_it_begins_and_ends() -> None:
+    count = baselines(Hidden())[0].residual.shape[1]
+    time = np.arange(count) * PERIOD
+    noise = 1e-6 * np.random.default_rng(3).standard_normal(count)
+    (band,) = narrow_bands(*residual_of(noise + 5e-6 * np.sin(2.0 * math.pi * (40.0 + 5.0 * time) * time)))
+    assert band.low == pytest.approx(40.0, abs=5.0)
+    assert band.high == pytest.approx(80.0, abs=5.0)
+    assert f"swings between {band.low:.3g} and {band.high:.3g} Hz" in str(band)
