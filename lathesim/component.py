@@ -67,10 +67,21 @@ class Declaration:
         copy = object.__new__(type(self))
         copy.__dict__.update(self.__dict__)
         copy.unit = _PLACEHOLDER.sub(lambda match: f"({units[match[1]]})" if match[1] in units else match[0], self.unit)
-        whole = re.fullmatch(r"\(([^()]*)\)", copy.unit)
-        if whole:
-            copy.unit = whole[1]
+        if copy.unit != self.unit:
+            copy.unit = _without_needless_brackets(copy.unit)
         return copy
+
+
+def _without_needless_brackets(unit: str) -> str:
+    """Give ``N/s`` for ``((N))/s``, and ``m/s`` for ``(m/s)``: a person reads it, and pastes it into a lesson."""
+    before = ""
+    while before != unit:
+        before = unit
+        unit = re.sub(r"\(\(([^()]*)\)\)", r"(\1)", unit)
+        unit = re.sub(r"(?<!\w)\((\w+)\)", r"\1", unit)
+        whole = re.fullmatch(r"\(([^()]*)\)", unit)
+        unit = whole[1] if whole else unit
+    return unit
 
 
 class Parameter(Declaration):
