@@ -81,8 +81,13 @@ class Discovered:
     @property
     def formula(self) -> str:
         """The formula as text, with units and standard errors."""
-        addends = [f"({item.coefficient:.4g} +- {item.error:.1g} {item.unit}) {item.text}" for item in self.addends]
+        addends = [f"({item.coefficient:.4g} +- {_one_digit(item.error)} {item.unit}) {item.text}" for item in self.addends]
         return f"{' + '.join(addends)}  [{self.unit}]"
+
+
+def _one_digit(error: float) -> str:
+    """Give a number to one digit that counts, written out: ``10`` and not ``1e+01``."""
+    return f"{float(f'{error:.1g}'):g}"
 
 
 @dataclass(frozen=True)
