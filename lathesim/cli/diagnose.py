@@ -66,6 +66,7 @@ def diagnose(
     # the runs of a batch share the cores already: threads of the linear algebra would only fight them
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+    from lathesim.diagnosis.answer_text import answer_lines
     from lathesim.diagnosis.diagnose import ask
     from lathesim.diagnosis.diagnose import diagnose as answer
     from lathesim.diagnosis.diagnosis import as_json
@@ -93,7 +94,8 @@ def diagnose(
         if json_file is not None:
             json_file.write_text(told + "\n", encoding="utf-8")
             files.append(json_file)
-        _tell(diagnosis, files)
+        see = f" See {', '.join(map(str, files))}." if files else ""
+        click.echo("\n".join([*answer_lines(diagnosis), "", f"{diagnosis.wall_time:.1f} s.{see}"]))
     return 0 if diagnosis.complete or at_most is not None else STOPPED
 
 
@@ -137,41 +139,3 @@ def _write(diagnosis: Diagnosis, case: LoadedCase, folder: Path) -> list[Path]:
         files.append(folder / f"{case.lesson.name}_explained.yaml")
         files[-1].write_text(changed_lesson(case.lesson, diagnosis.insert, refitted, folder), encoding="utf-8")
     return files
-
-
-def _tell(diagnosis: Diagnosis, files: list[Path]) -> None:
-    """Write what was found for a person to read."""
-    from lathesim.analysis.display_unit import shown_with_unit
-
-    for line in diagnosis.findings:
-        click.echo(f"Recording: {line}")
-    click.echo(f"\n{diagnosis.sentence}\n")
-    for effect in diagnosis.effects:
-        # what is read off the recorded values takes no part of the error
-        taken = f"{effect.share:.0%} of the error" if math.isfinite(effect.share) else "read off the recorded values"
-        sure = f"probability {effect.probability:.2f}, {taken}"
-        click.echo(f"  {effect.effect} at {effect.at}  ({effect.family}, {sure})")
-        for name, item in effect.parameters.items():
-            click.echo(f"    {name} = {item.value:.4g} {item.unit}  (95 %: {item.low:.4g} to {item.high:.4g})")
-    if diagnosis.location.components and diagnosis.verdict not in ("no_mismatch", "parameters_only"):
-        where = ", ".join(diagnosis.location.components)
-        depends = f"; it depends on {', '.join(diagnosis.location.variables)}" if diagnosis.location.variables else ""
-        click.echo(f"\nWhere: {where}{depends}")
-    if diagnosis.verdict == "parameters_only":
-        for name, value in diagnosis.baseline.items():
-            interval = f"95 %: {value.low:.5g} to {value.high:.5g}"
-            click.echo(f"  {name} = {value.refit_with:.5g} {value.unit}  (given {value.given:.5g}, {interval})")
-    for name, channel in diagnosis.fit.items():
-        sizes = [shown_with_unit(value, channel.unit) for value in (channel.before, channel.after, channel.floor)]
-        click.echo(f"{name} on {channel.recording}: off by {sizes[0]} before, {sizes[1]} after (floor {sizes[2]})")
-    for line in (*diagnosis.left, *diagnosis.not_told):
-        click.echo(line)
-    if diagnosis.discovered:
-        click.echo(f"A formula for what is left: {diagnosis.discovered}")
-    if diagnosis.insert:
-        click.echo("\nPaste into the lesson:\ninsert:")
-        for entry in diagnosis.insert:
-            click.echo(f"  - {{{', '.join(f'{name}: {value}' for name, value in entry.items())}}}")
-    if not diagnosis.complete:
-        click.echo("The search was stopped; this is what was known until then.")
-    click.echo(f"\n{diagnosis.wall_time:.1f} s. " + (f"See {', '.join(map(str, files))}." if files else ""))

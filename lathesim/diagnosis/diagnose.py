@@ -16,23 +16,25 @@ import numpy as np
 
 from lathesim.diagnosis.coarse_counts import coarse_counts
 from lathesim.diagnosis.contradiction import contradicted, wrong_unit
-from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict
+from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
 from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
 from lathesim.diagnosis.fit import Fitted, fit, with_start
-from lathesim.diagnosis.half_turn import phases_to_turn
 from lathesim.diagnosis.held_out import parted
+from lathesim.diagnosis.lesson_entry import lesson_entry, on_held_out, without_undetermined
 from lathesim.diagnosis.loading import Recorded
 from lathesim.diagnosis.narrow_band import narrow_bands
 from lathesim.diagnosis.parameters import CONFIDENCE, Estimate, Estimates, estimates, is_significant
 from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
+from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import Found, Settings, leave_out, search
+from lathesim.diagnosis.shortfall import not_adequate, shortfalls
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import STRAINED, Bench, is_wide, judged_score
+from lathesim.diagnosis.trial import STRAINED, Bench, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
 from lathesim.diagnosis.variables import resting
-from lathesim.diagnosis.verdict import ADEQUATE, NAMED_SHARE, Standing, removed_in_band, removed_share, standing, structured_share
+from lathesim.diagnosis.verdict import NAMED_SHARE, Standing, removed_in_band, removed_share, standing
 from lathesim.effects.effect import Effect
 
 Tell = Callable[[str], None]
@@ -112,19 +114,13 @@ def _answer(
 ) -> Diagnosis:
     say("simulating the lesson before and after")
     moved = _values_are_off(rig, found, _given(rig, found).by_name)
-    before, reported = found.baseline.held_out_fit if found.model.terms else _given(held_out, found), _on_held_out(held_out, found, values)
-    own = compared(held_out, before.by_name, reported.by_name)
+    before = found.baseline.held_out_fit if found.model.terms else _given(held_out, found)
+    reported_fit = on_held_out(held_out, found, values.values())
+    own = compared(held_out, before.by_name, reported_fit.by_name)
     evidence = gather(rig, held_out, found, own)
-    location = located(held_out, found, evidence)
-    if counts:
-        hosts = [term.at.partition(".")[0] for term in (*found.model.terms, *[term for term, _ in counts])]
-        others = location.components if found.model.terms else ()
-        location = replace(location, components=tuple(dict.fromkeys([*hosts, *others])))
     standings = [*standing(found, question.settings), *[Standing(term, 1.0, (), (), np.nan, np.nan) for term, _ in counts]]
     read = {f"{term.part}.{term.effect.spacing}": count for term, count in counts}
     after = strongest_variables(evidence.bars, [], after=True)
-    told_removed = removed_share(held_out, before, reported)
-    removed = min(removed_in_band(found), 1.0 if told_removed > 0.0 else 0.0)
     baseline = _baseline(rig, found, values)
     strained = tuple(
         name
@@ -132,13 +128,27 @@ def _answer(
         if name not in found.far_off[:1] and abs(item.refit_with - item.given) > STRAINED * rig.machine.uncertain[name]
     )
     bands = narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted)
-    adequate = structured_share(evidence, rig.machine.compare) < ADEQUATE and not strained and not bands
-    adequate = adequate and (told_removed > 0.0 or not standings)
-    verdict = _verdict(found, standings, moved, adequate, removed)
+    taken = removed_share(held_out, before, reported_fit)
+    reasons = shortfalls(evidence, rig.machine.compare, strained, baseline, bands)
+    if standings and taken <= 0.0:
+        reasons.append("it takes away nothing of what is missing on the recording that judges")
+    adequate = not reasons
+    verdict = _verdict(found, standings, moved, adequate, removed_in_band(found) if taken > 0.0 else 0.0)
+    names = verdict in ("named", "tied")
     told_of = replace(values, by_name={**values.by_name, **read})
-    effects = tuple(_effect(item, told_of, rig, adequate) for item in standings)
+    terms = [item.term for item in standings]
+    effects = tuple(reported(item, told_of, rig) for item in standings)
+    if names:
+        effects = tuple(without_undetermined(effects, terms, held_out, found, told_of.values()))
+    else:
+        effects = tuple(no_surer_than(max(0.0, taken), effect) for effect in effects)
     if effects and found.values_instead:
         effects = (replace(effects[0], tied_with=(*effects[0].tied_with, *found.values_instead)), *effects[1:])
+    location = located(held_out, found, evidence, named=names)
+    if counts:
+        hosts = [term.at.partition(".")[0] for term in (*found.model.terms, *[term for term, _ in counts])]
+        others = location.components if found.model.terms else ()
+        location = replace(location, components=tuple(dict.fromkeys([*hosts, *others])))
     term = None
     if not adequate:
         say("looking for a formula for what is left")
@@ -152,10 +162,11 @@ def _answer(
         effects=effects,
         location=location,
         fit=own.fit,
-        removed_share=told_removed,
+        removed_share=taken,
         adequate=adequate,
+        shortfall=not_adequate(reasons) if names else "",
         baseline=baseline,
-        insert=tuple(_insert(*pair, found) for pair in zip(effects, standings, strict=True)) if verdict in ("named", "tied") else (),
+        insert=tuple(lesson_entry(*pair, found.model.fitted, rig) for pair in zip(effects, terms, strict=True)) if names else (),
         left=(
             *_left(evidence, after, found, question.settings),
             *resting(held_out, found.model.held_out_fit),
@@ -164,7 +175,7 @@ def _answer(
             *_strain(strained, baseline),
             *_far_off(found.far_off, baseline),
         ),
-        not_told=(*_not_told(effects, told_of), *_unseen(standings)),
+        not_told=(*_not_told(effects), *_unseen(standings)) if names else (),
         discovered=f"{term.formula}, which explains {term.share:.0%} of what is left at {term.at}" if term else "",
         plugin=plugin_text(term) if term else "",
         evidence=evidence,
@@ -211,86 +222,7 @@ def _sentence(verdict: Verdict, effects: tuple[FoundEffect, ...], far_off: tuple
     if verdict not in ("named", "tied") or not effects:
         return VERDICTS[verdict]
     names = [f"{effect.effect} at {effect.at}" + (f" (or {', '.join(effect.tied_with)})" if effect.tied_with else "") for effect in effects]
-    listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-    return f"The simulation left out {listed}."
-
-
-def _effect(item: Standing, values: Estimates, rig: Rig, adequate: bool) -> FoundEffect:
-    term = item.term
-    parameters, undetermined = {}, []
-    for name, scale in zip(term.parameters, np.abs(term.points).max(axis=0, initial=0.0), strict=True):
-        short = name.partition(".")[2]
-        if name not in values.by_name:
-            continue
-        estimate = values.by_name[name]
-        half = CONFIDENCE * estimate.error
-        value = estimate.value
-        if short == "order":
-            # a whole number; what it seems to be off is the speed
-            half, value = max(half, abs(value - round(value))), float(round(value))
-        parameters[short] = Interval(value, rig.sensed.plan.unit(name), value - half, value + half)
-        if estimate.error <= 0.0 or estimate.error > 0.5 * max(float(scale), abs(estimate.value)):
-            undetermined.append(short)
-    others = (*item.tied, *item.forms)
-    tied = tuple(dict.fromkeys(other.name if other.name != term.name else f"{other.name} at {other.at}" for other in others))
-    unseen = next((other.effect.experiment for other in item.unseen), None)
-    experiment = term.effect.experiment if tied or undetermined else unseen
-    return FoundEffect(
-        term.name,
-        term.at,
-        term.family,
-        item.probability,
-        _turned(term, parameters),
-        tied,
-        experiment,
-        item.share,
-        item.removes,
-        _first_line(term),
-        tuple(undetermined),
-    )
-
-
-def _first_line(term: Term) -> str:
-    return (term.effect.__doc__ or "").strip().splitlines()[0]
-
-
-def _on_held_out(held_out: Rig, found: Found, values: Estimates) -> Fitted:
-    """Give the reported values with what belongs to the held-out recording fitted beside them."""
-    judged = found.model.held_out_fit
-    own = {item.name for item in held_out.start_states(held_out.sensed.plan)}
-    own |= {name for term in found.model.terms for name in term.nuisance}
-    free = [item for item in with_start(judged) if item.name in own]
-    constant = {name: value for name, value in {**judged.by_name, **values.values()}.items() if name not in own}
-    return fit(held_out.sensed, free, constant, rounds=2, iterations=6, wide=is_wide(found.model.terms), fresh=False)
-
-
-def _turned(term: Term, parameters: dict[str, Interval]) -> dict[str, Interval]:
-    """Give each wave with a negative size as the same wave of positive size, half a turn on."""
-    values = {f"{term.part}.{name}": item.value for name, item in parameters.items()}
-    turned = dict(parameters)
-    sizes = [size for phase in phases_to_turn(term, values) for size in term.waves[phase] if size in values]
-    for name in (size.partition(".")[2] for size in sizes):
-        item = parameters[name]
-        turned[name] = Interval(-item.value, item.unit, -item.high, -item.low)
-    return turned
-
-
-def _insert(effect: FoundEffect, item: Standing, found: Found) -> dict[str, str]:
-    """Give the entry for the lesson; what belongs to a recording is that of the fitted one."""
-    term = item.term
-    quantities = {name: _quantity(value) for name, value in effect.parameters.items()}
-    fitted = found.model.fitted.by_name
-    for name in term.nuisance:
-        short = name.partition(".")[2]
-        if name in fitted:
-            half_turn = np.pi if name in phases_to_turn(term, fitted) else 0.0
-            quantities[short] = f"{fitted[name] + half_turn:.6g} {term.effect.declarations[short].unit}".removesuffix(" 1")
-    return {"effect": effect.effect, "at": effect.at, **quantities}
-
-
-def _quantity(item: Interval) -> str:
-    number = f"{item.value:.6g}"
-    return number if item.unit == "1" else f"{number} {item.unit}"
+    return f"The simulation left out {listed(names)}."
 
 
 def _baseline(rig: Rig, found: Found, values: Estimates) -> dict[str, BaselineValue]:
@@ -300,9 +232,10 @@ def _baseline(rig: Rig, found: Found, values: Estimates) -> dict[str, BaselineVa
             continue
         estimate = values.by_name[item.name]
         half = CONFIDENCE * estimate.error
-        unit = rig.sensed.plan.unit(item.name)
+        declared = declared_in(rig, item.name)
+        interval = bounded(Interval(estimate.value, declared.unit, estimate.value - half, estimate.value + half), declared)
         without = found.baseline.fitted.by_name[item.name]
-        result[item.name] = BaselineValue(unit, item.given, without, estimate.value, estimate.value - half, estimate.value + half)
+        result[item.name] = BaselineValue(declared.unit, item.given, without, estimate.value, interval.low, interval.high)
     return result
 
 
@@ -344,13 +277,19 @@ def _far_off(names: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> l
     return [f"{told}{others}. Measure it, and say in the lesson how sure it is."]
 
 
-def _not_told(effects: tuple[FoundEffect, ...], values: Estimates) -> tuple[str, ...]:
+def _not_told(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
     sentences = []
     for effect in effects:
         if effect.tied_with:
-            sentences.append(f"{effect.effect} cannot be told from {', '.join(effect.tied_with)} here. {effect.separating_experiment}")
-        for name in effect.undetermined:
-            sentences.append(f"{name} of {effect.effect} is not determined by this recording. {effect.separating_experiment or ''}".strip())
+            fact = f"{effect.effect} cannot be told from {', '.join(effect.tied_with)} here; the lines to paste hold {effect.effect}."
+            sentences.append(f"{fact} {effect.separating_experiment}")
+        pasted = [name for name in effect.undetermined if name not in effect.left_out]
+        several = "a set of values that fits" if len(pasted) > 1 else "one value that fits"
+        for names, done in ((effect.left_out, "leave that part of it out"), (pasted, f"hold {several}")):
+            if names:
+                verb = "is" if len(names) == 1 else "are"
+                fact = f"{listed(names)} of {effect.effect} {verb} not determined by this recording; the lines to paste {done}."
+                sentences.append(f"{fact} {effect.separating_experiment or ''}".strip())
     return tuple(sentences)
 
 

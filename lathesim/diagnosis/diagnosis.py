@@ -7,8 +7,8 @@ It holds numbers and text only; :func:`as_json` gives the JSON of schema ``lathe
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from lathesim.engine.assembly import FloatArray
@@ -44,7 +44,8 @@ class FoundEffect:
 
     ``probability`` that it is this one and none of the other candidates; ``tied_with`` names those the recording cannot tell from it, and
     ``separating_experiment`` says what would; ``share`` is the share of the whole error that it removes, ``removes`` the same of what was
-    left when it came in; ``undetermined`` names parameters that the recording does not determine.
+    left when it came in; ``undetermined`` names parameters that the recording does not determine, ``left_out`` those of them that the lines
+    to paste do without.
     """
 
     effect: str
@@ -58,6 +59,7 @@ class FoundEffect:
     removes: float = 0.0
     doc: str = ""
     undetermined: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -178,6 +180,24 @@ class Diagnosis:
     evidence: Evidence = field(default_factory=Evidence)
     plugin: str = ""
     """The text of a plug-in file with the discovered term as an effect; empty where none was discovered."""
+    shortfall: str = ""
+    """Why the model that is named is not adequate, in one sentence; empty where it is, or where nothing is named."""
+
+    @property
+    def names(self) -> bool:
+        """Whether the effects are what was left out; else they only take away part of what is missing."""
+        return self.verdict in ("named", "tied")
+
+
+def no_surer_than(share: float, effect: FoundEffect) -> FoundEffect:
+    """Give an effect that is no name for what is missing: as sure as it took away of it (``share``, the whole model) and no more."""
+    own = effect.share if math.isfinite(effect.share) else share
+    return replace(effect, probability=min(effect.probability, share, max(0.0, own)))
+
+
+def listed(names: Sequence[str]) -> str:
+    """Give ``"a, b and c"``."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,8 @@ from lathesim.engine.assembly import FloatArray
 
 SEEN = 0.1
 """A variable that explains less than this share of the missing signal is not named as one it depends on."""
+COMPARABLE = 0.2
+"""Of the largest share that is missing at a part: what another part must miss to be suspected beside it."""
 _SIMPLEST = ("sign of velocity", "velocity", "speed", "position", "time")
 _MOTION = 2
 """The first of these are always named; one further down only where it explains clearly more than all before it."""
@@ -129,14 +131,36 @@ def _wires(rig: Rig) -> tuple[tuple[str, str], ...]:
     return tuple(dict.fromkeys(pairs))
 
 
-def located(held_out: Rig, found: Found, evidence: Evidence) -> Location:
-    """Say where the mismatch sits: the hosts of what was found first, then what the worst channel passes through."""
+def located(held_out: Rig, found: Found, evidence: Evidence, *, named: bool) -> Location:
+    """Say where the mismatch sits: the hosts of what is named, else the parts in which the replay finds it."""
     worst = places(held_out, found.baseline.held_out_fit)
-    hosts = [term.at.partition(".")[0] for term in found.model.terms]
+    hosts = [term.at.partition(".")[0] for term in found.model.terms] if named else []
     channels = [place.channel for place in worst if place.over_floor > 1.0]
-    suspects = [*hosts, *[part for place in worst[:1] for part in place.parts if not found.model.terms]]
+    suspects = hosts or suspected(held_out, evidence, channels)
     windows = worst[0].windows if worst else ()
     return Location(tuple(dict.fromkeys(suspects)), tuple(channels), windows, strongest_variables(evidence.bars, channels))
+
+
+def suspected(held_out: Rig, evidence: Evidence, off: Collection[str]) -> list[str]:
+    """Give the parts in which much is missing, the largest share of what acts there first; ``off`` are the channels over their floor.
+
+    A part that misses less than a fifth of the largest share is none of them. Where a sensor's reading is off, so may be what it reads, and
+    rather that where several of its readings are.
+    """
+    compare = zip(held_out.machine.compare, evidence.missing, strict=True)
+    shares = [(item.share_before, item.at) for name, item in compare if name in off and np.isfinite(item.share_before)]
+    most = max((share for share, _ in shares), default=0.0)
+    shares = sorted((pair for pair in shares if pair[0] >= COMPARABLE * most), key=lambda pair: -pair[0])
+    ports = {part.name: part.component.ports for part in held_out.machine.assembly.parts}
+    found = []
+    for part in [at.partition(".")[0] for _, at in shares]:
+        reads: list[str] = []
+        if {"measured", "reading"} <= set(ports.get(part, ())):
+            wires = held_out.machine.assembly.wires
+            reads = [wire.source.partition(".")[0] for wire in wires if wire.source and wire.target.startswith(f"{part}.")]
+        several = sum(at.startswith(f"{part}.") for _, at in shares) > 1
+        found += [*reads, part] if several else [part, *reads]
+    return found
 
 
 def strongest_variables(bars_: tuple[VariableBar, ...], channels: list[str], *, after: bool = False) -> tuple[str, ...]:

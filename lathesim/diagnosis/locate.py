@@ -14,6 +14,7 @@ import numpy.typing as npt
 from scipy.fft import irfft, rfft
 
 from lathesim.diagnosis.fit import Fitted
+from lathesim.diagnosis.motion import measured_output
 from lathesim.diagnosis.noise_model import taper
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.simulator import KICK
@@ -88,6 +89,10 @@ def missing_signal(rig: Rig, fitted: Fitted, channel: int) -> Missing:
     if not moved or not shapes.differences:
         return Missing(name, plan.unit(rig.sensed.channels[channel]), residual)
     row, part = max(moved, key=lambda item: float(np.abs(kicks[item[0], channel]).max()))
+    showing = _showing(rig, part)
+    if showing and name not in showing:
+        # the motion shows better elsewhere: what is off here is the channel's own, a drive that gives another force than it says
+        return Missing(name, plan.unit(rig.sensed.channels[channel]), residual)
     period = plan.assembly.sample_period
     response, error = kicks[row, channel], residual
     for _ in range(shapes.differences):
@@ -108,6 +113,15 @@ def _speaks_loudest(kicks: FloatArray, channel: int, floors: FloatArray) -> bool
     induces, and next to nothing beside an encoder."""
     loudness = np.abs(kicks).max(axis=1) / floors
     return bool(loudness[channel] >= loudness.max())
+
+
+def _showing(rig: Rig, part: str) -> list[str]:
+    """Give the compared channels that show the place or the speed of a part."""
+    parts = {item.name: item for item in rig.machine.assembly.parts}
+    wires = {item.target: item for item in rig.machine.assembly.wires}
+    ports = parts[part].component.ports if part in parts else {}
+    motion = {f"{part}.{ports[role]}" for role in ("displacement", "flow") if role in ports}
+    return [name for name in rig.machine.compare if measured_output(parts, wires, name) in motion]
 
 
 def _pushed(plan: Plan, state: str) -> str:

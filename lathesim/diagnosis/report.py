@@ -15,7 +15,18 @@ import numpy as np
 
 import lathesim
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, ChannelFit, Diagnosis, FoundEffect, MissingSignal, VariableBar
-from lathesim.diagnosis.report_text import NOTHING, TIMES, interval_texts, number, percent, probability_text, quantity_text, times, words
+from lathesim.diagnosis.report_text import (
+    NOTHING,
+    TIMES,
+    interval_texts,
+    number,
+    percent,
+    probability_text,
+    quantity_text,
+    takes_part,
+    times,
+    words,
+)
 from lathesim.diagnosis.wiring_diagram import Wires, wiring_diagram
 from lathesim.errors import RecordError
 
@@ -66,6 +77,8 @@ def _page(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict,
         "verdict_word": _WORDS[diagnosis.verdict],
         "sentence": diagnosis.sentence or VERDICTS[diagnosis.verdict],
+        "shortfall": diagnosis.shortfall,
+        "takes_part": "" if diagnosis.names else takes_part(diagnosis),
         "lesson": diagnosis.lesson,
         "recording": diagnosis.recording,
         "held_out": diagnosis.held_out if diagnosis.held_out != diagnosis.recording else "",
@@ -128,7 +141,7 @@ def _over(size: float, floor: float) -> float:
 def _figures(diagnosis: Diagnosis, modelled: bool, changed: bool) -> list[tuple[str, str]]:
     """Give the few numbers that stand largest on the page."""
     found: list[tuple[str, str]] = []
-    if diagnosis.effects:
+    if diagnosis.effects and diagnosis.names:
         found.append(("probability", probability_text(min(effect.probability for effect in diagnosis.effects))))
     if changed:
         found.append(("removed on held-out data", percent(diagnosis.removed_share)))
@@ -172,7 +185,7 @@ def _suspects(diagnosis: Diagnosis) -> dict[str, str]:
     located = list(diagnosis.location.components)
     if diagnosis.verdict == "recording_fault" and not located:
         located = [channel.partition(".")[0] for channel in diagnosis.location.channels]
-    first = hosts or located[:1]
+    first = (hosts if diagnosis.names else []) or located[:1]
     return {**dict.fromkeys(located, "other"), **dict.fromkeys(first, "first")}
 
 
@@ -233,7 +246,8 @@ def _is_found(name: str, diagnosis: Diagnosis) -> bool:
 
 def _sure(diagnosis: Diagnosis) -> list[str]:
     """Give the sentences about probability, runner-up and ties."""
-    several = diagnosis.effects if len(diagnosis.effects) > 1 else ()
+    named = diagnosis.effects if diagnosis.names else ()
+    several = named if len(named) > 1 else ()
     lines = [f"{effect.effect} at {effect.at}: probability {probability_text(effect.probability)}." for effect in several]
     found = [item for item in diagnosis.evidence.tried if _is_found(item[0], diagnosis) and math.isfinite(item[2])]
     rest = [item for item in diagnosis.evidence.tried if not _is_found(item[0], diagnosis) and math.isfinite(item[2])]
@@ -246,7 +260,7 @@ def _sure(diagnosis: Diagnosis) -> list[str]:
         best = max(rest, key=lambda item: item[2])
         tried = len(diagnosis.evidence.tried)
         lines.append(f"Of {tried} candidates {best[0]} gained most on held-out data, {number(best[2], 0)} nats: too little to be believed.")
-    for effect in diagnosis.effects:
+    for effect in named:
         if effect.tied_with:
             lines.append(f"{effect.effect} cannot be told from {', '.join(effect.tied_with)} here.")
         if effect.separating_experiment:

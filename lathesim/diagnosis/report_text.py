@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable
 
 from lathesim.analysis.display_unit import display_unit
+from lathesim.diagnosis.diagnosis import Diagnosis
 
 _SIGNS = (("um", "µm"), ("us", "µs"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 MINUS = "\N{MINUS SIGN}"
@@ -93,3 +94,10 @@ def times(ratio: float) -> str:
 def words(name: str) -> str:
     """Give ``x_axis.position`` with places where a line may break."""
     return name.replace("_", "_\N{ZERO WIDTH SPACE}").replace(".", ".\N{ZERO WIDTH SPACE}")
+
+
+def takes_part(diagnosis: Diagnosis) -> str:
+    """Say what effects are where nothing is named: they take away part of what is missing, or not even that."""
+    judged = diagnosis.held_out or "the recording that judges"
+    where = "" if diagnosis.removed_share > 0.0 else f" in {diagnosis.recording}, and nothing in {judged}"
+    return f"This takes away part of it{where}, and is no name for it"

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.diagnosis.diagnosis import Evidence
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.search import TIE_SHARE, Found, Settings, merit
@@ -16,9 +14,6 @@ from lathesim.diagnosis.trial import Bench
 
 TIE = 4.0
 """Nats within which two candidates cannot be told apart, or :data:`TIE_SHARE` of what the better one gains."""
-ADEQUATE = 0.025
-"""A model is inadequate where a part of the missing signal larger than this share of all that acts there is explained, on the held-out
-recording, by what the machine was doing."""
 NAMED_SHARE = 0.5
 """Share of the baseline's error that the effects must remove for them to be named."""
 
@@ -76,13 +71,3 @@ def removed_share(rig: Rig, before: Fitted, after: Fitted) -> float:
     bench.weigh(before)
     error, left = float(bench.baseline_error[::2].sum()), float(bench.error(rig, after)[::2].sum())
     return 1.0 - left / error if error > 0.0 else 0.0
-
-
-def structured_share(evidence: Evidence, channels: Sequence[str]) -> float:
-    """Give the size of what is still missing and depends on the motion, as a share of what acts there; the worst channel."""
-    worst = 0.0
-    for channel, missing in zip(channels, evidence.missing, strict=True):
-        explained = max((bar.after for bar in evidence.bars if bar.channel == channel), default=0.0)
-        if np.isfinite(missing.share_after):
-            worst = max(worst, float(missing.share_after * np.sqrt(explained)))
-    return worst

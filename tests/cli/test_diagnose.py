@@ -10,6 +10,7 @@ import pytest
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
+from lathesim.shipped import shipped_folder
 from tests.cli.command import Said, call
 from tests.diagnosis.pushed_table import LESSON, POSITION, Hidden, write_case
 from tests.diagnosis.small_case import write_lesson
@@ -85,6 +86,27 @@ def test_the_lesson_it_writes_explains_the_recording(
     assert "x_axis_coulomb_friction" in {part.name for part in prepare(explained, load_registry(installed=False)).machinery.parts}
     answer = told(diagnosed(capsys, (tmp_path / "table_explained.yaml", *rubbing[1:]), "--json", "-", "--no-report"))
     assert (answer["verdict"], answer["effects"]) == ("no_mismatch", [])
+
+
+def test_the_lesson_it_writes_runs_where_it_stands(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The machine template stands beside the user's lesson, and the answer goes into a folder below."""
+    (tmp_path / "case").mkdir()
+    files = write_case(tmp_path / "case", Hidden(dry=8.0), lesson=LESSON.replace("machine: force_axis", "machine: machine_own"))
+    template = shipped_folder("lesson_configs") / "machines" / "force_axis.yaml"
+    (tmp_path / "case" / "machine_own.yaml").write_text(template.read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.chdir(tmp_path / "case")
+    names = tuple(Path(file.name) for file in files)
+    assert diagnosed(capsys, names, "--out", "out").code == 0  # type: ignore[arg-type]
+    explained = Path("out") / "table_explained.yaml"
+    assert "machine: ../machine_own.yaml" in explained.read_text(encoding="utf-8")
+    for folder in (tmp_path / "case", tmp_path):
+        monkeypatch.chdir(folder)
+        file = tmp_path / "case" / explained
+        assert call(capsys, "check", file).code == 0
+        said = call(capsys, "run", file, "--no-plots", "--out", tmp_path / "run.h5")
+        assert said.code == 0, said.err
 
 
 def test_a_sound_machine_needs_no_new_lesson(sound: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 
 from lathesim.component import Parameter
-from lathesim.diagnosis.diagnose import _insert, _turned
 from lathesim.diagnosis.diagnosis import FoundEffect, Interval
 from lathesim.diagnosis.half_turn import phases_to_turn
+from lathesim.diagnosis.lesson_entry import lesson_entry
 from lathesim.diagnosis.parameters import _same_way_round
+from lathesim.diagnosis.reported_effect import _turned
 from lathesim.diagnosis.terms import WAVES, Term, insert_candidates
 from lathesim.effects.encoder_error import EncoderInterpolationError
 from lathesim.effects.friction import PositionDependentFriction
 from lathesim.effects.motor_ripple import Cogging, TorqueRipple
-from tests.diagnosis.pushed_table import machine
+from tests.diagnosis.pushed_table import machine, recording, rigs
 
 
 class SignedInterpolationError(EncoderInterpolationError):
@@ -85,7 +86,8 @@ def test_what_is_told_does_what_was_fitted(effect: Any, first: float, second: fl
         assert found["second"].value > 0.0
     named = {f"{term.part}.{name}": value for name, value in fitted.items()}
     told = FoundEffect(term.name, term.at, term.family, 1.0, found, (), None, 1.0, True, "", ())
-    entry = _insert(told, SimpleNamespace(term=term), SimpleNamespace(model=SimpleNamespace(fitted=SimpleNamespace(by_name=named))))  # type: ignore[arg-type]
+    (rig,) = rigs(recording(count=200), effects=(effect,))
+    entry = lesson_entry(told, term, SimpleNamespace(by_name=named), rig)  # type: ignore[arg-type]
     inserted = {name: float(text.split()[0]) for name, text in entry.items() if name not in ("effect", "at")}
     assert law(term, inserted) == pytest.approx(law(term, fitted), abs=1e-4 * np.ptp(law(term, fitted)))  # a lesson has six digits
 

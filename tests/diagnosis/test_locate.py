@@ -1,12 +1,25 @@
 """Where a mismatch sits and what it depends on: the missing force, and the variables that explain it on another recording."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.fit import fit
+from lathesim.diagnosis.diagnosis import Evidence, MissingSignal
+from lathesim.diagnosis.evidence import suspected
+from lathesim.diagnosis.fit import Fitted, fit
+from lathesim.diagnosis.held_out import parted
+from lathesim.diagnosis.loading import load_case
 from lathesim.diagnosis.locate import bars, explained, missing_signal, passed_through, places
+from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.variables import direction_of, since_reversal, variables
-from tests.diagnosis.pushed_table import MASS, POSITION, VISCOUS, Hidden, baselines, pair
+from lathesim.lessons.lesson import load_lesson
+from lathesim.plugins import load_registry
+from tests.diagnosis.driven_axis import write_recording
+from tests.diagnosis.one_cut import FORCE as CUT_FORCE
+from tests.diagnosis.one_cut import cut_machine, cut_record
+from tests.diagnosis.pushed_table import MASS, POSITION, VISCOUS, Hidden, baseline, baselines, pair, rigs
 
 DRAG = Hidden(law=lambda v, q, t: 2000.0 * v * abs(v))
 SPRING = Hidden(law=lambda v, q, t: 400.0 * q)
@@ -94,3 +107,76 @@ def test_the_place_is_the_channel_that_is_off_and_what_it_passes_through() -> No
     assert 0 < len(place.windows) <= 5
     assert all(0.0 <= begin < end <= 4.0 for begin, end in place.windows)
     assert passed_through(rig.sensed.plan, "x_axis.position") == ("x_axis",)
+
+
+def current_too(folder: Path) -> tuple[list[Rig], list[Fitted]]:
+    """Give the halves of a recording of an axis whose current was recorded beside its place, and the lesson's values fitted to each.
+
+    The lesson's drive answers to the speed (a back electromotive force), so a push of the axis moves the current too.
+    """
+    lesson, file = write_recording(folder)
+    rows = np.loadtxt(file, delimiter=",", skiprows=1)
+    current = 1.3 * rows[:, 1] + 0.01 * np.random.default_rng(3).standard_normal(len(rows))
+    np.savetxt(file, np.column_stack([rows, current]), delimiter=",", header="t [s],u [V],q [m],i [A]", comments="", fmt="%.12g")
+    text = lesson.read_text(encoding="utf-8").replace("x_drive.back_emf: 0 V*s/m", "x_drive.back_emf: 4 V*s/m")
+    text = text.replace("resolution: 1 um}}", "resolution: 1 um}, x_drive.current: {column: i, unit: A}}")
+    lesson.write_text(text + "uncertain: {x_axis.mass: 20 %, x_axis.viscous: 20 %}\n", encoding="utf-8")
+    case = load_case(load_lesson(lesson), [file], load_registry(installed=False))
+    first, second, _ = parted(case.machine, file.name, case.recordings[0].record, ())
+    return [first, second], [fit(rig.sensed, baseline(rig)) for rig in (first, second)]
+
+
+@pytest.fixture(scope="module")
+def axis_with_current(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Rig], list[Fitted]]:
+    return current_too(tmp_path_factory.mktemp("current"))
+
+
+def test_one_missing_force_is_told_once(axis_with_current: tuple[list[Rig], list[Fitted]]) -> None:
+    """The place tells what pushed the axis; a current that is off is off by itself, and no second force at the axis."""
+    (rig, _), (fitted, _) = axis_with_current
+    assert rig.machine.compare == ("x_encoder.position", "x_drive.current")
+    assert [missing_signal(rig, fitted, row).at for row in (0, 1)] == ["x_axis.disturbance", "x_drive.current"]
+    assert missing_signal(rig, fitted, 1).unit == "A"
+
+
+def shown(*shares: float) -> Evidence:
+    signal = np.zeros(3)
+    places = (("x_axis.disturbance", "N"), ("x_drive.current", "A"))
+    return Evidence(missing=tuple(MissingSignal(*at, *(signal,) * 4, share, share) for at, share in zip(places, shares, strict=True)))
+
+
+@pytest.mark.parametrize(
+    ("shares", "off", "parts"),
+    [
+        ((0.15, 0.033), (POSITION, "x_drive.current"), ["x_axis", "x_drive"]),
+        ((0.15, 0.033), (POSITION,), ["x_axis"]),
+        ((0.15, 0.029), (POSITION, "x_drive.current"), ["x_axis"]),
+        ((0.007, 0.478), (POSITION, "x_drive.current"), ["x_drive"]),
+        ((0.3, 0.5), (POSITION, "x_drive.current"), ["x_drive", "x_axis"]),
+        ((float("nan"), 0.5), (POSITION, "x_drive.current"), ["x_drive"]),
+        ((0.3, 0.5), (), []),
+    ],
+    ids=[
+        "a fifth",
+        "the other under its floor",
+        "less than a fifth",
+        "the drive",
+        "the drive more",
+        "nothing acts",
+        "all under their floors",
+    ],
+)
+def test_suspected_is_where_much_is_missing(
+    shares: tuple[float, float], off: tuple[str, ...], parts: list[str], axis_with_current: tuple[list[Rig], list[Fitted]]
+) -> None:
+    assert suspected(axis_with_current[0][0], shown(*shares), off) == parts
+
+
+def test_with_a_sensor_what_it_reads_is_suspected_and_first_where_all_its_readings_are_off() -> None:
+    (rig,) = rigs(cut_record(), of=cut_machine(), effects=())
+    signal = np.zeros(3)
+    one = MissingSignal(CUT_FORCE, "N", signal, signal, signal, signal, 0.1, 0.1)
+    assert suspected(rig, Evidence(missing=(one,)), [CUT_FORCE]) == ["dynamometer", "cutting"]
+    three = replace(rig, machine=replace(rig.machine, compare=(CUT_FORCE, "dynamometer.thrust")))
+    both = Evidence(missing=(one, replace(one, at="dynamometer.thrust")))
+    assert list(dict.fromkeys(suspected(three, both, [CUT_FORCE, "dynamometer.thrust"]))) == ["cutting", "dynamometer"]

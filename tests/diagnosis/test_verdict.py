@@ -2,16 +2,13 @@
 
 import dataclasses
 import functools
-import math
 
-import numpy as np
 import pytest
 
-from lathesim.diagnosis.diagnosis import Evidence, MissingSignal, VariableBar
 from lathesim.diagnosis.search import Found, Settings, search
 from lathesim.diagnosis.trial import Trial
-from lathesim.diagnosis.verdict import Standing, removed_in_band, standing, structured_share
-from tests.diagnosis.pushed_table import POSITION, Hidden, pair
+from lathesim.diagnosis.verdict import Standing, removed_in_band, standing
+from tests.diagnosis.pushed_table import Hidden, pair
 
 SETTINGS = Settings()
 
@@ -87,19 +84,3 @@ def test_the_share_of_the_error_that_is_gone() -> None:
     untouched = dataclasses.replace(searched())
     untouched.model = untouched.baseline
     assert removed_in_band(untouched) == 0.0
-
-
-def evidence(share_after: float, explained: float) -> Evidence:
-    signal = np.zeros(3)
-    missing = MissingSignal("x_axis.disturbance", "N", signal, signal, signal, signal, 0.5, share_after)
-    bars = (VariableBar(POSITION, "velocity of x_axis", 0.9, explained), VariableBar(POSITION, "time", 0.1, 0.0))
-    return Evidence(bars=bars, missing=(missing,))
-
-
-@pytest.mark.parametrize(
-    ("share_after", "explained", "structured"),
-    [(0.1, 0.0, 0.0), (0.1, 0.81, 0.09), (0.0, 0.9, 0.0), (math.nan, 0.9, 0.0)],
-    ids=["noise alone", "a pattern", "nothing left", "nothing acts there"],
-)
-def test_only_what_has_a_pattern_makes_a_model_inadequate(share_after: float, explained: float, structured: float) -> None:
-    assert structured_share(evidence(share_after, explained), [POSITION]) == pytest.approx(structured)

@@ -1,0 +1,54 @@
+"""A model that is named and not adequate says why, in one sentence, wherever the answer is read."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.answer_text import answer_lines
+from lathesim.diagnosis.diagnosis import BaselineValue, Evidence, MissingSignal, VariableBar
+from lathesim.diagnosis.narrow_band import NarrowBand
+from lathesim.diagnosis.report import report_html
+from lathesim.diagnosis.shortfall import not_adequate, shortfalls, structured
+from tests.diagnosis.pushed_table import POSITION
+from tests.diagnosis.sample_diagnoses import CLEAN, NAMED
+
+
+def evidence(share_after: float, explained: float) -> Evidence:
+    signal = np.zeros(3)
+    missing = MissingSignal("x_axis.disturbance", "N", signal, signal, signal, signal, 0.5, share_after)
+    bars = (VariableBar(POSITION, "velocity of x_axis", 0.9, explained), VariableBar(POSITION, "time", 0.1, 0.0))
+    return Evidence(bars=bars, missing=(missing,))
+
+
+@pytest.mark.parametrize(
+    ("share_after", "explained", "told"),
+    [(0.1, 0.0, 0.0), (0.1, 0.81, 0.09), (0.0, 0.9, 0.0), (math.nan, 0.9, 0.0)],
+    ids=["noise alone", "a pattern", "nothing left", "nothing acts there"],
+)
+def test_only_what_has_a_pattern_makes_a_model_inadequate(share_after: float, explained: float, told: float) -> None:
+    found = evidence(share_after, explained)
+    assert structured(found, POSITION, share_after) == pytest.approx(told)
+    assert bool(shortfalls(found, [POSITION], (), {}, ())) == (told > 0.025)
+
+
+def test_every_reason_is_told() -> None:
+    strained = {"x_drive.effort_constant": BaselineValue("N/A", 12.0, 12.0, 12.84)}
+    bands = [NarrowBand(POSITION, 55.0, 1e-6, "m", 0.4, 54.0, 56.0), NarrowBand("x_scale.position", 9.0, 1e-6, "m", 0.4, 4.0, 11.0)]
+    assert not_adequate(shortfalls(evidence(0.1, 0.81), [POSITION], list(strained), strained, bands)) == (
+        "The model is not adequate: 10.0% of what acts at x_axis.disturbance is still missing, and goes with velocity of x_axis; "
+        "it needs x_drive.effort_constant at 12.84 N/A, further off than the lesson holds possible; "
+        "x_encoder.position still swings at 55 Hz; x_scale.position still swings between 4 and 11 Hz."
+    )
+    assert not_adequate(shortfalls(evidence(0.1, 0.0), [POSITION], [], {}, [])) == ""
+
+
+def test_terminal_and_report_say_that_a_named_model_is_not_adequate() -> None:
+    sentence = "The model is not adequate: 4.6% of what acts at x_axis.disturbance is still missing, and goes with velocity of x_axis."
+    short = replace(NAMED, adequate=False, shortfall=sentence)
+    lines = answer_lines(short)
+    assert lines[lines.index(NAMED.sentence) + 1] == sentence
+    assert sentence in report_html(short)
+    for right in (NAMED, CLEAN):
+        assert "not adequate" not in "\n".join(answer_lines(right)) + report_html(right)
