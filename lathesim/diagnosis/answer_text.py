@@ -46,8 +46,8 @@ def _effect_lines(effect: FoundEffect, diagnosis: Diagnosis) -> list[str]:
     share = effect.share if diagnosis.names else min(effect.share, max(0.0, diagnosis.removed_share))
     # what is read off the recorded values takes no part of the error
     taken = f"{share:.0%} of the error" if math.isfinite(effect.share) else "read off the recorded values"
-    sure = f"probability {effect.probability:.2f}, {taken}" if diagnosis.names else taken
-    lines = [f"  {effect.effect} at {effect.at}  ({effect.family}, {sure})"]
+    said = [f"probability {effect.probability:.2f}", taken] if diagnosis.names else [taken] if diagnosis.removed_share > 0.0 else []
+    lines = [f"  {effect.effect} at {effect.at}  ({', '.join([effect.family, *said])})"]
     for name, item in effect.parameters.items():
         doubt = "; not determined" if name in effect.undetermined else ""
         value, low, high = _told_apart(item.value, item.low, item.high)

@@ -99,5 +99,5 @@ def words(name: str) -> str:
 def takes_part(diagnosis: Diagnosis) -> str:
     """Say what effects are where nothing is named: they take away part of what is missing, or not even that."""
     judged = diagnosis.held_out or "the recording that judges"
-    where = "" if diagnosis.removed_share > 0.0 else f" in {diagnosis.recording}, and nothing in {judged}"
+    where = "" if diagnosis.removed_share > 0.0 else f" in {diagnosis.recording}, all in all nothing in {judged}"
     return f"This takes away part of it{where}, and is no name for it"

@@ -38,17 +38,17 @@ def test_an_interval_is_wider_than_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("removed", "sentence"),
+    ("removed", "sentence", "share"),
     [
-        (0.28, "This takes away part of it, and is no name for it"),
-        (-0.5, "This takes away part of it in recording.csv, and nothing in validate.csv, and is no name for it"),
+        (0.28, "This takes away part of it, and is no name for it", ", 28% of the error"),
+        (-0.5, "This takes away part of it in recording.csv, all in all nothing in validate.csv, and is no name for it", ""),
     ],
 )
-def test_what_explains_a_part_is_no_name(removed: float, sentence: str) -> None:
+def test_what_explains_a_part_is_no_name(removed: float, sentence: str, share: str) -> None:
     part = replace(UNKNOWN, effects=(replace(COULOMB, probability=max(0.0, removed), share=0.9),), removed_share=removed)
     lines = answer_lines(part)
     assert f"{sentence}:" in lines
-    assert f"  CoulombFriction at x_axis  (reversal, {max(0.0, removed):.0%} of the error)" in lines
+    assert f"  CoulombFriction at x_axis  (reversal{share})" in lines
     assert "probability" not in "\n".join(lines)
     page = report_html(part)
     assert f"<p>{sentence}.</p>" in page
