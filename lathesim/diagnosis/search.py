@@ -29,9 +29,12 @@ from lathesim.engine.assembly import FloatArray
 
 _EQUAL = 1.0
 """Nats within which two candidates are equals; of equals the one that comes first in the catalogue, the commoner one, is taken."""
+_EQUAL_SHARE = 0.01
+"""The same as a share of what they gain: a trial's fit is rough."""
 _LAST = 1000
+_TIMINGS = ("ChannelTimeShift", "SensorFilter")
 _LEAST_SHIFT = 0.2
-"""Share of a sample by which a channel must be shifted."""
+"""Share of a sample by which a channel must be late."""
 TIE_SHARE = 0.03
 """Share of what the better of two candidates gains within which they cannot be told apart, as a model is never quite right."""
 _ALIKE = 0.1
@@ -205,7 +208,7 @@ def _simplest(good: Sequence[Trial], settings: Settings) -> Trial:
     near = [trial for trial in good if reached - merit(trial, settings) < width and _removes_as_much(trial, good[0])]
     fewest = min(len(trial.term.parameters) for trial in near)
     simple = [trial for trial in near if len(trial.term.parameters) == fewest]
-    equals = [trial for trial in simple if merit(simple[0], settings) - merit(trial, settings) < _EQUAL]
+    equals = [trial for trial in simple if merit(simple[0], settings) - merit(trial, settings) < max(_EQUAL, _EQUAL_SHARE * reached)]
     return min(equals, key=lambda trial: trial.term.effect.catalogue or _LAST)
 
 
@@ -398,9 +401,9 @@ def _of_usual_size(trial: Trial, settings: Settings) -> bool:
 
 
 def _is_of_a_clock(trial: Trial, period: float) -> bool:
-    """Say whether a shift in time is a fair part of a sample, if the effect is one: a smaller one is how a simulation steps, or a friction
-    that sits somewhere else."""
-    return trial.term.name != "ChannelTimeShift" or abs(trial.model.fitted.by_name[trial.term.parameters[0]]) > _LEAST_SHIFT * period
+    """Say whether a shift in time or a filter's lag is a fair part of a sample, if the effect is one: a smaller one is how a simulation
+    steps, or a friction that sits somewhere else."""
+    return trial.term.name not in _TIMINGS or abs(trial.model.fitted.by_name[trial.term.parameters[0]]) > _LEAST_SHIFT * period
 
 
 def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:

@@ -166,8 +166,13 @@ class Bench:
         if is_strained(settled):
             # a slow load that nobody measured draws values with it where noise is held to be white
             slow = fit(self.rig.sensed, with_start(settled), settled.constant, rounds=2, wide=wide, settle=_SETTLED, coloured=True)
-            settled = settled if is_strained(slow) else slow
+            settled = settled if is_strained(slow) else self._with_white_noise(slow, wide=wide)
         return self.model(model.terms, settled)
+
+    def _with_white_noise(self, fitted: Fitted, *, wide: bool) -> Fitted:
+        """Give a fit with the noise that a search goes on with: in a slow one, effects that are not found yet would pass for noise."""
+        noise = noise_of(fitted.residual, self.rig.sensed.noise_shapes(fitted.by_name))
+        return replace(fitted, noise=noise, log_likelihood=log_likelihood(fitted.residual, noise, wide=wide))
 
     def feeling(self, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
         """Give a fit in which frictions sense the recorded motion, or the simulated one where that leaves far less of the error: as where

@@ -92,10 +92,10 @@ def insert_effect(
     ports = _ports(bench, host, places)
     sensed = _sensed(bench, effect, host, ports, name, dict(sources or {}))
     placed = effect.with_units(_units(bench, ports, places, sensed))
-    given = dict(parameters or {})
+    values = dict(parameters or {})
     if effect.told_if_held:
-        given.setdefault(effect.told_if_held, float(_is_held(bench, next(iter(places)))))
-    bench.parts[name] = Part(name, placed, given, dict(start or {}), every=every)
+        values.setdefault(effect.told_if_held, float(_is_held(bench, next(iter(places)))))
+    bench.parts[name] = Part(name, placed, values, dict(start or {}), every=every)
     for place, (taken, given) in places.items():
         _attach(bench, _before_frictions(bench, effect, place), f"{name}.{taken}", f"{name}.{given}")
     bench.wires |= {wire.target: wire for wire in sensed}
