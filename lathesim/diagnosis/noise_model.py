@@ -3,7 +3,7 @@
 A residual of a replay has two sources: what the sensor adds, which is white or drifts slowly, and forces nobody modelled, which reach the
 channel through the machine's own dynamics. Its power at a frequency f is therefore a sum of known shapes with unknown sizes a >= 0,
 
-    P(f) = floor^2 + sum_i a_i T_i(f),    T in {1, 1 / (1 + (f/f0)^2)} and {|G_s(f)|^2, |G_s(f)|^2 / (1 + (f/f0)^2)}
+    P(f) = floor^2 + sum_i a_i T_i(f),    T in {1} and {|G_s(f)|^2, |G_s(f)|^2 / (1 + (f/f0)^2)}
 
 where G_s is the response of the channel to a kick of the machine's state s. The sizes follow from the residual by maximum likelihood
 (Whittle: -2 log L = sum over frequencies of log P + |E|^2 / P; multiplicative updates of Fevotte, Bertin, Durrieu, Nonnegative matrix
@@ -24,7 +24,8 @@ from scipy.signal.windows import tukey
 from lathesim.engine.assembly import FloatArray
 
 _TAPERED = 0.1
-_CORNERS = (0.3, 3.0, 30.0)
+_CORNERS = (3.0, 30.0)
+"""Frequencies from which on a slow load falls off [Hz]."""
 _UPDATES = 25
 _SHARE_IN_BAND = 0.99
 _FLAT = 1.5
@@ -143,8 +144,8 @@ def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: fl
     """Give the shapes for a channel; ``kicks`` (states, samples) is its response to a kick of each state, ``motion`` (samples,) itself.
 
     Without ``coloured`` the sensor's noise and the forces on the machine are white: the equation error at every frequency counts alike, as
-    in least squares of the inverse dynamics. With it both may be slow too: the judge of what is significant. A ``rate`` has the noise of a
-    position that was differenced as well.
+    in least squares of the inverse dynamics. With it the forces may be slow: nobody measures what hangs on a table. A sensor's noise stays
+    white; were it slow, a zero that drifts would be noise. A ``rate`` has the noise of a position that was differenced as well.
     """
     samples = kicks.shape[-1]
     frequency = rfftfreq(samples, period)
@@ -153,11 +154,11 @@ def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: fl
     gains = [gain for gain in (_kick_gain(kick, frequency, period) for kick in kicks) if gain.max(initial=0.0) > 0.0]
     times = _differences(gains, differencing)
     corners = _CORNERS if coloured else ()
-    sensor = [np.ones_like(frequency)] + [1.0 / (1.0 + (frequency / corner) ** 2) for corner in corners]
+    sensor = [np.ones_like(frequency)]
     if rate:
         sensor.append(differencing)
     forces = list(gains)
-    forces += [gain / (1.0 + (frequency / corner) ** 2) for gain in forces for corner in corners[1:]]
+    forces += [gain / (1.0 + (frequency / corner) ** 2) for gain in forces for corner in corners]
     return NoiseShapes(np.array(sensor + forces) * differencing**times, floor, samples, times, _band(motion, times))
 
 

@@ -107,9 +107,9 @@ class Simulator:
     def noise_shapes(self, values: Mapping[str, float], *, coloured: bool = False) -> tuple[NoiseShapes, ...]:
         """Give the shapes of the noise in each channel, with the machine at ``values``.
 
-        Without ``coloured`` sensors and forces are white: what a fit weighs the residual with; with it they may be slow: what a residual is
-        judged with. As the weight follows the machine, a round of fitting solves the equations of the instrumental-variable estimate and
-        is not drawn towards a machine that answers less.
+        Without ``coloured`` sensors and forces are white: what a search weighs the residual with; with it forces may be slow: what values
+        are fitted with once nothing is missing any more. As the weight follows the machine, a round of fitting solves the equations of the
+        instrumental-variable estimate and is not drawn towards a machine that answers less.
         """
         return self._shaped.get((coloured, *sorted(values.items())), lambda: self._shapes(values, coloured=coloured))
 
