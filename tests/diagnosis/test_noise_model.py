@@ -35,16 +35,19 @@ def test_noise_is_never_smaller_than_the_floor() -> None:
     assert np.sqrt(np.mean(model.power)) == pytest.approx(1e-6, rel=0.01)
 
 
-def test_white_noise_and_a_slow_drift_are_told_apart() -> None:
-    drift = np.zeros(SAMPLES)
-    pushes = white(1e-6, 1)
+def test_a_load_that_is_slow_is_told_from_a_white_one_and_a_zero_that_drifts_from_noise() -> None:
+    """A load of 3 Hz on a mass; the sensor's noise stays white, however slow the residual of a channel is that no state moves."""
+    load, rate, place = np.zeros(SAMPLES), 0.0, np.zeros(SAMPLES)
+    pushes = white(1.0, 1)
     for now in range(1, SAMPLES):
-        drift[now] = drift[now - 1] * np.exp(-2.0 * np.pi * 0.3 * PERIOD) + pushes[now]
-    shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=True)
-    model = fit_noise_model(white(2e-6) + drift, shapes)
-    low, high = model.power[2:8].mean(), model.power[SAMPLES // 4 :].mean()
-    assert np.sqrt(high) == pytest.approx(2e-6, rel=0.1)
-    assert low > 30.0 * high
+        load[now] = load[now - 1] * np.exp(-2.0 * np.pi * 3.0 * PERIOD) + pushes[now]
+        rate += load[now] * PERIOD
+        place[now] = place[now - 1] + rate * PERIOD
+    residual = 1e-4 * place + white(1e-7)
+    plain, slow = (noise_shapes(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=coloured) for coloured in (False, True))
+    as_white, as_slow = (fit_noise_model(residual, shapes).log_likelihood(residual) for shapes in (plain, slow))
+    assert as_slow > as_white + 100.0
+    assert len(noise_shapes(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=True).shapes) == 1
 
 
 def test_forces_on_the_machine_are_told_from_noise_of_the_sensor() -> None:
