@@ -314,9 +314,8 @@ def _drawings(diagnosis: Diagnosis, order: Sequence[str]) -> list[Any]:
 
 def _baseline(name: str, item: BaselineValue, modelled: bool) -> dict[str, Any]:
     """Give a row of the table of refitted values: with something modelled what they had absorbed without it, else how far off they were."""
-    best = item.refit_with if modelled else item.refit_without
-    reference, other = (item.refit_with, item.refit_without) if modelled else (item.given, item.refit_without)
-    value, interval = interval_texts(best, item.low, item.high, item.unit)
+    reference, other = (item.refit_with, item.refit_without) if modelled else (item.given, item.refit_with)
+    value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit)
     deviation = 0.5 * (item.high - item.low) / _HALF_INTERVAL
     share = (other - reference) / abs(reference) if reference else math.nan
     return {

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.diagnosis import Diagnosis, Interval, Location
-from lathesim.diagnosis.report import insert_lines, report_html, write_report
+from lathesim.diagnosis.diagnosis import BaselineValue, Diagnosis, Interval, Location
+from lathesim.diagnosis.report import _baseline, insert_lines, report_html, write_report
 from lathesim.diagnosis.report_text import interval_texts, number, percent, quantity_text, times
 from lathesim.diagnosis.wiring_diagram import wiring_diagram
 from lathesim.errors import RecordError
@@ -198,6 +198,13 @@ def test_of_a_large_machine_the_parts_near_the_suspect_are_drawn() -> None:
     assert {"part_19", "part_20", "part_21"} <= {box.name for box in diagram.boxes}
     assert diagram.left_out == 41 - len(diagram.boxes) > 20
     assert wiring_diagram([]) is None
+
+
+def test_a_value_that_is_told_to_be_far_off_lies_in_its_interval() -> None:
+    """What the refitted baseline had absorbed belongs beside a model; without one the value is the one that was fitted last."""
+    row = _baseline("x_axis.mass", BaselineValue("kg", 400.0, 442.0, 520.0, 510.0, 530.0), modelled=False)
+    assert row["with_it"].startswith("520")
+    assert row["off"] == "+30.0 %"
 
 
 def test_a_discovery_without_parameters_to_paste_shows_no_lines() -> None:

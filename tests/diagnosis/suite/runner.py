@@ -202,6 +202,8 @@ def _received(worker: _Worker, job: Job) -> bool:
 def _started(work: Callable[[Job], None]) -> _Worker:
     context = get_context("spawn")
     here, there = context.Pipe()
+    # before numpy is loaded there: two processes of two threads each would stand in one another's way
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     process = context.Process(target=_serve, args=(there, work), daemon=True)
     process.start()
     there.close()
@@ -211,7 +213,6 @@ def _started(work: Callable[[Job], None]) -> _Worker:
 
 def _serve(line: Connection, work: Callable[[Job], None]) -> None:
     """Answer jobs until the parent is gone."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     line.send("ready")
     while True:
         try:
