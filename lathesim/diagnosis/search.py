@@ -334,6 +334,8 @@ def _refine(bench: Bench, found: Found, settings: Settings) -> bool:
                 found.unseen.setdefault(term.part, []).append(other)
             if promise.gain > 0.5 * settings.margin and _may_be_worth(bench, found.model, promise, settings):
                 asked.append(Asked(other, rest, kept, starts))
+                if other.bare:
+                    asked.append(Asked(other.bare, rest, kept, form_starts(term, other.bare, found.model)))
         swaps = side_by_side(bench, found.model, asked)
         found.tried += swaps
         good = [trial for trial in swaps if believable(trial, settings, 0.0) and _replaces(trial, settings)]

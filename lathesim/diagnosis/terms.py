@@ -53,6 +53,16 @@ class Term:
         return self.effect.__name__
 
     @property
+    def bare(self) -> Term | None:
+        """The term in its simplest form, none where it has no other."""
+        kept = [place for place, name in enumerate(self.parameters) if name.partition(".")[2] in self.effect.bare]
+        if not kept or len(kept) == len(self.parameters):
+            return None
+        names = tuple(self.parameters[place] for place in kept)
+        arrays = {name: getattr(self, name)[kept] for name in ("neutral", "low", "high", "usual")}
+        return replace(self, parameters=names, points=self.points[:, kept], **arrays)
+
+    @property
     def family(self) -> str:
         """The family in which ties are reported."""
         return self.effect.family

@@ -33,6 +33,7 @@ class PreslidingFriction(Effect):
 
     refines = ("CoulombFriction",)
     catalogue, family, site = 3, "reversal", "effort"
+    bare = ("level", "distance")
     neutral = {"level": 0.0}
     typical = {
         "level": (5.0, 100.0),

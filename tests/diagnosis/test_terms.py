@@ -15,6 +15,7 @@ from lathesim.effects.friction import CoulombFriction, StribeckFriction
 from lathesim.effects.motor_ripple import TorqueRipple
 from lathesim.effects.offset_and_gain import ConverterOffset, ForceOffset, ScaleFactorError
 from lathesim.effects.play import Backlash
+from lathesim.effects.presliding import PreslidingFriction
 from lathesim.effects.sensor_filter import SensorFilter
 from lathesim.effects.spindle_error import Runout, Unbalance
 from lathesim.engine.assembly import Assembly, Wire
@@ -135,6 +136,16 @@ def test_starting_values_spread_over_the_usual_range_inside_the_bounds() -> None
             assert np.all(column >= low)
             assert np.all(column <= high)
             assert len(np.unique(column)) == len(column)
+
+
+def test_the_simplest_form_of_an_effect_has_its_own_values_alone() -> None:
+    _, terms = insert_candidates(machine().assembly, (PreslidingFriction, CoulombFriction))
+    bare = {term.name: term.bare for term in terms}
+    presliding = bare["PreslidingFriction"]
+    assert presliding is not None
+    assert [name.partition(".")[2] for name in presliding.parameters] == ["level", "distance"]
+    assert presliding.points.shape[1] == len(presliding.low) == 2
+    assert bare["CoulombFriction"] is None
 
 
 def test_neutral_values_are_those_of_the_effect() -> None:
