@@ -57,7 +57,7 @@ class Effect(Component):
     nuisance: ClassVar[tuple[str, ...]] = ()
     """Parameters that belong to one recording and not to the machine (a phase moves when an encoder's zero moves)."""
     bare: ClassVar[tuple[str, ...]] = ()
-    """Parameters of its simplest form, where the others may be left at their defaults: tried beside the whole, in which they may get lost."""
+    """Parameters of its simplest form, where the others may be left at their defaults: tried beside the whole form."""
     told_if_held: ClassVar[str] = ""
     """Parameter that is 1 where what the wire carries is held from one sample to the next, and 0 where it moves: set where it is put in."""
     spacing: ClassVar[str] = ""
