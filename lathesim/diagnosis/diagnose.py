@@ -14,12 +14,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.coarse_counts import coarse_counts
 from lathesim.diagnosis.contradiction import contradicted, wrong_unit
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
 from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
 from lathesim.diagnosis.fit import Fitted, fit, with_start
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.growth import leave_out
 from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.lesson_entry import lesson_entry, on_held_out, without_undetermined
 from lathesim.diagnosis.loading import Recorded
@@ -28,7 +31,7 @@ from lathesim.diagnosis.parameters import CONFIDENCE, Estimate, Estimates, estim
 from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
-from lathesim.diagnosis.search import Found, Settings, leave_out, search
+from lathesim.diagnosis.search import search
 from lathesim.diagnosis.shortfall import not_adequate, shortfalls
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED, Bench, judged_score

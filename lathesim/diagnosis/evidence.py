@@ -9,9 +9,9 @@ import numpy as np
 
 from lathesim.diagnosis.diagnosis import ChannelFit, ChannelTrace, Evidence, Location, MissingSignal, VariableBar
 from lathesim.diagnosis.fit import Fitted
+from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.locate import COUNTS, bars, missing_signal, places
 from lathesim.diagnosis.problem import Rig, acting
-from lathesim.diagnosis.search import Found
 from lathesim.diagnosis.trial import SETTLING, Model
 from lathesim.diagnosis.variables import PARTIAL
 from lathesim.engine.assembly import FloatArray

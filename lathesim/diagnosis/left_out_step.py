@@ -16,8 +16,8 @@ import math
 from collections.abc import Collection
 from dataclasses import replace
 
+from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.diagnose import Question
-from lathesim.diagnosis.search import Settings
 from lathesim.recordings.finding import Finding
 
 LEFT_OUT = {

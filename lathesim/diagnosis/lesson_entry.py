@@ -10,10 +10,10 @@ import numpy as np
 from lathesim.component import Parameter
 from lathesim.diagnosis.diagnosis import FoundEffect
 from lathesim.diagnosis.fit import Fitted, fit, with_start
+from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.half_turn import phases_to_turn
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.reported_effect import declared_in
-from lathesim.diagnosis.search import Found
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import is_wide
 

@@ -56,10 +56,15 @@ def spectrum(values: FloatArray, differences: int = 0, window: FloatArray | None
     """Give the tapered transform of the n-th differences of ``values`` (..., samples), scaled so that white noise has power sigma^2."""
     samples = values.shape[-1]
     seen = taper(samples) if window is None else window
-    for _ in range(differences):
-        values = np.diff(values, axis=-1, prepend=values[..., :1])
+    values = _differenced(values, differences)
     workers = 2 if values.ndim > 1 and len(values) > 1 else 1
     return np.asarray(rfft(values * (seen / np.sqrt(samples)), axis=-1, workers=workers))
+
+
+def _differenced(values: FloatArray, times: int) -> FloatArray:
+    for _ in range(times):
+        values = np.diff(values, axis=-1, prepend=values[..., :1])
+    return values
 
 
 @dataclass(frozen=True)
@@ -103,7 +108,7 @@ class NoiseModel:
 
         Frequencies above the band of the motion are set to zero, or kept when ``wide``.
         """
-        scaled = spectrum(values, self.differences, self.window) * np.sqrt(2.0 * self.share / self.power)
+        scaled = spectrum(values, self.differences, self.window) * self.gain
         if not wide:
             scaled[..., self.band :] = 0.0
         parts = np.concatenate([scaled.real, scaled.imag], axis=-1)
@@ -111,6 +116,16 @@ class NoiseModel:
             # a constant has no differences; the place of its imaginary part is free
             parts[..., scaled.shape[-1]] = self.mean_of(values) / self.mean_spread
         return parts
+
+    def tapered(self, values: FloatArray) -> FloatArray:
+        """Give ``values`` (..., samples) as :meth:`whiten` transforms them; times :attr:`gain` their transform is white."""
+        window = taper(self.samples) if self.window is None else self.window
+        return np.asarray(_differenced(values, self.differences) * (window / np.sqrt(self.samples)))
+
+    @functools.cached_property
+    def gain(self) -> FloatArray:
+        """What makes a transform white, (frequencies,)."""
+        return np.asarray(np.sqrt(2.0 * self.share / self.power))
 
     def mean_of(self, values: FloatArray) -> FloatArray:
         """Give the mean of ``values`` (..., samples) as the window weighs them."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.replay_bias import replay_bias
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Model, is_wide
 
@@ -65,7 +66,9 @@ def estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estim
     ]
     inflation = float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, _LARGEST_INFLATION))
     fits = (first, second) if whole is None else (_refitted(model, whole, held_out, wide),)
-    found = {name: _estimate(fits, name, inflation) for name in names}
+    rigs = (rig, held_out) if whole is None else (whole,)
+    biases = [replay_bias(one, fitted, wide=wide) if model.terms else {} for one, fitted in zip(rigs, fits, strict=True)]
+    found = {name: _estimate(fits, name, inflation, [bias.get(name, 0.0) for bias in biases]) for name in names}
     for term in model.terms:
         for name, share in _held(fits[0], [name for name in term.parameters if name in found]).items():
             found[name] = replace(found[name], alone=share * found[name].by_noise)
@@ -81,13 +84,14 @@ def _held(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
     return {name: float(1.0 / np.sqrt(max(value, 1.0))) for name, value in zip(names, np.diag(informed), strict=True)}
 
 
-def _estimate(fits: Sequence[Fitted], name: str, inflation: float) -> Estimate:
-    """Give the weighted mean of fits to separate recordings: noise differs between them, what is wrong with the form of the model does not,
-    and what was known beforehand is known once."""
+def _estimate(fits: Sequence[Fitted], name: str, inflation: float, biases: Sequence[float]) -> Estimate:
+    """Give the weighted mean of fits to separate recordings: noise differs between them, what is wrong with the form of the model or comes
+    of replaying it does not, and what was known beforehand is known once."""
     values = np.array([fitted.by_name[name] for fitted in fits])
     weights = 1.0 / np.array([max(fitted.error(name), 1e-300) for fitted in fits]) ** 2
     by_noise = _error(fits, name, inflation)
     by_form = np.array([fitted.error_by_noise(name) * np.sqrt(fitted.misfit_of(name) ** 2 - 1.0) for fitted in fits])
+    by_form = np.hypot(by_form, biases)
     error = max(by_noise, float(np.hypot(_error(fits, name, 1.0), weights @ by_form / weights.sum())))
     return Estimate(float(weights @ values / weights.sum()), error, by_noise)
 

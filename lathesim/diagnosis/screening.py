@@ -10,10 +10,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import rfft
 
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.simulator import Simulator
 from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.together import together
 from lathesim.engine.assembly import FloatArray
 
 
@@ -57,23 +59,27 @@ _Response = tuple[float, float, FloatArray, FloatArray]
 
 
 def screen(simulator: Simulator, fitted: Fitted, terms: Sequence[Term], points: Mapping[str, FloatArray] | None = None) -> Screening:
-    """Screen the candidates; ``points`` adds starting values by term part.
+    """Screen the candidates; ``points`` gives starting values by term part, in the place of usual ones.
 
     What chance reaches is the largest gain among all candidates on noise as the noise model has it, with nothing hidden in it; the largest
     of 20 such draws is given.
     """
     absorb = _Absorber(simulator, fitted)
     draws = absorb.draws(_DRAWS)
-    result: list[Screened] = []
-    chance = 0.0
-    for term in terms:
+
+    def one(term: Term) -> tuple[Screened, float] | None:
+        """Screen one candidate: what it promises, and what chance reaches with it; none where it moves no channel."""
         tried = _responses(simulator, fitted, absorb, term, _points(term, points))
-        if tried:
-            basis = _basis(tried)
-            starts = tuple(_start(term, item) for item in _apart(term, tried)[:3])
-            result.append(Screened(term, _gain(basis, absorb.residual), starts, absorb.shares(basis @ (basis.T @ absorb.residual))))
-            chance = max(chance, float(np.max(0.5 * np.sum((basis.T @ draws.T) ** 2, axis=0))))
-    return Screening(tuple(sorted(result, key=lambda item: -item.gain)), chance)
+        if not tried:
+            return None
+        basis = _basis(tried)
+        starts = tuple(_start(term, item) for item in _apart(term, tried)[:3])
+        promised = Screened(term, _gain(basis, absorb.residual), starts, absorb.shares((basis @ absorb.residual) @ basis))
+        return promised, float(np.max(0.5 * np.sum((basis @ draws.T) ** 2, axis=0)))
+
+    result = [found for found in together(one, terms) if found is not None]
+    ranked = sorted((promised for promised, _ in result), key=lambda item: -item.gain)
+    return Screening(tuple(ranked), max((chance for _, chance in result), default=0.0))
 
 
 def screened_instead(simulator: Simulator, fitted: Fitted, term: Term, finer: Term, starts: Sequence[FloatArray]) -> Screened:
@@ -84,7 +90,7 @@ def screened_instead(simulator: Simulator, fitted: Fitted, term: Term, finer: Te
     if not tried:
         return Screened(finer, 0.0, tuple(starts), np.zeros(1))
     basis = _basis(tried)
-    return Screened(finer, _gain(basis, absorb.residual), tuple(starts), absorb.shares(basis @ (basis.T @ absorb.residual)))
+    return Screened(finer, _gain(basis, absorb.residual), tuple(starts), absorb.shares((basis @ absorb.residual) @ basis))
 
 
 def least_shown(simulator: Simulator, fitted: Fitted, term: Term, finer: Term) -> float:
@@ -118,10 +124,12 @@ def _responses(
     names = list(base)
     rows = np.tile(np.array(list(base.values())), (len(points), 1))
     rows[:, [names.index(name) for name in term.parameters]] = points
+    runs = simulator.responses(names, rows, absorb.references, absorb.tapered)
+    there = [(point, run) for point, run in zip(points, runs, strict=True) if run is not None]
     found = []
-    for point, response in zip(points, simulator.responses(names, rows, absorb.references, absorb.left), strict=True):
-        power = float(response @ response) if response is not None else 0.0
-        if response is not None and np.isfinite(power) and power > 1e-6:
+    for (point, _), response in zip(there, absorb.left([run for _, run in there]), strict=True):
+        power = float(response @ response)
+        if np.isfinite(power) and power > 1e-6:
             share = float(response @ absorb.residual) / power
             found.append((0.5 * share * share * power, share, point, response))
     found += _at_best_phases(term, found, absorb.residual)
@@ -171,8 +179,9 @@ def _turning(phases: FloatArray) -> FloatArray:
 
 
 def _points(term: Term, points: Mapping[str, FloatArray] | None) -> FloatArray:
-    extra = (points or {}).get(term.part)
-    return term.points if extra is None or not len(extra) else np.vstack([extra, term.points])
+    """Give where a candidate starts: what was read off the recording, else its usual values."""
+    read_off = (points or {}).get(term.part)
+    return term.points if read_off is None or not len(read_off) else read_off
 
 
 def _plausible(term: Term, share: float) -> float:
@@ -202,15 +211,15 @@ def is_limit(term: Term) -> np.ndarray:
 
 
 def _basis(tried: Sequence[_Response]) -> FloatArray:
-    """Give orthonormal columns that span the responses of a candidate."""
-    responses = np.stack([item[3] / np.sqrt(item[3] @ item[3]) for item in tried], axis=1)
-    values, vectors = np.linalg.eigh(responses.T @ responses)
+    """Give orthonormal rows that span the responses of a candidate."""
+    responses = np.stack([item[3] / np.sqrt(item[3] @ item[3]) for item in tried])
+    values, vectors = np.linalg.eigh(responses @ responses.T)
     good = values > 1e-6 * values[-1]
-    return np.asarray(responses @ (vectors[:, good] / np.sqrt(values[good])))
+    return np.asarray((vectors[:, good] / np.sqrt(values[good])).T @ responses)
 
 
 def _gain(basis: FloatArray, residual: FloatArray) -> float:
-    amount = basis.T @ residual
+    amount = basis @ residual
     return 0.5 * float(amount @ amount)
 
 
@@ -220,7 +229,8 @@ class _Absorber:
     def __init__(self, simulator: Simulator, fitted: Fitted) -> None:
         self.noise = fitted.noise
         self.references = (simulator.with_long_steps(fitted.by_name), fitted.residual)
-        white = self._whiten(fitted.sensitivity) if fitted.sensitivity is not None and len(fitted.free) else None
+        self._extra = 0
+        white = self._whiten(self.tapered(fitted.sensitivity)) if fitted.sensitivity is not None and len(fitted.free) else None
         precision = np.array([1.0 / item.uncertainty if np.isfinite(item.uncertainty) else 0.0 for item in fitted.free])
         self._stacked = None
         if white is not None:
@@ -228,44 +238,62 @@ class _Absorber:
             # a value that is as far off as the lesson holds possible takes up no more
             low, high = np.array([item.low for item in fitted.free]), np.array([item.high for item in fitted.free])
             moves = np.minimum(fitted.values - low, high - fitted.values) > _AT_END * scale
-            stacked = (np.vstack([white.T, np.diag(precision)]) * scale)[:, moves]
+            stacked = (np.vstack([white.T.astype(float), np.diag(precision)]) * scale)[:, moves]
             q, r = np.linalg.qr(stacked)
             good = np.abs(np.diag(r)) > 1e-10 * np.abs(np.diag(r)).max(initial=1e-300)
-            self._stacked = np.ascontiguousarray(q[:, good], dtype=_SINGLE)
+            self._stacked = np.ascontiguousarray(q[:, good].T, dtype=_SINGLE)
         self._extra = len(fitted.free) if white is not None else 0
         # what holds the baseline away from its given values is evidence too: a candidate may take that strain away
         strain = precision * (np.array([item.given for item in fitted.free]) - fitted.values) if self._extra else np.zeros(0)
-        self.residual = self._less_absorbed(np.concatenate([self._whiten(fitted.residual), strain], dtype=_SINGLE))
+        self.residual = self._whiten(self.tapered(fitted.residual))
+        self.residual[len(self.residual) - len(strain) :] = strain
+        self._less_absorbed(self.residual[None])
 
-    def _whiten(self, arrays: FloatArray) -> FloatArray:
-        return np.concatenate([model.whiten(arrays[..., channel, :], wide=True) for channel, model in enumerate(self.noise)], axis=-1)
+    def tapered(self, signals: FloatArray) -> FloatArray:
+        """Give signals (..., channels, samples) as they are to be transformed; the last two values of each channel keep its mean."""
+        found = np.zeros((*signals.shape[:-1], signals.shape[-1] + 2), dtype=_SINGLE)
+        for channel, model in enumerate(self.noise):
+            found[..., channel, :-2] = model.tapered(signals[..., channel, :])
+            found[..., channel, -1] = model.mean_of(signals[..., channel, :]) / model.mean_spread
+        return found
+
+    def _whiten(self, tapered: FloatArray) -> FloatArray:
+        """Give tapered signals (..., channels, samples + 2) whitened, (..., values): each real part with its imaginary one beside it, and
+        zeros for what holds the baseline.
+
+        All are transformed in one call: several at a time take a third of the time.
+        """
+        spectra = rfft(tapered[..., :-2], axis=-1)
+        spectra *= np.array([model.gain for model in self.noise], dtype=_SINGLE)
+        white = spectra.view(_SINGLE)
+        white[..., 1] = tapered[..., -1]
+        flat = white.reshape(*tapered.shape[:-2], -1)
+        return np.concatenate([flat, np.zeros((*flat.shape[:-1], self._extra), dtype=_SINGLE)], axis=-1)
 
     def shares(self, explained: FloatArray) -> FloatArray:
         """Give the share of the residual that is gone with ``explained``: for each channel in the band of the motion and on all."""
         found, begin = [], 0
         for model in self.noise:
-            half = len(model.power)
-            band = min(model.band, half)
-            for part in (np.r_[begin : begin + band, begin + half : begin + half + band], slice(begin, begin + 2 * half)):
+            end = begin + 2 * len(model.power)
+            for part in (slice(begin, min(begin + 2 * model.band, end)), slice(begin, end)):
                 power = float(np.sum(self.residual[part] ** 2))
                 left = float(np.sum((self.residual[part] - explained[part]) ** 2))
                 found.append(1.0 - left / power if power > 0.0 else 0.0)
-            begin += 2 * half
+            begin = end
         return np.array(found)
 
     def draws(self, number: int) -> FloatArray:
         """Give noise as the noise model has it, whitened, less what the baseline absorbs; (number, values)."""
         random = np.random.Generator(np.random.Philox(0))
-        noise = np.zeros((number, len(self.residual)), dtype=_SINGLE)
+        noise: FloatArray = np.zeros((number, len(self.residual)), dtype=_SINGLE)
         noise[:, : noise.shape[1] - self._extra] = random.standard_normal((number, noise.shape[1] - self._extra), dtype=_SINGLE)
         return self._less_absorbed(noise)
 
-    def left(self, signals: FloatArray) -> FloatArray:
-        """Give signals (..., channels, samples) whitened, less what the baseline absorbs."""
-        white = self._whiten(signals)
-        return self._less_absorbed(np.concatenate([white, np.zeros((*white.shape[:-1], self._extra))], axis=-1, dtype=_SINGLE))
+    def left(self, tapered: Sequence[FloatArray]) -> FloatArray:
+        """Give :meth:`tapered` signals whitened, (signals, values), less what the baseline absorbs."""
+        return self._less_absorbed(self._whiten(np.stack(tapered))) if tapered else np.zeros((0, len(self.residual)), dtype=_SINGLE)
 
-    def _less_absorbed(self, white: np.ndarray) -> FloatArray:
-        if self._stacked is None:
-            return white
-        return np.asarray(white - (white @ self._stacked) @ self._stacked.T, dtype=_SINGLE)
+    def _less_absorbed(self, white: FloatArray) -> FloatArray:
+        if self._stacked is not None:
+            white -= (white @ self._stacked.T) @ self._stacked
+        return white

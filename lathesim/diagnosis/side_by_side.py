@@ -1,22 +1,17 @@
-"""Trials side by side: each waits for simulations now and then, and two of them keep two cores busy.
-
-How many run together does not depend on the machine, so that the same candidates are tried everywhere.
-"""
+"""Trials of several candidates, some at a time."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
 from lathesim.diagnosis.fit import Free
 from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.together import together
 from lathesim.diagnosis.trial import Bench, Model, Trial
 from lathesim.engine.assembly import FloatArray
-
-TOGETHER = 2
 
 
 @dataclass(frozen=True)
@@ -32,15 +27,12 @@ class Asked:
 
 
 def side_by_side(bench: Bench, before: Model, asked: Sequence[Asked]) -> list[Trial]:
-    """Try some terms, :data:`TOGETHER` at a time, and give the trials in the order in which they were asked for."""
-    with ThreadPoolExecutor(TOGETHER) as pool:
-        waiting = [pool.submit(bench.trial, before, one.term, one.kept, one.free, one.starts, one.promised) for one in asked]
-        try:
-            trials = [told(bench, one.result()) for one in waiting]
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-    return trials
+    """Try some terms and give the trials in the order in which they were asked for."""
+
+    def one(asked: Asked) -> Trial:
+        return bench.trial(before, asked.term, asked.kept, asked.free, asked.starts, asked.promised)
+
+    return [told(bench, trial) for trial in together(one, asked)]
 
 
 def told(bench: Bench, trial: Trial) -> Trial:

@@ -181,33 +181,43 @@ class Simulator:
     def responses(
         self, names: Sequence[str], values: FloatArray, references: Sequence[FloatArray], reduce: Callable[[FloatArray], FloatArray]
     ) -> list[FloatArray | None]:
-        """Give what ``reduce`` makes of a reference residual less that of each row of ``values``: made where the run is, on all cores.
+        """Give what ``reduce`` makes of a reference residual less that of each row of ``values``: made where the run is, on this core.
 
         The first of two ``references`` is of :meth:`with_long_steps`: one step a sample will do for a difference of two runs, except where
         a lag is so short that the run is lost with it; then it is made with the plan's steps and held against the second. Lost, it is None.
         """
-        bound = 0.5 * LOST * self.seen_floors[:, None]
+        bound = 0.5 * LOST * self.seen_floors
         found: list[FloatArray | None] = [None] * len(values)
         for steps, reference in zip((1, 0), references, strict=True):
+            expected = self.seen - reference
 
-            def response(output: FloatArray, reference: FloatArray = reference) -> FloatArray | None:
-                residual = self.residual_of(output)
-                return None if np.any(np.abs(residual) > bound) else reduce(reference - residual)
+            def response(output: FloatArray, expected: FloatArray = expected) -> FloatArray | None:
+                difference = output - expected
+                if not self._is_whole:
+                    difference[~np.isfinite(self.seen)] = 0.0
+                away = np.maximum(difference.max(axis=1), -difference.min(axis=1))
+                return reduce(difference) if bool(np.all(away < bound)) else None
 
             lost = [row for row, one in enumerate(found) if one is None]
             if lost:
-                for row, one in zip(lost, self._each(names, values[lost], response, steps), strict=True):
+                for row, one in zip(lost, self._each(names, values[lost], response, steps, threads=1), strict=True):
                     found[row] = one
         return found
+
+    @cached_property
+    def _is_whole(self) -> bool:
+        return bool(np.isfinite(self.seen).all())
 
     def with_long_steps(self, values: Mapping[str, float]) -> FloatArray:
         """Give the residual for one set of values by name, simulated with one step a sample."""
         found: FloatArray = self._each(list(values), np.array([list(values.values())], dtype=float), self.residual_of, 1)[0]
         return found
 
-    def _each(self, names: Sequence[str], values: FloatArray, reduce: Callable[[FloatArray], Any], steps: int = 0) -> list[Any]:
+    def _each(
+        self, names: Sequence[str], values: FloatArray, reduce: Callable[[FloatArray], Any], steps: int = 0, threads: int = 0
+    ) -> list[Any]:
         positions = [self.plan.channels.index(channel) for channel in self.channels]
-        batch = Batch(self.plan, self.samples, noisy=False, steps_per_sample=steps)
+        batch = Batch(self.plan, self.samples, threads=threads, noisy=False, steps_per_sample=steps)
         found: list[Any] = batch.run(list(names), values, lambda record: reduce(self.as_seen(record[positions])))
         return found
 

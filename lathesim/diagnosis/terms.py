@@ -134,7 +134,7 @@ def _shown_outputs(effect: type[Effect], part: Part, compared: Collection[str]) 
     component = part.component
     if "reading" in component.ports or issubclass(component, Effect) or decides(component):
         return []
-    if effect.site != "reading" and effect.__name__ not in _OF_ANY_READING:
+    if effect.site != "reading" and not effect.of_any_reading:
         return []
     return [f"{part.name}.{name}" for name in component.declared(Output) if f"{part.name}.{name}" in compared]
 
@@ -191,37 +191,9 @@ def _snake(name: str) -> str:
     return "".join(f"_{letter.lower()}" if letter.isupper() and place else letter.lower() for place, letter in enumerate(name))
 
 
-_LENGTH, _ANGLE, _SPEED, _FORCE = "m", "rad", "rad/s", "N"
-_OF_ANY_READING = ("ScaleFactorError", "ConverterOffset")
-"""Effects that whatever is shown may have, though they sit elsewhere by themselves."""
-_SIGNALS = {
-    "BeltSlip": (_SPEED,),
-    "SpeedDroop": (_SPEED,),
-    "TachometerRipple": (_SPEED,),
-    "DynamometerDrift": (_FORCE,),
-    "DynamometerResonance": (_FORCE,),
-    "DynamometerCrosstalk": (_FORCE,),
-    "ThermalScrewGrowth": (_LENGTH,),
-    "CumulativePitchError": (_LENGTH,),
-    "PeriodicPitchError": (_LENGTH,),
-    "SpindleGrowth": (_LENGTH,),
-    "ToolCompliance": (_LENGTH,),
-    "WorkpieceDeflection": (_LENGTH,),
-    "BaseRocking": (_LENGTH,),
-    "Backlash": (_LENGTH, _ANGLE),
-    "TorsionalWindUp": (_LENGTH, _ANGLE),
-    "EncoderEccentricity": (_LENGTH, _ANGLE),
-    "EncoderInterpolationError": (_LENGTH, _ANGLE),
-    "LostCounts": (_LENGTH, _ANGLE),
-    "SampleJitter": (),
-}
-"""Units of the wires on which an effect makes sense, where it does not on any."""
-
-
 def _carries(effect: type[Effect], placed: type[Component]) -> bool:
     """Say whether an effect makes sense on a wire of this unit."""
-    allowed = _SIGNALS.get(effect.__name__)
-    return allowed is None or placed.declarations["incoming"].unit in allowed
+    return effect.carried is None or placed.declarations["incoming"].unit in effect.carried
 
 
 def _neutral_si(effect: type[Effect]) -> dict[str, float]:

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lathesim.diagnosis.belief import TIE_SHARE, Settings, merit
 from lathesim.diagnosis.fit import Fitted
+from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.problem import Rig
-from lathesim.diagnosis.search import TIE_SHARE, Found, Settings, merit
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.fft import rfft, rfftfreq
+from scipy.fft import next_fast_len, rfft, rfftfreq
 
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.locate import missing_signal
@@ -25,7 +25,8 @@ _ORDER = "order"
 _SIZES = ("amplitude", "ripple")
 _SHARE = "share"
 _PEAKS = 2
-_PHASES = (0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi)
+_PHASES = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
+"""As few as tell the best one."""
 _MOST_BINS = 1 << 20
 _LONGER = 10.0
 """By what factor the wave of a geometry may be longer than usual."""
@@ -34,7 +35,7 @@ _BEYOND = 1.3
 
 
 def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatArray]:
-    """Give starting values by term part for effects that repeat over the place of their host: strongest wavelengths, four phases."""
+    """Give starting values by term part for effects that repeat over the place of their host: strongest wavelengths, three phases."""
     places = _places(rig)
     signals = [_standardised(missing_signal(rig, fitted, row).values) for row in range(len(rig.machine.compare))]
     # what is missing is known in the band of the motion; a shorter ripple shows in the residual's second differences
@@ -53,19 +54,20 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
             low, high = (2.0 * math.pi / order for order in reversed(term.effect.typical[_ORDER]))
         elif term.effect.site == "measured":
             # a belt's pulley turns once in a tenth of a metre; two turns of it must be there to be one
-            high = max(high, min(0.5 * float(np.ptp(places[term.at][0])), _LONGER * high))
+            high = max(high, min(0.5 * float(np.ptp(places[term.at][1])), _LONGER * high))
         points = []
         # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
         sizes = [(size, "direction" if term.family == "once per turn" and "Friction" in term.name else "")]
         sizes += [(_SHARE, "drive")] if _SHARE in names else []
         for name, factor in sizes:
-            key = (term.at, factor)
+            host, place, velocity = places[term.at]
+            key = (term.at if factor == "drive" else host, factor)
             if key not in spectra:
-                place, velocity = places[term.at]
                 times = _driving(rig, term.at) if factor == "drive" else None
                 if factor and times is None:
                     times = direction_of(velocity)
-                spectra[key] = [_periodogram(place, kind, times, _shortest(terms, term.at)) for kind in (signals, fast)]
+                together = {at for at, (other, *_) in places.items() if other == host}
+                spectra[key] = [_periodogram(place, kind, times, _shortest(terms, together)) for kind in (signals, fast)]
             for length in [length for spectrum in spectra[key] for length in _strongest(*spectrum, low / _BEYOND, high * _BEYOND)]:
                 for phase in _PHASES:
                     point = np.where(np.isin(names, ["phase", "second_phase"]), phase, term.neutral)
@@ -73,24 +75,25 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
                     point[names.index(name)] = float(np.median(term.points[:, names.index(name)]))
                     points.append(point)
         if points:
-            found[term.part] = np.array(points)
+            # whole numbers a turn are tried besides
+            found[term.part] = np.vstack([points, term.points]) if wave == _ORDER else np.array(points)
     return found
 
 
-def _places(rig: Rig) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Give place and velocity by part: of a moving part its own, of a sensor those of the part it looks at."""
+def _places(rig: Rig) -> dict[str, tuple[str, FloatArray, FloatArray]]:
+    """Give by part which part moves, its place and its velocity: of a moving part its own, of a sensor those of the part it looks at."""
     recorded = {name: rig.record[name] for name in rig.machine.compare}
     motion = recorded_motion(rig.with_candidates, recorded)
     parts = {part.name: part for part in rig.machine.assembly.parts}
     wires = {wire.target: wire for wire in rig.machine.assembly.wires}
-    found: dict[str, tuple[FloatArray, FloatArray]] = {}
+    found: dict[str, tuple[str, FloatArray, FloatArray]] = {}
     for name, part in parts.items():
         ports = part.component.ports
         host = name if "displacement" in ports else measured_output(parts, wires, f"{name}.{ports.get('reading', '')}").partition(".")[0]
         of_host = parts[host].component.ports if host in parts else {}
         place, velocity = (motion.get(f"{host}.{of_host.get(role, '')}") for role in ("displacement", "flow"))
         if place is not None and velocity is not None and np.ptp(place) > 0.0:
-            found[name] = (place, velocity)
+            found[name] = (host, place, velocity)
     return found
 
 
@@ -110,9 +113,9 @@ def _standardised(values: FloatArray) -> FloatArray:
     return (values - float(np.mean(values))) / spread if spread > 0.0 and np.isfinite(spread) else np.zeros_like(values)
 
 
-def _shortest(terms: list[Term], at: str) -> float:
-    """Give the shortest wavelength that a term at a part may have."""
-    there = [(term, column, name.partition(".")[2]) for term in terms if term.at == at for column, name in enumerate(term.parameters)]
+def _shortest(terms: list[Term], at: set[str]) -> float:
+    """Give the shortest wavelength that a term at one of some parts may have."""
+    there = [(term, column, name.partition(".")[2]) for term in terms if term.at in at for column, name in enumerate(term.parameters)]
     lengths = [float(np.min(term.points[:, column])) for term, column, name in there if name in _PERIODS]
     lengths += [2.0 * math.pi / term.effect.typical[_ORDER][1] for term, _, name in there if name == _ORDER]
     return min(lengths, default=math.inf) / _BEYOND
@@ -123,7 +126,7 @@ def _periodogram(place: FloatArray, signals: list[FloatArray], times: FloatArray
     span = float(np.ptp(place))
     bins = int(np.clip(6.0 * span / shortest, 256, _MOST_BINS)) if math.isfinite(shortest) else 4096
     index = np.minimum(((place - place.min()) / span * bins).astype(np.int64), bins - 1)
-    padded = 4 * bins
+    padded = next_fast_len(4 * bins, real=True)
     power = np.zeros(padded // 2 + 1)
     scaled = (place - place.min()) / span - 0.5
     for signal in signals:

@@ -18,6 +18,7 @@ class WorkpieceDeflection(Effect):
     """
 
     catalogue, family, site = 43, "deflection", "measured"
+    carried = ("m",)
     neutral = {"compliance": 0.0}
     typical = {"compliance": (1e-8, 2e-6)}
     fingerprint = "The diameter grows with the third power of the distance from the chuck."
@@ -52,6 +53,7 @@ class ToolCompliance(Effect):
     """
 
     catalogue, family, site = 44, "deflection", "measured"
+    carried = ("m",)
     neutral = {"compliance": 0.0}
     typical = {"compliance": (2e-8, 1e-7)}
     fingerprint = "The diameter is off by a constant in proportion to the force, with a step at entry."

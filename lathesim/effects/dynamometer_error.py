@@ -15,6 +15,7 @@ class DynamometerDrift(Effect):
     """
 
     catalogue, family, site = 50, "slow", "reading"
+    carried = ("N",)
     neutral = {"leak": 0.0, "drift": 0.0, "offset": 0.0}
     typical = {"leak": (0.001, 0.5), "drift": (-5.0, 5.0), "offset": (-20.0, 20.0)}
     nuisance = ("offset",)
@@ -48,6 +49,7 @@ class DynamometerCrosstalk(Effect):
     """
 
     catalogue, family, site = 50, "force law", "reading"
+    carried = ("N",)
     neutral = {"share": 0.0}
     typical = {"share": (-0.05, 0.05)}
     fingerprint = "One channel carries a copy of another."
@@ -74,6 +76,7 @@ class DynamometerResonance(Effect):
     """
 
     catalogue, family, site = 50, "lag", "reading"
+    carried = ("N",)
     neutral = {"coupling": 0.0}
     typical = {"coupling": (0.5, 1.0), "frequency": (300.0, 3000.0), "damping": (0.005, 0.05)}
     fingerprint = "Ringing at one frequency after each entry and exit."

@@ -48,6 +48,12 @@ class Effect(Component):
     stage: ClassVar[int] = 0
     """Where among effects of one port it acts: 0 what makes the force of a chip, or any force; 1 what the edge adds to that; 2 what takes
     a share of both as the cut grows deeper or opens; 3 what a sensor feels and the cut knows nothing of."""
+    carried: ClassVar[tuple[str, ...] | None] = None
+    """Units of the wires on which a diagnosis looks for it; none where the unit does not matter."""
+    of_any_reading: ClassVar[bool] = False
+    """Whether whatever is recorded may have it, though it sits elsewhere by itself."""
+    late_by: ClassVar[str] = ""
+    """Parameter by which a reading is late; a small part of a sample is how a simulation steps and no lag."""
     neutral: ClassVar[dict[str, float]] = {}
     """Parameter values that make the effect vanish, in the declared units."""
     typical: ClassVar[dict[str, tuple[float, float]]] = {}

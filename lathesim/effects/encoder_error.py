@@ -15,6 +15,7 @@ class EncoderEccentricity(Effect):
     """
 
     catalogue, family, site = 28, "once per turn", "measured"
+    carried = ("m", "rad")
     neutral = {"amplitude": 0.0}
     typical = {"amplitude": (0.5e-6, 10e-6), "turn": (0.002, 0.02), "phase": (-math.pi, math.pi)}
     typical_rotary = {"amplitude": (1.5e-4, 1.5e-3), "turn": (2.0 * math.pi, 2.0 * math.pi), "phase": (-math.pi, math.pi)}
@@ -44,6 +45,7 @@ class EncoderInterpolationError(Effect):
     """
 
     catalogue, family, site = 29, "encoder", "measured"
+    carried = ("m", "rad")
     neutral = {"amplitude": 0.0, "second": 0.0}
     typical = {"amplitude": (0.05e-6, 1e-6), "second": (0.0, 0.5e-6), "signal_period": (4e-6, 100e-6), "phase": (-math.pi, math.pi)}
     typical_rotary = {"amplitude": (1e-6, 1e-4), "second": (0.0, 1e-4), "signal_period": (1e-4, 0.02), "phase": (-math.pi, math.pi)}
@@ -75,6 +77,7 @@ class LostCounts(Effect):
     """
 
     catalogue, family, site = 30, "encoder", "measured"
+    carried = ("m", "rad")
     neutral = {"jump": 0.0}
     typical = {"jump": (-200e-6, 200e-6), "instant": (0.0, 60.0)}
     typical_rotary = {"jump": (-0.05, 0.05), "instant": (0.0, 60.0)}

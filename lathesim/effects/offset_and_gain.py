@@ -43,6 +43,7 @@ class ConverterOffset(Effect):
     """
 
     catalogue, family, site = 23, "constants", "drive"
+    of_any_reading = True
     neutral = {"offset": 0.0}
     typical = {"offset": (-0.2, 0.2)}
     typical_rotary = {"offset": (-0.2, 0.2)}
@@ -123,6 +124,7 @@ class ScaleFactorError(Effect):
     """
 
     catalogue, family, site = 33, "constants", "measured"
+    of_any_reading = True
     neutral = {"factor": 1.0}
     typical = {"factor": (0.5, 2.0)}
     typical_rotary = {"factor": (0.5, 2.0)}

@@ -15,6 +15,7 @@ class CumulativePitchError(Effect):
     """
 
     catalogue, family, site = 9, "geometry", "measured"
+    carried = ("m",)
     neutral = {"slope": 0.0}
     typical = {"slope": (-300e-6, 300e-6)}
     typical_rotary = {"slope": (-300e-6, 300e-6)}
@@ -42,6 +43,7 @@ class PeriodicPitchError(Effect):
     """
 
     catalogue, family, site = 10, "once per turn", "measured"
+    carried = ("m",)
     neutral = {"amplitude": 0.0}
     typical = {"amplitude": (0.5e-6, 10e-6), "lead": (0.002, 0.02), "phase": (-math.pi, math.pi)}
     typical_rotary = {"amplitude": (1e-5, 0.01), "lead": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi)}
@@ -76,6 +78,7 @@ class ThermalScrewGrowth(Effect):
     """
 
     catalogue, family, site = 11, "slow", "measured"
+    carried = ("m",)
     neutral = {"strain": 0.0}
     typical = {"strain": (10e-6, 300e-6), "time_constant": (10.0, 3600.0), "fixed_end": (-1.0, 1.0)}
     typical_rotary = {"strain": (10e-6, 300e-6), "time_constant": (10.0, 3600.0), "fixed_end": (-1.0, 1.0)}

@@ -28,6 +28,7 @@ class SensorFilter(Effect):
     """
 
     catalogue, family, site = 32, "lag", "reading"
+    late_by = "time_constant"
     told_if_held = "held"
     neutral = {"time_constant": 0.0}
     typical = {"time_constant": (0.3e-3, 20e-3)}

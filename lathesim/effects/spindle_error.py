@@ -78,6 +78,7 @@ class BeltSlip(Effect):
     """
 
     catalogue, family, site = 35, "spindle speed", "flow"
+    carried = ("rad/s",)
     neutral = {"slip": 0.0, "creep": 0.0}
     typical = {"slip": (0.001, 0.03), "creep": (1e-5, 1e-2)}
     fingerprint = "The ratio of spindle to motor speed falls with the torque."
@@ -105,6 +106,7 @@ class SpeedDroop(Effect):
     """
 
     catalogue, family, site = 36, "spindle speed", "flow"
+    carried = ("rad/s",)
     neutral = {"droop": 0.0}
     typical = {"droop": (0.01, 10.0), "response": (0.01, 1.0)}
     fingerprint = "The speed dips exactly while the tool cuts."
@@ -137,6 +139,7 @@ class SpindleGrowth(Effect):
     """
 
     catalogue, family, site = 37, "slow", "measured"
+    carried = ("m",)
     neutral = {"growth": 0.0}
     typical = {"growth": (10e-6, 40e-6), "time_constant": (60.0, 5400.0)}
     fingerprint = "A slow drift that is the same at every position and follows the history of the spindle speed."

@@ -109,6 +109,7 @@ class TorsionalWindUp(Effect):
     """
 
     catalogue, family, site = 14, "lag", "measured"
+    carried = ("m", "rad")
     neutral = {"compliance": 0.0}
     typical = {"compliance": (1e-9, 50e-9)}
     typical_rotary = {"compliance": (1e-6, 1e-2)}
@@ -141,6 +142,7 @@ class BaseRocking(Effect):
     """
 
     catalogue, family, site = 15, "structure", "measured"
+    carried = ("m",)
     neutral = {"mobility": 0.0}
     typical = {"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)}
     typical_rotary = {"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)}

@@ -15,6 +15,7 @@ class TachometerRipple(Effect):
     """
 
     catalogue, family, site = 31, "once per turn", "measured"
+    carried = ("rad/s",)
     neutral = {"ripple": 0.0, "gain_error": 0.0, "brush_noise": 0.0}
     typical = {
         "ripple": (0.001, 0.05),

@@ -115,6 +115,7 @@ class ChannelTimeShift(Effect):
     """
 
     catalogue, family, site = 27, "recording", "reading"
+    late_by = "shift"
     neutral = {"shift": 0.0}
     typical = {"shift": (-5e-3, 50e-3)}
     typical_rotary = {"shift": (-5e-3, 50e-3)}
@@ -185,6 +186,7 @@ class SampleJitter(Effect):
     """
 
     catalogue, family, site = 25, "recording", "reading"
+    carried = ()
     neutral = {"deviation": 0.0}
     typical = {"deviation": (10e-6, 500e-6)}
     typical_rotary = {"deviation": (10e-6, 500e-6)}

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from lathesim.diagnosis.belief import believable
 from lathesim.diagnosis.diagnose import Question, ask, diagnose
 from lathesim.diagnosis.diagnosis import Diagnosis
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.left_out_step import LEFT_OUT, without
 from lathesim.diagnosis.loading import Recorded
-from lathesim.diagnosis.search import believable
 from lathesim.diagnosis.trial import Model, Trial
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import EFFECTS, PERIOD, Hidden, baseline, machine, recording, rigs

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from lathesim.component import Parameter
+from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.diagnosis import FoundEffect, Interval
 from lathesim.diagnosis.fit import fit
+from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.lesson_entry import lesson_entry, without_undetermined, written
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.reported_effect import bounded
-from lathesim.diagnosis.search import Found, Settings, search
+from lathesim.diagnosis.search import search
 from lathesim.diagnosis.terms import Term, insert_candidates
 from lathesim.effects.friction import AsymmetricFriction
 from lathesim.engine.wiring import wire

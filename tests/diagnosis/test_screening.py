@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.screening import is_limit, screen
+from lathesim.diagnosis.screening import _Absorber, is_limit, screen
 from lathesim.diagnosis.waves import wave_points
 from lathesim.effects.drive_range import DriveSaturation
 from lathesim.effects.offset_and_gain import ForceOffset
@@ -93,3 +93,14 @@ def test_a_limit_begins_at_its_usual_sizes() -> None:
     (rig,) = rigs(recording(), effects=(DriveSaturation, ForceOffset))
     limits = {term.name: is_limit(term).tolist() for term in rig.candidates}
     assert limits == {"DriveSaturation": [True], "ForceOffset": [False]}
+
+
+def test_screening_sees_the_residual_as_a_fit_does() -> None:
+    """In single precision, and each real part beside its imaginary one: what it weighs is the same."""
+    rig, fitted = pair(RIPPLE)[0], baselines(RIPPLE)[0]
+    seen = _Absorber(rig.sensed, fitted)
+    white = np.concatenate([model.whiten(row, wide=True) for row, model in zip(fitted.residual, fitted.noise, strict=True)])
+    power = float(white @ white)
+    again = seen._whiten(seen.tapered(fitted.residual))
+    assert float(again @ again) == pytest.approx(power, rel=1e-4)
+    assert float(seen.residual @ seen.residual) <= power * (1.0 + 1e-4)

@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.search import Found, Settings, believable, leave_out, merit, search
+from lathesim.diagnosis.belief import Settings, believable, merit
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.growth import leave_out
+from lathesim.diagnosis.search import search
 from lathesim.diagnosis.trial import Trial, strains_anew
 from tests.diagnosis.pushed_table import Hidden, pair, recording, rigs
 

@@ -46,3 +46,21 @@ def test_a_run_that_was_lost_tells_nothing() -> None:
     assert covariance[0, 0] == pytest.approx(0.01)
     assert (covariance[1, 1], covariance[2, 2]) == (4.0, 0.0)
     assert np.all(np.isfinite(misfit))
+
+
+def test_a_value_that_a_few_frequencies_tell_is_as_unsure_as_they_are() -> None:
+    """A misfit where the value is told is fitted away and pulls at nothing; without those frequencies the value is another one."""
+    numbers, told = 4000, 20
+    random = np.random.default_rng(1)
+    slopes = np.zeros((numbers, 2))
+    slopes[:, 0] = 1.0
+    slopes[:told, 1] = slopes[numbers // 2 : numbers // 2 + told, 1] = np.linspace(5.0, 10.0, told)
+    sound = random.standard_normal(numbers)
+    wrong = sound + np.where(slopes[:, 1] > 0.0, 10.0 * np.sign(np.arange(numbers) % 2 - 0.5), 0.0)
+    factors = []
+    for residual in (sound, wrong):
+        values = np.linalg.lstsq(slopes, residual, rcond=None)[0]
+        factors.append(covariance_and_misfit(slopes, residual - slopes @ values, np.zeros(2), [numbers])[1])
+    assert factors[0][1] < 3.0
+    assert factors[1][1] > 5.0
+    assert factors[1][0] < 3.0

@@ -5,7 +5,9 @@ import functools
 
 import pytest
 
-from lathesim.diagnosis.search import Found, Settings, search
+from lathesim.diagnosis.belief import Settings
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.search import search
 from lathesim.diagnosis.trial import Trial
 from lathesim.diagnosis.verdict import Standing, removed_in_band, standing
 from tests.diagnosis.pushed_table import Hidden, pair

@@ -1,0 +1,140 @@
+"""Whether a trial's effect is to be believed, and which of several believable ones is taken.
+
+An effect is believed when (a) the likelihood of the fitted recording rises by more than its parameters and what chance does among as many
+candidates can explain, (b) the held-out recording agrees, (c) it removes a share of the error that is worth a name, and (d) it moves a
+channel by more than the floor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.diagnosis.trial import Trial
+
+_EQUAL = 1.0
+"""Nats within which two candidates are equals; of equals the one that comes first in the catalogue, the commoner one, is taken."""
+_EQUAL_SHARE = 0.01
+"""The same as a share of what they gain: a trial's fit is rough."""
+_LAST = 1000
+_LEAST_LAG = 0.2
+"""Share of a sample by which a channel must be late."""
+TIE_SHARE = 0.03
+"""Share of what the better of two candidates gains within which they cannot be told apart, as a model is never quite right."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How the search goes about it."""
+
+    most_effects: int = 4
+    longest: float = np.inf
+    """Time after which the search ends and keeps what is known [s]."""
+    screened: int = 5
+    """Candidates fitted in one round."""
+    worth_a_fit: float = 0.25
+    """Share of the best candidate's promise below which a candidate is not fitted."""
+    margin: float = 10.0
+    """Nats by which a fit must get better beyond its parameters' due and beyond what chance reaches among the candidates."""
+    per_parameter: float = 3.0
+    against_chance: bool = True
+    """Whether what chance reaches among the candidates counts against an effect."""
+    held_out_margin: float = 3.0
+    smallest_move: float = 1.0
+    """An effect must move a channel by more than this many times what is left unexplained there ..."""
+    small_move: float = 0.3
+    almost_all: float = 0.9
+    """... or this many times, where it removes almost all of the error: effects not found yet may leave more there than it moves."""
+    most_spoilt: float = 1.5
+    """Factor by which an effect may make a channel of the lesson's own simulation worse."""
+    largest_size: float = 30.0
+    """Largest usual sizes of an effect beyond which it is not believed ..."""
+    largest_shape: float = 10.0
+    """... and the same of its other values, where these are usually positive: a peak at low speed that lasts to 5 m/s is none."""
+    smallest_shape: float = 100.0
+    """Factor below their usual range: a warm-up of a millisecond is a constant in disguise."""
+    share_of_all: float = 0.03
+    share_of_rest: float = 0.15
+    """An effect must remove both of these shares of the error: of all that was there, and of what the others left ..."""
+    nearly_all_of_rest: float = 0.6
+    """... or this share of what the others left, however little of all that is."""
+    refined_share_of_rest: float = 0.9
+    """The same for a refined form that takes the place of a simple one."""
+    nearly_worth: float = 0.5
+    """Share of ``nearly_all_of_rest`` that a candidate must promise to be fitted, where it cannot come to the other two."""
+
+
+def simplest(good: Sequence[Trial], settings: Settings) -> Trial:
+    """Give the trial that is taken of good ones, the best first: of those that cannot be told from the best one with the fewest values, as
+    a model is never quite right, and of equals among these the one that comes first in the catalogue."""
+    reached = merit(good[0], settings)
+    width = max(_EQUAL, TIE_SHARE * reached)
+    near = [trial for trial in good if reached - merit(trial, settings) < width and _removes_as_much(trial, good[0])]
+    fewest = min(len(trial.term.parameters) for trial in near)
+    simple = [trial for trial in near if len(trial.term.parameters) == fewest]
+    equals = [trial for trial in simple if merit(simple[0], settings) - merit(trial, settings) < max(_EQUAL, _EQUAL_SHARE * reached)]
+    return min(equals, key=lambda trial: trial.term.effect.catalogue or _LAST)
+
+
+def _removes_as_much(trial: Trial, other: Trial) -> bool:
+    return abs(trial.share_of_all - other.share_of_all) < TIE_SHARE
+
+
+def replaces(trial: Trial, settings: Settings) -> bool:
+    """Say whether a refined form is so much better that the simple one has to go."""
+    return trial.share_of_all > settings.share_of_all or trial.share_of_rest > settings.refined_share_of_rest
+
+
+def merit(trial: Trial, settings: Settings) -> float:
+    """Give what a trial is chosen by: its gain on both recordings, less its parameters' due [nats]."""
+    agreed = min(trial.wide_gain, trial.wide_held_out_gain) + 0.5 * trial.wide_gain
+    return agreed - settings.per_parameter * len(trial.term.parameters)
+
+
+def believable(trial: Trial, settings: Settings, chance: float) -> bool:
+    """Say whether a trial's effect is to be believed."""
+    due = settings.margin + settings.per_parameter * len(trial.term.parameters) + chance
+    much = trial.share_of_all > settings.share_of_all and trial.share_of_rest > settings.share_of_rest
+    worth = much or trial.share_of_rest > settings.nearly_all_of_rest or trial.relieves
+    judged = trial.gain > due and trial.held_out_gain > settings.held_out_margin and trial.moves > _due_move(trial, settings)
+    worth = worth and trial.spoils < settings.most_spoilt
+    if trial.strained:
+        # values that are wrong beyond belief leave an error that any wave takes a part of
+        worth = worth and trial.share_of_rest > settings.nearly_all_of_rest
+    if trial.strains_anew:
+        # a little of the error is no reason to make the machine another one
+        worth = worth and much
+    return judged and worth and _of_usual_size(trial, settings)
+
+
+def _due_move(trial: Trial, settings: Settings) -> float:
+    return settings.small_move if trial.share_of_all > settings.almost_all else settings.smallest_move
+
+
+def _of_usual_size(trial: Trial, settings: Settings) -> bool:
+    """Say whether an effect's size is not far beyond what is met on machines: whatever it then explains, it is not that effect."""
+    if not np.isfinite(settings.largest_size):
+        return True
+    term, values = trial.term, trial.model.fitted.by_name
+    for name, neutral, points in zip(term.parameters, term.neutral, term.points.T, strict=True):
+        item = name.partition(".")[2]
+        if item in term.effect.neutral:
+            usual, size, most = float(np.abs(points - neutral).max(initial=0.0)), abs(values[name] - neutral), settings.largest_size
+        else:
+            usual, size, most = float(points.max(initial=0.0)), abs(values[name]), settings.largest_shape
+            if item in term.effect.nuisance or points.min(initial=1.0) <= 0.0:
+                continue
+            if size < points.min(initial=np.inf) / settings.smallest_shape:
+                return False
+        if usual > 0.0 and size >= most * usual:
+            return False
+    return True
+
+
+def is_of_a_clock(trial: Trial, period: float) -> bool:
+    """Say whether a shift in time or a filter's lag is a fair part of a sample, if the effect is one: a smaller one is how a simulation
+    steps, or a friction that sits somewhere else."""
+    lag = trial.term.effect.late_by
+    return not lag or abs(trial.model.fitted.by_name[f"{trial.term.part}.{lag}"]) > _LEAST_LAG * period

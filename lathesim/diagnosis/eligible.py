@@ -1,0 +1,55 @@
+"""Which candidates may come next: simple effects that are due, and finer ones for when no simple one is believable."""
+
+from __future__ import annotations
+
+from lathesim.component import Parameter
+from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Model
+from lathesim.effects.effect import Effect
+
+
+def due(model: Model, rig: Rig) -> list[Term]:
+    """Give the simple effects that may be added: no refinement of another one, and what they stand on is there."""
+    return [term for term in rig.candidates if term not in model.terms and _is_due(term, model, rig)]
+
+
+def finer(model: Model, rig: Rig) -> list[Term]:
+    """Give the refined forms of which the simpler ones are not in the model, and those that stand on others that are not there: for when no
+    simple effect is believable."""
+    there = {(term.name, term.at) for term in model.terms}
+    refined = {(name, term.at) for term in model.terms for name in term.effect.refines}
+    return [
+        term
+        for term in rig.candidates
+        if (term.effect.refines or not _stands(term, model, rig))
+        and not any((name, term.at) in there for name in (term.name, *term.effect.refines))
+        and (term.name, term.at) not in refined
+    ]
+
+
+def _is_due(term: Term, model: Model, rig: Rig) -> bool:
+    """Say whether a term may be added: it is no refinement, what it stands on is there, and no refined form of it is."""
+    refined = {(name, other.at) for other in model.terms for name in other.effect.refines}
+    return not term.effect.refines and _stands(term, model, rig) and (term.name, term.at) not in refined
+
+
+def _stands(term: Term, model: Model, rig: Rig) -> bool:
+    """Say whether what a term stands on is there: in the model or in the lesson's machine."""
+    there = {(name, other.at) for other in model.terms for name in (other.name, *other.effect.refines)} | _in_baseline(rig)
+    return not term.effect.needs or any((name, term.at) in there for name in term.effect.needs)
+
+
+def _in_baseline(rig: Rig) -> set[tuple[str, str]]:
+    """Give what the lesson's machine has already: (effect, host), an inserted one or a parameter of the host with its name."""
+    parts = {part.name: part.component for part in rig.machine.assembly.parts}
+    there = set()
+    for wire in rig.machine.assembly.wires:
+        source, target = wire.source.partition(".")[0], wire.target.partition(".")[0]
+        for effect, host in ((source, target), (target, source)):
+            if effect in parts and host in parts and issubclass(parts[effect], Effect):
+                there.add((parts[effect].__name__, host))
+    for name, component in parts.items():
+        if any("coulomb" in item for item in component.declared(Parameter)):
+            there.add(("CoulombFriction", name))
+    return there

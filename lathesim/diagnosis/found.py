@@ -1,0 +1,36 @@
+"""What a search has found, as far as it has come."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from lathesim.diagnosis.screening import Screened
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Model, Trial
+
+
+@dataclass
+class Found:
+    """The outcome of a search, as far as it has come: the refitted baseline, the model, and what was tried beside each effect."""
+
+    baseline: Model
+    model: Model
+    trials: dict[str, list[Trial]] = field(default_factory=dict)
+    tried: list[Trial] = field(default_factory=list)
+    """Every candidate that was fitted, in order."""
+    screened: tuple[Screened, ...] = ()
+    chance: float = 0.0
+    """What chance reaches in the last round of screening [nats]."""
+    forms: dict[str, list[Term]] = field(default_factory=dict)
+    """By the part of an effect: refined forms that explain as much as it does with another effect of the model."""
+    unseen: dict[str, list[Term]] = field(default_factory=dict)
+    """By the part of an effect: refined forms of usual size that would show too little here to be told from it."""
+    beginnings: list[Trial] = field(default_factory=list)
+    """What was believable as the first effect, the one that was taken left out; the best first."""
+    straining: set[str] = field(default_factory=set)
+    """Parts of effects that came in together with a value further off than the lesson holds possible."""
+    far_off: tuple[str, ...] = ()
+    """A value of the lesson that is further off than it holds possible and explains more than effects do, and others that would."""
+    values_instead: tuple[str, ...] = ()
+    """Values of the lesson that would explain as much as what was found, were they so far off."""
+    complete: bool = False

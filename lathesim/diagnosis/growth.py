@@ -1,0 +1,220 @@
+"""How a model grows: forward selection with everything refitted each time, backward elimination, and refinement.
+
+Simple effects come first; what only refines one of them (a friction that is also asymmetric) may then take its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lathesim.diagnosis.belief import Settings, believable, is_of_a_clock, merit, replaces, simplest
+from lathesim.diagnosis.eligible import due, finer
+from lathesim.diagnosis.fit import Fitted, fit
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.other_forms import form_starts, is_harmonic
+from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.screening import Screened, is_limit, least_shown, screen, screened_instead
+from lathesim.diagnosis.side_by_side import Asked, side_by_side
+from lathesim.diagnosis.starting_points import starting_points
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.together import TOGETHER
+from lathesim.diagnosis.trial import Bench, Model, Tell, Trial, is_strained, is_wide, judged_score, strains_anew
+from lathesim.engine.assembly import FloatArray
+
+_ALIKE = 0.1
+"""Candidates whose promises differ by less than this share may be the same thing to the channels."""
+_MOST_RIVALS = 3
+_RELATED = 0.5
+"""Share of the promise of an effect that a simpler one of its family must have promised to be fitted too."""
+_NEARLY_ALL, _FAR_FROM_ALL = 0.95, 0.8
+"""Share of the error that a finer effect must promise to be tried before simple ones, and how little these must promise then."""
+_NEAR = ((0.98, 0.85), (0.95, 0.6))
+"""Once one candidate removes this share of what is left, others are fitted only where they promised that share of the best promise: what
+cannot be told from it promises as much."""
+
+
+def grow(bench: Bench, found: Found, settings: Settings) -> None:
+    """Add effects one at a time as long as one is believable."""
+    while len(found.model.terms) < settings.most_effects:
+        simple, refined = due(found.model, bench.rig), finer(found.model, bench.rig)
+        bench.say(f"screening {len(simple) + len(refined)} candidates")
+        points = starting_points(bench.rig, found.model.fitted, [*simple, *refined])
+        screening = screen(bench.rig.sensed, found.model.fitted, [*simple, *refined], points)
+        found.chance = screening.chance if settings.against_chance else 0.0
+        if not any(_add(bench, found, settings, ranked) for ranked in in_turn(screening.ranked, simple)):
+            return
+
+
+def in_turn(ranked: Sequence[Screened], plain: Sequence[Term]) -> list[tuple[Screened, ...]]:
+    """Give the candidates as they are tried: simple effects and then finer ones, or the other way round where nothing simple promises what
+    a finer one does."""
+    simple = tuple(item for item in ranked if item.term in plain)
+    refined = tuple(item for item in ranked if item.term not in plain)
+    of_refined, of_simple = (max((item.share for item in items), default=0.0) for items in (refined, simple))
+    return [refined, simple] if of_refined > _NEARLY_ALL and of_simple < _FAR_FROM_ALL else [simple, refined]
+
+
+def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened, ...]) -> bool:
+    """Add the best of some candidates; False where none is believable."""
+    if not ranked:
+        return False
+    found.screened = ranked
+    first = ", ".join(f"{item.term.name} at {item.term.at} {item.gain:.0f} ({item.share:.0%})" for item in ranked[:5])
+    bench.say(f"  promised nats (chance gives {found.chance:.0f}): {first}")
+    tried: list[Trial] = []
+    waiting = list(ranked[: settings.screened])
+    while wave := _wave(bench, found, waiting, ranked[0].gain, tried, settings):
+        asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.share) for item in wave]
+        tried += side_by_side(bench, found.model, asked)
+    found.tried += tried
+    period = bench.rig.machine.assembly.sample_period
+    good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_harmonic(trial, found.model)]
+    good = [trial for trial in good if is_of_a_clock(trial, period)]
+    if not good:
+        return False
+    good.sort(key=lambda trial: -merit(trial, settings))
+    best = simplest(good, settings)
+    good += [trial for trial in _rivals(bench, found, ranked, best, tried) if believable(trial, settings, found.chance)]
+    best = simplest(sorted(good, key=lambda trial: -merit(trial, settings)), settings)
+    found.trials[best.term.part] = good
+    if not found.model.terms:
+        found.beginnings = sorted((trial for trial in good if trial is not best), key=lambda trial: -merit(trial, settings))
+    before, found.model = found.model, bench.settled(best.model)
+    if strains_anew(before.fitted, found.model.fitted):
+        found.straining.add(best.term.part)
+    bench.say(f"{best.term.name} at {best.term.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
+    _eliminate(bench, found, settings)
+    return True
+
+
+def _wave(bench: Bench, found: Found, waiting: list[Screened], best: float, tried: Sequence[Trial], settings: Settings) -> list[Screened]:
+    """Take from the waiting candidates those that are tried next, as far as the trials so far leave them worth it."""
+    good = [trial for trial in tried if believable(trial, settings, found.chance)]
+    kept = {trial.term.part for trial in good}
+    # what promised much and kept none of it is no yardstick
+    promised = max((item.gain for item in found.screened if item.term.part in kept), default=0.0)
+    least = max(0.5 * (settings.margin + found.chance), settings.worth_a_fit * promised)
+    explained = max((trial.share_of_rest for trial in good), default=0.0)
+    near = best * next((share for removed, share in _NEAR if explained > removed), 0.0)
+    wave: list[Screened] = []
+    while waiting and len(wave) < TOGETHER:
+        item = waiting.pop(0)
+        if item.gain < least:
+            waiting.clear()
+        elif _may_be_worth(bench, found.model, item, settings) and item.gain >= near:
+            wave.append(item)
+    return wave
+
+
+def _starts(item: Screened) -> Sequence[FloatArray]:
+    """Give the starting values of a fit: of an effect that is linear in its one size, one is enough."""
+    return item.starts[: 1 if len(item.term.parameters) == 1 and not is_limit(item.term).any() else 2]
+
+
+def _may_be_worth(bench: Bench, model: Model, item: Screened, settings: Settings) -> bool:
+    """Say whether what a candidate promises may come to the shares of the error that an effect must remove."""
+    if is_strained(model.fitted):
+        return True
+    # beside effects that were found already the noise is known well, and what is promised is hardly ever surpassed
+    share = 1.0 if model.terms else settings.worth_a_fit
+    if item.share < share * settings.share_of_rest:
+        return False
+    if item.share > settings.nearly_worth * settings.nearly_all_of_rest:
+        return True
+    rest = model.error + np.maximum(bench.everything - bench.baseline_error, 0.0)
+    return float(np.max(item.shares * rest / bench.everything)) > share * settings.share_of_all
+
+
+def _rivals(bench: Bench, found: Found, ranked: Sequence[Screened], best: Trial, tried: Sequence[Trial]) -> list[Trial]:
+    """Fit what promised as much as the best, or is a simpler relative of it, and was not fitted yet: what cannot be told from it is said to
+    be tied, and the simpler one is taken."""
+    known = {trial.term.part for trial in tried}
+    promised = next(item.gain for item in ranked if item.term.part == best.term.part)
+    others = [item for item in ranked if item.term.part not in known]
+    alike = [item for item in others if abs(item.gain - promised) < _ALIKE * promised][:_MOST_RIVALS]
+    alike += [item for item in others if item not in alike and _is_simpler(item.term, best.term) and item.gain > _RELATED * promised]
+    asked = [Asked(item.term, found.model.terms, found.model.free, item.starts[:1]) for item in alike]
+    rivals = side_by_side(bench, found.model, asked)
+    found.tried += rivals
+    return rivals
+
+
+def _is_simpler(term: Term, than: Term) -> bool:
+    """Say whether a term is one of the same family at the same place with fewer values."""
+    return term.at == than.at and term.family == than.family and len(term.parameters) < len(than.parameters)
+
+
+def refine(bench: Bench, found: Found, settings: Settings) -> bool:
+    """Let a refined form take the place of an effect where it removes much of what is left; say whether one did."""
+    changed = False
+    for term in found.model.terms:
+        rest = tuple(other for other in found.model.terms if other is not term)
+        forms = [other for other in bench.rig.candidates if other.at == term.at and term.name in other.effect.refines]
+        kept = [item for item in found.model.free if item.name not in term.parameters]
+        asked = []
+        for other in forms:
+            starts = form_starts(term, other, found.model)
+            promise = screened_instead(bench.rig.sensed, found.model.fitted, term, other, starts[1:])
+            due = settings.margin + settings.per_parameter * len(other.parameters)
+            if least_shown(bench.rig.sensed, found.model.fitted, term, other) < due:
+                found.unseen.setdefault(term.part, []).append(other)
+            if promise.gain > 0.5 * settings.margin and _may_be_worth(bench, found.model, promise, settings):
+                asked.append(Asked(other, rest, kept, starts))
+                if other.bare:
+                    asked.append(Asked(other.bare, rest, kept, form_starts(term, other.bare, found.model)))
+        swaps = side_by_side(bench, found.model, asked)
+        found.tried += swaps
+        good = [trial for trial in swaps if believable(trial, settings, 0.0) and replaces(trial, settings)]
+        if not good:
+            # the first micrometres of a friction are felt through the noise of an encoder: promising, and yet not to be fitted
+            found.unseen.setdefault(term.part, []).extend(trial.term for trial in swaps if not trial.gain > settings.margin)
+        if good:
+            best = max(good, key=lambda trial: merit(trial, settings))
+            bench.say(f"{best.term.name} takes the place of {term.name}: {best.gain:.0f} nats")
+            found.trials[best.term.part] = good
+            found.model = bench.settled(best.model)
+            changed = True
+    return changed
+
+
+def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:
+    """Take out effects that the others have made needless, the earliest first, until none is."""
+    while needless := next((term for term in found.model.terms[:-1] if _is_needless(bench, found, term, settings)), None):
+        bench.say(f"{needless.name} at {needless.at} is no longer needed")
+        found.model = fewer(bench, found.model, needless)
+
+
+def _is_needless(bench: Bench, found: Found, term: Term, settings: Settings) -> bool:
+    """Say whether a model without a term loses no more than the term's parameters cost."""
+    without = judged_score(bench.rig, _fitted_without(bench, found.model, term))
+    lost = found.model.score.above(without, wide=is_wide(found.model.terms))
+    return lost < settings.margin + settings.per_parameter * len(term.parameters)
+
+
+def fewer(bench: Bench, model: Model, term: Term) -> Model:
+    """Give a model without one of its terms, the rest fitted again."""
+    return bench.model(_rest(model, term), _fitted_without(bench, model, term))
+
+
+def _fitted_without(bench: Bench, model: Model, term: Term) -> Fitted:
+    free = [item for item in model.free if item.name not in term.parameters]
+    return fit(bench.rig.sensed, free, model.fitted.constant, rounds=1, wide=is_wide(_rest(model, term)))
+
+
+def _rest(model: Model, term: Term) -> tuple[Term, ...]:
+    return tuple(other for other in model.terms if other is not term)
+
+
+def leave_out(found: Found, terms: Sequence[Term], rig: Rig, held_out: Rig, tell: Tell) -> None:
+    """Take effects out of what was found and fit the rest again."""
+    bench = Bench(rig, held_out, tell)
+    bench.weigh(found.baseline.fitted)
+    rest = tuple(term for term in found.model.terms if term not in terms)
+    if not rest:
+        found.model = found.baseline
+        return
+    gone = {name for term in terms for name in term.parameters}
+    free = [item for item in found.model.free if item.name not in gone]
+    found.model = bench.model(rest, fit(rig.sensed, free, found.model.fitted.constant, rounds=2, wide=is_wide(rest)))

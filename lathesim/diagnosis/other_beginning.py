@@ -1,0 +1,60 @@
+"""Whether a search began with the wrong effect: a greedy one takes the best first one, and two others may do more together.
+
+Where something takes away most of what is left and is not believed beside what was found, a wrong beginning is a likely reason. It is tried
+in the place of each effect that was found, and the search is done again from each of the next best beginnings. Source: Miller, Subset
+Selection in Regression, 2nd ed., 2002, section 3.8 (replacing what was selected early).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lathesim.diagnosis.belief import Settings, believable
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.growth import fewer
+from lathesim.diagnosis.trial import Bench, Trial
+
+_MOST = 2
+"""Beginnings that are tried beside the first."""
+_MUCH = 0.5
+"""Share of what is left that something must take away on its own."""
+
+
+def other_beginnings(bench: Bench, found: Found, settings: Settings) -> Iterator[Found]:
+    """Give searches to be gone on with that begin otherwise; none where nothing that is not believed does much."""
+    refused = _refused(found, settings)
+    if refused is None or not found.model.terms:
+        return
+    for trial in _exchanged(bench, found, refused):
+        if believable(trial, settings, found.chance):
+            yield Found(found.baseline, trial.model, {**found.trials, trial.term.part: [trial]})
+    for trial in found.beginnings[:_MOST]:
+        yield Found(found.baseline, trial.model, {trial.term.part: [trial]})
+
+
+def _refused(found: Found, settings: Settings) -> Trial | None:
+    """Give what takes away most of what the effects that were found leave, and is not believed beside them."""
+    there = found.model.terms
+    beside = [trial for trial in found.tried if trial.model.terms[:-1] == there and trial.term not in there]
+    much = [trial for trial in beside if min(trial.gain, trial.held_out_gain) > settings.margin and trial.share_of_rest > _MUCH]
+    return max(much, key=lambda trial: trial.share_of_rest, default=None)
+
+
+def _exchanged(bench: Bench, found: Found, refused: Trial) -> Iterator[Trial]:
+    """Give trials of what was refused in the place of each effect of the model."""
+    values = refused.model.fitted.by_name
+    start = np.array([values[name] for name in refused.term.parameters])
+    for term in found.model.terms:
+        before = fewer(bench, found.model, term)
+        yield bench.trial(before, refused.term, before.terms, before.free, [start])
+
+
+def plainly_better(other: Found, found: Found, settings: Settings) -> bool:
+    """Say whether another model explains both recordings better, by more than the parameters cost that it has more."""
+    more = sum(len(term.parameters) for term in other.model.terms) - sum(len(term.parameters) for term in found.model.terms)
+    due = settings.margin + settings.per_parameter * max(more, 0)
+    fitted = other.model.score.above(found.model.score, wide=True)
+    judged = other.model.held_out.above(found.model.held_out, wide=True)
+    return bool(min(fitted, judged) > due)

@@ -1,0 +1,74 @@
+"""How a model grows: what is tried first, and what is done where the first effect was the wrong one."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from lathesim.diagnosis.belief import Settings
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.growth import in_turn
+from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
+from lathesim.diagnosis.trial import Score
+
+SETTINGS = Settings()
+
+
+def candidate(name: str, share: float) -> Any:
+    return SimpleNamespace(term=name, share=share)
+
+
+@pytest.mark.parametrize(
+    ("simple", "finer", "first"),
+    [(0.98, 0.99, "friction"), (0.5, 0.99, "uneven friction"), (0.5, 0.9, "friction")],
+    ids=["simple ones come first", "unless only a finer one promises nearly all", "and not if that leaves much as well"],
+)
+def test_what_is_tried_first(simple: float, finer: float, first: str) -> None:
+    ranked = [candidate("uneven friction", finer), candidate("friction", simple)]
+    assert in_turn(ranked, ["friction"])[0][0].term == first  # type: ignore[list-item]
+
+
+def model(score: float, held_out: float, *parameters: int) -> Any:
+    terms = tuple(SimpleNamespace(name=f"effect {place}", parameters=("size",) * count) for place, count in enumerate(parameters))
+    return SimpleNamespace(terms=terms, score=Score(score, score), held_out=Score(held_out, held_out))
+
+
+@pytest.mark.parametrize(
+    ("score", "held_out", "parameters", "better"),
+    [
+        (100.0, 100.0, (1, 1), True),
+        (100.0, 5.0, (1, 1), False),
+        (12.0, 12.0, (1, 1), True),
+        (12.0, 12.0, (1, 3), False),
+    ],
+    ids=["on both", "on one recording only", "by little", "by less than its parameters cost"],
+)
+def test_another_model_takes_over_where_it_is_plainly_better(
+    score: float, held_out: float, parameters: tuple[int, ...], better: bool
+) -> None:
+    found = Found(model(0.0, 0.0), model(0.0, 0.0, 1, 1))
+    other = Found(model(0.0, 0.0), model(score, held_out, *parameters))
+    assert plainly_better(other, found, SETTINGS) == better
+
+
+def trial(name: str, kept: tuple[Any, ...], share_of_rest: float) -> Any:
+    term = SimpleNamespace(name=name, part=name, parameters=())
+    fitted = SimpleNamespace(by_name={})
+    return SimpleNamespace(
+        term=term, model=SimpleNamespace(terms=(*kept, term), fitted=fitted), gain=500.0, held_out_gain=500.0, share_of_rest=share_of_rest
+    )
+
+
+def found_with(share_of_rest: float) -> Found:
+    found = Found(model(0.0, 0.0), model(0.0, 0.0, 1))
+    found.beginnings = [trial("another first effect", (), 0.9)]
+    found.tried = [trial("refused", found.model.terms, share_of_rest)]
+    return found
+
+
+def test_a_search_is_begun_otherwise_where_something_refused_takes_away_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lathesim.diagnosis.other_beginning._exchanged", lambda bench, found, refused: iter(()))
+    bench: Any = None
+    again = list(other_beginnings(bench, found_with(0.8), SETTINGS))
+    assert [term.name for other in again for term in other.model.terms] == ["another first effect"]
+    assert list(other_beginnings(bench, found_with(0.3), SETTINGS)) == []
