@@ -32,6 +32,8 @@ _SEEN = 3.0
 _SPREAD = 0.5
 """Starts lie within this share of the given value."""
 _ROUNDS = 4
+_MOST_SETTLING = 4
+"""How often derivatives are taken for their steps to settle."""
 _BLOCKS = 40
 CORRELATED = 0.95
 """Two values whose errors correlate more than this are named."""
@@ -194,6 +196,8 @@ class _Problem:
         self.scale = np.array([*(item.scale for item in self.free), *(abs(value) for value in starts.values())])
         self.scale = self._scales()
         self.steps = np.full(len(self.first), _STEP)
+        self.moving = len(self.first)
+        """How many of the values a descent moves: all, or the free ones without the start of the recording."""
         self.held = np.array([float(item.given != 0.0) for item in self.free] + [0.0] * len(starts))
 
     def _scales(self) -> FloatArray:
@@ -214,44 +218,64 @@ class _Problem:
         self.runs += len(rows)
         return self.misfit.misfits(self.names, rows)
 
-    def vector(self, scaled: FloatArray) -> FloatArray:
-        """Give the weighted misfit of scaled values, and how far they are from the given ones, as one vector."""
+    def vector(self, moved: FloatArray) -> FloatArray:
+        """Give the weighted misfit of the scaled values that move, and how far all are from the given ones, as one vector."""
+        scaled = self._all(moved)
         found = self.evaluate((scaled * self.scale)[None])[0]
         self._last = (scaled.tobytes(), found)
         return np.concatenate([self._weighted(found), self.held * (scaled - self.first / self.scale)])
 
-    def slopes(self, scaled: FloatArray) -> FloatArray:
+    def slopes(self, moved: FloatArray) -> FloatArray:
         """Give the derivatives of :meth:`vector`."""
-        return np.vstack([self.jacobian(scaled), np.diag(self.held)])
+        return np.vstack([self.jacobian(moved), np.diag(self.held)[:, : self.moving]])
+
+    def _all(self, moved: FloatArray) -> FloatArray:
+        """Give all scaled values, those that do not move as they were given."""
+        return np.concatenate([moved, self.first[self.moving :] / self.scale[self.moving :]])
 
     def _weighted(self, found: FloatArray) -> FloatArray:
         """Give misfits (..., channels, samples) whitened, as one vector (..., misfits)."""
         rows = [model.whiten(found[..., row, :]) for row, model in enumerate(self.white)]
         return np.concatenate(rows, axis=-1)
 
-    def jacobian(self, scaled: FloatArray, *, central: bool = False) -> FloatArray:
-        """Give the derivatives of the weighted misfit, (misfits, values); all runs are one batch."""
+    def jacobian(self, moved: FloatArray, *, central: bool = False) -> FloatArray:
+        """Give the derivatives of the weighted misfit, (misfits, values that move); all runs are one batch."""
+        scaled, many = self._all(moved), self.moving
         values = scaled * self.scale
         steps = self.steps * self.scale
         steps = np.where(values + steps > self.high, -steps, steps)
-        rows = [values + np.diag(steps)]
+        rows = [values + np.diag(steps)[:many]]
         if central:
-            rows.append(np.clip(values - np.diag(steps), self.low, self.high))
+            rows.append(np.clip(values - np.diag(steps)[:many], self.low, self.high))
         elif self._last is None or self._last[0] != scaled.tobytes():
-            self.vector(scaled)
+            self.vector(moved)
         found = self.evaluate(np.vstack(rows))
-        many = len(values)
         base = found[many:] if central else np.broadcast_to(self._last[1] if self._last else 0.0, found.shape)
-        width = np.abs(np.diagonal(rows[0]) - (np.diagonal(rows[1]) if central else values)) * np.sign(steps) / self.scale
+        begun = np.diagonal(rows[1]) if central else values[:many]
+        width = np.abs(np.diagonal(rows[0]) - begun) * np.sign(steps[:many]) / self.scale[:many]
         slopes = (found[:many] - base) / width[:, None, None]
         shown = np.sqrt(np.mean(np.square(slopes), axis=2)).max(axis=1)
-        self.steps = np.clip(_SEEN / np.maximum(shown, 1e-300), np.maximum(0.1 * self.steps, _SHORTEST), _LONGEST)
+        self.steps[:many] = np.clip(_SEEN / np.maximum(shown, 1e-300), np.maximum(0.1 * self.steps[:many], _SHORTEST), _LONGEST)
         return self._weighted(slopes).T
 
+    def _settled_jacobian(self, scaled: FloatArray) -> FloatArray:
+        """Give central derivatives with steps that are taken no shorter any more: too long ones make a mixture of values that nothing shows
+        look as if something did."""
+        for _ in range(_MOST_SETTLING):
+            taken = self.steps.copy()
+            jacobian = self.jacobian(scaled, central=True)
+            if np.all(self.steps > 0.5 * taken):
+                break
+        return jacobian
+
     def approach(self, point: FloatArray) -> FloatArray:
-        """Give the values at which a fit ends that begins at ``point`` and weighs every channel by its floor."""
+        """Give the values at which a fit ends that begins at ``point`` and weighs every channel by its floor; the start of the recording
+        stays as the recording shows it."""
         self.steps = np.full(len(self.first), _STEP)
-        return self._descend(point, no_whitening(len(self.misfit.compare)), 1e-3, 30)
+        self.moving = self.count
+        end = self._descend(point, no_whitening(len(self.misfit.compare)), 1e-3, 30)
+        self.moving = len(self.first)
+        return end
 
     def polish(self, values: FloatArray) -> _End:
         """Give the end of a fit in rounds, between which the whitening of what is left is taken anew."""
@@ -272,12 +296,12 @@ class _Problem:
         from scipy.optimize import least_squares
 
         self.white, self._last = list(white), None
-        low, high = self.low / self.scale, self.high / self.scale
-        begin = np.clip(values / self.scale, low, high)
+        low, high = (bound[: self.moving] / self.scale[: self.moving] for bound in (self.low, self.high))
+        begin = np.clip(values[: self.moving] / self.scale[: self.moving], low, high)
         limits = {"ftol": tolerance, "xtol": 1e-7, "gtol": 1e-12, "max_nfev": most}
         end = least_squares(self.vector, begin, self.slopes, bounds=(low, high), method="dogbox", x_scale="jac", **limits)
         self._last = None
-        return np.asarray(end.x * self.scale)
+        return np.asarray(self._all(end.x) * self.scale)
 
     def _whitening_at(self, values: FloatArray) -> tuple[Whitening, ...]:
         return tuple(whitening_of(row) for row in self.evaluate(values[None])[0])
@@ -295,7 +319,7 @@ class _Problem:
         values = end.values
         found = self.evaluate(values[None])[0]
         self.white = list(end.white)
-        jacobian = self.jacobian(values / self.scale, central=True)
+        jacobian = self._settled_jacobian(values / self.scale)
         misfit = self._weighted(found)
         size = np.where(values != 0.0, np.abs(values), self.scale) / self.scale
         left, singular, right = np.linalg.svd(jacobian * size, full_matrices=False)
