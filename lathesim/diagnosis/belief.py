@@ -42,6 +42,8 @@ class Settings:
     against_chance: bool = True
     """Whether what chance reaches among the candidates counts against an effect."""
     held_out_margin: float = 3.0
+    held_out_share: float = 0.01
+    """The held-out recording must gain that many nats, and this share of what the fitted one does."""
     smallest_move: float = 1.0
     """An effect must move a channel by more than this many times what is left unexplained there ..."""
     small_move: float = 0.3
@@ -98,7 +100,8 @@ def believable(trial: Trial, settings: Settings, chance: float) -> bool:
     due = settings.margin + settings.per_parameter * len(trial.term.parameters) + chance
     much = trial.share_of_all > settings.share_of_all and trial.share_of_rest > settings.share_of_rest
     worth = much or trial.share_of_rest > settings.nearly_all_of_rest or trial.relieves
-    judged = trial.gain > due and trial.held_out_gain > settings.held_out_margin and trial.moves > _due_move(trial, settings)
+    agreed = trial.held_out_gain > max(settings.held_out_margin, settings.held_out_share * trial.gain)
+    judged = trial.gain > due and agreed and trial.moves > _due_move(trial, settings)
     worth = worth and trial.spoils < settings.most_spoilt
     if trial.strained:
         # values that are wrong beyond belief leave an error that any wave takes a part of
@@ -133,8 +136,12 @@ def _of_usual_size(trial: Trial, settings: Settings) -> bool:
     return True
 
 
-def is_of_a_clock(trial: Trial, period: float) -> bool:
-    """Say whether a shift in time or a filter's lag is a fair part of a sample, if the effect is one: a smaller one is how a simulation
-    steps, or a friction that sits somewhere else."""
+def is_of_a_clock(trial: Trial, period: float, duration: float) -> bool:
+    """Say whether a shift in time or a filter's lag is a fair part of a sample, if the effect is one, or a skew of a clock over the whole
+    recording: a smaller one is how a simulation steps, or a friction or a play that is of another form."""
     lag = trial.term.effect.late_by
-    return not lag or abs(trial.model.fitted.by_name[f"{trial.term.part}.{lag}"]) > _LEAST_LAG * period
+    if not lag:
+        return True
+    of_time = trial.term.effect.declarations[lag].unit == "s"
+    late = abs(trial.model.fitted.by_name[f"{trial.term.part}.{lag}"]) * (1.0 if of_time else duration)
+    return late > _LEAST_LAG * period

@@ -43,7 +43,7 @@ def grow(bench: Bench, found: Found, settings: Settings) -> None:
         points = starting_points(bench.rig, found.model.fitted, [*simple, *refined])
         screening = screen(bench.rig.sensed, found.model.fitted, [*simple, *refined], points)
         found.chance = screening.chance if settings.against_chance else 0.0
-        if not any(_add(bench, found, settings, ranked) for ranked in in_turn(screening.ranked, simple)):
+        if not any(_add(bench, found, settings, ranked, screening.ranked) for ranked in in_turn(screening.ranked, simple)):
             return
 
 
@@ -56,8 +56,8 @@ def in_turn(ranked: Sequence[Screened], plain: Sequence[Term]) -> list[tuple[Scr
     return [refined, simple] if of_refined > _NEARLY_ALL and of_simple < _FAR_FROM_ALL else [simple, refined]
 
 
-def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened, ...]) -> bool:
-    """Add the best of some candidates; False where none is believable."""
+def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened, ...], screened: tuple[Screened, ...]) -> bool:
+    """Add the best of some candidates, ``ranked``, of all that were ``screened``; False where none is believable."""
     if not ranked:
         return False
     found.screened = ranked
@@ -70,14 +70,18 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
         tried += side_by_side(bench, found.model, asked)
     found.tried += tried
     period = bench.rig.machine.assembly.sample_period
+    duration = len(bench.rig.record) * period
     good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_harmonic(trial, found.model)]
-    good = [trial for trial in good if is_of_a_clock(trial, period)]
+    good = [trial for trial in good if is_of_a_clock(trial, period, duration)]
     if not good:
         return False
     good.sort(key=lambda trial: -merit(trial, settings))
     best = simplest(good, settings)
-    good += [trial for trial in _rivals(bench, found, ranked, best, tried) if believable(trial, settings, found.chance)]
+    good += [trial for trial in _rivals(bench, found, ranked, screened, best, tried) if believable(trial, settings, found.chance)]
     best = simplest(sorted(good, key=lambda trial: -merit(trial, settings)), settings)
+    if found.model.terms and best.share_of_all < settings.share_of_all and refine(bench, found, settings, best.share_of_rest):
+        # what is so small beside the effects that were found is rather a finer form of one of them
+        return True
     found.trials[best.term.part] = good
     if not found.model.terms:
         found.beginnings = sorted((trial for trial in good if trial is not best), key=lambda trial: -merit(trial, settings))
@@ -127,27 +131,32 @@ def _may_be_worth(bench: Bench, model: Model, item: Screened, settings: Settings
     return float(np.max(item.shares * rest / bench.everything)) > share * settings.share_of_all
 
 
-def _rivals(bench: Bench, found: Found, ranked: Sequence[Screened], best: Trial, tried: Sequence[Trial]) -> list[Trial]:
+def _rivals(
+    bench: Bench, found: Found, ranked: Sequence[Screened], screened: Sequence[Screened], best: Trial, tried: Sequence[Trial]
+) -> list[Trial]:
     """Fit what promised as much as the best, or is a simpler relative of it, and was not fitted yet: what cannot be told from it is said to
     be tied, and the simpler one is taken."""
     known = {trial.term.part for trial in tried}
     promised = next(item.gain for item in ranked if item.term.part == best.term.part)
-    others = [item for item in ranked if item.term.part not in known]
-    alike = [item for item in others if abs(item.gain - promised) < _ALIKE * promised][:_MOST_RIVALS]
-    alike += [item for item in others if item not in alike and _is_simpler(item.term, best.term) and item.gain > _RELATED * promised]
+    others = [item for item in screened if item.term.part not in known]
+    alike = [item for item in others if item in ranked and abs(item.gain - promised) < _ALIKE * promised][:_MOST_RIVALS]
+    alike += [item for item in others if item not in alike and _is_simpler(item.term, best.term, item.gain / promised)]
     asked = [Asked(item.term, found.model.terms, found.model.free, item.starts[:1]) for item in alike]
     rivals = side_by_side(bench, found.model, asked)
     found.tried += rivals
     return rivals
 
 
-def _is_simpler(term: Term, than: Term) -> bool:
-    """Say whether a term is one of the same family at the same place with fewer values."""
-    return term.at == than.at and term.family == than.family and len(term.parameters) < len(than.parameters)
+def _is_simpler(term: Term, than: Term, promise: float) -> bool:
+    """Say whether a term is what another one refines, or one of its family at the same place with fewer values that promised much of what
+    it did."""
+    if term.at != than.at or len(term.parameters) >= len(than.parameters):
+        return False
+    return term.name in than.effect.refines or (term.family == than.family and promise > _RELATED)
 
 
-def refine(bench: Bench, found: Found, settings: Settings) -> bool:
-    """Let a refined form take the place of an effect where it removes much of what is left; say whether one did."""
+def refine(bench: Bench, found: Found, settings: Settings, least: float = 1.0) -> bool:
+    """Let a refined form take the place of an effect where it removes much of what is left, or ``least`` of it; say whether one did."""
     changed = False
     for term in found.model.terms:
         rest = tuple(other for other in found.model.terms if other is not term)
@@ -163,10 +172,13 @@ def refine(bench: Bench, found: Found, settings: Settings) -> bool:
             if promise.gain > 0.5 * settings.margin and _may_be_worth(bench, found.model, promise, settings):
                 asked.append(Asked(other, rest, kept, starts))
                 if other.bare:
-                    asked.append(Asked(other.bare, rest, kept, form_starts(term, other.bare, found.model)))
+                    starts = form_starts(term, other.bare, found.model)
+                    asked.append(Asked(other.bare, rest, kept, starts))
+                    asked.append(Asked(other.bare, rest, kept, starts, felt=True))
         swaps = side_by_side(bench, found.model, asked)
         found.tried += swaps
-        good = [trial for trial in swaps if believable(trial, settings, 0.0) and replaces(trial, settings)]
+        good = [trial for trial in swaps if believable(trial, settings, 0.0)]
+        good = [trial for trial in good if replaces(trial, settings) or trial.share_of_rest >= least]
         if not good:
             # the first micrometres of a friction are felt through the noise of an encoder: promising, and yet not to be fitted
             found.unseen.setdefault(term.part, []).extend(trial.term for trial in swaps if not trial.gain > settings.margin)

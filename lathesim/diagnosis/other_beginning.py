@@ -14,6 +14,7 @@ import numpy as np
 from lathesim.diagnosis.belief import Settings, believable
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import fewer
+from lathesim.diagnosis.other_forms import is_harmonic
 from lathesim.diagnosis.trial import Bench, Trial
 
 _MOST = 2
@@ -39,6 +40,7 @@ def _refused(found: Found, settings: Settings) -> Trial | None:
     there = found.model.terms
     beside = [trial for trial in found.tried if trial.model.terms[:-1] == there and trial.term not in there]
     much = [trial for trial in beside if min(trial.gain, trial.held_out_gain) > settings.margin and trial.share_of_rest > _MUCH]
+    much = [trial for trial in much if not is_harmonic(trial, found.model)]
     return max(much, key=lambda trial: trial.share_of_rest, default=None)
 
 

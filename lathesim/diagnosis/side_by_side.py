@@ -24,13 +24,15 @@ class Asked:
     starts: Sequence[FloatArray]
     promised: float = np.inf
     """Share of what is left with which a start makes the others needless."""
+    felt: bool = False
+    """Whether frictions sense the simulated motion."""
 
 
 def side_by_side(bench: Bench, before: Model, asked: Sequence[Asked]) -> list[Trial]:
     """Try some terms and give the trials in the order in which they were asked for."""
 
     def one(asked: Asked) -> Trial:
-        return bench.trial(before, asked.term, asked.kept, asked.free, asked.starts, asked.promised)
+        return bench.trial(before, asked.term, asked.kept, asked.free, asked.starts, asked.promised, felt=asked.felt)
 
     return [told(bench, trial) for trial in together(one, asked)]
 

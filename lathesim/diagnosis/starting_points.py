@@ -54,7 +54,7 @@ def _frequency_points(rig: Rig, terms: Sequence[Term]) -> dict[str, FloatArray]:
         if _FREQUENCY not in names or not len(term.points):
             continue
         column = names.index(_FREQUENCY)
-        low, high = float(term.points[:, column].min()), min(float(term.points[:, column].max()), fastest)
+        low, high = float(term.least[column]), min(float(term.usual[column]), fastest)
         if high > low:
             usual = np.quantile(term.points, _SMALL_AND_LARGE, axis=0)
             points = np.repeat(usual, _FREQUENCIES, axis=0)

@@ -34,7 +34,8 @@ class Term:
     """A candidate: an effect inserted under the name ``part`` at a host.
 
     ``parameters`` are the free names (``part.parameter``), ``neutral`` their values without the effect [SI]; ``low`` and ``high`` are the
-    bounds, ``usual`` the largest sizes that are met, ``points`` starting values, shape (points, parameters), spread over typical ranges.
+    bounds, ``least`` and ``usual`` the smallest and the largest sizes that are met, ``points`` starting values, shape (points, parameters),
+    spread over typical ranges.
     """
 
     part: str
@@ -44,6 +45,7 @@ class Term:
     neutral: FloatArray
     low: FloatArray
     high: FloatArray
+    least: FloatArray
     usual: FloatArray
     points: FloatArray
 
@@ -59,7 +61,7 @@ class Term:
         if not kept or len(kept) == len(self.parameters):
             return None
         names = tuple(self.parameters[place] for place in kept)
-        arrays = {name: getattr(self, name)[kept] for name in ("neutral", "low", "high", "usual")}
+        arrays = {name: getattr(self, name)[kept] for name in ("neutral", "low", "high", "least", "usual")}
         return replace(self, parameters=names, points=self.points[:, kept], **arrays)
 
     @property
@@ -218,8 +220,9 @@ def _term(part: str, effect: type[Effect], placed: type[Component], host: str) -
     neutral = np.array([effect.neutral.get(name, _middle(*ranges[name])) for name in names])
     low = np.array([declared[name].low for name in names])
     high = np.array([declared[name].high for name in names])
-    usual = np.array([max(abs(bound) for bound in ranges[name]) for name in names])
-    return Term(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, usual, points)
+    sizes = [sorted(abs(bound) for bound in ranges[name]) for name in names]
+    least, usual = (np.array([size[place] for size in sizes]) for place in (0, 1))
+    return Term(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, least, usual, points)
 
 
 def _middle(low: float, high: float) -> float:

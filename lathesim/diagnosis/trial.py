@@ -209,19 +209,24 @@ class Bench:
         free: Sequence[Free],
         starts: Sequence[FloatArray],
         promised: float = np.inf,
+        *,
+        felt: bool = False,
     ) -> Trial:
         """Fit a term from some starting values on top of ``kept`` and hold it against the model before.
 
         What the model before had free moves along its slopes there: a trial needs only the runs of its own parameters. Once a start has
-        taken away the share of the error that screening ``promised``, the others are not fitted.
+        taken away the share of the error that screening ``promised``, the others are not fitted. ``felt`` lets frictions sense the
+        simulated motion: one of the first micrometres is lost in the rounding of a recorded one.
         """
         terms = (*kept, term)
         wide = is_wide(terms)
+        constant = {**before.fitted.constant, **(self.rig.feeling_their_motion(terms) if felt else {})}
         known = dict(zip(before.fitted.names, before.fitted.sensitivity, strict=True)) if before.fitted.sensitivity is not None else {}
+        if constant != before.fitted.constant:
+            known = {}
         best: Fitted | None = None
         for start in starts:
             freed = [*free, *term_free(term, start)]
-            constant = before.fitted.constant
             fitted = fit(self.rig.sensed, freed, constant, rounds=2, iterations=8, wide=wide, tolerance=_ROUGH, known=known, fresh=False)
             if best is None or fitted.score > best.score:
                 best = fitted
@@ -233,17 +238,15 @@ class Bench:
             if not _far(nearby, best):
                 break
             # the slopes taken over hold no longer: without them two forms of one thing would end in different places of a valley
-            nearby = fit(self.rig.sensed, with_start(best), before.fitted.constant, rounds=0, wide=wide)
+            nearby = fit(self.rig.sensed, with_start(best), constant, rounds=0, wide=wide)
             known = dict(zip(nearby.names, nearby.sensitivity, strict=True)) if nearby.sensitivity is not None else {}
             known = {name: slope for name, slope in known.items() if name not in term.parameters}
-            best = fit(
-                self.rig.sensed, with_start(best), before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE, known=known, fresh=False
-            )
+            best = fit(self.rig.sensed, with_start(best), constant, rounds=2, wide=wide, tolerance=_FINE, known=known, fresh=False)
         strained_before = is_strained(before.fitted)
         if strained_before:
             # what the effect explains had strained the values of the machine: from there a fit may not find its way back
             eased = [replace(item, start=item.given) if np.isfinite(item.uncertainty) else item for item in with_start(best)]
-            other = fit(self.rig.sensed, eased, before.fitted.constant, rounds=2, wide=wide, tolerance=_FINE, fresh=False)
+            other = fit(self.rig.sensed, eased, constant, rounds=2, wide=wide, tolerance=_FINE, fresh=False)
             best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.rig, best).above(before.score, wide=is_wide((*before.terms, term)))
         if not gain > self.least_gain:
@@ -366,7 +369,14 @@ def on_recording(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
     instants = [item.name for item in free if item.name in nuisance and item.name in instants_of([item.name])]
     if instants:
         free = _at_the_best_instant(rig, free, constant, terms, instants)
-    return fit(rig.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH, fresh=False)
+    judged = fit(rig.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH, fresh=False)
+    motion = {name for name in rig.feeling_their_motion(terms) if name in constant}
+    if not motion:
+        return judged
+    # in which of its two ways a replay is felt belongs to a recording: where a table hardly rests, the recorded motion tells more
+    recorded = {name: value for name, value in constant.items() if name not in motion}
+    other = fit(rig.sensed, free, recorded, rounds=2, iterations=6, tolerance=_ROUGH, fresh=False)
+    return max((judged, other), key=lambda fitted: fitted.score)
 
 
 def _at_the_best_turn(rig: Rig, free: list[Free], constant: Mapping[str, float], phases: Sequence[str]) -> list[Free]:

@@ -7,6 +7,7 @@ transformed at once. Source: Lomb, Least-squares frequency analysis of unequally
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -24,10 +25,14 @@ _PERIODS = ("lead", "turn", "period", "signal_period")
 _ORDER = "order"
 _SIZES = ("amplitude", "ripple")
 _SHARE = "share"
-_PEAKS = 2
+_STRONGEST, _STANDING_OUT = 1, 2
+"""How many of the strongest waves are tried, and of those that stand out most."""
+_SPREAD = 8
+"""Places of a padded periodogram on each side that belong to one line."""
+_SHORTEST_STRETCH, _STRETCHES = 64, 40
 _PHASES = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
 """As few as tell the best one."""
-_MOST_BINS = 1 << 20
+_MOST_BINS = 1 << 18
 _LONGER = 10.0
 """By what factor the wave of a geometry may be longer than usual."""
 _BEYOND = 1.3
@@ -49,7 +54,7 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
         if not wave or not size or term.at not in places:
             continue
         column = names.index(wave)
-        low, high = np.sort(term.points[:, column])[[0, -1]]
+        low, high = float(term.least[column]), float(term.usual[column])
         if wave == _ORDER:
             low, high = (2.0 * math.pi / order for order in reversed(term.effect.typical[_ORDER]))
         elif term.effect.site == "measured":
@@ -116,7 +121,7 @@ def _standardised(values: FloatArray) -> FloatArray:
 def _shortest(terms: list[Term], at: set[str]) -> float:
     """Give the shortest wavelength that a term at one of some parts may have."""
     there = [(term, column, name.partition(".")[2]) for term in terms if term.at in at for column, name in enumerate(term.parameters)]
-    lengths = [float(np.min(term.points[:, column])) for term, column, name in there if name in _PERIODS]
+    lengths = [float(term.least[column]) for term, column, name in there if name in _PERIODS]
     lengths += [2.0 * math.pi / term.effect.typical[_ORDER][1] for term, _, name in there if name == _ORDER]
     return min(lengths, default=math.inf) / _BEYOND
 
@@ -137,12 +142,29 @@ def _periodogram(place: FloatArray, signals: list[FloatArray], times: FloatArray
 
 
 def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float) -> list[float]:
-    """Give the strongest wavelengths between two, apart from one another."""
+    """Give the wavelengths between two that are strongest, and those that stand out most from their neighbours: what is missing is the
+    noisier the shorter the wave, and a long one stands out where it is not the largest."""
     inside = (waves > 1.0 / high) & (waves < 1.0 / low)
-    left = np.where(inside, power, 0.0)
-    found: list[float] = []
-    while len(found) < _PEAKS and left.max(initial=0.0) > 0.0:
-        best = int(np.argmax(left))
-        found.append(float(1.0 / waves[best]))
-        left[np.abs(waves - waves[best]) < 8.0 * waves[1]] = 0.0
-    return found
+    found: list[int] = []
+    for strength, many in ((power, _STRONGEST), (power / np.maximum(_background(power), 1e-300), _STANDING_OUT)):
+        left = np.where(inside, strength, 0.0)
+        for other in found:
+            left[_beside(waves, other)] = 0.0
+        for _ in range(many):
+            if left.max(initial=0.0) > 0.0:
+                found.append(int(np.argmax(left)))
+                left[_beside(waves, found[-1])] = 0.0
+    return [float(1.0 / waves[place]) for place in found]
+
+
+def _beside(waves: FloatArray, place: int) -> slice:
+    """Give the places that one line spreads over."""
+    return slice(max(0, place - _SPREAD), place + _SPREAD + 1)
+
+
+def _background(power: FloatArray) -> FloatArray:
+    """Give what a periodogram is around each wave: the median over stretches that grow with the wave number."""
+    edges = np.unique(np.r_[0, np.geomspace(_SHORTEST_STRETCH, len(power), _STRETCHES).astype(np.int64)])
+    middles = [0.5 * (begin + end) for begin, end in itertools.pairwise(edges)]
+    medians = [float(np.median(power[begin:end])) for begin, end in itertools.pairwise(edges)]
+    return np.interp(np.arange(len(power)), middles, medians)

@@ -53,7 +53,7 @@ class Effect(Component):
     of_any_reading: ClassVar[bool] = False
     """Whether whatever is recorded may have it, though it sits elsewhere by itself."""
     late_by: ClassVar[str] = ""
-    """Parameter by which a reading is late; a small part of a sample is how a simulation steps and no lag."""
+    """Parameter by which a reading is late [s], or by which its clock is wrong [1]; a small part of a sample is how a simulation steps."""
     neutral: ClassVar[dict[str, float]] = {}
     """Parameter values that make the effect vanish, in the declared units."""
     typical: ClassVar[dict[str, tuple[float, float]]] = {}

@@ -152,6 +152,7 @@ class ClockSkew(Effect):
     """
 
     catalogue, family, site = 26, "slow", "reading"
+    late_by = "skew"
     neutral = {"skew": 0.0}
     typical = {"skew": (-1e-3, 0.01)}
     typical_rotary = {"skew": (-1e-3, 0.01)}

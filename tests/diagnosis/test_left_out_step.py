@@ -61,8 +61,8 @@ def restless(seed: int) -> Record:
 
 
 def test_without_the_null_a_slow_disturbance_gets_a_name() -> None:
-    assert named(answered(restless(1), restless(2))) == []
-    assert named(answered(restless(1), restless(2), "null"))
+    assert named(answered(restless(3), restless(4))) == []
+    assert named(answered(restless(3), restless(4), "null"))
 
 
 def test_without_a_held_out_recording_an_effect_of_one_recording_alone_is_believed() -> None:

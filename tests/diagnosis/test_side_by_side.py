@@ -29,7 +29,7 @@ class SlowBench:
     def say(self, text: str) -> None:
         self.said.append(text)
 
-    def trial(self, before: Any, term: Any, kept: Any, free: Any, starts: Any, promised: float) -> Told:
+    def trial(self, before: Any, term: Any, kept: Any, free: Any, starts: Any, promised: float, *, felt: bool) -> Told:
         name, wait, gain = term
         time.sleep(wait)
         if name == "broken":
