@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lathesim.cli.main import run_command_line
 
+from lathesim.cli.main import run_command_line
 from lathesim.cli.registry import open_registry
 from lathesim.diagnosis.fit import Fitted, fit
 from lathesim.diagnosis.loading import load_case
