@@ -83,6 +83,15 @@ def test_name_too_many_is_a_miss_of_its_own() -> None:
     assert made.missed == ["none too many"]
 
 
+def test_the_mean_that_an_uneven_friction_has_is_no_name_too_many() -> None:
+    uneven = hidden("PositionDependentFriction", mean="CoulombFriction")
+    both = told("named", given("CoulombFriction"), given("PositionDependentFriction"))
+    made = score("c", truth("single", uneven), both)
+    assert (made.first_right, made.none_too_many) == (True, True)
+    assert score("c", truth("single", uneven), told("named", given("CoulombFriction"))).first_right is False
+    assert score("c", truth("single", hidden("PositionDependentFriction", mean="")), both).first_right is False
+
+
 def test_effect_below_three_floors_need_not_be_found() -> None:
     made = score("c", truth("single", hidden(size=2.0)), told("no_mismatch"))
     assert made.first_right is None and not made.asked and not made.missed

@@ -59,7 +59,10 @@ STEP = {"cascade_axis": "0.25 ms", "torque_spindle": "0.5 ms", "cutting_process"
 
 @dataclass(frozen=True)
 class Name:
-    """What the program calls a hidden effect: ``effect`` first choice, ``accept`` all names that count as right."""
+    """What the program calls a hidden effect: ``effect`` first choice, ``accept`` all names that count as right.
+
+    ``mean`` is what the true machine has besides, unless the lesson has it: a friction that is uneven around a mean rubs with that mean.
+    """
 
     catalogue: int
     effect: str
@@ -67,6 +70,7 @@ class Name:
     at: str
     accept: tuple[str, ...] = ()
     ties: tuple[str, ...] = ()
+    mean: str = ""
 
     @property
     def right(self) -> tuple[str, ...]:
@@ -80,7 +84,7 @@ NAMES: dict[str, Name] = {
     "bristles": Name(3, "PreslidingFriction", "reversal", "x_axis"),
     "asymmetric": Name(4, "AsymmetricFriction", "reversal", "x_axis", (), ("CoulombFriction", "ForceOffset")),
     "gravity": Name(5, "ForceOffset", "constants", "x_axis"),
-    "tight_spots": Name(6, "PositionDependentFriction", "once per turn", "x_axis"),
+    "tight_spots": Name(6, "PositionDependentFriction", "once per turn", "x_axis", mean="CoulombFriction"),
     "backlash": Name(8, "Backlash", "reversal", "x_scale"),
     "pitch": Name(9, "CumulativePitchError", "geometry", "x_scale", ("ScaleFactorError",)),
     "pitch_wave": Name(10, "PeriodicPitchError", "once per turn", "x_scale", ("EncoderEccentricity",)),

@@ -114,7 +114,8 @@ def _place(given: dict[str, Any]) -> str:
 
 
 def _score_names(made: Score, truth: dict[str, Any], answer: dict[str, Any]) -> None:
-    given, effects = named(answer), truth["effects"]
+    effects = truth["effects"]
+    given = _without_means(effects, named(answer))
     data_is_hidden = len(effects) == 1 and effects[0]["data"]
     calls_it_data = data_is_hidden and answer.get("verdict") == "recording_fault" and _of_channel(effects[0], answer)
     made.first_right = calls_it_data or (bool(given) and any(matches(true, given[0]) for true in effects))
@@ -136,6 +137,13 @@ def _score_names(made: Score, truth: dict[str, Any], answer: dict[str, Any]) -> 
         match = next((one for one in given if one.get("effect") == true["effect"] and _place(one) == true["at"]), None)
         if match is not None:
             _score_parameters(made, true, match)
+
+
+def _without_means(effects: list[dict[str, Any]], given: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Give the named effects without the mean that an uneven effect of the truth has, where that is named as well: it is there."""
+    means = {true.get("mean") for true in effects if any(matches(true, one) for one in given)}
+    means -= {name for true in effects for name in true["right"]}
+    return [one for one in given if one.get("effect") not in means]
 
 
 def _of_channel(true: dict[str, Any], answer: dict[str, Any]) -> bool:
