@@ -175,6 +175,8 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 1.0) -
                     starts = form_starts(term, other.bare, found.model)
                     asked.append(Asked(other.bare, rest, kept, starts))
                     asked.append(Asked(other.bare, rest, kept, starts, felt=True))
+        if asked:
+            bench.say(f"asking whether {term.name} at {term.at} has a finer form")
         swaps = side_by_side(bench, found.model, asked)
         found.tried += swaps
         good = [trial for trial in swaps if believable(trial, settings, 0.0)]

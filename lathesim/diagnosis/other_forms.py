@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from lathesim.diagnosis.fit import fit
+from lathesim.diagnosis.screening import screened_instead
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, Model, Score, Trial, is_wide, judged_score, on_recording, term_free
 from lathesim.engine.assembly import FloatArray
@@ -18,6 +19,8 @@ AS_GOOD = 4.0
 """Nats that the one may be behind the two, on each recording ..."""
 AS_GOOD_SHARE = 0.02
 """... or this share of what the second of the two gains."""
+_PROMISED = 0.2
+"""Share of what the second of the two gains that the one must promise in its place to be fitted."""
 _HARMONICS = range(2, 9)
 _WHOLE = 0.005
 """Share of a ratio of two periods by which it may be off a whole number."""
@@ -113,20 +116,19 @@ def _as_good(bench: Bench, model: Model, two: tuple[Term, Term], form: Term) -> 
     free = [item for item in model.free if item.name not in gone]
     wide, constant = is_wide((*kept, form)), model.fitted.constant
     starts = form_starts(two[0], form, model)
+    without = fit(
+        bench.rig.sensed, [item for item in model.free if item.name not in two[1].parameters], constant, rounds=1, wide=wide, fresh=False
+    )
+    gained = model.score.above(judged_score(bench.rig, without), wide=wide)
+    if screened_instead(bench.rig.sensed, without, two[0], form, starts).gain < _PROMISED * gained:
+        return False
     tried = [fit(bench.rig.sensed, [*free, *term_free(form, start)], constant, rounds=2, wide=wide, fresh=False) for start in starts]
     best = max(tried, key=lambda fitted: fitted.score)
-    allowed = max(AS_GOOD, AS_GOOD_SHARE * _gain_of(bench, model, two[1], wide=wide))
+    allowed = max(AS_GOOD, AS_GOOD_SHARE * gained)
     if judged_score(bench.rig, best).above(model.score, wide=wide) < -allowed:
         return False
     held_out = judged_score(bench.held_out, on_recording(bench.held_out, best, (*kept, form)))
     return held_out.above(model.held_out, wide=wide) > -allowed
-
-
-def _gain_of(bench: Bench, model: Model, term: Term, *, wide: bool) -> float:
-    """Give the nats that are lost without a term."""
-    free = [item for item in model.free if item.name not in term.parameters]
-    without = fit(bench.rig.sensed, free, model.fitted.constant, rounds=1, wide=wide, fresh=False)
-    return model.score.above(judged_score(bench.rig, without), wide=wide)
 
 
 def form_starts(term: Term, other: Term, model: Model, most: int = 2) -> Sequence[FloatArray]:

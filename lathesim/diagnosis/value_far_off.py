@@ -36,6 +36,7 @@ def value_far_off(bench: Bench, baseline: Model, model: Model) -> FarOff | None:
     """Give the model with the value that explains more than ``model`` does once it is let loose, or as much; none where no value does."""
     if not is_strained(baseline.fitted):
         return None
+    bench.say("asking whether one value that is further off than the lesson holds possible explains it")
     reached = _merit(model, baseline)
     for terms, start in (((), baseline), (model.terms, model)) if model.terms else (((), baseline),):
         if start is model and not is_strained(model.fitted):
