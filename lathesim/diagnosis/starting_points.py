@@ -22,7 +22,9 @@ _SMALL_AND_LARGE = (0.3, 0.85)
 _FASTEST = 0.2
 """Cycles a sample up to which a resonance is looked for."""
 _REACHED = (0.995, 0.98, 0.95, 0.85)
-"""Shares of the samples in which a command is below where a limit is looked for."""
+"""Shares of the samples in which a command is below where a limit is looked for ..."""
+_OF_LARGEST = (0.9, 0.75, 0.6, 0.45)
+"""... and shares of its largest value: a command in steps is at its largest for long."""
 _APART = 0.02
 """Share of a recording by which two instants lie apart."""
 
@@ -75,7 +77,8 @@ def limit_points(rig: Rig, terms: Sequence[Term]) -> dict[str, FloatArray]:
         command = np.nan_to_num(rig.sensed.channel([], [], channels.index(source)))
         if rig.sensed.plan.unit(term.parameters[0]).endswith("/s"):
             command = np.diff(command) / rig.machine.assembly.sample_period
-        reached = np.quantile(np.abs(command), _REACHED)
+        size = np.abs(command)
+        reached = np.r_[np.quantile(size, _REACHED), np.array(_OF_LARGEST) * size.max(initial=0.0)]
         found[term.part] = np.clip(np.unique(reached[reached > 0.0])[::-1, None], term.low, term.high)
     return found
 

@@ -1,5 +1,7 @@
 """Steps of a residual are found where they are, and a search for lost counts begins there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -39,6 +41,15 @@ def test_a_limit_is_looked_for_where_the_command_of_the_recording_comes_to() -> 
         largest = float(np.abs(record[FORCE]).max())
         assert np.all(points < largest)
         assert float(points.max()) > 0.7 * largest
+
+
+def test_a_limit_is_looked_for_below_a_command_that_is_at_its_largest_for_long() -> None:
+    record = recording()
+    steps = np.where(np.arange(len(record)) % 500 < 250, 3.0, -3.0)
+    record = replace(record, channels={**record.channels, FORCE: replace(record.channels[FORCE], values=steps)})
+    rig, _ = build_rigs(machine(), [("a", record), ("b", record)], [DriveSaturation])
+    points = limit_points(rig, list(rig.candidates))[rig.candidates[0].part]
+    assert np.sum(points < 2.9) >= 4
 
 
 def test_a_resonance_is_looked_for_at_frequencies_close_together() -> None:
