@@ -136,10 +136,10 @@ def _rivals(
 ) -> list[Trial]:
     """Fit what promised as much as the best, or is a simpler relative of it, and was not fitted yet: what cannot be told from it is said to
     be tied, and the simpler one is taken."""
-    known = {trial.term.part for trial in tried}
+    known, together = {trial.term.part for trial in tried}, {item.term.part for item in ranked}
     promised = next(item.gain for item in ranked if item.term.part == best.term.part)
     others = [item for item in screened if item.term.part not in known]
-    alike = [item for item in others if item in ranked and abs(item.gain - promised) < _ALIKE * promised][:_MOST_RIVALS]
+    alike = [item for item in others if item.term.part in together and abs(item.gain - promised) < _ALIKE * promised][:_MOST_RIVALS]
     alike += [item for item in others if item not in alike and _is_simpler(item.term, best.term, item.gain / promised)]
     asked = [Asked(item.term, found.model.terms, found.model.free, item.starts[:1]) for item in alike]
     rivals = side_by_side(bench, found.model, asked)
@@ -166,15 +166,14 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 1.0) -
         for other in forms:
             starts = form_starts(term, other, found.model)
             promise = screened_instead(bench.rig.sensed, found.model.fitted, term, other, starts[1:])
-            due = settings.margin + settings.per_parameter * len(other.parameters)
-            if least_shown(bench.rig.sensed, found.model.fitted, term, other) < due:
+            cost = settings.margin + settings.per_parameter * len(other.parameters)
+            if least_shown(bench.rig.sensed, found.model.fitted, term, other) < cost:
                 found.unseen.setdefault(term.part, []).append(other)
             if promise.gain > 0.5 * settings.margin and _may_be_worth(bench, found.model, promise, settings):
                 asked.append(Asked(other, rest, kept, starts))
                 if other.bare:
-                    starts = form_starts(term, other.bare, found.model)
-                    asked.append(Asked(other.bare, rest, kept, starts))
-                    asked.append(Asked(other.bare, rest, kept, starts, felt=True))
+                    plain = form_starts(term, other.bare, found.model)
+                    asked += [Asked(other.bare, rest, kept, plain, felt=felt) for felt in (False, True)]
         if asked:
             bench.say(f"asking whether {term.name} at {term.at} has a finer form")
         swaps = side_by_side(bench, found.model, asked)
