@@ -88,6 +88,10 @@ class Fitted:
         position = self.names.index(name)
         return float(np.sqrt(max(self.covariance[position, position], 0.0)))
 
+    def known_beforehand(self, position: int) -> float:
+        """Give what was known of a free value before the recording, one over its variance."""
+        return float(_known_beforehand([self.free[position]])[0])
+
     def misfit_of(self, name: str) -> float:
         """Give by what factor a standard error is larger than noise makes it."""
         return 1.0 if self.misfit is None else float(self.misfit[self.names.index(name)])
@@ -117,6 +121,7 @@ def fit(
     settle: float = 0.0,
     fresh: bool = True,
     coloured: bool = False,
+    central: bool = False,
 ) -> Fitted:
     """Fit the free parameters, the constant ones staying as they are.
 
@@ -126,6 +131,8 @@ def fit(
     is far too loose, and a fit that ends there leaves errors which the next candidates would explain.
     ``coloured`` lets the noise be slow too: for a machine of which nothing is missing any more, as what is missing would pass for noise.
     Without ``fresh`` the slopes at the end may be those of values nearby: good enough to go on from, too rough for standard errors.
+    With ``central`` they are central differences, for values that are reported: one-sided ones bend, and a mixture of values that nothing
+    shows looks as if something did.
     """
     problem = _Problem(simulator, tuple(free), dict(constant or {}), wide, tolerance, known or {}, coloured)
     values = np.array([item.start for item in free], dtype=float)
@@ -139,15 +146,25 @@ def fit(
         before, reached = reached, log_likelihood(residual, models, wide=wide) - 0.5 * problem.penalty(values)
         if turn + 1 >= rounds and reached - before < settle:
             break
-    jacobian = problem.jacobian(values, residual) if fresh else problem.slopes(values, residual)
+    if central:
+        jacobian = problem.central_jacobian(values)
+    else:
+        jacobian = problem.jacobian(values, residual) if fresh else problem.slopes(values, residual)
     white = problem.whitened(jacobian, models)
-    # what a recording leaves open is somewhere within its range: else a mixture that nothing shows would blur values that are sure
-    beforehand = problem.precision + 1.0 / np.square(_WITHIN * problem.scale)
+    beforehand = _known_beforehand(free)
     lengths = [2 * len(model.power) for model in models]
     covariance, misfit = covariance_and_misfit(white, problem.whitened(residual[None], models)[:, 0], beforehand, lengths)
     penalty = problem.penalty(values)
     likelihood = log_likelihood(residual, models, wide=wide)
     return Fitted(tuple(free), values, covariance, residual, models, likelihood, penalty, dict(constant or {}), jacobian, misfit)
+
+
+def _known_beforehand(free: Sequence[Free]) -> FloatArray:
+    """Give one over the variance of each free value before the recording, (values,): what a recording leaves open is somewhere within its
+    range, else a mixture that nothing shows would blur values that are sure."""
+    deviations = np.array([item.uncertainty if np.isfinite(item.uncertainty) else np.inf for item in free], dtype=float)
+    scales = np.array([item.scale for item in free], dtype=float)
+    return np.asarray(1.0 / np.square(np.maximum(deviations, 1e-300)) + 1.0 / np.square(_WITHIN * scales))
 
 
 class _Problem:
@@ -198,6 +215,16 @@ class _Problem:
         moved = iter(self.simulator.residuals(self.names, self.rows((values + np.diag(steps))[asked])) if asked else [])
         slopes = [(residual - next(moved)) / steps[place] if slope is None else slope for place, slope in enumerate(self.known)]
         return np.array(slopes)
+
+    def central_jacobian(self, values: FloatArray) -> FloatArray:
+        """Give d output / d value, shape (parameters, channels, samples), by central differences, one-sided at a bound."""
+        if not len(values):
+            return np.zeros((0, *self.residual(values).shape))
+        steps = np.diag(_STEP * self.scale)
+        ahead, behind = np.minimum(values + steps, self.high), np.maximum(values - steps, self.low)
+        found = self.simulator.residuals(self.names, self.rows(np.vstack([ahead, behind])))
+        width = np.diag(ahead - behind)
+        return np.array([(found[len(values) + place] - found[place]) / width[place] for place in range(len(values))])
 
     def whitened(self, arrays: FloatArray, models: Sequence[NoiseModel]) -> FloatArray:
         """Give arrays (n, channels, samples) whitened, as columns (channels * samples, n)."""

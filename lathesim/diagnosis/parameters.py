@@ -10,8 +10,10 @@ import numpy as np
 from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.replay_bias import replay_bias
+from lathesim.diagnosis.standard_errors import covariance_of
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Model, is_wide
+from lathesim.engine.assembly import FloatArray
 
 CONFIDENCE = 1.96
 """Standard errors in half a 95 % interval."""
@@ -54,7 +56,7 @@ def estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estim
     machine).
     """
     wide = is_wide(model.terms)
-    first = fit(rig.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, wide=wide, coloured=True)
+    first = fit(rig.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, wide=wide, coloured=True, central=True)
     second = _same_way_round(_refitted(model, held_out, held_out, wide), first, model.terms)
     of_recording = {item.name for item in held_out.start_states(held_out.sensed.plan)}
     of_recording |= {name for term in model.terms for name in term.nuisance}
@@ -68,7 +70,8 @@ def estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estim
     fits = (first, second) if whole is None else (_refitted(model, whole, held_out, wide),)
     rigs = (rig, held_out) if whole is None else (whole,)
     biases = [replay_bias(one, fitted, wide=wide) if model.terms else {} for one, fitted in zip(rigs, fits, strict=True)]
-    found = {name: _estimate(fits, name, inflation, [bias.get(name, 0.0) for bias in biases]) for name in names}
+    alone, disagreeing = (dict(zip(names, joint_errors(fits, names, factor), strict=True)) for factor in (1.0, inflation))
+    found = {name: _estimate(fits, name, alone[name], disagreeing[name], [bias.get(name, 0.0) for bias in biases]) for name in names}
     for term in model.terms:
         for name, share in _held(fits[0], [name for name in term.parameters if name in found]).items():
             found[name] = replace(found[name], alone=share * found[name].by_noise)
@@ -84,25 +87,46 @@ def _held(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
     return {name: float(1.0 / np.sqrt(max(value, 1.0))) for name, value in zip(names, np.diag(informed), strict=True)}
 
 
-def _estimate(fits: Sequence[Fitted], name: str, inflation: float, biases: Sequence[float]) -> Estimate:
+def _estimate(fits: Sequence[Fitted], name: str, alone: float, by_noise: float, biases: Sequence[float]) -> Estimate:
     """Give the weighted mean of fits to separate recordings: noise differs between them, what is wrong with the form of the model or comes
-    of replaying it does not, and what was known beforehand is known once."""
+    of replaying it does not. ``by_noise`` is the standard error of all by noise and by how they disagree, ``alone`` by noise only."""
     values = np.array([fitted.by_name[name] for fitted in fits])
     weights = 1.0 / np.array([max(fitted.error(name), 1e-300) for fitted in fits]) ** 2
-    by_noise = _error(fits, name, inflation)
     by_form = np.array([fitted.error_by_noise(name) * np.sqrt(fitted.misfit_of(name) ** 2 - 1.0) for fitted in fits])
     by_form = np.hypot(by_form, biases)
-    error = max(by_noise, float(np.hypot(_error(fits, name, 1.0), weights @ by_form / weights.sum())))
+    error = max(by_noise, float(np.hypot(alone, weights @ by_form / weights.sum())))
     return Estimate(float(weights @ values / weights.sum()), error, by_noise)
 
 
-def _error(fits: Sequence[Fitted], name: str, inflation: float) -> float:
-    """Give the standard error of all fits together by noise, made larger as far as it comes from the recordings and not from what was known
-    beforehand."""
-    uncertainty = fits[0].free[fits[0].names.index(name)].uncertainty
-    known = 1.0 / uncertainty**2 if np.isfinite(uncertainty) else 0.0
-    learned = [max(1.0 / max(fitted.error_by_noise(name), 1e-300) ** 2 - known, 0.0) for fitted in fits]
-    return float(1.0 / np.sqrt(max(sum(learned) / inflation**2 + known, 1e-300)))
+def joint_errors(fits: Sequence[Fitted], names: Sequence[str], inflation: float) -> FloatArray:
+    """Give the standard errors of all fits together by noise, (names,), ``inflation`` larger as far as they come from the recordings.
+
+    covariance = (P + sum_i (C_i^-1 - P) / inflation^2)^-1
+
+    C_i is the covariance of the values in fit i, P what was known beforehand: known once, and of all values together. Where recordings tell
+    only a ratio of two values, what is known of the one is all there is to know of the other, however many recordings there are.
+    """
+    places = [[fitted.names.index(name) for name in names] for fitted in fits]
+    known = np.diag([fits[0].known_beforehand(place) for place in places[0]])
+    total = known.copy()
+    for fitted, of_fit in zip(fits, places, strict=True):
+        total += _learned(fitted.covariance[np.ix_(of_fit, of_fit)], known) / inflation**2
+    return np.asarray(np.sqrt(np.maximum(np.diag(covariance_of(total)), 0.0)))
+
+
+def _learned(covariance: FloatArray, known: FloatArray) -> FloatArray:
+    """Give the information of a covariance that was not ``known`` beforehand; of a value without any variance, which nothing shows, none.
+
+    Rounding leaves negative directions in the difference; they are taken out.
+    """
+    shown = np.flatnonzero(np.diag(covariance) > 0.0)
+    there = np.ix_(shown, shown)
+    size = np.sqrt(np.diag(covariance)[shown])
+    scaled = np.linalg.pinv(covariance[there] / np.outer(size, size), rcond=1e-12, hermitian=True) - known[there] * np.outer(size, size)
+    values, vectors = np.linalg.eigh(scaled)
+    information = np.zeros_like(covariance)
+    information[there] = (vectors * np.maximum(values, 0.0)) @ vectors.T / np.outer(size, size)
+    return information
 
 
 def _refitted(model: Model, rig: Rig, held_out: Rig, wide: bool) -> Fitted:
@@ -118,7 +142,7 @@ def _refitted(model: Model, rig: Rig, held_out: Rig, wide: bool) -> Fitted:
         if item.name not in states
     ]
     free = [*starts, *free]
-    return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide, coloured=True)
+    return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide, coloured=True, central=True)
 
 
 def _same_way_round(fitted: Fitted, other: Fitted, terms: Sequence[Term]) -> Fitted:

@@ -70,7 +70,7 @@ def covariance_and_misfit(
         if len(rows):
             of_block = rows.T @ rows
             moves.append(covariance_of(information - of_block) @ (rows.T @ residual[labels == block]))
-            told.append(np.einsum("ij,jk,ki->i", covariance, of_block, covariance))
+            told.append(np.maximum(np.einsum("ij,jk,ki->i", covariance, of_block, covariance), 0.0))
     apart = np.array(moves)
     variance = (len(apart) - 1) / len(apart) * np.sum(apart * apart, axis=0) + np.square(covariance) @ known
     own = np.maximum(np.diag(covariance), 1e-300)

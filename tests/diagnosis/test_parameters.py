@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.fit import fit
-from lathesim.diagnosis.parameters import Estimate, Estimates, estimates, is_significant
+from lathesim.diagnosis.fit import Fitted, Free, fit
+from lathesim.diagnosis.parameters import Estimate, Estimates, estimates, is_significant, joint_errors
+from lathesim.diagnosis.standard_errors import covariance_of
 from lathesim.diagnosis.trial import Bench, Model, term_free
 from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, baseline, pair, recording, rigs
 
@@ -95,3 +96,27 @@ def test_a_wave_of_negative_size_is_the_same_wave_half_a_turn_on() -> None:
     found = estimates(replace(model, fitted=replace(fitted, values=turned)), rig, held_out, None)
     assert abs(found.by_name[f"{ripple.part}.amplitude"].value) == pytest.approx(8.0, rel=0.02)
     assert is_significant(ripple, found)
+
+
+def told_of_a_product(given: float, uncertainty: float, noise: float) -> Fitted:
+    """Give a fit of two values of which a recording tells only the product, both known beforehand."""
+    free = tuple(Free(name, given, uncertainty, uncertainty=uncertainty, given=given) for name in ("first", "second"))
+    slope = np.array([given, given]) / noise
+    information = np.outer(slope, slope) + np.eye(2) / uncertainty**2
+    empty = np.zeros((0, 0))
+    return Fitted(free, np.array([given, given]), covariance_of(information), empty, (), 0.0, 0.0)
+
+
+def test_what_only_a_product_tells_is_known_once_however_many_recordings_there_are() -> None:
+    """Two values known to 5 %, and their product exactly: each is known to 5 % / sqrt(2), from one recording and from ten."""
+    fit_of_one = told_of_a_product(2.0, 0.1, 1e-6)
+    for many in (1, 2, 10):
+        errors = joint_errors([fit_of_one] * many, ["first", "second"], 1.0)
+        assert errors == pytest.approx(0.1 / np.sqrt(2.0), rel=1e-3)
+
+
+def test_what_recordings_tell_by_themselves_is_known_better_by_two_of_them() -> None:
+    free = (Free("size", 1.0, 1.0),)
+    one = Fitted(free, np.ones(1), np.array([[0.04]]), np.zeros((0, 0)), (), 0.0, 0.0)
+    assert joint_errors([one, one], ["size"], 1.0) == pytest.approx(0.2 / np.sqrt(2.0), rel=1e-2)
+    assert joint_errors([one, one], ["size"], 3.0) == pytest.approx(0.6 / np.sqrt(2.0), rel=1e-2)
