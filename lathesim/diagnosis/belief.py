@@ -62,7 +62,7 @@ class Settings:
     """An effect must remove both of these shares of the error: of all that was there, and of what the others left ..."""
     nearly_all_of_rest: float = 0.6
     """... or this share of what the others left, however little of all that is."""
-    refined_share_of_rest: float = 0.75
+    refined_share_of_rest: float = 0.9
     """The same for a refined form that takes the place of a simple one."""
     nearly_worth: float = 0.5
     """Share of ``nearly_all_of_rest`` that a candidate must promise to be fitted, where it cannot come to the other two."""

@@ -26,7 +26,7 @@ _BLOCKS = 30
 _NOTHING_KNOWN = 1e-12
 """Share of the information in the best known direction, values scaled alike, below which rounding is all there is."""
 _NO_INFORMATION = 1e-200
-_LARGEST = 100.0
+_LARGEST = 20.0
 """Factor by which a standard error is at most made larger: from there on it says little more than that the form is wrong."""
 _FEWEST = 5.0
 """Factor by which an interval is at most wider because few blocks tell."""
