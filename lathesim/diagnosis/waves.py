@@ -54,7 +54,8 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
         if not wave or not size or term.at not in places:
             continue
         column = names.index(wave)
-        low, high = float(term.least[column]), float(term.usual[column])
+        # the shortest waves of the range are no longer than samples are apart on a fast axis: chance has lines there
+        low, high = float(term.points[:, column].min()), float(term.usual[column])
         if wave == _ORDER:
             low, high = (2.0 * math.pi / order for order in reversed(term.effect.typical[_ORDER]))
         elif term.effect.site == "measured":
