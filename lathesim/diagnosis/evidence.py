@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.locate import COUNTS, bars, missing_signal, places
 from lathesim.diagnosis.problem import Rig, acting
-from lathesim.diagnosis.trial import SETTLING, Model
+from lathesim.diagnosis.trial import SETTLING, Model, Trial
 from lathesim.diagnosis.variables import PARTIAL
 from lathesim.engine.assembly import FloatArray
 
@@ -93,8 +93,22 @@ def gather(rig: Rig, held_out: Rig, found: Found, own: Compared) -> Evidence:
         missing=tuple(_missing(held_out, before, after)),
         traces=tuple(_traces(held_out, own)),
         wires=_wires(held_out),
-        tried=tuple((f"{trial.term.name} at {trial.term.at}", trial.gain, trial.held_out_gain) for trial in found.tried),
+        tried=tuple(_best_of_each(found.tried)),
     )
+
+
+def _best_of_each(tried: Iterable[Trial]) -> Iterator[tuple[str, float, float]]:
+    """Give name and gains of every candidate, on both recordings: of one that was tried in several ways or rounds the best."""
+    best: dict[str, Trial] = {}
+    for trial in tried:
+        name = f"{trial.term.name} at {trial.term.at}"
+        if name not in best or _gains(trial) > _gains(best[name]):
+            best[name] = trial
+    return ((name, trial.gain, trial.held_out_gain) for name, trial in best.items())
+
+
+def _gains(trial: Trial) -> tuple[float, float]:
+    return trial.held_out_gain, trial.gain
 
 
 def _bars(rig: Rig, held_out: Rig, before: Model, after: Model) -> list[VariableBar]:

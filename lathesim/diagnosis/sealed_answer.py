@@ -96,5 +96,5 @@ def read_json(path: Path, schema: str, what: str, key: str) -> dict[str, Any]:
     found = data.get("schema") if isinstance(data, dict) else None
     if found != schema or key not in data:
         told = f"has the schema '{found}'" if isinstance(found, str) else "has no schema"
-        raise RecordingError(f"the file {told}, and a {what} of schema {schema} is wanted.", place=str(path))
+        raise RecordingError(f"the file {told}, and the {what} has the schema {schema}.", place=str(path))
     return dict(data)

@@ -66,10 +66,11 @@ def covariance_and_misfit(
     labels = _blocks(np.sum(np.square(slopes / size), axis=1), lengths)
     moves, told = [], []
     for block in range(int(labels.max()) + 1):
-        rows = slopes[labels == block]
-        if len(rows):
+        inside = labels == block
+        if inside.any():
+            rows = slopes[inside]
             of_block = rows.T @ rows
-            moves.append(covariance_of(information - of_block) @ (rows.T @ residual[labels == block]))
+            moves.append(covariance_of(information - of_block) @ (rows.T @ residual[inside]))
             told.append(np.maximum(np.einsum("ij,jk,ki->i", covariance, of_block, covariance), 0.0))
     apart = np.array(moves)
     variance = (len(apart) - 1) / len(apart) * np.sum(apart * apart, axis=0) + np.square(covariance) @ known

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.belief import Settings, believable, merit
+from lathesim.diagnosis.evidence import compared, gather
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import leave_out
 from lathesim.diagnosis.search import search
@@ -168,3 +169,13 @@ def test_an_effect_that_needs_a_value_beyond_belief_is_refused() -> None:
     assert strains_anew(fitted, far)
     assert not strains_anew(far, far)
     assert not strains_anew(far, fitted)
+
+
+def test_a_candidate_that_was_tried_in_several_ways_is_told_once() -> None:
+    rig, held_out = pair(RUBBING)
+    found = found_in(RUBBING)
+    found = dataclasses.replace(found, tried=[*found.tried, *found.tried])
+    own = compared(held_out, found.baseline.held_out_fit.by_name, found.model.held_out_fit.by_name)
+    told = [name for name, _, _ in gather(rig, held_out, found, own).tried]
+    assert "CoulombFriction at x_axis" in told
+    assert len(told) == len(set(told))
