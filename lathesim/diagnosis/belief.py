@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Trial
 
 _EQUAL = 1.0
@@ -62,8 +63,8 @@ class Settings:
     """An effect must remove both of these shares of the error: of all that was there, and of what the others left ..."""
     nearly_all_of_rest: float = 0.6
     """... or this share of what the others left, however little of all that is."""
-    refined_share_of_rest: float = 0.9
-    """The same for a refined form that takes the place of a simple one."""
+    left_by_refined: float = 0.25
+    """Share of what a simple form leaves that a refined one may leave to take its place with one value more; with two more, half of it."""
     nearly_worth: float = 0.5
     """Share of ``nearly_all_of_rest`` that a candidate must promise to be fitted, where it cannot come to the other two."""
 
@@ -84,9 +85,10 @@ def _removes_as_much(trial: Trial, other: Trial) -> bool:
     return abs(trial.share_of_all - other.share_of_all) < TIE_SHARE
 
 
-def replaces(trial: Trial, settings: Settings) -> bool:
-    """Say whether a refined form is so much better that the simple one has to go."""
-    return trial.share_of_all > settings.share_of_all or trial.share_of_rest > settings.refined_share_of_rest
+def replaces(trial: Trial, simple: Term, settings: Settings) -> bool:
+    """Say whether a refined form is so much better than a simple one that this one has to go."""
+    more = max(len(trial.term.parameters) - len(simple.parameters), 1)
+    return trial.share_of_all > settings.share_of_all or 1.0 - trial.share_of_rest < settings.left_by_refined / more
 
 
 def merit(trial: Trial, settings: Settings) -> float:

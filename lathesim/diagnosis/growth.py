@@ -155,7 +155,7 @@ def _is_simpler(term: Term, than: Term, promise: float) -> bool:
     return term.name in than.effect.refines or (term.family == than.family and promise > _RELATED)
 
 
-def refine(bench: Bench, found: Found, settings: Settings, least: float = 1.0) -> bool:
+def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -> bool:
     """Let a refined form take the place of an effect where it removes much of what is left, or ``least`` of it; say whether one did."""
     changed = False
     for term in found.model.terms:
@@ -179,7 +179,7 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 1.0) -
         swaps = side_by_side(bench, found.model, asked)
         found.tried += swaps
         good = [trial for trial in swaps if believable(trial, settings, 0.0)]
-        good = [trial for trial in good if replaces(trial, settings) or trial.share_of_rest >= least]
+        good = [trial for trial in good if replaces(trial, term, settings) and trial.share_of_rest >= least]
         if not good:
             # the first micrometres of a friction are felt through the noise of an encoder: promising, and yet not to be fitted
             found.unseen.setdefault(term.part, []).extend(trial.term for trial in swaps if not trial.gain > settings.margin)

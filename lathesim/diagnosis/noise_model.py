@@ -222,6 +222,13 @@ def fit_noise_model(residual: FloatArray, shapes: NoiseShapes) -> NoiseModel:
     return NoiseModel(least + sizes @ basis, shapes.samples, shapes.differences, shapes.band, sizes, shapes.window)
 
 
+def white_noise(residual: FloatArray, shapes: NoiseShapes) -> float:
+    """Give the power of what a sensor adds to its floor: the median over the frequencies, as lines and slow errors are in few of them. The
+    power of white noise has an exponential distribution, whose median is log 2 of its mean."""
+    seen = np.abs(spectrum(residual, shapes.differences, shapes.window)) ** 2 / shapes.shapes[0]
+    return max(float(np.median(seen)) / math.log(2.0) - shapes.floor**2, 0.0)
+
+
 def carried_over(model: NoiseModel, shapes: NoiseShapes) -> NoiseModel:
     """Give the noise of a machine with other values: the sensor's noise and the forces stay, what the machine makes of them changes."""
     assert model.sizes is not None

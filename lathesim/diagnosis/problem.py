@@ -44,6 +44,9 @@ TELLING = ("in_cut", "angle", "flow")
 """Roles of the outputs that a mismatch may depend on."""
 
 
+_NEXT_TO_NOTHING = 1e-12
+
+
 @dataclass(frozen=True)
 class Rig:
     """One recording on its sample grid, with the simulators held against it.
@@ -79,6 +82,7 @@ class Rig:
     def _simulator(self, assembly: Assembly, shown: Mapping[str, str] | None = None) -> Simulator:
         channels = tuple({**self._channels(), **(shown or {})}.values())
         beside = (*[source for _, source in acting(assembly)], *commands(assembly).values(), *self._telling(assembly))
+        beside += tuple(f"{term.part}.{term.effect.along}" for term in self.candidates if term.effect.along)
         beside = tuple(name for name in dict.fromkeys(beside) if name not in channels)
         plan = wire(replace(assembly, record=(*channels, *beside), finish="", step=self._step(assembly)))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
@@ -101,6 +105,13 @@ class Rig:
         """What the machine did where no sensor tells, as simulated with the lesson's values: output -> values (samples,)."""
         channels = self.sensed.plan.channels
         return {name: self.sensed.channel([], [], channels.index(name)) for name in self._telling(self.with_candidates)}
+
+    def way_of(self, term: Term) -> FloatArray:
+        """Give the way along which an effect repeats, as simulated (samples,); with next to nothing of it, as without any it idles."""
+        channels = self.sensed.plan.channels
+        sizes = [name for name in term.parameters if name.partition(".")[2] in term.effect.neutral]
+        nearly = [float(term.neutral[term.parameters.index(name)]) + _NEXT_TO_NOTHING for name in sizes]
+        return self.sensed.channel(sizes, nearly, channels.index(f"{term.part}.{term.effect.along}"))
 
     def _second_sight(self, recorded: FloatArray) -> tuple[SecondSight, ...]:
         """Give the channels that show a motion which a channel before them shows already."""

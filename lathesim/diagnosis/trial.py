@@ -138,22 +138,24 @@ class Bench:
         self.baseline_error, floor = self._error(self.rig, baseline)
         self.everything = self.baseline_error + floor
 
-    def error(self, rig: Rig, fitted: Fitted) -> FloatArray:
+    def error(self, rig: Rig, fitted: Fitted, white: FloatArray | None = None) -> FloatArray:
         """Give for each channel the squared error of a fit above the floor: in the band of the motion, and then on all frequencies.
 
-        It is weighed as forces and sensor noise of the baseline's size are: an error of force counts alike in every model.
+        It is weighed as forces and sensor noise of the baseline's size are: an error of force counts alike in every model. ``white``
+        (channels,) is the power of what the sensors add to their floors, which is no error.
         """
-        return self._error(rig, fitted)[0]
+        return self._error(rig, fitted, white)[0]
 
-    def _error(self, rig: Rig, fitted: Fitted) -> tuple[FloatArray, FloatArray]:
+    def _error(self, rig: Rig, fitted: Fitted, white: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
         shapes = rig.sensed.noise_shapes(fitted.by_name)
         errors, floors = [], []
-        for row, shape, base in zip(fitted.residual, shapes, self.weights or fitted.noise, strict=True):
+        added = np.zeros(len(shapes)) if white is None else white
+        for row, shape, base, more in zip(fitted.residual, shapes, self.weights or fitted.noise, added, strict=True):
             weight = carried_over(base, shape)
             for wide in (False, True):
                 white = weight.whiten(row, wide=wide)
                 kept = slice(0, len(weight.power) if wide else min(weight.band, len(weight.power)))
-                floor = float(np.sum(2.0 * shape.floor**2 * shape.shapes[0][kept] / weight.power[kept]))
+                floor = float(np.sum(2.0 * (shape.floor**2 + more) * shape.shapes[0][kept] / weight.power[kept]))
                 errors.append(max(float(np.sum(white * white)) - floor, 1e-9))
                 floors.append(floor)
         return np.array(errors), np.array(floors)

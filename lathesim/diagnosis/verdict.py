@@ -9,6 +9,7 @@ import numpy as np
 from lathesim.diagnosis.belief import TIE_SHARE, Settings, merit
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.noise_model import white_noise
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench
@@ -66,9 +67,12 @@ def removed_share(rig: Rig, before: Fitted, after: Fitted) -> float:
     """Give the share of a recording's error, above its floor and in the band of the motion, that one fit removes of another's.
 
     It is weighed as forces and sensor noise of the size of the first are, as in the search: what loads add up to over a recording, a metre
-    or a turn that no model could know, does not outweigh what an effect does.
+    or a turn that no model could know, does not outweigh what an effect does. White noise of a sensor beyond its floor, as it is left
+    after, is nothing that a model could remove.
     """
     bench = Bench(rig, rig, lambda text: None)
     bench.weigh(before)
-    error, left = float(bench.baseline_error[::2].sum()), float(bench.error(rig, after)[::2].sum())
+    shapes = rig.sensed.noise_shapes(after.by_name)
+    white = np.array([white_noise(row, shape) for row, shape in zip(after.residual, shapes, strict=True)])
+    error, left = (float(bench.error(rig, fitted, white)[::2].sum()) for fitted in (before, after))
     return 1.0 - left / error if error > 0.0 else 0.0

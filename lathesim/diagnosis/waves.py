@@ -15,13 +15,13 @@ from scipy.fft import next_fast_len, rfft, rfftfreq
 
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.locate import missing_signal
-from lathesim.diagnosis.motion import measured_output, recorded_motion
+from lathesim.diagnosis.motion import measured_output, recorded_motion, velocity_of
 from lathesim.diagnosis.problem import Rig, acting
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.variables import direction_of
 from lathesim.engine.assembly import FloatArray
 
-_PERIODS = ("lead", "turn", "period", "signal_period")
+_PERIODS = ("lead", "turn", "period", "signal_period", "length")
 _ORDER = "order"
 _SIZES = ("amplitude", "ripple")
 _SHARE = "share"
@@ -35,6 +35,9 @@ _PHASES = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
 _MOST_BINS = 1 << 18
 _LONGER = 10.0
 """By what factor the wave of a geometry may be longer than usual."""
+_ALONG_ALL = (1.0, 1.5, 2.0, 3.0)
+"""Waves in the whole way that are tried besides: so few are no line of a periodogram, and its trend takes a part of them."""
+_SLOWLY = 0.25
 _BEYOND = 1.3
 """By how much a wavelength may lie outside the typical range."""
 
@@ -50,9 +53,11 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
     for term in terms:
         names = [name.partition(".")[2] for name in term.parameters]
         wave = next((name for name in (*_PERIODS, _ORDER) if name in names), "")
-        size = next((name for name in _SIZES if name in names), "")
-        if not wave or not size or term.at not in places:
+        size = next((name for name in (*_SIZES, *term.effect.neutral) if name in names), "")
+        seen = places.get(term.part if term.effect.along else term.at)
+        if not wave or not size or seen is None:
             continue
+        host, place, velocity = seen
         column = names.index(wave)
         # the shortest waves of the range are no longer than samples are apart on a fast axis: chance has lines there
         low, high = float(term.points[:, column].min()), float(term.usual[column])
@@ -60,21 +65,23 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
             low, high = (2.0 * math.pi / order for order in reversed(term.effect.typical[_ORDER]))
         elif term.effect.site == "measured":
             # a belt's pulley turns once in a tenth of a metre; two turns of it must be there to be one
-            high = max(high, min(0.5 * float(np.ptp(places[term.at][1])), _LONGER * high))
+            high = max(high, min(0.5 * float(np.ptp(place)), _LONGER * high))
+        low = max(low, 2.0 * _BEYOND * _way_per_sample(place))
         points = []
         # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
         sizes = [(size, "direction" if term.family == "once per turn" and "Friction" in term.name else "")]
-        sizes += [(_SHARE, "drive")] if _SHARE in names else []
+        sizes += [(_SHARE, "drive")] if _SHARE in names and size != _SHARE else []
         for name, factor in sizes:
-            host, place, velocity = places[term.at]
             key = (term.at if factor == "drive" else host, factor)
             if key not in spectra:
                 times = _driving(rig, term.at) if factor == "drive" else None
                 if factor and times is None:
                     times = direction_of(velocity)
-                together = {at for at, (other, *_) in places.items() if other == host}
+                together = {name for name, (other, *_) in places.items() if other == host}
                 spectra[key] = [_periodogram(place, kind, times, _shortest(terms, together)) for kind in (signals, fast)]
-            for length in [length for spectrum in spectra[key] for length in _strongest(*spectrum, low / _BEYOND, high * _BEYOND)]:
+            lengths = [length for spectrum in spectra[key] for length in _strongest(*spectrum, low / _BEYOND, high * _BEYOND)]
+            lengths += [length for length in float(np.ptp(place)) / np.array(_ALONG_ALL) if low < length < float(term.usual[column])]
+            for length in lengths:
                 for phase in _PHASES:
                     point = np.where(np.isin(names, ["phase", "second_phase"]), phase, term.neutral)
                     point[column] = 2.0 * math.pi / length if wave == _ORDER else length
@@ -87,7 +94,8 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
 
 
 def _places(rig: Rig) -> dict[str, tuple[str, FloatArray, FloatArray]]:
-    """Give by part which part moves, its place and its velocity: of a moving part its own, of a sensor those of the part it looks at."""
+    """Give by part which part moves, its place and its velocity: of a moving part its own, of a sensor those of the part it looks at, of an
+    effect that repeats along something else that, as simulated."""
     recorded = {name: rig.record[name] for name in rig.machine.compare}
     motion = recorded_motion(rig.with_candidates, recorded)
     parts = {part.name: part for part in rig.machine.assembly.parts}
@@ -100,7 +108,18 @@ def _places(rig: Rig) -> dict[str, tuple[str, FloatArray, FloatArray]]:
         place, velocity = (motion.get(f"{host}.{of_host.get(role, '')}") for role in ("displacement", "flow"))
         if place is not None and velocity is not None and np.ptp(place) > 0.0:
             found[name] = (host, place, velocity)
+    for term in rig.candidates:
+        if term.effect.along:
+            way = rig.way_of(term)
+            if np.ptp(way) > 0.0:
+                found[term.part] = (term.part, way, velocity_of(way, rig.machine.assembly.sample_period))
     return found
+
+
+def _way_per_sample(place: FloatArray) -> float:
+    """Give the way from one sample to the next where it moves slowly: what repeats within two of them cannot be told from a slow wave."""
+    steps = np.abs(np.diff(place))
+    return float(np.quantile(steps[steps > 0.0], _SLOWLY)) if np.any(steps > 0.0) else 0.0
 
 
 def _driving(rig: Rig, part: str) -> FloatArray | None:
@@ -121,7 +140,8 @@ def _standardised(values: FloatArray) -> FloatArray:
 
 def _shortest(terms: list[Term], at: set[str]) -> float:
     """Give the shortest wavelength that a term at one of some parts may have."""
-    there = [(term, column, name.partition(".")[2]) for term in terms if term.at in at for column, name in enumerate(term.parameters)]
+    inside = [term for term in terms if at & {term.at, term.part}]
+    there = [(term, column, name.partition(".")[2]) for term in inside for column, name in enumerate(term.parameters)]
     lengths = [float(term.least[column]) for term, column, name in there if name in _PERIODS]
     lengths += [2.0 * math.pi / term.effect.typical[_ORDER][1] for term, _, name in there if name == _ORDER]
     return min(lengths, default=math.inf) / _BEYOND

@@ -45,6 +45,8 @@ class Effect(Component):
     behind: ClassVar[dict[str, str]] = {}
     """Input of a friction -> output of this effect that takes its place, where the friction comes before it and so holds what is behind the
     spring; what takes the place of ``flow`` is added to it."""
+    along: ClassVar[str] = ""
+    """Output that tells the way along which it repeats, where no sensor of the host shows it: the length that was cut."""
     stage: ClassVar[int] = 0
     """Where among effects of one port it acts: 0 what makes the force of a chip, or any force; 1 what the edge adds to that; 2 what takes
     a share of both as the cut grows deeper or opens; 3 what a sensor feels and the cut knows nothing of."""

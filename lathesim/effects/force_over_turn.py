@@ -90,8 +90,9 @@ class ChipSegmentation(Effect):
 
     catalogue, family, site = 49, "spindle-synchronous", "force"
     neutral = {"share": 0.0}
-    typical = {"share": (0.02, 0.3), "length": (1e-3, 0.2)}
+    typical = {"share": (0.02, 0.3), "length": (1e-3, 0.2), "phase": (-math.pi, math.pi)}
     nuisance = ("phase",)
+    along = "cut_length"
     fingerprint = "A line whose frequency is the cutting speed over a chip length, not tied to the spindle."
     confused_with = ("RegenerativeChatter", "mains hum, which does not move with the speed")
     experiment = "Change the cutting speed."
@@ -100,6 +101,7 @@ class ChipSegmentation(Effect):
     incoming = Input("{signal}", doc="force of a flowing chip")
     speed = Input("m/s", doc="cutting speed")
     outgoing = Output("{signal}", doc="force of the breaking chip")
+    cut_length = Output("m", doc="length cut since the start")
     slid = State("m", doc="length cut")
     share = Parameter("1", 0.0, low=0.0, high=1.0, doc="amplitude over the force")
     length = Parameter("m", 0.05, low=1e-6, doc="length cut per chip or segment")
@@ -110,10 +112,14 @@ class ChipSegmentation(Effect):
         return 0.0 if incoming == 0.0 else abs(speed)
 
     @staticmethod
-    def output(incoming: float, slid: float, share: float, length: float, phase: float) -> float:
+    def output_outgoing(incoming: float, slid: float, share: float, length: float, phase: float) -> float:
         if share == 0.0:
             return incoming
         return incoming * (1.0 + share * math.sin(2.0 * math.pi * slid / length + phase))
+
+    @staticmethod
+    def output_cut_length(slid: float) -> float:
+        return slid
 
 
 class RegenerativeChatter(Effect):

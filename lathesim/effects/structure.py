@@ -11,21 +11,22 @@ from lathesim.effects.effect import Effect
 class AxialResonance(Effect):
     """Motor and table as two masses with the screw as a spring between them; the host is the motor side.
 
-    r m x2'' = -S - F_in - b x2',   (1 - r) m x1'' = F + S
+    r m x2'' = -S - F_in - (1 - n) b x2',   (1 - r) m x1'' = F + S - n b x1'
     S = r m (w^2 d + 2 damping w d'),   d = x2 - x1,   w = 2 pi frequency
-    F_out = F - b x1' - (F + S) / (1 - r)
+    F_out = F - b x1' - (F + S - n b x1') / (1 - r)
 
-    m is the whole moving mass of the host, r the table's share of it, b its viscous friction, F what drives the motor side, F_in all else
-    that acts on the table: guideways hold the table, not the screw, and frictions inserted before answer to its speed. ``deflection`` is
-    table less motor; a scale at the table sees the host's position plus that. Left out: friction of the screw's bearings.
+    m is the whole moving mass of the host, r the table's share of it, b its viscous friction, n the share of that in motor, bearings and
+    nut, F what drives the motor side, F_in all else that acts on the table: guideways hold the table, not the screw, and frictions
+    inserted before answer to its speed. ``deflection`` is table less motor; a scale at the table sees the host's position plus that. Left
+    out: dry friction of the screw's bearings.
     """
 
     catalogue, family, site = 13, "lag", "effort"
     beyond = "deflection"
     behind = {"flow": "stretch_speed", "applied": "spring_force", "inertia": "table_inertia"}
     neutral = {"table_share": 0.0}
-    typical = {"table_share": (0.05, 0.8), "frequency": (8.0, 300.0), "damping": (0.02, 0.1)}
-    typical_rotary = {"table_share": (0.05, 0.8), "frequency": (5.0, 500.0), "damping": (0.01, 0.1)}
+    typical = {"table_share": (0.05, 0.8), "frequency": (8.0, 300.0), "damping": (0.02, 0.1), "motor_friction": (0.0, 0.5)}
+    typical_rotary = {"table_share": (0.05, 0.8), "frequency": (5.0, 500.0), "damping": (0.01, 0.1), "motor_friction": (0.0, 0.5)}
     fingerprint = "A line of force and scale that stays in Hz while the speed changes; the table lags in proportion to the jerk."
     confused_with = ("CurrentLoopLag", "TransportDelay", "SensorFilter", "PreslidingFriction")
     experiment = "A chirp or a hammer blow, with two table loads: only a resonance moves with the load."
@@ -46,6 +47,7 @@ class AxialResonance(Effect):
     table_share = Parameter("1", 0.0, low=0.0, high=0.95, doc="share of the moving mass behind the spring")
     frequency = Parameter("Hz", 100.0, low=0.1, high=20000.0, doc="natural frequency of the table with the motor held")
     damping = Parameter("1", 0.05, low=0.0, high=2.0, doc="damping ratio of the same")
+    motor_friction = Parameter("1", 0.0, low=0.0, high=1.0, doc="share of the viscous friction on the motor side")
 
     @staticmethod
     def derivative(
@@ -59,12 +61,15 @@ class AxialResonance(Effect):
         table_share: float,
         frequency: float,
         damping: float,
+        motor_friction: float,
     ) -> tuple[float, float]:
         if table_share == 0.0 or inertia <= 0.0:
             return 0.0, 0.0
         spring = _spring_acceleration(stretch, stretch_rate, frequency, damping)
-        table = spring + (incoming + resistance * (flow + stretch_rate)) / (table_share * inertia)
-        return stretch_rate, -table - (applied / inertia + table_share * spring) / (1.0 - table_share)
+        held = (1.0 - motor_friction) * resistance * (flow + stretch_rate)
+        table = spring + (incoming + held) / (table_share * inertia)
+        driven = applied - motor_friction * resistance * flow
+        return stretch_rate, -table - (driven / inertia + table_share * spring) / (1.0 - table_share)
 
     @staticmethod
     def output(
@@ -87,11 +92,13 @@ class AxialResonance(Effect):
         table_share: float,
         frequency: float,
         damping: float,
+        motor_friction: float,
     ) -> float:
         if table_share == 0.0:
             return incoming
         spring = table_share * inertia * _spring_acceleration(stretch, stretch_rate, frequency, damping)
-        return applied - resistance * flow - (applied + spring) / (1.0 - table_share)
+        driven = applied - motor_friction * resistance * flow
+        return applied - resistance * flow - (driven + spring) / (1.0 - table_share)
 
 
 def _spring_acceleration(stretch: float, stretch_rate: float, frequency: float, damping: float) -> float:

@@ -17,12 +17,15 @@ from tests.diagnosis.pushed_table import PERIOD, as_record
 DEPTH, FORCE, FEED, SPEED, RADIUS = "cutting.depth", "dynamometer.main", 0.3e-3, 1.6, 15e-3
 SPECIFIC, LEVEL, SAMPLES = 2000e6, 600.0, 2400
 CUT = slice(400, 2000)
+CHIP = 0.11
+"""Length cut for each chip [m]."""
 TURN = 2.0 * np.pi * RADIUS / SPEED
 """Duration of a turn of the spindle [s]."""
 
 
 def cut_force(wrong: Collection[str] = (), noise: float = 3.0) -> np.ndarray:
-    """Give the force [N] of one cut; ``wrong`` may hold ``entry`` (0.1 s), ``line`` (20 N once per turn), ``drift`` (20 N in all)."""
+    """Give the force [N] of one cut; ``wrong`` may hold ``entry`` (0.1 s), ``line`` (20 N once per turn), ``drift`` (20 N in all) and
+    ``chips`` (40 N, one chip after 110 mm)."""
     time = np.arange(SAMPLES) * PERIOD
     since = time - time[CUT.start]
     inside = np.zeros(SAMPLES)
@@ -32,6 +35,8 @@ def cut_force(wrong: Collection[str] = (), noise: float = 3.0) -> np.ndarray:
         force *= 1.0 - 0.7 * np.exp(-np.maximum(since, 0.0) / 0.1)
     if "line" in wrong:
         force += 20.0 * np.cos(2.0 * np.pi * time / TURN + 1.0) * inside
+    if "chips" in wrong:
+        force += 40.0 * np.cos(2.0 * np.pi * SPEED * time / CHIP) * inside
     if "drift" in wrong:
         force += 20.0 * time / time[-1]
     return np.asarray(force + noise * np.random.default_rng(3).standard_normal(SAMPLES))

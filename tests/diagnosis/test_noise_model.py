@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.noise_model import carried_over, effective_share, fit_noise_model, noise_shapes, spectrum, taper
+from lathesim.diagnosis.noise_model import carried_over, effective_share, fit_noise_model, noise_shapes, spectrum, taper, white_noise
 from lathesim.engine.assembly import FloatArray
 
 SAMPLES, PERIOD = 4000, 2e-3
@@ -26,6 +26,13 @@ def test_white_noise_is_found_with_its_size() -> None:
     shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=False)
     model = fit_noise_model(white(2e-6), shapes)
     assert np.sqrt(np.mean(model.power)) == pytest.approx(2e-6, rel=0.05)
+
+
+def test_white_noise_beyond_the_floor_is_told_from_a_line() -> None:
+    shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-6, PERIOD, coloured=False)
+    line = 1e-4 * np.sin(2.0 * np.pi * 7.0 * PERIOD * np.arange(SAMPLES))
+    assert white_noise(white(3e-6) + line, shapes) == pytest.approx(8e-12, rel=0.1)
+    assert white_noise(white(0.5e-6), shapes) == 0.0
 
 
 def test_noise_is_never_smaller_than_the_floor() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.belief import Settings, believable, merit
+from lathesim.diagnosis.belief import Settings, believable, merit, replaces
 from lathesim.diagnosis.evidence import compared, gather
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import leave_out
@@ -153,6 +153,15 @@ def test_what_spoils_the_lessons_own_simulation_is_not_believed() -> None:
     trial = found_in(RUBBING).trials["try_x_axis_coulomb_friction"][0]
     assert believable(trial, SETTINGS, chance=0.0)
     assert not believable(dataclasses.replace(trial, spoils=2.0), SETTINGS, chance=0.0)
+
+
+def test_a_refined_form_must_leave_the_less_the_more_values_it_has() -> None:
+    rig, _ = pair(RUBBING)
+    simple, ripple = (next(term for term in rig.candidates if term.name == name) for name in ("CoulombFriction", "TorqueRipple"))
+    one_more = dataclasses.replace(ripple, parameters=ripple.parameters[:2])
+    for term, enough, too_little in ((one_more, 0.76, 0.74), (ripple, 0.95, 0.85)):
+        assert replaces(trial(term=term, share_of_all=0.01, share_of_rest=enough), simple, SETTINGS)
+        assert not replaces(trial(term=term, share_of_all=0.01, share_of_rest=too_little), simple, SETTINGS)
 
 
 def test_an_effect_far_beyond_its_usual_size_is_not_believed() -> None:

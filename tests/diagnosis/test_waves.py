@@ -3,8 +3,13 @@
 import numpy as np
 import pytest
 
+from lathesim.diagnosis.fit import fit
+from lathesim.diagnosis.problem import baseline_free, build_rigs
 from lathesim.diagnosis.waves import wave_points
-from tests.diagnosis.pushed_table import Hidden, baselines, pair
+from lathesim.effects.force_over_turn import ChipSegmentation
+from lathesim.effects.friction import PositionDependentFriction
+from tests.diagnosis.one_cut import CHIP, cut_machine, cut_record
+from tests.diagnosis.pushed_table import Hidden, baselines, machine, pair, recording
 
 
 def ripple(size: float, period: float) -> Hidden:
@@ -39,3 +44,23 @@ def test_wavelengths_stay_where_the_effect_may_have_them() -> None:
     low, high = term.effect.typical["period"]
     for point in wave_points(rig, fitted, [term])[term.part]:
         assert low / 1.3 <= point[column] <= 1.3 * high
+
+
+def test_chips_are_looked_for_over_the_length_that_was_cut() -> None:
+    """No sensor shows that length: the effect's own output tells it."""
+    rig = build_rigs(cut_machine(), [("cut", cut_record(["chips"]))], [ChipSegmentation])[0]
+    fitted = fit(rig.sensed, [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)], rounds=2)
+    (term,) = rig.candidates
+    column = [name.partition(".")[2] for name in term.parameters].index("length")
+    assert wave_points(rig, fitted, [term])[term.part][0, column] == pytest.approx(CHIP, rel=0.02)
+
+
+def test_a_wave_as_long_as_the_way_is_tried_too() -> None:
+    """One turn or two along the way are no line of a periodogram."""
+    rig = build_rigs(machine(), [("a", recording(Hidden()))], [PositionDependentFriction])[0]
+    fitted = fit(rig.sensed, [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)], rounds=2)
+    (term,) = rig.candidates
+    column = [name.partition(".")[2] for name in term.parameters].index("period")
+    way = float(np.ptp(rig.record["x_encoder.position"]))
+    lengths = wave_points(rig, fitted, [term])[term.part][:, column]
+    assert {1.0, 1.5, 2.0, 3.0} <= set(np.round(way / lengths, 3))

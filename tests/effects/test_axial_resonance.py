@@ -20,14 +20,15 @@ MASS, VISCOUS, PUSH, LOAD = 80.0, 150.0, 300.0, 40.0
 SHARE, FREQUENCY, DAMPING = 0.4, 60.0, 0.05
 
 
-def two_masses(times: np.ndarray) -> np.ndarray:
-    """Give motor and table position under a constant push, the load and the viscous friction on the table: shape (2, times)."""
+def two_masses(times: np.ndarray, at_motor: float) -> np.ndarray:
+    """Give motor and table position under a constant push and the load, with a share of the viscous friction at the motor: (2, times)."""
     table, motor, angular = SHARE * MASS, (1.0 - SHARE) * MASS, 2.0 * math.pi * FREQUENCY
 
     def rates(_: float, state: np.ndarray) -> list[float]:
         x1, v1, x2, v2 = state
         spring = table * (angular**2 * (x2 - x1) + 2.0 * DAMPING * angular * (v2 - v1))
-        return [v1, (PUSH + spring) / motor, v2, (-spring - LOAD - VISCOUS * v2) / table]
+        pushed, held = PUSH - at_motor * VISCOUS * v1, LOAD + (1.0 - at_motor) * VISCOUS * v2
+        return [v1, (pushed + spring) / motor, v2, (-spring - held) / table]
 
     solved = solve_ivp(rates, (0.0, times[-1]), [0.0] * 4, t_eval=times, rtol=1e-10, atol=1e-14)
     return np.asarray(solved.y[[0, 2]])
@@ -43,9 +44,10 @@ def machine() -> Assembly:
     return insert_effect(loaded, AxialResonance, "x_axis", name="resonance", parameters=values)
 
 
-def test_motor_and_table_move_as_two_masses_do(machine: Assembly) -> None:
-    found = run(wire(machine), duration=0.2)
-    motor, table = two_masses(found.time)
+@pytest.mark.parametrize("at_motor", [0.0, 0.3, 1.0])
+def test_motor_and_table_move_as_two_masses_do(machine: Assembly, at_motor: float) -> None:
+    found = run(wire(machine), overrides={"resonance.motor_friction": at_motor}, duration=0.2)
+    motor, table = two_masses(found.time, at_motor)
     assert found["x_axis.position"] == pytest.approx(motor, abs=1e-8)
     assert found["x_scale.position"] == pytest.approx(table, abs=1e-8)
 
