@@ -148,7 +148,7 @@ def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
 
 def _started(rig: Rig) -> Fitted:
     """Give the replay with its starting values fitted and nothing else."""
-    return fit(rig.sensed, rig.start_states(rig.sensed.plan), rounds=2, iterations=6, fresh=False)
+    return fit(rig.sensed, rig.start_states(rig.sensed.plan), rounds=2, iterations=6, slopes="kept")
 
 
 def _channels(rig: Rig, fitted: Fitted) -> list[ChannelResidual]:

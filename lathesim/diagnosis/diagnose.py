@@ -189,7 +189,7 @@ def _given(rig: Rig, found: Found) -> Fitted:
     """Give the values as the lesson has them, with the start of the recording fitted."""
     constant = {item.name: item.given for item in found.baseline.fitted.free if item.name in rig.machine.uncertain}
     starts = rig.start_states(rig.sensed.plan)
-    return fit(rig.sensed, starts, constant, rounds=2, iterations=6, fresh=False)
+    return fit(rig.sensed, starts, constant, rounds=2, iterations=6, slopes="kept")
 
 
 def _as_given(rig: Rig) -> dict[str, float]:
@@ -202,7 +202,7 @@ def _values_are_off(rig: Rig, found: Found, given: dict[str, float]) -> bool:
     bench = Bench(rig, rig, lambda text: None, found.baseline.fitted.noise)
     names = [item for item in with_start(found.baseline.fitted) if item.name not in rig.machine.uncertain]
     constant = {name: given[name] for name in rig.machine.uncertain}
-    as_given = fit(rig.sensed, names, constant, rounds=2, iterations=6, fresh=False)
+    as_given = fit(rig.sensed, names, constant, rounds=2, iterations=6, slopes="kept")
     error, refitted = bench.error(rig, as_given), found.baseline.error
     gain = found.baseline.score.motion - judged_score(rig, as_given).motion
     return bool(gain > 10.0 and np.max((error - refitted) / error) > MOVED)

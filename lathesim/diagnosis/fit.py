@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -33,6 +34,8 @@ _WITHIN = 30.0
 """Scales of a value within which it is, whatever a recording tells."""
 _LEAST_GAIN = 0.05
 """Gain in cost under which a step is not worth its run."""
+
+Slopes = Literal["kept", "anew", "central"]
 
 
 @dataclass(frozen=True)
@@ -119,9 +122,8 @@ def fit(
     tolerance: float = 1e-6,
     known: Mapping[str, FloatArray] | None = None,
     settle: float = 0.0,
-    fresh: bool = True,
     coloured: bool = False,
-    central: bool = False,
+    slopes: Slopes = "anew",
 ) -> Fitted:
     """Fit the free parameters, the constant ones staying as they are.
 
@@ -130,9 +132,9 @@ def fit(
     With ``settle`` the rounds go on until one gains less than so many nats: an effect that explained nearly all leaves a noise model that
     is far too loose, and a fit that ends there leaves errors which the next candidates would explain.
     ``coloured`` lets the noise be slow too: for a machine of which nothing is missing any more, as what is missing would pass for noise.
-    Without ``fresh`` the slopes at the end may be those of values nearby: good enough to go on from, too rough for standard errors.
-    With ``central`` they are central differences, for values that are reported: one-sided ones bend, and a mixture of values that nothing
-    shows looks as if something did.
+    ``slopes`` says which are given with the fit: ``kept``, the last ones taken, perhaps of values nearby, good enough to go on from and too
+    rough for standard errors; ``anew``, those at its end; ``central`` differences there, for values that are reported: one-sided ones bend,
+    and a mixture of values that nothing shows looks as if something did.
     """
     problem = _Problem(simulator, tuple(free), dict(constant or {}), wide, tolerance, known or {}, coloured)
     values = np.array([item.start for item in free], dtype=float)
@@ -146,10 +148,10 @@ def fit(
         before, reached = reached, log_likelihood(residual, models, wide=wide) - 0.5 * problem.penalty(values)
         if turn + 1 >= rounds and reached - before < settle:
             break
-    if central:
+    if slopes == "central":
         jacobian = problem.central_jacobian(values)
     else:
-        jacobian = problem.jacobian(values, residual) if fresh else problem.slopes(values, residual)
+        jacobian = problem.slopes(values, residual) if slopes == "kept" else problem.jacobian(values, residual)
     white = problem.whitened(jacobian, models)
     beforehand = _known_beforehand(free)
     lengths = [2 * len(model.power) for model in models]

@@ -98,4 +98,4 @@ def on_held_out(held_out: Rig, found: Found, values: Mapping[str, float]) -> Fit
     own |= {name for term in found.model.terms for name in term.nuisance}
     free = [item for item in with_start(judged) if item.name in own]
     constant = {name: value for name, value in {**judged.by_name, **values}.items() if name not in own}
-    return fit(held_out.sensed, free, constant, rounds=2, iterations=6, wide=is_wide(found.model.terms), fresh=False)
+    return fit(held_out.sensed, free, constant, rounds=2, iterations=6, wide=is_wide(found.model.terms), slopes="kept")

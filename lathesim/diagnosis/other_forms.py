@@ -117,12 +117,12 @@ def _as_good(bench: Bench, model: Model, two: tuple[Term, Term], form: Term) -> 
     wide, constant = is_wide((*kept, form)), model.fitted.constant
     starts = form_starts(two[0], form, model)
     without = fit(
-        bench.rig.sensed, [item for item in model.free if item.name not in two[1].parameters], constant, rounds=1, wide=wide, fresh=False
+        bench.rig.sensed, [item for item in model.free if item.name not in two[1].parameters], constant, rounds=1, wide=wide, slopes="kept"
     )
     gained = model.score.above(judged_score(bench.rig, without), wide=wide)
     if screened_instead(bench.rig.sensed, without, two[0], form, starts).gain < _PROMISED * gained:
         return False
-    tried = [fit(bench.rig.sensed, [*free, *term_free(form, start)], constant, rounds=2, wide=wide, fresh=False) for start in starts]
+    tried = [fit(bench.rig.sensed, [*free, *term_free(form, start)], constant, rounds=2, wide=wide, slopes="kept") for start in starts]
     best = max(tried, key=lambda fitted: fitted.score)
     allowed = max(AS_GOOD, AS_GOOD_SHARE * gained)
     if judged_score(bench.rig, best).above(model.score, wide=wide) < -allowed:

@@ -56,7 +56,7 @@ def estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estim
     machine).
     """
     wide = is_wide(model.terms)
-    first = fit(rig.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, wide=wide, coloured=True, central=True)
+    first = fit(rig.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, wide=wide, coloured=True, slopes="central")
     second = _same_way_round(_refitted(model, held_out, held_out, wide), first, model.terms)
     of_recording = {item.name for item in held_out.start_states(held_out.sensed.plan)}
     of_recording |= {name for term in model.terms for name in term.nuisance}
@@ -142,7 +142,7 @@ def _refitted(model: Model, rig: Rig, held_out: Rig, wide: bool) -> Fitted:
         if item.name not in states
     ]
     free = [*starts, *free]
-    return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide, coloured=True, central=True)
+    return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide, coloured=True, slopes="central")
 
 
 def _same_way_round(fitted: Fitted, other: Fitted, terms: Sequence[Term]) -> Fitted:

@@ -192,7 +192,7 @@ class Bench:
             left, left_felt = (float(np.sum(self.error(self.rig, one)[::2])) for one in (recorded, simulated))
             return left_felt / left
 
-        rough = fit(self.rig.sensed, with_start(fitted), constant, rounds=1, wide=wide, tolerance=_ROUGH, fresh=False)
+        rough = fit(self.rig.sensed, with_start(fitted), constant, rounds=1, wide=wide, tolerance=_ROUGH, slopes="kept")
         if share(rough) < _HELD_STILL / _CLEARLY if felt else share(rough) > _HELD_STILL * _CLEARLY:
             return fitted
         other = fit(self.rig.sensed, with_start(rough), constant, rounds=2, wide=wide, settle=_SETTLED)
@@ -229,7 +229,7 @@ class Bench:
         best: Fitted | None = None
         for start in starts:
             freed = [*free, *term_free(term, start)]
-            fitted = fit(self.rig.sensed, freed, constant, rounds=2, iterations=8, wide=wide, tolerance=_ROUGH, known=known, fresh=False)
+            fitted = fit(self.rig.sensed, freed, constant, rounds=2, iterations=8, wide=wide, tolerance=_ROUGH, known=known, slopes="kept")
             if best is None or fitted.score > best.score:
                 best = fitted
             if self._removed(before, fitted) > _AS_PROMISED * promised:
@@ -243,12 +243,12 @@ class Bench:
             nearby = fit(self.rig.sensed, with_start(best), constant, rounds=0, wide=wide)
             known = dict(zip(nearby.names, nearby.sensitivity, strict=True)) if nearby.sensitivity is not None else {}
             known = {name: slope for name, slope in known.items() if name not in term.parameters}
-            best = fit(self.rig.sensed, with_start(best), constant, rounds=2, wide=wide, tolerance=_FINE, known=known, fresh=False)
+            best = fit(self.rig.sensed, with_start(best), constant, rounds=2, wide=wide, tolerance=_FINE, known=known, slopes="kept")
         strained_before = is_strained(before.fitted)
         if strained_before:
             # what the effect explains had strained the values of the machine: from there a fit may not find its way back
             eased = [replace(item, start=item.given) if np.isfinite(item.uncertainty) else item for item in with_start(best)]
-            other = fit(self.rig.sensed, eased, constant, rounds=2, wide=wide, tolerance=_FINE, fresh=False)
+            other = fit(self.rig.sensed, eased, constant, rounds=2, wide=wide, tolerance=_FINE, slopes="kept")
             best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.rig, best).above(before.score, wide=is_wide((*before.terms, term)))
         if not gain > self.least_gain:
@@ -371,13 +371,13 @@ def on_recording(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
     instants = [item.name for item in free if item.name in nuisance and item.name in instants_of([item.name])]
     if instants:
         free = _at_the_best_instant(rig, free, constant, terms, instants)
-    judged = fit(rig.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH, fresh=False)
+    judged = fit(rig.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH, slopes="kept")
     motion = {name for name in rig.feeling_their_motion(terms) if name in constant}
     if not motion:
         return judged
     # in which of its two ways a replay is felt belongs to a recording: where a table hardly rests, the recorded motion tells more
     recorded = {name: value for name, value in constant.items() if name not in motion}
-    other = fit(rig.sensed, free, recorded, rounds=2, iterations=6, tolerance=_ROUGH, fresh=False)
+    other = fit(rig.sensed, free, recorded, rounds=2, iterations=6, tolerance=_ROUGH, slopes="kept")
     return max((judged, other), key=lambda fitted: fitted.score)
 
 

@@ -132,5 +132,5 @@ def test_slopes_are_taken_once_where_a_machine_is_nearly_linear(monkeypatch: pyt
     rough = sum(simulated)
     assert rough <= 1 + 2 * len(starts) + 4
     simulated.clear()
-    fit(rig.sensed, starts, {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}, rounds=3, fresh=False)
+    fit(rig.sensed, starts, {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}, rounds=3, slopes="kept")
     assert sum(simulated) == rough - len(starts)
