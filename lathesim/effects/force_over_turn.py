@@ -70,7 +70,7 @@ class HardSpot(Effect):
     incoming = Input("{signal}", doc="force of even material")
     angle = Input("rad", doc="spindle angle")
     outgoing = Output("{signal}", doc="force with the hard spot")
-    rise = Parameter("1", 0.0, low=-0.95, high=10.0, doc="share of the force gained in the middle of the spot")
+    rise = Parameter("1", 0.0, low=0.0, high=10.0, doc="share of the force gained in the middle of the spot")
     width = Parameter("1", 0.05, low=0.005, high=0.5, doc="half width of the spot at about 1/e, as a share of the turn")
     middle = Parameter("rad", 0.0, doc="angle of the middle of the spot")
 
