@@ -32,7 +32,7 @@ from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import search
-from lathesim.diagnosis.shortfall import not_adequate, shortfalls
+from lathesim.diagnosis.shortfall import not_adequate, shortfalls, too_little
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED, Bench, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
@@ -133,8 +133,8 @@ def _answer(
     bands = narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted)
     taken = removed_share(held_out, before, reported_fit)
     reasons = shortfalls(evidence, rig.machine.compare, strained, baseline, bands)
-    if standings and taken <= 0.0:
-        reasons.append("it takes away nothing of what is missing on the recording that judges")
+    if standings:
+        reasons += too_little(evidence, taken)
     adequate = not reasons
     verdict = _verdict(found, standings, moved, adequate, removed_in_band(found) if taken > 0.0 else 0.0)
     names = verdict in ("named", "tied")

@@ -12,7 +12,7 @@ from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.replay_bias import replay_bias
 from lathesim.diagnosis.standard_errors import covariance_of
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Model, is_wide
+from lathesim.diagnosis.trial import Model, is_wide, own_error
 from lathesim.engine.assembly import FloatArray
 
 CONFIDENCE = 1.96
@@ -20,6 +20,8 @@ CONFIDENCE = 1.96
 SIGNIFICANT = 3.0
 """Standard errors by which a size must differ from nothing."""
 _LARGEST_INFLATION = 10.0
+_AS_GOOD = 1.2
+"""Times the error of a simulation within which another one is as good."""
 _HANG_TOGETHER = 0.1
 """Share of a standard error that is left where the other values of an effect are held, below which only a mixture of them is known."""
 
@@ -48,6 +50,23 @@ class Estimates:
 
 
 def estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estimates:
+    """Give the machine's values, where frictions sense the simulated motion with the recorded one instead if that explains as much.
+
+    A replay in which a friction holds by its own motion jumps where a value moves a little: its slopes tell more than is there. Whether the
+    values are as good the lesson's own simulation says.
+    """
+    found = _estimates(model, rig, held_out, whole)
+    motion = rig.feeling_their_motion(model.terms)
+    given = {name: value for name, value in model.fitted.constant.items() if name not in motion}
+    if given == model.fitted.constant or not rig.feeds_back:
+        return found
+    other = _estimates(replace(model, fitted=replace(model.fitted, constant=given)), rig, held_out, whole)
+    there = model.held_out_fit.by_name
+    left, left_with_other = (own_error(held_out, {**there, **one.values()}) for one in (found, other))
+    return other if left_with_other < _AS_GOOD * left else found
+
+
+def _estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estimates:
     """Give the machine's values: fitted to the whole recording where both parts are of one file, else the weighted mean of both.
 
     The parts are fitted by themselves first, with noise that may be slow: what is missing is in the model by now, and a load that nobody

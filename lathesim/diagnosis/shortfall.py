@@ -13,6 +13,8 @@ ADEQUATE = 0.025
 """A model is inadequate where a part of the missing signal larger than this share of all that acts there is explained, on the held-out
 recording, by what the machine was doing."""
 
+_HALF = 0.5
+
 
 def shortfalls(
     evidence: Evidence,
@@ -33,6 +35,17 @@ def shortfalls(
         reasons.append(f"it needs {name} at {value.refit_with:.4g} {value.unit}, further off than the lesson holds possible")
     reasons += [f"{band.channel} still swings {band.place}" for band in bands]
     return list(dict.fromkeys(reasons))
+
+
+def too_little(evidence: Evidence, taken: float) -> list[str]:
+    """Give the reason where effects take away less than half of the error on the recording that judges, ``taken``, and leave more than half
+    of what is missing wherever it is: something of their shape may be there, and most of it is something else."""
+    if taken <= 0.0:
+        return ["it takes away nothing of what is missing on the recording that judges"]
+    halved = any(missing.share_after < _HALF * missing.share_before for missing in evidence.missing)
+    if taken >= _HALF or halved:
+        return []
+    return [f"it takes away only {taken:.0%} of the error on the recording that judges"]
 
 
 def structured(evidence: Evidence, channel: str, share: float) -> float:

@@ -48,6 +48,8 @@ class Term:
     least: FloatArray
     usual: FloatArray
     points: FloatArray
+    second: bool = False
+    """Whether the host is the second of two sensors of one motion: the one that closes no loop, else the later one."""
 
     @property
     def name(self) -> str:
@@ -97,6 +99,7 @@ def insert_candidates(
     """
     unseen = {part.name for part in assembly.parts if compared is not None and _is_unseen(assembly, part, compared)}
     driven = {part.name for part in assembly.parts if _has_drive_before_it(assembly, part)}
+    second = _second_sensors(assembly)
     places = [
         (effect, at)
         for effect in _in_acting_order(effects)
@@ -122,7 +125,7 @@ def insert_candidates(
         except LatheSimError:
             continue
         result = trial
-        terms.append(_term(name, effect, placed.component, host))
+        terms.append(replace(_term(name, effect, placed.component, host), second=host in second))
     return result, terms
 
 
@@ -155,6 +158,19 @@ def _is_unseen(assembly: Assembly, part: Part, compared: Collection[str]) -> boo
         return False
     outputs = {f"{part.name}.{name}" for name in part.component.declared(Output)}
     return not outputs & set(compared) and not any(wire.source in outputs for wire in assembly.wires)
+
+
+def _second_sensors(assembly: Assembly) -> set[str]:
+    """Give the sensors of a part of which another sensor tells already: one that closes a loop, or comes before them."""
+    sources = {wire.target: wire.source.partition(".")[0] for wire in assembly.wires}
+    feeding = {source for target, source in sources.items() if target.partition(".")[0] != source}
+    sensors: dict[str, list[str]] = {}
+    for part in assembly.parts:
+        ports = part.component.ports
+        if "reading" in ports and "measured" in ports:
+            sensors.setdefault(sources.get(f"{part.name}.{ports['measured']}", ""), []).append(part.name)
+    first = [sorted(names, key=lambda name: name not in feeding)[0] for names in sensors.values()]
+    return {name for names in sensors.values() for name in names} - set(first)
 
 
 def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:

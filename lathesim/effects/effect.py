@@ -45,6 +45,8 @@ class Effect(Component):
     behind: ClassVar[dict[str, str]] = {}
     """Input of a friction -> output of this effect that takes its place, where the friction comes before it and so holds what is behind the
     spring; what takes the place of ``flow`` is added to it."""
+    between_sensors: ClassVar[bool] = False
+    """Whether it sits between two sensors of one motion: where they cannot tell which of them is wrong it is told at the second."""
     along: ClassVar[str] = ""
     """Output that tells the way along which it repeats, where no sensor of the host shows it: the length that was cut."""
     stage: ClassVar[int] = 0

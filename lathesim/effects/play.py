@@ -25,6 +25,7 @@ class Backlash(Effect):
     """
 
     catalogue, family, site = 8, "reversal", "measured"
+    between_sensors = True
     carried = ("m", "rad")
     neutral = {"width": 0.0}
     typical = {"width": (2e-6, 100e-6), "start_in_gap": (-1.0, 1.0)}

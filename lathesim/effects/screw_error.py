@@ -15,6 +15,7 @@ class CumulativePitchError(Effect):
     """
 
     catalogue, family, site = 9, "geometry", "measured"
+    between_sensors = True
     carried = ("m",)
     neutral = {"slope": 0.0}
     typical = {"slope": (-300e-6, 300e-6)}
@@ -43,6 +44,7 @@ class PeriodicPitchError(Effect):
     """
 
     catalogue, family, site = 10, "once per turn", "measured"
+    between_sensors = True
     carried = ("m",)
     neutral = {"amplitude": 0.0}
     typical = {"amplitude": (0.5e-6, 10e-6), "lead": (0.002, 0.02), "phase": (-math.pi, math.pi)}
@@ -78,6 +80,7 @@ class ThermalScrewGrowth(Effect):
     """
 
     catalogue, family, site = 11, "slow", "measured"
+    between_sensors = True
     carried = ("m",)
     neutral = {"strain": 0.0}
     typical = {"strain": (10e-6, 300e-6), "time_constant": (10.0, 3600.0), "fixed_end": (-1.0, 1.0)}

@@ -10,7 +10,7 @@ from lathesim.diagnosis.answer_text import answer_lines
 from lathesim.diagnosis.diagnosis import BaselineValue, Evidence, MissingSignal, VariableBar
 from lathesim.diagnosis.narrow_band import NarrowBand
 from lathesim.diagnosis.report import report_html
-from lathesim.diagnosis.shortfall import not_adequate, shortfalls, structured
+from lathesim.diagnosis.shortfall import not_adequate, shortfalls, structured, too_little
 from tests.diagnosis.pushed_table import POSITION
 from tests.diagnosis.sample_diagnoses import CLEAN, NAMED
 
@@ -31,6 +31,15 @@ def test_only_what_has_a_pattern_makes_a_model_inadequate(share_after: float, ex
     found = evidence(share_after, explained)
     assert structured(found, POSITION, share_after) == pytest.approx(told)
     assert bool(shortfalls(found, [POSITION], (), {}, ())) == (told > 0.025)
+
+
+@pytest.mark.parametrize(
+    ("share_after", "taken", "told"),
+    [(0.4, 0.3, True), (0.2, 0.3, False), (0.4, 0.6, False), (0.2, -0.1, True)],
+    ids=["most is left", "noise hides how much is gone", "most is gone", "nothing is gone"],
+)
+def test_effects_that_take_away_little_are_not_all_there_is(share_after: float, taken: float, told: bool) -> None:
+    assert bool(too_little(evidence(share_after, 0.0), taken)) == told
 
 
 def test_every_reason_is_told() -> None:

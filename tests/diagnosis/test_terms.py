@@ -195,3 +195,12 @@ def test_each_compared_reading_of_a_sensor_has_a_zero_of_its_own() -> None:
     assert [(term.name, term.at) for term in terms] == [
         ("EntryBuildUp", "cutting"), ("DynamometerDrift", "dynamometer"), ("DynamometerDrift", "dynamometer.thrust")
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "second"), [("cascade_axis", "x_scale"), ("voltage_axis", "x_scale"), ("torque_spindle", "tachometer")])
+def test_an_error_between_two_sensors_is_told_at_the_one_that_closes_no_loop(name: str, second: str, registry: Registry) -> None:
+    """Either sensor would explain it: a screw sits between motor and scale, and it is no counter that has a wrong gain."""
+    template = next(template for template in TEMPLATES if template.stem == name)
+    _, terms = insert_candidates(assembly_of(template, registry), [ScaleFactorError])
+    assert [term.at for term in terms if term.second] == [second]
+    assert len(terms) > 1
