@@ -32,7 +32,7 @@ from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import search
-from lathesim.diagnosis.shortfall import not_adequate, shortfalls, too_little
+from lathesim.diagnosis.shortfall import not_adequate, shortfalls, spoils_everything, too_little
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED, Bench, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
@@ -135,8 +135,10 @@ def _answer(
     reasons = shortfalls(evidence, rig.machine.compare, strained, baseline, bands)
     if standings:
         reasons += too_little(evidence, taken)
+    if spoiled := bool(standings) and spoils_everything(own.fit):
+        reasons.append("with it the lesson's own simulation is further off in every channel")
     adequate = not reasons
-    verdict = _verdict(found, standings, moved, adequate, removed_in_band(found) if taken > 0.0 else 0.0)
+    verdict = _verdict(found, standings, moved, adequate, removed_in_band(found) if taken > 0.0 and not spoiled else 0.0)
     names = verdict in ("named", "tied")
     told_of = replace(values, by_name={**values.by_name, **read})
     terms = [item.term for item in standings]

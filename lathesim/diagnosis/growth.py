@@ -26,8 +26,8 @@ from lathesim.engine.assembly import FloatArray
 _ALIKE = 0.1
 """Candidates whose promises differ by less than this share may be the same thing to the channels."""
 _MOST_RIVALS = 3
-_RELATED = 0.5
-"""Share of the promise of an effect that a simpler one of its family must have promised to be fitted too."""
+_RELATED, _RELATED_IF_STRAINED = 0.5, 0.1
+"""Share of the promise of an effect that one of its family with no more values must have promised to be fitted too."""
 _NEARLY_ALL, _FAR_FROM_ALL = 0.95, 0.8
 """Share of the error that a finer effect must promise to be tried before simple ones, and how little these must promise then."""
 _NEAR = ((0.98, 0.85), (0.95, 0.6))
@@ -134,25 +134,25 @@ def _may_be_worth(bench: Bench, model: Model, item: Screened, settings: Settings
 def _rivals(
     bench: Bench, found: Found, ranked: Sequence[Screened], screened: Sequence[Screened], best: Trial, tried: Sequence[Trial]
 ) -> list[Trial]:
-    """Fit what promised as much as the best, or is a simpler relative of it, and was not fitted yet: what cannot be told from it is said to
-    be tied, and the simpler one is taken."""
+    """Fit what promised as much as the best, or is a relative of it that is no less simple, and was not fitted yet: what cannot be told from
+    it is said to be tied, and the simpler one is taken. Beside strained values promises say little."""
     known, together = {trial.term.part for trial in tried}, {item.term.part for item in ranked}
     promised = next(item.gain for item in ranked if item.term.part == best.term.part)
     others = [item for item in screened if item.term.part not in known]
     alike = [item for item in others if item.term.part in together and abs(item.gain - promised) < _ALIKE * promised][:_MOST_RIVALS]
-    alike += [item for item in others if item not in alike and _is_simpler(item.term, best.term, item.gain / promised)]
+    least = _RELATED_IF_STRAINED if is_strained(found.model.fitted) else _RELATED
+    alike += [item for item in others if item not in alike and _is_relative(item.term, best.term, item.gain > least * promised)]
     asked = [Asked(item.term, found.model.terms, found.model.free, item.starts[:1]) for item in alike]
     rivals = side_by_side(bench, found.model, asked)
     found.tried += rivals
     return rivals
 
 
-def _is_simpler(term: Term, than: Term, promise: float) -> bool:
-    """Say whether a term is what another one refines, or one of its family at the same place with fewer values that promised much of what
-    it did."""
-    if term.at != than.at or len(term.parameters) >= len(than.parameters):
+def _is_relative(term: Term, other: Term, promising: bool) -> bool:
+    """Say whether a term is what another one refines, or one of its family at the same place with no more values that is ``promising``."""
+    if term.at != other.at or len(term.parameters) > len(other.parameters):
         return False
-    return term.name in than.effect.refines or (term.family == than.family and promise > _RELATED)
+    return term.name in other.effect.refines or (term.family == other.family and promising)
 
 
 def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lathesim.diagnosis.diagnosis import BaselineValue, Evidence
+from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence
 from lathesim.diagnosis.narrow_band import NarrowBand
 
 ADEQUATE = 0.025
@@ -14,6 +14,7 @@ ADEQUATE = 0.025
 recording, by what the machine was doing."""
 
 _HALF = 0.5
+_WORSE = 1.5
 
 
 def shortfalls(
@@ -46,6 +47,12 @@ def too_little(evidence: Evidence, taken: float) -> list[str]:
     if taken >= _HALF or halved:
         return []
     return [f"it takes away only {taken:.0%} of the error on the recording that judges"]
+
+
+def spoils_everything(fit: Mapping[str, ChannelFit]) -> bool:
+    """Say whether the lesson's own simulation is further off with the effects than without them in every channel: effects that only
+    together are like what is missing, each far larger than it, drift away from it as soon as nothing recorded holds them."""
+    return bool(fit) and all(item.after > _WORSE * item.before for item in fit.values())
 
 
 def structured(evidence: Evidence, channel: str, share: float) -> float:

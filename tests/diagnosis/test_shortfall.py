@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.answer_text import answer_lines
-from lathesim.diagnosis.diagnosis import BaselineValue, Evidence, MissingSignal, VariableBar
+from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, MissingSignal, VariableBar
 from lathesim.diagnosis.narrow_band import NarrowBand
 from lathesim.diagnosis.report import report_html
-from lathesim.diagnosis.shortfall import not_adequate, shortfalls, structured, too_little
+from lathesim.diagnosis.shortfall import not_adequate, shortfalls, spoils_everything, structured, too_little
 from tests.diagnosis.pushed_table import POSITION
 from tests.diagnosis.sample_diagnoses import CLEAN, NAMED
 
@@ -40,6 +40,13 @@ def test_only_what_has_a_pattern_makes_a_model_inadequate(share_after: float, ex
 )
 def test_effects_that_take_away_little_are_not_all_there_is(share_after: float, taken: float, told: bool) -> None:
     assert bool(too_little(evidence(share_after, 0.0), taken)) == told
+
+
+def test_effects_with_which_every_channel_is_further_off_are_not_believed() -> None:
+    worse, better = (ChannelFit("m", 1e-7, 1e-5, after, "held out") for after in (3e-5, 1e-6))
+    assert spoils_everything({POSITION: worse})
+    assert not spoils_everything({POSITION: worse, "x_scale.position": better})
+    assert not spoils_everything({})
 
 
 def test_every_reason_is_told() -> None:
