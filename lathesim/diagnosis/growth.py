@@ -134,8 +134,8 @@ def _may_be_worth(bench: Bench, model: Model, item: Screened, settings: Settings
 def _rivals(
     bench: Bench, found: Found, ranked: Sequence[Screened], screened: Sequence[Screened], best: Trial, tried: Sequence[Trial]
 ) -> list[Trial]:
-    """Fit what promised as much as the best, or is a relative of it that is no less simple, and was not fitted yet: what cannot be told from
-    it is said to be tied, and the simpler one is taken. Beside strained values promises say little."""
+    """Fit what promised as much as the best, or is a relative of it that is no less simple, and was not fitted yet: what cannot be told
+    from it is said to be tied, and the simpler one is taken. Beside strained values promises say little."""
     known, together = {trial.term.part for trial in tried}, {item.term.part for item in ranked}
     promised = next(item.gain for item in ranked if item.term.part == best.term.part)
     others = [item for item in screened if item.term.part not in known]
