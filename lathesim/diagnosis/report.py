@@ -15,6 +15,7 @@ import numpy as np
 
 import lathesim
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, ChannelFit, Diagnosis, FoundEffect, MissingSignal, VariableBar
+from lathesim.diagnosis.parameters import CONFIDENCE
 from lathesim.diagnosis.report_text import (
     NOTHING,
     TIMES,
@@ -44,7 +45,6 @@ _STRIP_BEGIN, _STRIP_LENGTH = 40.0, 640.0
 _LEAST_MARK = 1.5
 _MOVED = 3.0
 """Standard deviations by which a given value must move to be a finding of its own."""
-_HALF_INTERVAL = 1.96
 
 
 def write_report(diagnosis: Diagnosis, path: str | Path) -> Path:
@@ -316,7 +316,7 @@ def _baseline(name: str, item: BaselineValue, modelled: bool) -> dict[str, Any]:
     """Give a row of the table of refitted values: with something modelled what they had absorbed without it, else how far off they were."""
     reference, other = (item.refit_with, item.refit_without) if modelled else (item.given, item.refit_with)
     value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit)
-    deviation = 0.5 * (item.high - item.low) / _HALF_INTERVAL
+    deviation = 0.5 * (item.high - item.low) / CONFIDENCE
     share = (other - reference) / abs(reference) if reference else math.nan
     return {
         "name": words(name),
