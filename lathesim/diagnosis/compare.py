@@ -20,9 +20,9 @@ from lathesim.diagnosis.fit import Fitted, fit
 from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.loading import Recorded, read_for
 from lathesim.diagnosis.locate import bars, missing_signal, places
+from lathesim.diagnosis.own_simulation import SETTLING
 from lathesim.diagnosis.problem import Machine, Rig
 from lathesim.diagnosis.spectral_lines import Line, Spectrum, lines_of
-from lathesim.diagnosis.trial import SETTLING
 from lathesim.diagnosis.variables import direction_of, variables
 from lathesim.engine.assembly import FloatArray
 from lathesim.lessons.lesson import Lesson

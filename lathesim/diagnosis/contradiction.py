@@ -13,9 +13,9 @@ import numpy as np
 
 from lathesim.component import Component
 from lathesim.diagnosis.evidence import root_mean_square
+from lathesim.diagnosis.own_simulation import SETTLING
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import Term, decides
-from lathesim.diagnosis.trial import SETTLING
 from lathesim.engine.assembly import Assembly
 from lathesim.record import Record
 from lathesim.recordings.known_factors import known_factor

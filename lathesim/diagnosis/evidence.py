@@ -11,8 +11,9 @@ from lathesim.diagnosis.diagnosis import ChannelFit, ChannelTrace, Evidence, Loc
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.locate import COUNTS, bars, missing_signal, places
+from lathesim.diagnosis.own_simulation import SETTLING
 from lathesim.diagnosis.problem import Rig, acting
-from lathesim.diagnosis.trial import SETTLING, Model, Trial
+from lathesim.diagnosis.trial import Model, Trial
 from lathesim.diagnosis.variables import PARTIAL
 from lathesim.engine.assembly import FloatArray
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lathesim.diagnosis.fit import Fitted, fit, with_start
+from lathesim.diagnosis.own_simulation import own_error
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.replay_bias import replay_bias
 from lathesim.diagnosis.standard_errors import covariance_of
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Model, is_wide, own_error
+from lathesim.diagnosis.trial import Model, is_wide
 from lathesim.engine.assembly import FloatArray
 
 CONFIDENCE = 1.96 * 1.15

@@ -9,6 +9,7 @@ import numpy as np
 
 from lathesim.diagnosis.fit import Fitted, Free, fit, log_likelihood, noise_of, with_start
 from lathesim.diagnosis.noise_model import NoiseModel, carried_over
+from lathesim.diagnosis.own_simulation import agreed_in_closed_loop, in_own_simulation
 from lathesim.diagnosis.problem import POSSIBLE, Rig
 from lathesim.diagnosis.starting_points import instants_of, strongest_jumps
 from lathesim.diagnosis.terms import Term
@@ -17,8 +18,6 @@ from lathesim.engine.assembly import FloatArray
 _FAST_FAMILIES = frozenset({"lag", "structure", "once per turn", "encoder", "drive range", "recording"})
 """Families that show above the frequencies of the motion; a model with one of them is fitted on all frequencies."""
 
-SETTLING = 0.02
-"""Share of a recording at its beginning that is left out of residuals: controllers start with memories that nobody recorded."""
 STRAINED = 0.98 * POSSIBLE
 """Declared standard deviations from which on a value of the lesson is strained: it would go further if it might."""
 STRAIN = 16.0
@@ -28,8 +27,6 @@ _VAGUE = 0.02
 _ROUGH = 1e-4
 """A trial's descent ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
 
-_MOSTLY = 0.5
-"""Share of a move's power by which the error is larger without it where the move explains what was recorded."""
 _HELD_STILL = 0.3
 """Share of the error that may be left for frictions to sense the simulated motion."""
 _CLEARLY = 2.0
@@ -43,8 +40,6 @@ _MOST_AFRESH = 2
 """How often slopes are taken afresh in a trial."""
 _WHOLE = 2e-3
 """How far an order may be from a whole number: as far as the speed is known."""
-_KICKS = 2e-3
-"""Share of the samples that may be far off without an effect making a simulation worse."""
 _ANGLES = ("phase", "middle")
 """Angles of a turn that belong to a recording: of a wave, of a slot or a spot."""
 _TURNS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
@@ -261,33 +256,15 @@ class Bench:
         wide_gains = model.score.above(before.score, wide=True), model.held_out.above(before.held_out, wide=True)
         if felt and held < gain:
             # what holds a part a little wrongly adds up to metres in a replay of another recording; a controller keeps both together
-            agreed = self._agreed_in_closed_loop(before, model)
+            agreed = agreed_in_closed_loop(
+                (self.rig, before.fitted, model.fitted), (self.held_out, before.held_out_fit, model.held_out_fit)
+            )
             held, wide_gains = max(held, agreed * gain), (wide_gains[0], max(wide_gains[1], agreed * wide_gains[0]))
         relieves = strained_before and 4.0 * float(np.sum(strains(best) ** 2)) < STRAIN
         moved, spoils = in_own_simulation(self.rig, before.fitted, best, term)
         return Trial(
             term, model, gain, held, moved, *shares, relieves, is_strained(best), strains_anew(before.fitted, best), *wide_gains, spoils
         )
-
-    def _agreed_in_closed_loop(self, before: Model, after: Model) -> float:
-        """Give the share of the error of the lesson's own simulation, weighed by the floors, that a model takes away of another's on both
-        recordings; 0 where it is not most of it, or no controller answers to the recorded channels."""
-        pairs = ((self.rig, before.fitted, after.fitted), (self.held_out, before.held_out_fit, after.held_out_fit))
-        if not self.rig.feeds_back:
-            return 0.0
-        shares = []
-        for rig, first, second in pairs:
-            error, left = (own_error(rig, fitted.by_name) for fitted in (first, second))
-            shares.append(1.0 - left / max(error, 1e-300))
-        return min(shares) if min(shares) > _MOSTLY else 0.0
-
-
-def own_error(rig: Rig, values: Mapping[str, float]) -> float:
-    """Give the squared error of the lesson's own simulation with some values, in squared floors, summed over channels and samples."""
-    names = rig.own.settable(values)
-    (simulated,) = rig.own.outputs(names, np.array([[values[name] for name in names]]))
-    error = _known(rig, rig.sensed.as_seen(simulated))[:, int(SETTLING * rig.own.samples) :]
-    return float(np.sum((np.nan_to_num(error, nan=np.inf) / rig.sensed.seen_floors[:, None]) ** 2))
 
 
 def is_strained(fitted: Fitted) -> bool:
@@ -325,46 +302,6 @@ def term_free(term: Term, start: FloatArray) -> list[Free]:
     ]
     # an order is a whole number
     return [replace(item, uncertainty=_WHOLE, given=round(item.start)) if item.name.endswith(".order") else item for item in free]
-
-
-def in_own_simulation(rig: Rig, before: Fitted, after: Fitted, term: Term) -> tuple[float, float]:
-    """Give what an effect does in the lesson's own simulation: how far it moves it, and how much worse it makes it (root mean squares).
-
-    The first is the move of the channel moved most over what the model leaves unexplained there. Where a controller answers to a force
-    that nobody modelled, its command goes with that force, and in a replay almost anything between command and motion seems to explain
-    some of it. A third of the move is enough where nothing feeds back, as that cannot happen then, and where the move explains what was
-    recorded: the error without the effect is larger by most of the move's own power. Without feedback the second says nothing, as such a
-    simulation drifts.
-    """
-    neutral = {**after.by_name, **dict(zip(term.parameters, term.neutral.tolist(), strict=True))}
-    names = rig.own.settable(neutral)
-    start = dict(zip(names, (rig.own.given(name) for name in names), strict=True))
-    rows = [[{**start, **values}[name] for name in names] for values in (after.by_name, neutral, before.by_name)]
-    first, second, earlier = (rig.sensed.as_seen(run) for run in rig.own.outputs(names, np.array(rows)))
-    begin = int(SETTLING * rig.own.samples)
-    left, left_without, moved = (
-        np.sqrt(np.mean(np.nan_to_num(signal, nan=np.inf)[:, begin:] ** 2, axis=1))
-        for signal in (_known(rig, first), _known(rig, second), first - second)
-    )
-    moves = np.nan_to_num(moved / np.maximum(left, rig.sensed.seen_floors))
-    most = int(np.argmax(moves))
-    explains = left_without[most] ** 2 - left[most] ** 2 > _MOSTLY * moved[most] ** 2
-    size = float(moves[most]) * (3.0 if explains or not rig.feeds_back else 1.0)
-    worse, worse_before = (_usual_error(_known(rig, signal)[:, begin:]) for signal in (first, earlier))
-    spoils = float(np.max(np.nan_to_num(worse / np.maximum(worse_before, rig.sensed.seen_floors), nan=np.inf)))
-    return size, spoils if rig.feeds_back else 0.0
-
-
-def _usual_error(error: FloatArray) -> FloatArray:
-    """Give the root mean square of each channel's error (channels, samples) without its few largest: how a controller answers to a jump, at
-    which sample and with what kick, says nothing of the machine."""
-    power = np.sort(np.nan_to_num(error, nan=np.inf) ** 2, axis=1)
-    return np.asarray(np.sqrt(np.mean(power[:, : power.shape[1] - int(_KICKS * power.shape[1])], axis=1)))
-
-
-def _known(rig: Rig, simulated: FloatArray) -> FloatArray:
-    """Give recorded less simulated, zero where nothing was recorded."""
-    return np.where(np.isfinite(rig.sensed.seen), rig.sensed.seen - simulated, 0.0)
 
 
 def is_wide(terms: Sequence[Term]) -> bool:
