@@ -121,6 +121,9 @@ def _check_effect(cls: type[Effect]) -> None:
         for name in getattr(cls, attribute):
             if name not in parameters:
                 raise ComponentError(f"{attribute} names '{name}', which is no parameter.", place=place, remedy=nearest(name, parameters))
+    if cls.along and type(cls.declarations.get(cls.along)) is not Output:
+        remedy = nearest(cls.along, cls.declared(Output))
+        raise ComponentError(f"along names '{cls.along}', which is no output.", place=place, remedy=remedy)
     for name, value in cls.neutral.items():
         if not parameters[name].low <= value <= parameters[name].high:
             bounds = f"{parameters[name].low:g} to {parameters[name].high:g}"
