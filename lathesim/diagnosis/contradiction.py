@@ -56,9 +56,9 @@ def contradicted(rig: Rig, values: Mapping[str, float]) -> str:
 
 
 def wrong_unit(terms: Iterable[Term], values: Mapping[str, float]) -> str:
-    """Give a sentence where an effect of a model would be a factor on a reading that a mistaken unit leaves; empty where none is.
+    """Give a sentence where one of some effects would be a factor on a reading that a mistaken unit leaves; empty where none is.
 
-    No amplifier is off by 2 pi: the column is.
+    No amplifier is off by 2 pi: the column is. It is asked of effects that took most of the error away: a wrong unit does.
     """
     for term in terms:
         for name, neutral in zip(term.parameters, term.neutral, strict=True):

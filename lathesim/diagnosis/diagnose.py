@@ -78,7 +78,7 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
         say(f"leaving out again {', '.join(term.name for term in doubtful)}: the recordings do not agree on its size")
         leave_out(found, doubtful, rig, held_out, say)
         values = estimates(found.model, rig, held_out, whole)
-    if mistaken := wrong_unit(found.model.terms, values.values()):
+    if mistaken := wrong_unit([term for term in found.model.terms if found.removed_by(term) > NAMED_SHARE], values.values()):
         return _recording_fault(question, [mistaken], findings, began)
     counts = coarse_counts((rig, held_out), found.model.terms)
     return replace(

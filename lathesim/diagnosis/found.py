@@ -34,3 +34,7 @@ class Found:
     values_instead: tuple[str, ...] = ()
     """Values of the lesson that would explain as much as what was found, were they so far off."""
     complete: bool = False
+
+    def removed_by(self, term: Term) -> float:
+        """Give the share of the whole error that an effect of the model took away when it came in."""
+        return next((trial.share_of_all for trial in self.trials.get(term.part, ()) if trial.term.part == term.part), 0.0)

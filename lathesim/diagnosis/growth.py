@@ -13,7 +13,8 @@ from lathesim.diagnosis.belief import Settings, believable, is_of_a_clock, merit
 from lathesim.diagnosis.eligible import due, finer
 from lathesim.diagnosis.fit import Fitted, fit
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.other_forms import form_starts, is_harmonic
+from lathesim.diagnosis.other_forms import form_starts
+from lathesim.diagnosis.part_of_a_wave import is_part_of_a_wave
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.screening import Screened, is_limit, least_shown, screen, screened_instead
 from lathesim.diagnosis.side_by_side import Asked, side_by_side
@@ -71,7 +72,7 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
     found.tried += tried
     period = bench.rig.machine.assembly.sample_period
     duration = len(bench.rig.record) * period
-    good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_harmonic(trial, found.model)]
+    good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_part_of_a_wave(trial, found.model)]
     good = [trial for trial in good if is_of_a_clock(trial, period, duration)]
     if not good:
         return False

@@ -14,7 +14,7 @@ import numpy as np
 from lathesim.diagnosis.belief import Settings, believable
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import fewer
-from lathesim.diagnosis.other_forms import is_harmonic
+from lathesim.diagnosis.part_of_a_wave import is_part_of_a_wave
 from lathesim.diagnosis.trial import Bench, Trial
 
 _MOST = 2
@@ -36,12 +36,13 @@ def other_beginnings(bench: Bench, found: Found, settings: Settings) -> Iterator
 
 
 def _refused(found: Found, settings: Settings) -> Trial | None:
-    """Give what takes away most of what the effects that were found leave, and is not believed beside them."""
+    """Give what takes away most of what the effects that were found leave, and is not believed beside them; nothing where a part of a wave
+    that was found takes away more."""
     there = found.model.terms
     beside = [trial for trial in found.tried if trial.model.terms[:-1] == there and trial.term not in there]
     much = [trial for trial in beside if min(trial.gain, trial.held_out_gain) > settings.margin and trial.share_of_rest > _MUCH]
-    much = [trial for trial in much if not is_harmonic(trial, found.model)]
-    return max(much, key=lambda trial: trial.share_of_rest, default=None)
+    most = max(much, key=lambda trial: trial.share_of_rest, default=None)
+    return None if most is None or is_part_of_a_wave(most, found.model) else most
 
 
 def _exchanged(bench: Bench, found: Found, refused: Trial) -> Iterator[Trial]:

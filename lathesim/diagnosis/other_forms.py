@@ -5,7 +5,7 @@ Simple effects come first: where two of them explain as much as the one, they ta
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -21,11 +21,6 @@ AS_GOOD_SHARE = 0.02
 """... or this share of what the second of the two gains."""
 _PROMISED = 0.2
 """Share of what the second of the two gains that the one must promise in its place to be fitted."""
-_HARMONICS = range(2, 9)
-_WHOLE = 0.005
-"""Share of a ratio of two periods by which it may be off a whole number."""
-_GOES_WITH = 0.3
-"""A ripple goes with the driving force from this ratio of its two sizes on, each over what is usual of it."""
 
 
 def forms_of_two(bench: Bench, model: Model) -> dict[str, list[Term]]:
@@ -83,31 +78,6 @@ def _without(bench: Bench, baseline: Model, model: Model, term: Term, kept: tupl
         return baseline
     free = [item for item in model.free if item.name not in term.parameters]
     return bench.model(kept, fit(bench.rig.sensed, free, model.fitted.constant, rounds=2, wide=is_wide(kept)))
-
-
-def is_harmonic(trial: Trial, model: Model) -> bool:
-    """Say whether a wave is a harmonic of one that the model has at the same place: a part of that one's form, and no further effect.
-
-    A ripple in proportion to the driving force is something else.
-    """
-    values = trial.model.fitted.by_name
-    period = values.get(f"{trial.term.part}.period", 0.0)
-    if not period or _in_proportion(trial.term, values):
-        return False
-    for other in model.terms:
-        whole = values.get(f"{other.part}.period", 0.0) / period
-        ratio = max(whole, 1.0 / whole) if whole > 0.0 else 0.0
-        if other.at == trial.term.at and round(ratio) in _HARMONICS and abs(ratio - round(ratio)) < _WHOLE * ratio:
-            return True
-    return False
-
-
-def _in_proportion(term: Term, values: Mapping[str, float]) -> bool:
-    """Say whether a ripple goes with the driving force more than it goes without it, by what is usual of both."""
-    usual = dict(zip(term.parameters, np.abs(term.points).max(axis=0, initial=0.0), strict=True))
-    names = [f"{term.part}.{name}" for name in ("share", "amplitude")]
-    share, amplitude = (abs(values.get(name, 0.0)) / usual[name] if usual.get(name) else 0.0 for name in names)
-    return share > _GOES_WITH * amplitude
 
 
 def _as_good(bench: Bench, model: Model, two: tuple[Term, Term], form: Term) -> bool:

@@ -56,7 +56,7 @@ class ChipThicknessExponent(Effect):
     incoming = Input("{signal}", doc="force at constant specific cutting force")
     feed = Input("m", doc="feed per turn")
     outgoing = Output("{signal}", doc="force with the size effect")
-    exponent = Parameter("1", 0.0, low=-1.0, high=0.99, doc="exponent m of the specific cutting force")
+    exponent = Parameter("1", 0.0, low=0.0, high=0.99, doc="exponent m of the specific cutting force")
     reference = Parameter("m", 1e-3, low=1e-6, doc="feed at which nothing changes")
 
     @staticmethod

@@ -100,7 +100,7 @@ class EntryBuildUp(Effect):
     incoming = Input("{signal}", doc="force of the full chip")
     outgoing = Output("{signal}", doc="force that builds up")
     built = State("1", doc="1 with the full chip")
-    lacking = Parameter("1", 0.0, low=-5.0, high=1.0, doc="share of the force that lacks at entry")
+    lacking = Parameter("1", 0.0, low=0.0, high=1.0, doc="share of the force that lacks at entry")
     time_constant = Parameter("s", 0.1, low=1e-3, doc="time to 63 % of the build-up")
     reset = Parameter("s", 0.01, low=1e-3, doc="time constant of forgetting outside the cut")
 

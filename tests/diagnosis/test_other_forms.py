@@ -1,11 +1,14 @@
 """Two simple effects and one that does what they do: the two are named, and that they are tied with the one is said."""
 
 import functools
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from lathesim.diagnosis.diagnosis import Diagnosis
+from lathesim.diagnosis.part_of_a_wave import is_part_of_a_wave
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction
 from lathesim.effects.motor_ripple import Cogging, TorqueRipple
 from lathesim.effects.offset_and_gain import ForceOffset
@@ -44,6 +47,16 @@ def three_harmonics(v: float, q: float, t: float) -> float:
     """A cogging whose third harmonic no effect has."""
     angle = 2.0 * np.pi * q / 0.024
     return float(8.0 * np.sin(angle + 0.4) + 2.0 * np.sin(2.0 * angle) + 4.0 * np.sin(3.0 * angle + 1.0))
+
+
+@pytest.mark.parametrize(("size", "longer", "is_part"), [(0.1, 1.02, True), (1.0, 1.02, False), (0.1, 1.5, False), (1.0, 2.0, True)])
+def test_a_small_line_beside_a_wave_is_a_part_of_it(size: float, longer: float, is_part: bool) -> None:
+    """So is a harmonic of any size; a line of some size beside it, or a small one elsewhere, is not."""
+    cogging, ripple = (SimpleNamespace(part=part, at="x_axis", parameters=(), points=np.zeros((1, 0))) for part in ("cogging", "ripple"))
+    sizes = {"cogging.amplitude": 4.0, "ripple.amplitude": size, "cogging.period": 0.01 * longer, "ripple.period": 0.01}
+    trial: Any = SimpleNamespace(term=ripple, model=SimpleNamespace(fitted=SimpleNamespace(by_name=sizes)))
+    model: Any = SimpleNamespace(terms=(cogging,))
+    assert is_part_of_a_wave(trial, model) == is_part
 
 
 def test_a_further_harmonic_is_no_further_effect() -> None:

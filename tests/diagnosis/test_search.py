@@ -103,6 +103,14 @@ def test_it_tells_what_it_does() -> None:
     assert said[:2] == ["fitting the baseline", "screening 3 candidates"]
 
 
+def test_what_an_effect_took_away_is_kept() -> None:
+    found = found_in(RUBBING)
+    (friction,) = found.model.terms
+    other = next(term for term in pair(RUBBING)[0].candidates if term.name == "TorqueRipple")
+    assert found.removed_by(friction) > 0.9
+    assert found.removed_by(other) == 0.0
+
+
 def test_an_effect_is_left_out_again() -> None:
     first, second = pair(RUBBING_AND_PUSHED)
     found = dataclasses.replace(found_in(RUBBING_AND_PUSHED))

@@ -1,0 +1,51 @@
+"""Waves that are no further effect: harmonics of one that was found, and lines beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Model, Trial
+
+_HARMONICS = range(2, 9)
+_WHOLE = 0.005
+"""Share of a ratio of two periods by which it may be off a whole number."""
+_GOES_WITH = 0.3
+"""A ripple goes with the driving force from this ratio of its two sizes on, each over what is usual of it."""
+_BESIDE = 0.1
+"""Share of a period by which another one lies beside it."""
+_SIDE_LINE = 0.05
+"""Share of a wave's size that a line beside it has because the replay is sampled, or the wave is no pure one."""
+
+
+def is_part_of_a_wave(trial: Trial, model: Model) -> bool:
+    """Say whether a wave is a harmonic of one that the model has at the same place, or a small line beside it: a part of that one's form,
+    and no further effect.
+
+    A ripple in proportion to the driving force is something else.
+    """
+    values = trial.model.fitted.by_name
+    period = values.get(f"{trial.term.part}.period", 0.0)
+    if not period or _in_proportion(trial.term, values):
+        return False
+    for other in model.terms:
+        whole = values.get(f"{other.part}.period", 0.0) / period
+        ratio = max(whole, 1.0 / whole) if whole > 0.0 else 0.0
+        if other.at != trial.term.at or not ratio:
+            continue
+        if round(ratio) in _HARMONICS and abs(ratio - round(ratio)) < _WHOLE * ratio:
+            return True
+        size, of_other = (abs(values.get(f"{term.part}.amplitude", 0.0)) for term in (trial.term, other))
+        if abs(ratio - 1.0) < _BESIDE and size < _SIDE_LINE * of_other:
+            return True
+    return False
+
+
+def _in_proportion(term: Term, values: Mapping[str, float]) -> bool:
+    """Say whether a ripple goes with the driving force more than it goes without it, by what is usual of both."""
+    usual = dict(zip(term.parameters, np.abs(term.points).max(axis=0, initial=0.0), strict=True))
+    names = [f"{term.part}.{name}" for name in ("share", "amplitude")]
+    share, amplitude = (abs(values.get(name, 0.0)) / usual[name] if usual.get(name) else 0.0 for name in names)
+    return share > _GOES_WITH * amplitude
