@@ -254,7 +254,7 @@ def _left(evidence: object, variables: tuple[str, ...], found: Found, settings: 
     if variables:
         sentences.append(f"What is left depends on {', '.join(variables[:3])}.")
     for trial in found.tried:
-        small = trial.gain > settings.margin and trial.held_out_gain > settings.margin and trial.term not in found.model.terms
+        small = trial.gain > settings.margin and trial.held_out_gain > settings.margin and found.was_held_against(trial)
         if small and trial.share_of_rest > settings.share_of_rest and found.complete and trial.share_of_all <= settings.share_of_all:
             shares = f"{trial.share_of_rest:.0%} of the rest, which is {trial.share_of_all:.1%} of all"
             sentences.append(f"{trial.term.name} at {trial.term.at} would take away {shares}: too little to name it.")

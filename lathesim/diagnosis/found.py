@@ -38,3 +38,12 @@ class Found:
     def removed_by(self, term: Term) -> float:
         """Give the share of the whole error that an effect of the model took away when it came in."""
         return next((trial.share_of_all for trial in self.trials.get(term.part, ()) if trial.term.part == term.part), 0.0)
+
+    def was_held_against(self, trial: Trial) -> bool:
+        """Say whether a trial was made on top of the model, or with a finer form in the place of one of its effects: the rest of which it
+        takes a share away is then what the model leaves."""
+        rest = [term for term in trial.model.terms if term is not trial.term]
+        replaced = [term for term in self.model.terms if term not in rest]
+        if trial.term in self.model.terms or any(term not in self.model.terms for term in rest):
+            return False
+        return not replaced or (len(replaced) == 1 and replaced[0].name in trial.term.effect.refines)

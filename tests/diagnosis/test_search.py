@@ -111,6 +111,22 @@ def test_what_an_effect_took_away_is_kept() -> None:
     assert found.removed_by(other) == 0.0
 
 
+def test_what_is_left_is_told_of_trials_against_the_model_that_was_found() -> None:
+    """A rival that was tried before an effect came in is tied with it, and takes nothing away of what that one leaves."""
+    rig, _ = pair(RUBBING)
+    friction, ripple, push = (
+        next(t for t in rig.candidates if t.name == name) for name in ("CoulombFriction", "TorqueRipple", "ForceOffset")
+    )
+    found = dataclasses.replace(found_in(RUBBING), model=dataclasses.replace(found_in(RUBBING).model, terms=(friction, ripple)))
+
+    def tried(*terms: Any) -> Trial:
+        return trial(term=terms[-1], model=dataclasses.replace(found.model, terms=terms))
+
+    assert found.was_held_against(tried(friction, ripple, push))
+    assert not found.was_held_against(tried(friction, push))
+    assert not found.was_held_against(tried(friction, ripple))
+
+
 def test_an_effect_is_left_out_again() -> None:
     first, second = pair(RUBBING_AND_PUSHED)
     found = dataclasses.replace(found_in(RUBBING_AND_PUSHED))
