@@ -57,7 +57,7 @@ class Settings:
     largest_shape: float = 10.0
     """... and the same of its other values, where these are usually positive: a peak at low speed that lasts to 5 m/s is none."""
     smallest_shape: float = 100.0
-    """Factor below their usual range: a warm-up of a millisecond is a constant in disguise."""
+    """Factor below their usual range: a warm-up of a millisecond is a constant in disguise. A range that begins at nothing has no below."""
     share_of_all: float = 0.03
     share_of_rest: float = 0.15
     """An effect must remove both of these shares of the error: of all that was there, and of what the others left ..."""
@@ -128,7 +128,7 @@ def _of_usual_size(trial: Trial, settings: Settings) -> bool:
     if not np.isfinite(settings.largest_size):
         return True
     term, values = trial.term, trial.model.fitted.by_name
-    for name, neutral, points in zip(term.parameters, term.neutral, term.points.T, strict=True):
+    for name, neutral, least, points in zip(term.parameters, term.neutral, term.least, term.points.T, strict=True):
         item = name.partition(".")[2]
         if item in term.effect.neutral:
             usual, size, most = float(np.abs(points - neutral).max(initial=0.0)), abs(values[name] - neutral), settings.largest_size
@@ -136,7 +136,7 @@ def _of_usual_size(trial: Trial, settings: Settings) -> bool:
             usual, size, most = float(points.max(initial=0.0)), abs(values[name]), settings.largest_shape
             if item in term.effect.nuisance or points.min(initial=1.0) <= 0.0:
                 continue
-            if size < points.min(initial=np.inf) / settings.smallest_shape:
+            if size < least / settings.smallest_shape:
                 return False
         if usual > 0.0 and size >= most * usual:
             return False

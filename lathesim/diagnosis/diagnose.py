@@ -62,7 +62,10 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     began = time.perf_counter()
     say = tell or (lambda text: None)
     faults = [str(fault) for fault in (*question.fitted.faults, *(question.held_out.faults if question.held_out else ()))]
-    findings = tuple(str(finding) for recorded in (question.fitted, question.held_out) if recorded for finding in recorded.findings)
+    # what both recordings have in common is said once
+    findings = tuple(
+        dict.fromkeys(str(finding) for recorded in (question.fitted, question.held_out) if recorded for finding in recorded.findings)
+    )
     if not faults:
         (rig, held_out), whole, held_name = _rigs(question)
         faults = [sentence for one in (rig, held_out) if (sentence := contradicted(one, _as_given(one)))]

@@ -147,6 +147,9 @@ class Evidence:
     """Wires of the machine, from part to part."""
     tried: tuple[tuple[str, float, float], ...] = ()
     """Candidates that were fitted: name with place, gain in log-likelihood on the fitted and on the held-out recording [nats]."""
+    runners_up: tuple[tuple[str, str, float], ...] = ()
+    """For effects of the model: name with place, that of the next best candidate beside it, and how far that is behind on the held-out
+    recording [nats]."""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.locate import COUNTS, bars, missing_signal, places
 from lathesim.diagnosis.own_simulation import SETTLING
 from lathesim.diagnosis.problem import Rig, acting
+from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Model, Trial
 from lathesim.diagnosis.variables import PARTIAL
 from lathesim.engine.assembly import FloatArray
@@ -95,6 +96,7 @@ def gather(rig: Rig, held_out: Rig, found: Found, own: Compared) -> Evidence:
         traces=tuple(_traces(held_out, own)),
         wires=_wires(held_out),
         tried=tuple(_best_of_each(found.tried)),
+        runners_up=tuple(runners_up(found)),
     )
 
 
@@ -102,10 +104,32 @@ def _best_of_each(tried: Iterable[Trial]) -> Iterator[tuple[str, float, float]]:
     """Give name and gains of every candidate, on both recordings: of one that was tried in several ways or rounds the best."""
     best: dict[str, Trial] = {}
     for trial in tried:
-        name = f"{trial.term.name} at {trial.term.at}"
+        name = _name(trial.term)
         if name not in best or _gains(trial) > _gains(best[name]):
             best[name] = trial
     return ((name, trial.gain, trial.held_out_gain) for name, trial in best.items())
+
+
+def runners_up(found: Found) -> Iterator[tuple[str, str, float]]:
+    """Give for each effect the next best of what was tried in its place, beside the same other effects: gains of other rounds, with more or
+    less of the error explained already, are none to hold it against."""
+    names = {_name(term) for term in found.model.terms}
+    for term in found.model.terms:
+        own = next((trial for trial in found.trials.get(term.part, ()) if trial.term.part == term.part), None)
+        if own is not None:
+            beside = _beside(own)
+            rivals = [trial for trial in found.tried if _beside(trial) == beside and _name(trial.term) not in names]
+            best = max((trial for trial in rivals if np.isfinite(trial.held_out_gain)), key=_gains, default=None)
+            if best is not None:
+                yield _name(term), _name(best.term), own.held_out_gain - best.held_out_gain
+
+
+def _beside(trial: Trial) -> set[str]:
+    return {term.part for term in trial.model.terms if term.part != trial.term.part}
+
+
+def _name(term: Term) -> str:
+    return f"{term.name} at {term.at}"
 
 
 def _gains(trial: Trial) -> tuple[float, float]:

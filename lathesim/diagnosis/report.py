@@ -249,13 +249,10 @@ def _sure(diagnosis: Diagnosis) -> list[str]:
     named = diagnosis.effects if diagnosis.names else ()
     several = named if len(named) > 1 else ()
     lines = [f"{effect.effect} at {effect.at}: probability {probability_text(effect.probability)}." for effect in several]
-    found = [item for item in diagnosis.evidence.tried if _is_found(item[0], diagnosis) and math.isfinite(item[2])]
     rest = [item for item in diagnosis.evidence.tried if not _is_found(item[0], diagnosis) and math.isfinite(item[2])]
-    if found and rest:
-        runner = max(rest, key=lambda item: item[2])
-        gap = max(item[2] for item in found) - runner[2]
+    for name, runner, gap in diagnosis.evidence.runners_up if named else ():
         behind = f"{number(gap, 0)} nats behind" if gap >= 1.0 else "as good"
-        lines.append(f"Runner-up: {runner[0]}, {behind} on held-out data.")
+        lines.append(f"Runner-up{f' of {name}' if several else ''}: {runner}, {behind} on held-out data.")
     if rest and not diagnosis.effects and diagnosis.verdict in ("no_mismatch", "parameters_only"):
         best = max(rest, key=lambda item: item[2])
         tried = len(diagnosis.evidence.tried)

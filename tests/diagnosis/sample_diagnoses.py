@@ -52,7 +52,8 @@ def _evidence() -> Evidence:
         ("AsymmetricFriction at x_axis", 8124.1, 7870.9), ("Backlash at x_scale", 412.0, 98.0), ("TransportDelay at x_drive", 96.0, -31.0),
         ("TorqueRipple at x_axis", 44.0, 12.5), ("Cogging at x_axis", 41.0, -3.0), ("ForceOffset at x_axis", 8.0, math.nan),
     )  # fmt: skip
-    return Evidence(bars, (missing,), (position, command), WIRES, tried)
+    runners_up = (("CoulombFriction at x_axis", "AsymmetricFriction at x_axis", 0.3),)
+    return Evidence(bars, (missing,), (position, command), WIRES, tried, runners_up)
 
 
 FIT = {

@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.belief import Settings, believable, merit, replaces
-from lathesim.diagnosis.evidence import compared, gather
+from lathesim.diagnosis.evidence import compared, gather, runners_up
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import leave_out
 from lathesim.diagnosis.search import search
 from lathesim.diagnosis.trial import Trial, strains_anew
+from lathesim.effects.effect import Effect
+from lathesim.effects.friction import ViscousWarmUp
+from lathesim.effects.structure import AxialResonance
 from tests.diagnosis.pushed_table import Hidden, pair, recording, rigs
 
 RUBBING = Hidden(dry=8.0)
@@ -127,6 +130,30 @@ def test_what_is_left_is_told_of_trials_against_the_model_that_was_found() -> No
     assert not found.was_held_against(tried(friction, ripple))
 
 
+def test_a_runner_up_was_tried_beside_the_same_effects() -> None:
+    """What gained more in another round, with more of the error left to gain, is no rival."""
+    rig, _ = pair(RUBBING)
+    friction, ripple, push = (
+        next(t for t in rig.candidates if t.name == name) for name in ("CoulombFriction", "TorqueRipple", "ForceOffset")
+    )
+    model = found_in(RUBBING).model
+
+    def tried(held_out: float, *terms: Any) -> Trial:
+        return trial(term=terms[-1], model=dataclasses.replace(model, terms=terms), held_out_gain=held_out)
+
+    first, second = tried(500.0, friction), tried(40.0, friction, ripple)
+    found = Found(
+        model,
+        dataclasses.replace(model, terms=(friction, ripple)),
+        {friction.part: [first], ripple.part: [second]},
+        [first, tried(300.0, push), tried(250.0, ripple), second, tried(8.0, friction, push)],
+    )
+    assert list(runners_up(found)) == [
+        ("CoulombFriction at x_axis", "ForceOffset at x_axis", 200.0),
+        ("TorqueRipple at x_axis", "ForceOffset at x_axis", 32.0),
+    ]
+
+
 def test_an_effect_is_left_out_again() -> None:
     first, second = pair(RUBBING_AND_PUSHED)
     found = dataclasses.replace(found_in(RUBBING_AND_PUSHED))
@@ -191,6 +218,26 @@ def test_a_refined_form_must_leave_the_less_the_more_values_it_has() -> None:
 def test_an_effect_far_beyond_its_usual_size_is_not_believed() -> None:
     trial = found_in(RUBBING).trials["try_x_axis_coulomb_friction"][0]
     assert not believable(trial, dataclasses.replace(SETTINGS, largest_size=0.01), chance=0.0)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "believed"),
+    [
+        (ViscousWarmUp, {"change": 5.0, "time_constant": 10.0}, True),
+        (ViscousWarmUp, {"change": 5.0, "time_constant": 1e-3}, False),
+        (AxialResonance, {"table_share": 0.4, "frequency": 50.0, "damping": 0.03, "motor_friction": 0.0}, True),
+        (AxialResonance, {"table_share": 0.4, "frequency": 50.0, "damping": 1e-6, "motor_friction": 0.3}, False),
+    ],
+)
+def test_a_value_far_below_its_usual_range_is_a_constant_in_disguise(
+    effect: type[Effect], values: dict[str, float], believed: bool
+) -> None:
+    """Nothing of the friction need be on the motor side, and a warm-up takes more than a millisecond."""
+    (rig,) = rigs(recording(RUBBING), effects=(effect,))
+    (term,) = rig.candidates
+    fitted = dataclasses.replace(found_in(RUBBING).model.fitted, constant={f"{term.part}.{name}": value for name, value in values.items()})
+    sure = trial(term=term, model=dataclasses.replace(found_in(RUBBING).model, terms=(term,), fitted=fitted))
+    assert believable(sure, SETTINGS, chance=0.0) is believed
 
 
 def test_an_effect_that_needs_a_value_beyond_belief_is_refused() -> None:
