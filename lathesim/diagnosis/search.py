@@ -12,6 +12,7 @@ from lathesim.diagnosis.growth import grow, leave_out, refine
 from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
 from lathesim.diagnosis.other_forms import forms_of_two, two_for_one
 from lathesim.diagnosis.problem import Rig, baseline_free
+from lathesim.diagnosis.simpler_relative import simpler_relatives
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.time_limit import until
 from lathesim.diagnosis.trial import STRAINED, Bench, Tell, strains, strains_anew
@@ -45,6 +46,7 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
             found.model = bench.settled(simpler[0])
             found.trials |= {trial.term.part: [trial] for trial in simpler[1]}
             bench.say(f"as good and simpler: {' and '.join(trial.term.name for trial in simpler[1])}")
+        simpler_relatives(bench, found)
         if far := value_far_off(bench, baseline, found.model):
             names = (far.name, *far.instead)
             if far.better:

@@ -1,0 +1,64 @@
+"""A simpler relative in the place of an effect, once everything is in: beside an error that was not explained yet the one with more values
+gained more, and took its name from what the others have explained since."""
+
+from __future__ import annotations
+
+from lathesim.diagnosis.fit import fit
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.other_forms import AS_GOOD, AS_GOOD_SHARE
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Bench, Model, Trial, is_wide
+
+
+def simpler_relatives(bench: Bench, found: Found) -> None:
+    """Put simpler relatives in the place of effects of a model of several, where both recordings are explained as well by them.
+
+    Asked are those of the same family with fewer values that were believable in the round in which the effect came in; the effect itself
+    is told to be tied with the one that takes its place.
+    """
+    for term in found.model.terms if len(found.model.terms) > 1 else ():
+        rivals = {trial.term.part: trial.term for trial in found.trials.get(term.part, ()) if _is_simpler(trial.term, term)}
+        rest = tuple(other for other in found.model.terms if other is not term)
+        asked = [rival for rival in rivals.values() if rival not in rest]
+        if not asked:
+            continue
+        bench.say(f"asking whether something simpler does what {term.name} at {term.at} does")
+        before = _without(bench, found.model, term)
+        own = _held_against(found.model, before)
+        trials = [bench.trial(before, rival, rest, before.free, list(rival.points[:1])) for rival in asked]
+        good = [trial for trial in trials if _as_good(trial, own)]
+        if good:
+            best = max(good, key=lambda trial: (-len(trial.term.parameters), trial.gain))
+            gain, held_out_gain, wide, wide_held_out = own
+            of_all, of_rest = best.share_of_all, best.share_of_rest
+            was = Trial(
+                term, found.model, gain, held_out_gain, best.moves, of_all, of_rest, wide_gain=wide, wide_held_out_gain=wide_held_out
+            )
+            found.model = bench.settled(best.model)
+            found.trials[best.term.part] = [best, was]
+            bench.say(f"as good and simpler: {best.term.name} at {best.term.at}")
+
+
+def _is_simpler(term: Term, other: Term) -> bool:
+    return term.family == other.family and len(term.parameters) < len(other.parameters)
+
+
+def _as_good(trial: Trial, own: tuple[float, float, float, float]) -> bool:
+    """Say whether a trial gains what ``own`` does, on both recordings: the gains in the band of the motion and on all frequencies."""
+    gains = (trial.gain, trial.held_out_gain, trial.wide_gain, trial.wide_held_out_gain)
+    return all(gain > other - max(AS_GOOD, AS_GOOD_SHARE * abs(other)) for gain, other in zip(gains, own, strict=True))
+
+
+def _without(bench: Bench, model: Model, term: Term) -> Model:
+    rest = tuple(other for other in model.terms if other is not term)
+    free = [item for item in model.free if item.name not in term.parameters]
+    return bench.model(rest, fit(bench.rig.sensed, free, model.fitted.constant, rounds=2, wide=is_wide(rest)))
+
+
+def _held_against(model: Model, before: Model) -> tuple[float, float, float, float]:
+    """Give the gains of a model on the fitted and the held-out recording, as a trial counts them, and both on all frequencies."""
+    wide = is_wide(model.terms)
+    pairs = ((model.score, before.score), (model.held_out, before.held_out))
+    first, second = (ours.above(theirs, wide=wide) for ours, theirs in pairs)
+    third, fourth = (ours.above(theirs, wide=True) for ours, theirs in pairs)
+    return first, second, third, fourth
