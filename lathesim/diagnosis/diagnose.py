@@ -136,9 +136,9 @@ def _answer(
     bands = narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted)
     taken = removed_share(held_out, before, reported_fit)
     reasons = shortfalls(evidence, rig.machine.compare, strained, baseline, bands)
-    if standings:
+    if found.model.terms:
         reasons += too_little(evidence, taken)
-    if spoiled := bool(standings) and spoils_everything(own.fit):
+    if spoiled := bool(found.model.terms) and spoils_everything(own.fit):
         reasons.append("with it the lesson's own simulation is further off in every channel")
     adequate = not reasons
     verdict = _verdict(found, standings, moved, adequate, removed_in_band(found) if taken > 0.0 and not spoiled else 0.0)

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from lathesim.diagnosis.fit import fit
+from lathesim.diagnosis.fit import Free, fit, with_start
 from lathesim.diagnosis.problem import baseline_free
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Bench, Model, is_strained, is_wide
+from lathesim.diagnosis.together import together
+from lathesim.diagnosis.trial import Bench, Model, is_strained, is_wide, judged_score
 
 _WIDER = 10.0
 """By what factor a value may be further off than declared."""
@@ -19,6 +20,9 @@ _BETTER = 0.03
 """Share of what is gained by which one explanation must be better than another; within it they cannot be told apart."""
 _LEAST = 10.0
 """Nats that a value must gain."""
+_HOPELESS = 0.3
+"""Share of what was reached below which, after a rough fit of the fitted recording, a value is not fitted on; what is reached counts a gain
+there one and a half times at most."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ def value_far_off(bench: Bench, baseline: Model, model: Model) -> FarOff | None:
     for terms, start in (((), baseline), (model.terms, model)) if model.terms else (((), baseline),):
         if start is model and not is_strained(model.fitted):
             continue
-        found = sorted(_each(bench, baseline, terms, start), key=lambda item: -item[0])
+        found = sorted(_each(bench, baseline, terms, start, reached), key=lambda item: -item[0])
         if not found:
             continue
         best, name, loose = found[0]
@@ -52,16 +56,20 @@ def value_far_off(bench: Bench, baseline: Model, model: Model) -> FarOff | None:
     return None
 
 
-def _each(bench: Bench, baseline: Model, terms: tuple[Term, ...], start: Model) -> list[tuple[float, str, Model]]:
-    """Give merit, name and model for each value that no other one is strained beside."""
-    result = []
-    for item in baseline_free(bench.rig.machine, _WIDER):
+def _each(bench: Bench, baseline: Model, terms: tuple[Term, ...], start: Model, reached: float) -> list[tuple[float, str, Model]]:
+    """Give merit, name and model for each value that no other one is strained beside and that comes near what was ``reached``."""
+    wide, constant = is_wide(terms), start.fitted.constant
+
+    def loosened(item: Free) -> tuple[float, str, Model] | None:
         free = [replace(item, start=other.start) if other.name == item.name else other for other in start.free]
         free = [replace(other, start=other.given) if other.name in bench.rig.machine.uncertain else other for other in free]
-        loose = bench.model(terms, fit(bench.rig.sensed, free, start.fitted.constant, rounds=3, wide=is_wide(terms)))
-        if not is_strained(loose.fitted):
-            result.append((_merit(loose, baseline), item.name, loose))
-    return result
+        rough = fit(bench.rig.sensed, free, constant, rounds=1, wide=wide, slopes="kept")
+        if judged_score(bench.rig, rough).above(baseline.score, wide=True) < _HOPELESS * reached:
+            return None
+        loose = bench.model(terms, fit(bench.rig.sensed, with_start(rough), constant, rounds=3, wide=wide))
+        return None if is_strained(loose.fitted) else (_merit(loose, baseline), item.name, loose)
+
+    return [found for found in together(loosened, baseline_free(bench.rig.machine, _WIDER)) if found is not None]
 
 
 def _merit(model: Model, baseline: Model) -> float:

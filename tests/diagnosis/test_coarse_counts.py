@@ -8,7 +8,10 @@ import pytest
 from lathesim.diagnosis.coarse_counts import coarse_counts, grid_spacing
 from lathesim.diagnosis.problem import Rig
 from lathesim.effects.encoder_error import Quantisation
+from lathesim.effects.offset_and_gain import ForceOffset
+from lathesim.record import Record
 from tests.diagnosis.pushed_table import FORCE, POSITION, as_record, recording, rigs
+from tests.diagnosis.test_mistakes import diagnosed
 
 
 def wander(samples: int = 5000) -> np.ndarray:
@@ -37,11 +40,15 @@ def test_a_few_levels_tell_nothing() -> None:
     assert grid_spacing(np.tile([0.0, 1.0, 2.0], 100)) == 0.0
 
 
+def rounded(count: float, seed: int = 1) -> Record:
+    """Give the recording of a table whose encoder reads in whole ``count`` [m], where the lesson has 1 um."""
+    pushed, place = (recording(noise=0.0, seed=seed)[name] for name in (FORCE, POSITION))
+    return as_record({FORCE: ("N", pushed), POSITION: ("m", np.round(place / count) * count)})
+
+
 def read_in_counts(count: float) -> Rig:
-    """Give the rig of a table whose encoder reads in whole ``count`` [m], where the lesson has 1 um."""
-    pushed, place = (recording(noise=0.0)[name] for name in (FORCE, POSITION))
-    columns = {FORCE: ("N", pushed), POSITION: ("m", np.round(place / count) * count)}
-    (rig,) = rigs(as_record(columns), effects=(Quantisation,))
+    """Give the rig of such a table."""
+    (rig,) = rigs(rounded(count), effects=(Quantisation,))
     return rig
 
 
@@ -51,6 +58,13 @@ def test_coarse_counts_are_named_with_their_height() -> None:
     assert term.at == "x_encoder"
     assert count.value == pytest.approx(8e-6, rel=1e-6)
     assert 0.0 < count.error < 1e-7
+
+
+def test_coarse_counts_that_leave_no_error_to_take_away_are_all_there_is() -> None:
+    """Rounding is noise to a replay: that nothing is taken away there speaks not against the counts."""
+    found = diagnosed(rounded(8e-6), rounded(8e-6, seed=2), (Quantisation, ForceOffset))
+    assert (found.verdict, [effect.effect for effect in found.effects]) == ("named", ["Quantisation"])
+    assert found.adequate
 
 
 def test_the_counts_of_the_lesson_are_nothing_to_tell() -> None:
