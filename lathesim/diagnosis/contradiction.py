@@ -6,17 +6,20 @@ would follow with another sample period, it is the time column that is wrong.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
 
-from lathesim.component import Component
+from lathesim.component import Component, Input
 from lathesim.diagnosis.evidence import root_mean_square
 from lathesim.diagnosis.own_simulation import SETTLING
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import Term, decides
-from lathesim.engine.assembly import Assembly
+from lathesim.engine.assembly import Assembly, Part
 from lathesim.record import Record
 from lathesim.recordings.known_factors import known_factor
 
@@ -26,6 +29,16 @@ _FOLLOWS = 0.05
 """Share that may stay unexplained with another sample period for that to be the fault."""
 _GAINS = (0.6, 1.6)
 """Factors between which an amplifier may be off."""
+_TURNED_ROUND = 0.03
+"""How far a factor may lie beside -1."""
+_FURTHEST = 3.0
+"""Samples by which a channel is looked for earlier or later."""
+_BY_SHIFT = 0.35
+"""Share of what is unexplained that may stay so with a shift for that to be the fault."""
+_PLAINLY_OFF = 0.1
+_EXCHANGED = 0.1
+"""Two channels are swapped where together they are off by more than the first, as a share of their squares, and exchanged by less than the
+second share of that."""
 _PERIODS = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
 """Factors between the true period and the recorded one: clocks of other devices, and seconds for milliseconds."""
 
@@ -48,9 +61,66 @@ def contradicted(rig: Rig, values: Mapping[str, float]) -> str:
                         f"{1e3 * period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of "
                         f"{1.0 / factor:.4g}."
                     )
+            if late := _late_channel(rig, values, row, share):
+                return late
             return (
                 f"{share:.0%} of {name} does not follow from what its controller was given: a channel is shifted, swapped or in another "
                 "unit, the sample period is another, or the controller is not that of the lesson."
+            )
+    return ""
+
+
+def _late_channel(rig: Rig, values: Mapping[str, float], row: int, share: float) -> str:
+    """Give a sentence where a command follows from what its controller was given once one channel is shifted; empty where none does."""
+    name = rig.machine.compare[row]
+    controller = name.partition(".")[0]
+    period = rig.machine.assembly.sample_period
+    wires = {wire.target: wire.source for wire in rig.machine.assembly.wires}
+    fed = {wires.get(f"{controller}.{port}", "") for port in _part(rig, controller).component.declared(Input)}
+    for channel in (other for other in rig.machine.compare if other in fed):
+
+        def left(samples: float, channel: str = channel) -> float:
+            return dict(_unexplained(_shifted(rig, channel, samples), values))[row]
+
+        found = minimize_scalar(left, bounds=(-_FURTHEST, _FURTHEST), method="bounded", options={"xatol": 0.01, "maxiter": 25})
+        if found.fun < _BY_SHIFT * share:
+            how = "later" if found.x < 0.0 else "earlier"
+            late = f"{abs(found.x) * period * 1e3:.3g} ms ({abs(found.x):.2g} samples)"
+            return (
+                f"With {channel} {late} {how} {name} follows from what its controller was given, as recorded {share:.0%} of it does not: "
+                "the channels were not recorded at the same times (ChannelTimeShift)."
+            )
+    return ""
+
+
+def _shifted(rig: Rig, channel: str, samples: float) -> Rig:
+    """Give the same recording with one channel read some samples ahead, along a cubic spline."""
+    recorded = rig.record[channel]
+    number = np.arange(len(recorded), dtype=np.float64)
+    known = np.isfinite(recorded)
+    ahead = CubicSpline(number[known], recorded[known])(np.clip(number + samples, 0.0, number[-1]))
+    column = rig.record.channels[channel]
+    return replace(rig, record=rig.record.with_channel(channel, column.unit, np.where(known, ahead, np.nan)))
+
+
+def _part(rig: Rig, name: str) -> Part:
+    return next(part for part in rig.machine.assembly.parts if part.name == name)
+
+
+def swapped(rig: Rig, values: Mapping[str, float]) -> str:
+    """Give a sentence where two channels of one unit are what the machine with ``values`` makes of each other; empty where none are."""
+    recorded = np.nan_to_num(rig.sensed.recorded)
+    simulated = recorded - np.nan_to_num(rig.sensed.one(values))
+    units = [rig.record.channels[name].unit for name in rig.machine.compare]
+    power = np.maximum(np.sum(recorded**2, axis=1), 1e-300)
+    off = np.sum((recorded[:, None] - simulated[None]) ** 2, axis=2) / power[:, None]
+    for first, second in itertools.combinations(range(len(units)), 2):
+        as_mapped, exchanged = off[first, first] + off[second, second], off[first, second] + off[second, first]
+        if units[first] == units[second] and as_mapped > _PLAINLY_OFF and exchanged < _EXCHANGED * as_mapped:
+            names = f"{rig.machine.compare[first]} and {rig.machine.compare[second]}"
+            return (
+                f"{names} look swapped: as mapped the machine misses {np.sqrt(0.5 * as_mapped):.0%} of them, exchanged "
+                f"{np.sqrt(0.5 * exchanged):.0%}. Exchange their columns in the lesson."
             )
     return ""
 
@@ -63,15 +133,22 @@ def wrong_unit(terms: Iterable[Term], values: Mapping[str, float]) -> str:
     for term in terms:
         for name, neutral in zip(term.parameters, term.neutral, strict=True):
             factor = values.get(name, 1.0)
+            if neutral == 1.0 and abs(factor + 1.0) < _TURNED_ROUND:
+                return f"{term.at} reads {factor:.4g} times what the machine does: its sign is turned round."
             if neutral == 1.0 and not _GAINS[0] < abs(factor) < _GAINS[1] and (unit := known_factor(factor)):
                 return f"{term.at} reads {factor:.4g} times what the machine does, which is the factor of a mistaken unit: {unit}."
     return ""
 
 
+def commands(rig: Rig) -> list[tuple[int, str]]:
+    """Give place and name of each compared channel that is the command of a controller."""
+    parts = {part.name: part.component for part in rig.machine.assembly.parts}
+    return [(row, name) for row, name in enumerate(rig.machine.compare) if _commands(parts[name.partition(".")[0]])]
+
+
 def _unexplained(rig: Rig, values: Mapping[str, float]) -> Iterator[tuple[int, float]]:
     """Give for each controller's command its place among the compared channels and the share of it that a replay does not explain."""
-    parts = {part.name: part.component for part in rig.machine.assembly.parts}
-    rows = [row for row, name in enumerate(rig.machine.compare) if _commands(parts[name.partition(".")[0]])]
+    rows = [row for row, _ in commands(rig)]
     residual = rig.sensed.one(values) if rows else np.zeros((0, 0))
     for row in rows:
         size = float(np.std(np.nan_to_num(rig.sensed.recorded[row])))

@@ -14,9 +14,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from lathesim.diagnosis.another_law import another_law
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.coarse_counts import coarse_counts
-from lathesim.diagnosis.contradiction import contradicted, wrong_unit
+from lathesim.diagnosis.contradiction import contradicted, swapped, wrong_unit
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
 from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
@@ -27,17 +28,17 @@ from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.lesson_entry import lesson_entry, on_held_out, without_undetermined
 from lathesim.diagnosis.loading import Recorded
 from lathesim.diagnosis.narrow_band import narrow_bands
-from lathesim.diagnosis.parameters import CONFIDENCE, Estimate, Estimates, estimates, is_significant
+from lathesim.diagnosis.parameters import CONFIDENCE, Estimate, Estimates, estimates, is_significant, with_error_of_form
 from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import search
-from lathesim.diagnosis.shortfall import not_adequate, shortfalls, spoils_everything, too_little
+from lathesim.diagnosis.shortfall import leaves_much, left_over, not_adequate, of_another_form, shortfalls, spoils_everything, too_little
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED, Bench, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
 from lathesim.diagnosis.variables import resting
-from lathesim.diagnosis.verdict import NAMED_SHARE, Standing, removed_in_band, removed_share, standing
+from lathesim.diagnosis.verdict import NAMED_SHARE, Standing, removed_in_band, removed_share, standing, takes_nothing
 from lathesim.effects.effect import Effect
 
 Tell = Callable[[str], None]
@@ -68,7 +69,7 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     )
     if not faults:
         (rig, held_out), whole, held_name = _rigs(question)
-        faults = [sentence for one in (rig, held_out) if (sentence := contradicted(one, _as_given(one)))]
+        faults = [sentence for one in (rig, held_out) for check in (contradicted, swapped) if (sentence := check(one, _as_given(one)))]
     if faults:
         return _recording_fault(question, faults, findings, began)
     found = search(rig, held_out, question.settings, say)
@@ -80,6 +81,10 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     if doubtful:
         say(f"leaving out again {', '.join(term.name for term in doubtful)}: the recordings do not agree on its size")
         leave_out(found, doubtful, rig, held_out, say)
+        values = estimates(found.model, rig, held_out, whole)
+    if found.model.terms and takes_nothing(held_out, found.baseline.held_out_fit, on_held_out(held_out, found, values.values())):
+        say(f"leaving out again {', '.join(term.name for term in found.model.terms)}: nothing is taken away of the recording that judges")
+        leave_out(found, found.model.terms, rig, held_out, say)
         values = estimates(found.model, rig, held_out, whole)
     if mistaken := wrong_unit([term for term in found.model.terms if found.removed_by(term) > NAMED_SHARE], values.values()):
         return _recording_fault(question, [mistaken], findings, began)
@@ -136,14 +141,22 @@ def _answer(
     bands = narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted)
     taken = removed_share(held_out, before, reported_fit)
     reasons = shortfalls(evidence, rig.machine.compare, strained, baseline, bands)
+    left = left_over(evidence, rig.machine.compare) if found.model.terms else None
+    other_form = of_another_form(left)
+    reasons += other_form
+    laws = another_law(rig, held_out, _as_given(rig))
+    reasons += map(str, laws)
     if found.model.terms:
         reasons += too_little(evidence, taken)
     if spoiled := bool(found.model.terms) and spoils_everything(own.fit):
         reasons.append("with it the lesson's own simulation is further off in every channel")
+    verdict = _verdict(found, standings, moved, not reasons, removed_in_band(found) if taken > 0.0 and not spoiled else 0.0)
+    if found.model.terms and not reasons:
+        reasons = leaves_much(evidence, taken)
     adequate = not reasons
-    verdict = _verdict(found, standings, moved, adequate, removed_in_band(found) if taken > 0.0 and not spoiled else 0.0)
     names = verdict in ("named", "tied")
-    told_of = replace(values, by_name={**values.by_name, **read})
+    sure = with_error_of_form(values, found.model.terms, left.share) if left and other_form else values
+    told_of = replace(sure, by_name={**sure.by_name, **read})
     terms = [item.term for item in standings]
     effects = tuple(reported(item, told_of, rig) for item in standings)
     if names:
@@ -153,6 +166,8 @@ def _answer(
     if effects and found.values_instead:
         effects = (replace(effects[0], tied_with=(*effects[0].tied_with, *found.values_instead)), *effects[1:])
     location = located(held_out, found, evidence, named=names)
+    if laws and not names:
+        location = replace(location, components=tuple(law.controller for law in laws))
     if counts:
         hosts = [term.at.partition(".")[0] for term in (*found.model.terms, *[term for term, _ in counts])]
         others = location.components if found.model.terms else ()
@@ -176,6 +191,7 @@ def _answer(
         baseline=baseline,
         insert=tuple(lesson_entry(*pair, found.model.fitted, rig) for pair in zip(effects, terms, strict=True)) if names else (),
         left=(
+            *(f"{law}: a filter, a feed-forward, another gain." for law in laws),
             *_left(evidence, after, found, question.settings),
             *resting(held_out, found.model.held_out_fit),
             *map(str, bands),

@@ -112,7 +112,8 @@ class VariableBar:
 
 @dataclass(frozen=True)
 class MissingSignal:
-    """What is missing at a place [``unit``] over ``time`` [s], before and after; ``share`` is its size as a share of what acts there."""
+    """What is missing at a place [``unit``] over ``time`` [s], before and after; ``share`` is its size as a share of what acts there,
+    ``counted`` that of what is missing after less what dry friction may hold at rest."""
 
     at: str
     unit: str
@@ -122,6 +123,7 @@ class MissingSignal:
     total: FloatArray
     share_before: float
     share_after: float
+    counted: float = math.nan
 
 
 @dataclass(frozen=True)

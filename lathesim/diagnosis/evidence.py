@@ -10,12 +10,12 @@ import numpy as np
 from lathesim.diagnosis.diagnosis import ChannelFit, ChannelTrace, Evidence, Location, MissingSignal, VariableBar
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.locate import COUNTS, bars, missing_signal, places
+from lathesim.diagnosis.locate import COUNTS, bars, beyond, missing_signal, places
 from lathesim.diagnosis.own_simulation import SETTLING
 from lathesim.diagnosis.problem import Rig, acting
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Model, Trial
-from lathesim.diagnosis.variables import PARTIAL
+from lathesim.diagnosis.variables import PARTIAL, held_by_friction
 from lathesim.engine.assembly import FloatArray
 
 SEEN = 0.1
@@ -154,7 +154,10 @@ def _missing(held_out: Rig, before: Model, after: Model) -> list[MissingSignal]:
         share_before, total = missing_share(held_out, before.held_out_fit, row)
         share_after, _ = missing_share(held_out, after.held_out_fit, row)
         time = held_out.record.time
-        result.append(MissingSignal(first.at, first.unit, time, first.values, second.values, total, share_before, share_after))
+        unheld = beyond(second.values, held_by_friction(held_out, after.held_out_fit, row))
+        left = float(np.sqrt(np.mean(np.square(second.values))))
+        counted = share_after * float(np.sqrt(np.mean(np.square(unheld)))) / left if left > 0.0 else share_after
+        result.append(MissingSignal(first.at, first.unit, time, first.values, second.values, total, share_before, share_after, counted))
     return result
 
 

@@ -31,6 +31,8 @@ _RELATED, _RELATED_IF_STRAINED = 0.5, 0.1
 """Share of the promise of an effect that one of its family with no more values must have promised to be fitted too."""
 _NEARLY_ALL, _FAR_FROM_ALL = 0.95, 0.8
 """Share of the error that a finer effect must promise to be tried before simple ones, and how little these must promise then."""
+_MUCH, _MORE = 0.5, 4
+"""Share of the error that further candidates, at most so many, must promise to be fitted where the first ones explained less than that."""
 _NEAR = ((0.98, 0.85), (0.95, 0.6))
 """Once one candidate removes this share of what is left, others are fitted only where they promised that share of the best promise: what
 cannot be told from it promises as much."""
@@ -62,10 +64,11 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
     if not ranked:
         return False
     found.screened = ranked
-    first = ", ".join(f"{item.term.name} at {item.term.at} {item.gain:.0f} ({item.share:.0%})" for item in ranked[:5])
-    bench.say(f"  promised nats (chance gives {found.chance:.0f}): {first}")
+    best_promises = ", ".join(f"{item.term.name} at {item.term.at} {item.gain:.0f} ({item.share:.0%})" for item in ranked[:5])
+    bench.say(f"  promised nats (chance gives {found.chance:.0f}): {best_promises}")
     tried: list[Trial] = []
-    waiting = list(ranked[: settings.screened])
+    first = ranked[: settings.screened]
+    waiting = [*first, *[item for item in ranked[settings.screened :] if item.share > _MUCH][:_MORE]]
     while wave := _wave(bench, found, waiting, ranked[0].gain, tried, settings):
         asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.share) for item in wave]
         tried += side_by_side(bench, found.model, asked)
@@ -101,16 +104,24 @@ def _wave(bench: Bench, found: Found, waiting: list[Screened], best: float, trie
     # what promised much and kept none of it is no yardstick
     promised = max((item.gain for item in found.screened if item.term.part in kept), default=0.0)
     least = max(0.5 * (settings.margin + found.chance), settings.worth_a_fit * promised)
-    explained = max((trial.share_of_rest for trial in good), default=0.0)
+    # of all channels together: what explains one of them may be a part of what explains all
+    explained = max((1.0 - float(trial.model.error.sum() / found.model.error.sum()) for trial in good), default=0.0)
     near = best * next((share for removed, share in _NEAR if explained > removed), 0.0)
+    first = found.screened[: settings.screened]
     wave: list[Screened] = []
     while waiting and len(wave) < TOGETHER:
         item = waiting.pop(0)
         if item.gain < least:
             waiting.clear()
-        elif _may_be_worth(bench, found.model, item, settings) and item.gain >= near:
+        elif _may_add(item, explained, near if item in first else np.inf) and _may_be_worth(bench, found.model, item, settings):
             wave.append(item)
     return wave
+
+
+def _may_add(item: Screened, explained: float, near: float) -> bool:
+    """Say whether a candidate may do as well as what was tried: it promises a larger share of the error than was ``explained``, or as much
+    gain as what cannot be told from the best, ``near`` [nats]."""
+    return item.share > explained or item.gain >= near
 
 
 def _starts(item: Screened) -> Sequence[FloatArray]:

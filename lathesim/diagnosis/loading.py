@@ -101,7 +101,8 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
     if len(mapped.record) < LEAST_SAMPLES:
         fact = f"the recording has {len(mapped.record)} usable samples."
         raise RecordingError(fact, place=str(file), remedy=f"Record at least {LEAST_SAMPLES}.")
-    findings = (*mapped.findings, *recording_faults(mapped.record, mapping))
+    coarse = _coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
+    findings = (*mapped.findings, *recording_faults(mapped.record, mapping), *coarse)
     assembly = at_period(prepared.machinery, mapped.record.sample_period)
     machine = Machine(assembly, mapping.targets("drive"), mapping.targets("compare"), {}, mapped.resolution)
     return machine, Recorded(file.name, mapped.record, tuple(findings))
@@ -124,10 +125,13 @@ def _coarser_than_decided(period: float, assembly: Assembly, compared: Collectio
         outputs = {f"{part.name}.{name}" for name in part.component.declared(Output)}
         ports = part.component.ports
         closes_a_loop = decides(part.component) and ports["drive"] != ports["measured"]
-        if period > _COARSER * assembly.sample_period and closes_a_loop and not outputs & set(compared):
+        if period > _COARSER * assembly.sample_period and closes_a_loop:
             fact = f"one sample every {period * 1e3:g} ms, and {part.name} decides every {assembly.sample_period * 1e3:g} ms"
-            done = f"what it did in between cannot be replayed; record as often, or record {next(iter(sorted(outputs)), part.name)} too"
-            found.append(Finding("coarse", "", fact, done, serious=True))
+            known = bool(outputs & set(compared))
+            done = "it is simulated at the recorder's rate, a slower loop than the real one; record as often as it decides"
+            if not known:
+                done = f"what it did in between cannot be replayed; record as often, or record {next(iter(sorted(outputs)), part.name)} too"
+            found.append(Finding("coarse", "", fact, done, serious=not known))
     return found
 
 

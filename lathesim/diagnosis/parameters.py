@@ -100,6 +100,24 @@ def _estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Esti
     return Estimates(found, inflation)
 
 
+def with_error_of_form(values: Estimates, terms: Sequence[Term], share: float) -> Estimates:
+    """Give the estimates with sizes of effects no surer than ``share`` of themselves, where that much of what was missing follows the
+    motion and is left: it might have been theirs in a model of the right form.
+
+        error^2 <- error^2 + (share (value - neutral) / 1.96)^2
+
+    Source: Kennedy, O'Hagan, Bayesian calibration of computer models, J. Royal Statistical Society B 63 (2001), section 2 (a model's
+    inadequacy is an uncertainty of its own). Assumed: what is left is shared out as the effect itself is. Left out: periods and times.
+    """
+    found = dict(values.by_name)
+    for term in terms:
+        for name, neutral in zip(term.parameters, term.neutral, strict=True):
+            if name in found and name.partition(".")[2] in term.effect.neutral:
+                item = found[name]
+                found[name] = replace(item, error=float(np.hypot(item.error, share * (item.value - neutral) / 1.96)))
+    return replace(values, by_name=found)
+
+
 def _held(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
     """Give by what factor each standard error of some values is smaller where the others of them are held."""
     places = [fitted.names.index(name) for name in names]

@@ -7,7 +7,7 @@ a part is not blamed for its neighbour.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -151,7 +151,8 @@ def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, F
     """Give the assembly whose motion sensors look at the recorded motion, and the output that now stands for each of their channels.
 
     ``channels`` gives the output that stood for each channel before. What a sensor gets wrong is then a known function of time, and it is
-    added to the simulated motion: see :class:`CorrectedSight`.
+    added to the simulated motion: see :class:`CorrectedSight`. What makes a reading late acts on that sum: a recorded motion is late
+    already, and made late once more it says that of y - late(y) only what late(y) - late(late(y)) is.
     """
     parts = list(assembly.parts)
     by_name = {part.name: part for part in parts}
@@ -176,10 +177,31 @@ def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, F
         sight = f"sight_{sensor}"
         parts.append(Part(sight, CorrectedSight.with_units({"signal": unit})))
         wires[target] = Wire(target, f"{signal}.value")
-        for name, feed in (("sensed", output), ("simulated", source), ("recorded", f"{signal}.value")):
+        errors, lags = _errors_and_lags(by_name, wires, channel, output)
+        sensed = _in_line(wires, channel, errors)
+        for name, feed in (("sensed", sensed), ("simulated", source), ("recorded", f"{signal}.value")):
             wires[f"{sight}.{name}"] = Wire(f"{sight}.{name}", feed)
-        shown[channel] = f"{sight}.reading"
+        shown[channel] = _in_line(wires, f"{sight}.reading", lags)
     return replace(assembly, parts=tuple(parts), wires=tuple(wires.values())), shown
+
+
+def _errors_and_lags(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str, output: str) -> tuple[list[str], list[str]]:
+    """Give the effects between a channel and the output that stands for it, in the order in which they act: those that add an error, and
+    those that make it late."""
+    chain: list[str] = []
+    while output != channel:
+        chain.insert(0, output.partition(".")[0])
+        output = wires[f"{chain[0]}.incoming"].source
+    late = [name for name in chain if getattr(parts[name].component, "late_by", "")]
+    return [name for name in chain if name not in late], late
+
+
+def _in_line(wires: dict[str, Wire], feed: str, effects: Sequence[str]) -> str:
+    """Wire effects one behind the other and give the output of the last one, or what feeds them where there is none."""
+    for name in effects:
+        wires[f"{name}.incoming"] = Wire(f"{name}.incoming", feed)
+        feed = f"{name}.outgoing"
+    return feed
 
 
 def _eye(parts: Mapping[str, Part], wires: Mapping[str, Wire], sensor: str) -> str:

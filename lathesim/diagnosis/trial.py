@@ -155,6 +155,11 @@ class Bench:
                 floors.append(floor)
         return np.array(errors), np.array(floors)
 
+    def most_removed(self, rig: Rig, before: Fitted, after: Fitted) -> float:
+        """Give the share of the error of one fit, floor included, that another one takes away in the channel where it takes most."""
+        error, floor = self._error(rig, before)
+        return float(np.max((error - self.error(rig, after))[::2] / (error + floor)[::2]))
+
     def settled(self, model: Model) -> Model:
         """Fit a model anew from where it stands until nothing moves any more, with all slopes taken afresh."""
         wide, constant = is_wide(model.terms), model.fitted.constant

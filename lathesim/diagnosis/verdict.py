@@ -16,6 +16,8 @@ from lathesim.diagnosis.trial import Bench
 
 TIE = 4.0
 """Nats within which two candidates cannot be told apart, or :data:`TIE_SHARE` of what the better one gains."""
+_NOTHING = 0.03
+"""Share of the error of a channel, its floor included, that is nothing."""
 NAMED_SHARE = 0.5
 """Share of the baseline's error that the effects must remove for them to be named."""
 
@@ -61,6 +63,13 @@ def removed_in_band(found: Found) -> float:
     """Give the share of the baseline's error, in the band of the motion, that the effects remove on the fitted recording."""
     before, after = found.baseline.error, found.model.error
     return float(1.0 - after[::2].sum() / before[::2].sum()) if before[::2].sum() > 0.0 else 0.0
+
+
+def takes_nothing(rig: Rig, before: Fitted, after: Fitted) -> bool:
+    """Say whether a fit takes away no more than chance does of another's error, whichever channel of the recording is looked at."""
+    bench = Bench(rig, rig, lambda text: None)
+    bench.weigh(before)
+    return bench.most_removed(rig, before, after) < _NOTHING
 
 
 def removed_share(rig: Rig, before: Fitted, after: Fitted) -> float:

@@ -248,18 +248,23 @@ def _attach(bench: _Bench, place: str, taken: str, given: str) -> None:
 
 
 def _show_beyond(bench: _Bench, effect: type[Effect], host: Part, name: str) -> None:
-    """Let the sensors of the host's displacement that close no loop see what is beyond the effect too."""
+    """Let the sensors of the host's displacement that close no loop see what is beyond the effect too; where none of several closes one,
+    the first sits at the motor."""
     place = f"{host.name}.{host.component.ports.get('displacement', '')}"
     unit = host.component.declarations[place.partition(".")[2]].unit
     fed = {wire.source for wire in bench.wires.values()}
+    sensors: list[tuple[Part, str, bool]] = []
     for sensor in list(bench.parts.values()):
         ports = sensor.component.ports
         if "measured" not in ports or "reading" not in ports:
             continue
         reading = f"{sensor.name}.{ports['reading']}"
         head = _head(bench, f"{sensor.name}.{ports['measured']}")
-        if bench.seen_as.get(reading, reading) in fed or head not in bench.wires or bench.wires[head].source != place:
-            continue
+        if head in bench.wires and bench.wires[head].source == place:
+            sensors.append((sensor, head, bench.seen_as.get(reading, reading) in fed))
+    if len(sensors) > 1 and not any(closes for _, _, closes in sensors):
+        del sensors[0]
+    for sensor, head in ((sensor, head) for sensor, head, closes in sensors if not closes):
         adder = f"{name}_beyond_{sensor.name}"
         bench.parts[adder] = Part(adder, SeenBeyond.with_units({"signal": unit}))
         bench.wires[f"{adder}.incoming"] = Wire(f"{adder}.incoming", place)

@@ -92,6 +92,11 @@ def _in_order(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Find
         return rows
     forward = steps[steps > 0.0]
     usual = float(np.median(forward)) if len(forward) else 1.0
+    rows = _without_rewinds(time, rows, usual, findings)
+    steps = np.diff(time[rows])
+    backward = np.flatnonzero(steps < 0.0)
+    if not len(backward):
+        return rows
     anew = backward[-steps[backward] > 10.0 * usual]
     if len(anew) and len(anew) <= max(20, len(rows) // 1000):
         edges = np.concatenate([[0], anew + 1, [len(rows)]])
@@ -108,6 +113,28 @@ def _in_order(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Find
         Finding("time", "time", f"{counted(len(backward), 'row', 'is', 'are')} earlier than the row before", "the rows are sorted by time")
     )
     return rows[np.argsort(time[rows], kind="stable")]
+
+
+def _without_rewinds(time: FloatArray, rows: npt.NDArray[np.int64], usual: float, findings: list[Finding]) -> npt.NDArray[np.int64]:
+    """Leave out rows that were written twice: the clock goes back to where it was a while ago, not to its start, and then runs on."""
+    times = time[rows]
+    back = np.flatnonzero(np.diff(times) < -10.0 * usual) + 1
+    if not len(back):
+        return rows
+    reached = np.maximum.accumulate(times)
+    ends = [*back[1:], len(times)]
+    rewound = [
+        times[begin] > times[0] + 10.0 * usual and times[begin:end].max() > reached[begin - 1]
+        for begin, end in zip(back, ends, strict=True)
+    ]
+    if not all(rewound):
+        return rows
+    twice = np.zeros(len(times), dtype=bool)
+    for begin, end in zip(back, ends, strict=True):
+        twice[begin:end] = times[begin:end] <= reached[begin - 1] + 0.5 * usual
+    fact = f"the clock goes back {counted(len(back), 'time')} and runs on: {counted(int(twice.sum()), 'row')} were written twice"
+    findings.append(Finding("time", "time", fact, "each is kept once"))
+    return rows[~twice]
 
 
 def _coarse(time: FloatArray) -> tuple[float, int] | None:

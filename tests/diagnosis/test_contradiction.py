@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 
-from lathesim.diagnosis.contradiction import contradicted, wrong_unit
+from lathesim.diagnosis.contradiction import contradicted, swapped, wrong_unit
+from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.problem import Machine, Rig, build_rigs
 from lathesim.diagnosis.terms import insert_candidates
 from lathesim.effects.offset_and_gain import ScaleFactorError
+from lathesim.engine.assembly import FloatArray
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
 from lathesim.record import Record
+from tests.diagnosis.one_cut import cut_machine, cut_record
 from tests.diagnosis.pushed_table import machine
 from tests.diagnosis.small_case import write_lesson
 
@@ -52,7 +58,7 @@ def test_a_wrong_period_is_told_with_the_right_one(controlled: Rig, factor: floa
     assert sentence.endswith(f"the time column, or its unit, is off by a factor of {told}.")
 
 
-@pytest.mark.parametrize(("factor", "told"), [(6.27, "turns and radians"), (1e-3, "milli"), (1.2, ""), (4.3, "")])
+@pytest.mark.parametrize(("factor", "told"), [(6.27, "turns and radians"), (1e-3, "milli"), (-0.999, "its sign"), (1.2, ""), (4.3, "")])
 def test_a_gain_that_a_mistaken_unit_leaves_is_a_fault_of_the_recording(factor: float, told: str) -> None:
     _, terms = insert_candidates(machine().assembly, (ScaleFactorError,))
     (gain,) = terms
@@ -62,8 +68,35 @@ def test_a_gain_that_a_mistaken_unit_leaves_is_a_fault_of_the_recording(factor: 
     assert not sentence or sentence.startswith("x_encoder reads ")
 
 
-def test_a_shifted_channel_is_told_as_one_of_several_faults(controlled: Rig) -> None:
+def test_a_command_of_the_wrong_sign_is_told_as_one_of_several_faults(controlled: Rig) -> None:
     record = controlled.record
     late = record.with_channel(VOLTAGE, "V", -record[VOLTAGE])
     (rig,) = build_rigs(controlled.machine, [("run.csv", late)], [])
     assert "does not follow from what its controller was given: a channel is shifted" in contradicted(rig, {})
+
+
+def test_a_channel_that_was_recorded_late_is_told_with_its_delay(controlled: Rig) -> None:
+    number = np.arange(len(controlled.record), dtype=float)
+    late = np.interp(number - 1.4, number, controlled.record[POSITION])
+    (rig,) = build_rigs(controlled.machine, [("run.csv", controlled.record.with_channel(POSITION, "m", late))], [])
+    sentence = contradicted(rig, {})
+    assert "x_encoder.position" in sentence
+    assert "(1.4 samples) earlier x_controller.voltage follows" in sentence
+
+
+def test_two_columns_that_are_exchanged_are_told() -> None:
+    """Thrust and feed force of one cut, of one unit."""
+    columns = dict.fromkeys(("dynamometer.thrust", "dynamometer.feed"), "N")
+    cut = cut_record()
+    rig = parted(cut_machine(), "cut.csv", cut, ())[2]
+    assert swapped(rig, {}) == ""
+    pushed, other = 300.0 + 0.0 * cut.time, 90.0 + 0.0 * cut.time
+    simulated = np.array([pushed, other])
+
+    def with_recorded(recorded: FloatArray) -> Any:
+        sensed = SimpleNamespace(recorded=recorded, one=lambda values: recorded - simulated)
+        record = SimpleNamespace(channels={name: SimpleNamespace(unit=unit) for name, unit in columns.items()})
+        return SimpleNamespace(sensed=sensed, record=record, machine=SimpleNamespace(compare=tuple(columns)))
+
+    assert swapped(with_recorded(1.1 * simulated), {}) == ""
+    assert swapped(with_recorded(1.1 * simulated[::-1]), {}).startswith("dynamometer.thrust and dynamometer.feed look swapped: ")

@@ -1,5 +1,6 @@
 """How a model grows: what is tried first, and what is done where the first effect was the wrong one."""
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -7,7 +8,7 @@ import pytest
 
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.growth import in_turn
+from lathesim.diagnosis.growth import _may_add, in_turn
 from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
 from lathesim.diagnosis.trial import Score
 
@@ -26,6 +27,23 @@ def candidate(name: str, share: float) -> Any:
 def test_what_is_tried_first(simple: float, finer: float, first: str) -> None:
     ranked = [candidate("uneven friction", finer), candidate("friction", simple)]
     assert in_turn(ranked, ["friction"])[0][0].term == first  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize(
+    ("share", "gain", "explained", "near", "tried"),
+    [
+        (0.99, 600.0, 0.8, 1200.0, True),
+        (0.6, 600.0, 0.99, 1200.0, False),
+        (0.6, 1300.0, 0.99, 1200.0, True),
+        (0.6, 1300.0, 0.4, math.inf, True),
+        (0.6, 1300.0, 0.7, math.inf, False),
+    ],
+    ids=["promises more than was reached", "does not", "may be tied", "further down, and nothing explained much", "and something did"],
+)
+def test_what_may_still_do_better_is_tried(share: float, gain: float, explained: float, near: float, tried: bool) -> None:
+    """A clock that runs slow promised less gain than a spring did, and explained what that left."""
+    item: Any = SimpleNamespace(share=share, gain=gain)
+    assert _may_add(item, explained, near) == tried
 
 
 def model(score: float, held_out: float, *parameters: int) -> Any:

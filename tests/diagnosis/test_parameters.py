@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.fit import Fitted, Free, fit
-from lathesim.diagnosis.parameters import Estimate, Estimates, estimates, is_significant, joint_errors
+from lathesim.diagnosis.parameters import Estimate, Estimates, estimates, is_significant, joint_errors, with_error_of_form
 from lathesim.diagnosis.standard_errors import covariance_of
 from lathesim.diagnosis.trial import Bench, Model, term_free
 from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, baseline, pair, recording, rigs
@@ -77,6 +77,21 @@ def test_only_values_that_make_an_effect_vanish_count() -> None:
     moved = {**sizes, f"{term.part}.period": Estimate(0.02, 1e-9, 1e-9)}
     assert not is_significant(term, Estimates(moved, 1.0))
     assert is_significant(term, Estimates({**moved, f"{term.part}.amplitude": Estimate(1.0, 0.1, 0.1)}, 1.0))
+
+
+def test_sizes_of_a_form_that_is_a_little_wrong_are_no_surer_than_what_it_leaves() -> None:
+    """A period is read off where the wave turns over, whatever its shape."""
+    term = next(term for term in pair(Hidden())[0].candidates if term.name == "TorqueRipple")
+    amplitude, period = (f"{term.part}.{name}" for name in ("amplitude", "period"))
+    values = Estimates(
+        {amplitude: Estimate(4.0, 0.3, 0.3), period: Estimate(0.02, 1e-5, 1e-5), "x_axis.mass": Estimate(40.0, 0.1, 0.1)}, 1.0
+    )
+    found = with_error_of_form(values, [term], 0.196).by_name
+    assert found[amplitude].error == pytest.approx(0.5)
+    assert found[amplitude].by_noise == 0.3
+    assert {name: item for name, item in found.items() if name != amplitude} == {
+        name: item for name, item in values.by_name.items() if name != amplitude
+    }
 
 
 def test_a_wave_of_negative_size_is_the_same_wave_half_a_turn_on() -> None:

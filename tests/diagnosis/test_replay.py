@@ -10,6 +10,7 @@ from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ConverterOffset, ScaleFactorError
 from lathesim.effects.play import Backlash
 from lathesim.effects.spindle_error import Runout
+from lathesim.effects.time_shift import ChannelTimeShift
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
@@ -144,3 +145,19 @@ def test_a_sensor_is_wrong_where_the_machine_was_and_not_where_the_simulation_dr
     found = run(wire(looking), duration=19 * PERIOD)
     assert found["x_axis.position"] == pytest.approx(np.zeros(20))
     assert found[shown[POSITION]] == pytest.approx(0.01 * motion["x_axis.position"], abs=RESOLUTION)
+
+
+def test_what_makes_a_reading_late_delays_the_simulated_motion() -> None:
+    """The recorded motion is late already: made late once more it would give y - 2 late(y) + late(late(y))."""
+    shift = 3.0 * PERIOD
+    assembly = insert_effect(machine().assembly, ChannelTimeShift, "x_encoder", name="late", parameters={"shift": shift})
+    assembly = insert_effect(assembly, ScaleFactorError, "x_encoder", name="scale", parameters={"factor": 1.01})
+    time = np.arange(200) * PERIOD
+    pushed = 40.0 * np.sin(2.0 * np.pi * 2.0 * time)
+    bare = run(wire(drive(dataclasses.replace(machine().assembly, record=("x_axis.position",)), {FORCE: pushed})), duration=time[-1])
+    simulated = bare["x_axis.position"]
+    motion = {"x_axis.position": np.interp(time - shift, time, simulated)}
+    looking, shown = look(assembly, {POSITION: seen(assembly, POSITION)}, motion)
+    found = run(wire(drive(dataclasses.replace(looking, record=(shown[POSITION],)), {FORCE: pushed})), duration=time[-1])
+    wanted = np.interp(time - shift, time, simulated + 0.01 * motion["x_axis.position"])
+    assert found[shown[POSITION]][10:] == pytest.approx(wanted[10:], abs=2.0 * RESOLUTION)

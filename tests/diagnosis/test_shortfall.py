@@ -10,7 +10,16 @@ from lathesim.diagnosis.answer_text import answer_lines
 from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, MissingSignal, VariableBar
 from lathesim.diagnosis.narrow_band import NarrowBand
 from lathesim.diagnosis.report import report_html
-from lathesim.diagnosis.shortfall import not_adequate, shortfalls, spoils_everything, structured, too_little
+from lathesim.diagnosis.shortfall import (
+    leaves_much,
+    left_over,
+    not_adequate,
+    of_another_form,
+    shortfalls,
+    spoils_everything,
+    structured,
+    too_little,
+)
 from tests.diagnosis.pushed_table import POSITION
 from tests.diagnosis.sample_diagnoses import CLEAN, NAMED
 
@@ -40,6 +49,33 @@ def test_only_what_has_a_pattern_makes_a_model_inadequate(share_after: float, ex
 )
 def test_effects_that_take_away_little_are_not_all_there_is(share_after: float, taken: float, told: bool) -> None:
     assert bool(too_little(evidence(share_after, 0.0), taken)) == told
+
+
+@pytest.mark.parametrize(
+    ("share_after", "counted", "taken", "told"),
+    [(0.2, math.nan, 0.86, True), (0.15, math.nan, 0.86, False), (0.2, 0.15, 0.86, False), (0.2, math.nan, 0.95, False)],
+    ids=["much is left", "little is left", "friction at rest holds the rest", "most is gone"],
+)
+def test_effects_that_leave_much_are_not_all_there_is(share_after: float, counted: float, taken: float, told: bool) -> None:
+    """Half of what acts was missing before."""
+    found = evidence(share_after, 0.0)
+    found = replace(found, missing=(replace(found.missing[0], counted=counted),))
+    assert bool(leaves_much(found, taken)) == told
+
+
+@pytest.mark.parametrize(
+    ("after", "explained", "share"),
+    [(0.4, 0.36, 0.24), (0.4, 0.04, 0.08), (0.4, 0.0, None), (0.99, 0.36, None)],
+    ids=["another form", "nearly the form", "noise alone", "a channel in which nothing was taken away"],
+)
+def test_what_an_effect_leaves_in_its_place_says_whether_it_has_the_right_form(after: float, explained: float, share: float | None) -> None:
+    signal = np.array([1.0, -1.0, 1.0, -1.0])
+    missing = MissingSignal("x_scale.position", "m", signal, 2.0 * signal, 2.0 * after * signal, signal, 2e-4, 2e-4 * after)
+    bars = (VariableBar("x_scale.position", "velocity of x_axis", 0.9, explained), VariableBar("x_scale.position", "time", 0.9, 0.0))
+    left = left_over(Evidence(bars=bars, missing=(missing,)), ["x_scale.position"])
+    assert (left.share if left else None) == (None if share is None else pytest.approx(share))
+    told = ["24% of what was missing at x_scale.position is left and goes with velocity of x_axis"]
+    assert of_another_form(left) == (told if share and share > 0.2 else [])
 
 
 def test_effects_with_which_every_channel_is_further_off_are_not_believed() -> None:

@@ -9,7 +9,7 @@ from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.search import search
 from lathesim.diagnosis.trial import Trial
-from lathesim.diagnosis.verdict import Standing, removed_in_band, standing
+from lathesim.diagnosis.verdict import Standing, removed_in_band, standing, takes_nothing
 from tests.diagnosis.pushed_table import Hidden, pair
 
 SETTINGS = Settings()
@@ -86,3 +86,11 @@ def test_the_share_of_the_error_that_is_gone() -> None:
     untouched = dataclasses.replace(searched())
     untouched.model = untouched.baseline
     assert removed_in_band(untouched) == 0.0
+
+
+def test_whether_anything_is_taken_away_is_asked_of_each_channel() -> None:
+    _, held_out = pair(Hidden(dry=8.0))
+    found = searched()
+    assert not takes_nothing(held_out, found.baseline.held_out_fit, found.model.held_out_fit)
+    assert takes_nothing(held_out, found.baseline.held_out_fit, found.baseline.held_out_fit)
+    assert takes_nothing(held_out, found.model.held_out_fit, found.baseline.held_out_fit)

@@ -66,6 +66,17 @@ def test_a_sensor_that_closes_a_loop_stays_on_the_motor_side() -> None:
     assert source["x_scale.measured"] == "resonance_beyond_x_scale.outgoing"
 
 
+def test_of_two_sensors_that_close_no_loop_the_first_is_on_the_motor_side() -> None:
+    parts = (Part("x_axis", ForceAxis), Part("x_encoder", LinearEncoder), Part("x_scale", LinearEncoder))
+    wires = (
+        Wire("x_axis.force", constant=PUSH), Wire("x_encoder.measured", "x_axis.position"), Wire("x_scale.measured", "x_axis.position")
+    )  # fmt: skip
+    assembly = insert_effect(Assembly(parts, wires, 1e-3, 1e-3), AxialResonance, "x_axis", name="resonance")
+    source = {item.target: item.source for item in assembly.wires}
+    assert source["x_encoder.measured"] == "x_axis.position"
+    assert source["x_scale.measured"] == "resonance_beyond_x_scale.outgoing"
+
+
 def test_a_friction_that_comes_before_the_spring_holds_the_table() -> None:
     """The motor is pushed less than the table's friction carries: the motor gives way by the spring, the table does not move."""
     stiffness = SHARE * MASS * (2.0 * math.pi * FREQUENCY) ** 2

@@ -193,6 +193,14 @@ def test_a_clock_that_starts_anew() -> None:
     assert str(found.findings[0]) == "time: the clock starts anew 1 time; kept is the longest stretch, 700 of 1000 rows from row 301 on."
 
 
+def test_buffers_that_were_written_twice_are_kept_once() -> None:
+    rows = np.r_[0:500, 460:900, 850:1000]
+    found = mapped(table(t=TIME[rows], q=PLACE[rows]))
+    assert np.allclose(found.record["x_encoder.position"], 1e-3 * PLACE[:1000])
+    told = "time: the clock goes back 2 times and runs on: 90 rows were written twice; each is kept once."
+    assert [str(finding) for finding in found.findings] == [told]
+
+
 def test_another_unit_in_the_file_than_in_the_lesson_is_serious() -> None:
     found = mapped(table({"q": "um", "t": "ms"}, t=TIME, q=PLACE))
     assert [(finding.kind, finding.channel, finding.serious) for finding in found.findings] == [

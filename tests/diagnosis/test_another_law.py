@@ -1,0 +1,56 @@
+"""A controller of another law than the lesson's shows in what its command owes to the reference."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from lathesim.diagnosis.another_law import another_law
+from lathesim.diagnosis.problem import Machine, Rig, build_rigs
+from lathesim.engine.assembly import FloatArray
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare, run_prepared
+from lathesim.plugins import load_registry
+from lathesim.record import Record
+from tests.diagnosis.small_case import write_lesson
+
+REFERENCE, POSITION, VOLTAGE = "x_controller.reference", "x_encoder.position", "x_controller.voltage"
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]:
+    """An axis under cascade control, with a run of it."""
+    prepared = prepare(load_lesson(write_lesson(tmp_path_factory.mktemp("lesson"))), load_registry(installed=False))
+    run = run_prepared(prepared)
+    asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
+    record = Record(run.time, {**{name: run.channels[name] for name in (POSITION, VOLTAGE)}, REFERENCE: asked}, dict(run.meta))
+    return Machine(prepared.machinery, (REFERENCE,), (POSITION, VOLTAGE), {}, {}), record
+
+
+def rigs(machine: Machine, record: Record, command: FloatArray) -> list[Rig]:
+    """Give the rigs of two recordings in which the controller commanded something else."""
+    other = record.with_channel(VOLTAGE, "V", command)
+    return build_rigs(machine, [("first.csv", other), ("second.csv", other)], [])
+
+
+def test_the_controller_of_the_lesson_leaves_nothing(recorded: tuple[Machine, Record]) -> None:
+    machine, record = recorded
+    first, second = rigs(machine, record, record[VOLTAGE])
+    assert another_law(first, second, {}) == []
+
+
+def test_noise_on_the_command_is_no_other_law(recorded: tuple[Machine, Record]) -> None:
+    machine, record = recorded
+    noise = 0.1 * np.std(record[VOLTAGE]) * np.random.default_rng(1).standard_normal(len(record))
+    first, second = rigs(machine, record, record[VOLTAGE] + noise)
+    assert another_law(first, second, {}) == []
+
+
+def test_a_command_that_was_filtered_is(recorded: tuple[Machine, Record]) -> None:
+    machine, record = recorded
+    first, second = rigs(machine, record, np.asarray(lfilter([0.3], [1.0, -0.7], record[VOLTAGE])))
+    (found,) = another_law(first, second, {})
+    assert (found.channel, found.controller) == (VOLTAGE, "x_controller")
+    assert 0.01 < found.share < 0.5
+    assert str(found).endswith("answers to its reference by another law than the lesson's controller")
