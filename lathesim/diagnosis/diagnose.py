@@ -18,7 +18,7 @@ from lathesim.diagnosis.another_law import another_law
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.coarse_counts import coarse_counts
 from lathesim.diagnosis.contradiction import contradicted, swapped, wrong_unit
-from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
+from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, Evidence, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
 from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
 from lathesim.diagnosis.fit import Fitted, fit, with_start
@@ -263,15 +263,21 @@ def _baseline(rig: Rig, found: Found, values: Estimates) -> dict[str, BaselineVa
     return result
 
 
-def _left(evidence: object, variables: tuple[str, ...], found: Found, settings: Settings) -> tuple[str, ...]:
+_MUCH = 0.05
+"""Share of what acts at a place from which on it is said that nothing explains what is missing there."""
+
+
+def _left(evidence: Evidence, variables: tuple[str, ...], found: Found, settings: Settings) -> tuple[str, ...]:
     """Say what is still missing, where, and what it depends on."""
     sentences = []
-    for item in evidence.missing:  # type: ignore[attr-defined]
+    for item in evidence.missing:
         size = float(np.sqrt(np.mean(item.after**2)))
         shares = f"{item.share_after:.1%} of what acts there, {item.share_before:.1%} before"
         sentences.append(f"{size:.3g} {item.unit} is still missing at {item.at} ({shares}).")
     if variables:
         sentences.append(f"What is left depends on {', '.join(variables[:3])}.")
+    elif max((item.share_after for item in evidence.missing if np.isfinite(item.share_after)), default=0.0) > _MUCH:
+        sentences.append("What is left goes with nothing that the machine was doing: noise, or a load that nobody measured.")
     for trial in found.tried:
         small = trial.gain > settings.margin and trial.held_out_gain > settings.margin and found.was_held_against(trial)
         if small and trial.share_of_rest > settings.share_of_rest and found.complete and trial.share_of_all <= settings.share_of_all:

@@ -196,7 +196,13 @@ def _differences(gains: list[FloatArray], differencing: FloatArray) -> int:
     """Give how often a channel is to be differenced so that the response to forces spans the fewest decades."""
     if not gains:
         return 0
-    return int(np.argmin([max(float(np.std(np.log(gain * differencing**times))) for gain in gains) for times in range(3)]))
+    return int(np.argmin([max(_decades(gain * differencing**times) for gain in gains) for times in range(3)]))
+
+
+def _decades(gain: FloatArray) -> float:
+    """Give by how much a response varies over the frequencies at which there is one, none where there is none."""
+    answers = gain > 0.0
+    return float(np.std(np.log(gain[answers]))) if answers.any() else 0.0
 
 
 def _kick_gain(kick: FloatArray, frequency: FloatArray, period: float) -> FloatArray:
