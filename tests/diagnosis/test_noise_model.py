@@ -113,6 +113,15 @@ def test_a_constant_tells_nothing_where_forces_make_a_channel_wander() -> None:
     assert model.log_likelihood(wandering(0.5)) == pytest.approx(model.log_likelihood(wandering(0.5) + 1.0), rel=1e-9)
 
 
+def test_a_response_that_is_nothing_at_some_frequency_has_no_say_there() -> None:
+    """A jolt forth and back has no mean."""
+    jolt = np.zeros_like(NO_KICK)
+    jolt[0, :2] = 1.0, -1.0
+    shapes = noise_shapes(jolt, jolt[0], 1e-9, PERIOD, coloured=False)
+    assert shapes.differences == 0
+    assert np.isfinite(shapes.shapes).all()
+
+
 def test_the_likelihood_is_greatest_at_the_size_that_is_there() -> None:
     shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=False)
     residual = white(2e-6)
