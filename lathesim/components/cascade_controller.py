@@ -12,7 +12,8 @@ class CascadeController(Component):
         dq/dt = (f_k - f_{k-1})/T,   f_k = (1 - s) measured_k + s measured_{k-1}
 
     The speed is the backward difference of a two-point mean (s = 1/2), or of the measured position itself (s = 0). At the start the loop
-    takes the axis to have been moving with ``start_speed``. The integral stops while the command is at its limit.
+    takes the axis to have been moving with ``start_speed``. The integral takes in the present sample, and stops while the command is at its
+    limit.
 
     Source: A. Janot, M. Gautier, M. Brunot, Data Set and Reference Models of EMPS (2019), whose gains are the defaults and whose recorded
     command it gives to 0.24 % without the integral. Left out: feed-forward, notch filters.

@@ -9,8 +9,9 @@ from lathesim.components.position_controller import PositionController
 class SpindleController(PositionController):
     """Gives the voltage of the spindle from its speed error, once a sample:  V = Kp e + Ki sum(e T) + Kd (e - e_before)/T.
 
-    The same law as PositionController, of speeds. Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equation (5). The gains
-    are assumed: with the default spindle (26.1 rad/s/V, 0.21 s) the closed loop has its pole near 10 rad/s.
+    The same law as PositionController, of speeds; its integral, too, stops at the ends of the converter's range. The gains are assumed:
+    with the default spindle (26.1 rad/s/V, 0.21 s) the closed loop has its pole near 10 rad/s. Source: J. Liu,
+    R. G. Landers, Int. J. Eng. Educ. 20 (2004), equation (5).
     """
 
     reference = Input("rad/s", doc="reference spindle speed")

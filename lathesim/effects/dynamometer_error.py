@@ -12,6 +12,8 @@ class DynamometerDrift(Effect):
     """Charge that leaks away, and a zero that wanders: after the cut the reading does not come back.
 
     y_out = y_in - s + offset + drift t,   ds/dt = leak (y_in - s)          (leak = 1 / time constant of the charge amplifier)
+
+    ``at: dynamometer`` is its main channel, ``at: dynamometer.thrust`` and ``at: dynamometer.feed`` are the others.
     """
 
     catalogue, family, site = 50, "slow", "reading"

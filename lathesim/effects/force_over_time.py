@@ -51,7 +51,8 @@ class WearForceGrowth(Effect):
 
     F_out = F_in (1 + growth VB),   VB = break_in (1 - exp(-t / break_in_time)) + rate t,   t the time in the cut
 
-    The start value of ``cutting_time`` is the age of the edge at the start of the recording.
+    The start value of ``cutting_time`` is the age of the edge at the start of the recording. Forces tell the products growth rate and
+    growth break_in and no more: of an inserted one, name the growth from a measured land or take it as it comes.
     Left out: the last phase, in which the edge fails.
     """
 
