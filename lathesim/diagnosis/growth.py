@@ -31,8 +31,9 @@ _RELATED, _RELATED_IF_STRAINED = 0.5, 0.1
 """Share of the promise of an effect that one of its family with no more values must have promised to be fitted too."""
 _NEARLY_ALL, _FAR_FROM_ALL = 0.95, 0.8
 """Share of the error that a finer effect must promise to be tried before simple ones, and how little these must promise then."""
-_MUCH, _MORE = 0.5, 4
-"""Share of the error that further candidates, at most so many, must promise to be fitted where the first ones explained less than that."""
+_MUCH, _MORE, _MUCH_MORE = 0.5, 4, 0.2
+"""Share of the error that further candidates, at most so many, must promise to be fitted, and by how much that must be more than what the
+first ones explained."""
 _NEAR = ((0.98, 0.85), (0.95, 0.6))
 """Once one candidate removes this share of what is left, others are fitted only where they promised that share of the best promise: what
 cannot be told from it promises as much."""
@@ -105,7 +106,8 @@ def _wave(bench: Bench, found: Found, waiting: list[Screened], best: float, trie
     promised = max((item.gain for item in found.screened if item.term.part in kept), default=0.0)
     least = max(0.5 * (settings.margin + found.chance), settings.worth_a_fit * promised)
     # of all channels together: what explains one of them may be a part of what explains all
-    explained = max((1.0 - float(trial.model.error.sum() / found.model.error.sum()) for trial in good), default=0.0)
+    rest = float(found.model.error[::2].sum())
+    explained = max((1.0 - float(trial.model.error[::2].sum()) / rest for trial in good), default=0.0)
     near = best * next((share for removed, share in _NEAR if explained > removed), 0.0)
     first = found.screened[: settings.screened]
     wave: list[Screened] = []
@@ -113,7 +115,9 @@ def _wave(bench: Bench, found: Found, waiting: list[Screened], best: float, trie
         item = waiting.pop(0)
         if item.gain < least:
             waiting.clear()
-        elif _may_add(item, explained, near if item in first else np.inf) and _may_be_worth(bench, found.model, item, settings):
+        elif not _may_add(item, *((explained, near) if item in first else (explained + _MUCH_MORE, np.inf))):
+            continue
+        elif _may_be_worth(bench, found.model, item, settings):
             wave.append(item)
     return wave
 
