@@ -6,26 +6,34 @@ from __future__ import annotations
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.other_forms import AS_GOOD, AS_GOOD_SHARE
+from lathesim.diagnosis.screening import screen
+from lathesim.diagnosis.side_by_side import Asked, side_by_side
+from lathesim.diagnosis.starting_points import starting_points
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, Model, Trial, is_wide
+
+_PROMISED, _MOST = 0.5, 3
+"""Share of the error left without an effect that a relative must promise to take away, and how many are asked."""
 
 
 def simpler_relatives(bench: Bench, found: Found) -> None:
     """Put simpler relatives in the place of effects of a model of several, where both recordings are explained as well by them.
 
-    Asked are those of the same family with fewer values that were believable in the round in which the effect came in; the effect itself
-    is told to be tied with the one that takes its place.
+    Asked are those of the same family with fewer values that promise most beside the other effects; the effect itself is told to be tied
+    with the one that takes its place.
     """
     for term in found.model.terms if len(found.model.terms) > 1 else ():
-        rivals = {trial.term.part: trial.term for trial in found.trials.get(term.part, ()) if _is_simpler(trial.term, term)}
         rest = tuple(other for other in found.model.terms if other is not term)
-        asked = [rival for rival in rivals.values() if rival not in rest]
-        if not asked:
+        relatives = [other for other in bench.rig.candidates if _is_simpler(other, term) and other not in rest]
+        if not relatives:
             continue
         bench.say(f"asking whether something simpler does what {term.name} at {term.at} does")
         before = _without(bench, found.model, term)
         own = _held_against(found.model, before)
-        trials = [bench.trial(before, rival, rest, before.free, list(rival.points[:1])) for rival in asked]
+        points = starting_points(bench.rig, before.fitted, relatives)
+        promising = [item for item in screen(bench.rig.sensed, before.fitted, relatives, points).ranked if item.share > _PROMISED]
+        asked = [Asked(item.term, rest, before.free, item.starts[:1]) for item in promising[:_MOST]]
+        trials = side_by_side(bench, before, asked)
         good = [trial for trial in trials if _as_good(trial, own)]
         if good:
             best = max(good, key=lambda trial: (-len(trial.term.parameters), trial.gain))
