@@ -8,6 +8,7 @@ import numpy as np
 
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Model, Trial
+from lathesim.diagnosis.waves import PERIODS
 
 _HARMONICS = range(2, 9)
 _WHOLE = 0.005
@@ -27,11 +28,11 @@ def is_part_of_a_wave(trial: Trial, model: Model) -> bool:
     A ripple in proportion to the driving force is something else.
     """
     values = trial.model.fitted.by_name
-    period = values.get(f"{trial.term.part}.period", 0.0)
+    period = _period(trial.term, values)
     if not period or _in_proportion(trial.term, values):
         return False
     for other in model.terms:
-        whole = values.get(f"{other.part}.period", 0.0) / period
+        whole = _period(other, values) / period
         ratio = max(whole, 1.0 / whole) if whole > 0.0 else 0.0
         if other.at != trial.term.at or not ratio:
             continue
@@ -41,6 +42,11 @@ def is_part_of_a_wave(trial: Trial, model: Model) -> bool:
         if abs(ratio - 1.0) < _BESIDE and size < _SIDE_LINE * of_other:
             return True
     return False
+
+
+def _period(term: Term, values: Mapping[str, float]) -> float:
+    """Give the period of a wave, by whatever name its effect calls it, 0 where it is none."""
+    return next((values[name] for name in (f"{term.part}.{period}" for period in PERIODS) if name in values), 0.0)
 
 
 def _in_proportion(term: Term, values: Mapping[str, float]) -> bool:

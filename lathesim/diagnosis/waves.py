@@ -21,7 +21,8 @@ from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.variables import direction_of
 from lathesim.engine.assembly import FloatArray
 
-_PERIODS = ("lead", "turn", "period", "signal_period", "length")
+PERIODS = ("lead", "turn", "period", "signal_period", "length")
+"""What effects call the place after which they repeat."""
 _ORDER = "order"
 _SIZES = ("amplitude", "ripple")
 _SHARE = "share"
@@ -52,7 +53,7 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
     found: dict[str, FloatArray] = {}
     for term in terms:
         names = [name.partition(".")[2] for name in term.parameters]
-        wave = next((name for name in (*_PERIODS, _ORDER) if name in names), "")
+        wave = next((name for name in (*PERIODS, _ORDER) if name in names), "")
         size = next((name for name in (*_SIZES, *term.effect.neutral) if name in names), "")
         seen = places.get(term.part if term.effect.along else term.at)
         if not wave or not size or seen is None:
@@ -142,7 +143,7 @@ def _shortest(terms: list[Term], at: set[str]) -> float:
     """Give the shortest wavelength that a term at one of some parts may have."""
     inside = [term for term in terms if at & {term.at, term.part}]
     there = [(term, column, name.partition(".")[2]) for term in inside for column, name in enumerate(term.parameters)]
-    lengths = [float(term.least[column]) for term, column, name in there if name in _PERIODS]
+    lengths = [float(term.least[column]) for term, column, name in there if name in PERIODS]
     lengths += [2.0 * math.pi / term.effect.typical[_ORDER][1] for term, _, name in there if name == _ORDER]
     return min(lengths, default=math.inf) / _BEYOND
 

@@ -59,6 +59,16 @@ def test_a_small_line_beside_a_wave_is_a_part_of_it(size: float, longer: float, 
     assert is_part_of_a_wave(trial, model) == is_part
 
 
+def test_a_harmonic_is_a_part_of_a_wave_by_whatever_name_its_effect_calls_the_period() -> None:
+    pitch, disc = (SimpleNamespace(part=part, at="x_scale", parameters=(), points=np.zeros((1, 0))) for part in ("pitch", "disc"))
+    sizes = {"pitch.amplitude": 1.6e-6, "disc.amplitude": 0.35e-6, "pitch.lead": 8e-3, "disc.turn": 4e-3}
+    trial: Any = SimpleNamespace(term=disc, model=SimpleNamespace(fitted=SimpleNamespace(by_name=sizes)))
+    model: Any = SimpleNamespace(terms=(pitch,))
+    assert is_part_of_a_wave(trial, model)
+    sizes["disc.turn"] = 5.3e-3
+    assert not is_part_of_a_wave(trial, model)
+
+
 def test_a_further_harmonic_is_no_further_effect() -> None:
     pair = recording(Hidden(law=three_harmonics), seed=1), recording(Hidden(law=three_harmonics), seed=2)
     found = diagnosed(*pair, (Cogging, TorqueRipple))
