@@ -16,6 +16,8 @@ from lathesim.diagnosis.trial import Bench
 
 TIE = 4.0
 """Nats within which two candidates cannot be told apart, or :data:`TIE_SHARE` of what the better one gains."""
+_HARDLY_ANY = 1.5
+"""Floors of a channel up to which its error is hardly any."""
 _NOTHING = 0.03
 """Share of the error of a channel, its floor included, that is nothing."""
 NAMED_SHARE = 0.5
@@ -66,7 +68,11 @@ def removed_in_band(found: Found) -> float:
 
 
 def takes_nothing(rig: Rig, before: Fitted, after: Fitted) -> bool:
-    """Say whether a fit takes away no more than chance does of another's error, whichever channel of the recording is looked at."""
+    """Say whether a fit takes away no more than chance does of another's error, whichever channel of the recording is looked at, and
+    whether there is hardly any: where an error is left that nothing takes away, something is missing."""
+    over = np.sqrt(np.mean(np.square(before.residual), axis=1)) / rig.sensed.seen_floors
+    if np.max(over) > _HARDLY_ANY:
+        return False
     bench = Bench(rig, rig, lambda text: None)
     bench.weigh(before)
     return bench.most_removed(rig, before, after) < _NOTHING

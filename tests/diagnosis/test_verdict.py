@@ -6,7 +6,9 @@ import functools
 import pytest
 
 from lathesim.diagnosis.belief import Settings
+from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.problem import baseline_free
 from lathesim.diagnosis.search import search
 from lathesim.diagnosis.trial import Trial
 from lathesim.diagnosis.verdict import Standing, removed_in_band, standing, takes_nothing
@@ -88,9 +90,12 @@ def test_the_share_of_the_error_that_is_gone() -> None:
     assert removed_in_band(untouched) == 0.0
 
 
-def test_whether_anything_is_taken_away_is_asked_of_each_channel() -> None:
-    _, held_out = pair(Hidden(dry=8.0))
+def test_effects_that_take_nothing_of_next_to_nothing_are_none() -> None:
+    """Where much is left that they take nothing of, something else is missing."""
+    _, sound = pair(Hidden())
+    baseline = fit(sound.sensed, [*baseline_free(sound.machine), *sound.start_states(sound.sensed.plan)])
+    assert takes_nothing(sound, baseline, baseline)
+    _, rubbing = pair(Hidden(dry=8.0))
     found = searched()
-    assert not takes_nothing(held_out, found.baseline.held_out_fit, found.model.held_out_fit)
-    assert takes_nothing(held_out, found.baseline.held_out_fit, found.baseline.held_out_fit)
-    assert takes_nothing(held_out, found.model.held_out_fit, found.baseline.held_out_fit)
+    assert not takes_nothing(rubbing, found.baseline.held_out_fit, found.model.held_out_fit)
+    assert not takes_nothing(rubbing, found.baseline.held_out_fit, found.baseline.held_out_fit)
