@@ -36,11 +36,12 @@ def other_beginnings(bench: Bench, found: Found, settings: Settings) -> Iterator
 
 
 def _refused(found: Found, settings: Settings) -> Trial | None:
-    """Give what takes away most of what the effects that were found leave, and is not believed beside them; nothing where a part of a wave
-    that was found takes away more."""
+    """Give what takes away most of what the effects that were found leave, moves a channel by more than the rest there, and is not believed
+    beside them; nothing where a part of a wave that was found takes away more. What is lost in the rest is no sign of a wrong beginning."""
     there = found.model.terms
     beside = [trial for trial in found.tried if trial.model.terms[:-1] == there and trial.term not in there]
-    much = [trial for trial in beside if min(trial.gain, trial.held_out_gain) > settings.margin and trial.share_of_rest > _MUCH]
+    gaining = [trial for trial in beside if min(trial.gain, trial.held_out_gain) > settings.margin]
+    much = [trial for trial in gaining if trial.share_of_rest > _MUCH and trial.moves > settings.smallest_move]
     most = max(much, key=lambda trial: trial.share_of_rest, default=None)
     return None if most is None or is_part_of_a_wave(most, found.model) else most
 

@@ -69,18 +69,17 @@ def test_another_model_takes_over_where_it_is_plainly_better(
     assert plainly_better(other, found, SETTINGS) == better
 
 
-def trial(name: str, kept: tuple[Any, ...], share_of_rest: float) -> Any:
+def trial(name: str, kept: tuple[Any, ...], share_of_rest: float, moves: float = 5.0) -> Any:
     term = SimpleNamespace(name=name, part=name, parameters=())
     fitted = SimpleNamespace(by_name={})
-    return SimpleNamespace(
-        term=term, model=SimpleNamespace(terms=(*kept, term), fitted=fitted), gain=500.0, held_out_gain=500.0, share_of_rest=share_of_rest
-    )
+    beside = SimpleNamespace(terms=(*kept, term), fitted=fitted)
+    return SimpleNamespace(term=term, model=beside, gain=500.0, held_out_gain=500.0, share_of_rest=share_of_rest, moves=moves)
 
 
-def found_with(share_of_rest: float) -> Found:
+def found_with(share_of_rest: float, moves: float = 5.0) -> Found:
     found = Found(model(0.0, 0.0), model(0.0, 0.0, 1))
     found.beginnings = [trial("another first effect", (), 0.9)]
-    found.tried = [trial("refused", found.model.terms, share_of_rest)]
+    found.tried = [trial("refused", found.model.terms, share_of_rest, moves)]
     return found
 
 
@@ -90,3 +89,4 @@ def test_a_search_is_begun_otherwise_where_something_refused_takes_away_most(mon
     again = list(other_beginnings(bench, found_with(0.8), SETTINGS))
     assert [term.name for other in again for term in other.model.terms] == ["another first effect"]
     assert list(other_beginnings(bench, found_with(0.3), SETTINGS)) == []
+    assert list(other_beginnings(bench, found_with(0.8, moves=0.9), SETTINGS)) == []  # lost in what is left
