@@ -144,7 +144,10 @@ def _answer(
     left = left_over(evidence, rig.machine.compare) if found.model.terms else None
     other_form = of_another_form(left)
     reasons += other_form
-    laws = another_law(rig, held_out, _as_given(rig))
+    # a slower log, or a reading that is late, makes another law of the lesson's own
+    clear = not any(finding.kind == "coarse" for finding in question.fitted.findings)
+    clear = clear and not any(term.effect.late_by for term in found.model.terms)
+    laws = another_law(rig, held_out, _as_given(rig)) if clear else []
     reasons += map(str, laws)
     if found.model.terms:
         reasons += too_little(evidence, taken)
