@@ -3,8 +3,8 @@ gained more, and took its name from what the others have explained since."""
 
 from __future__ import annotations
 
-from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.growth import fewer
 from lathesim.diagnosis.other_forms import AS_GOOD, AS_GOOD_SHARE
 from lathesim.diagnosis.screening import screen
 from lathesim.diagnosis.side_by_side import Asked, side_by_side
@@ -28,7 +28,7 @@ def simpler_relatives(bench: Bench, found: Found) -> None:
         if not relatives:
             continue
         bench.say(f"asking whether something simpler does what {term.name} at {term.at} does")
-        before = _without(bench, found.model, term)
+        before = fewer(bench, found.model, term)
         own = _held_against(found.model, before)
         points = starting_points(bench.rig, before.fitted, relatives)
         promising = [item for item in screen(bench.rig.sensed, before.fitted, relatives, points).ranked if item.share > _PROMISED]
@@ -55,12 +55,6 @@ def _as_good(trial: Trial, own: tuple[float, float, float, float]) -> bool:
     """Say whether a trial gains what ``own`` does, on both recordings: the gains in the band of the motion and on all frequencies."""
     gains = (trial.gain, trial.held_out_gain, trial.wide_gain, trial.wide_held_out_gain)
     return all(gain > other - max(AS_GOOD, AS_GOOD_SHARE * abs(other)) for gain, other in zip(gains, own, strict=True))
-
-
-def _without(bench: Bench, model: Model, term: Term) -> Model:
-    rest = tuple(other for other in model.terms if other is not term)
-    free = [item for item in model.free if item.name not in term.parameters]
-    return bench.model(rest, fit(bench.rig.sensed, free, model.fitted.constant, rounds=2, wide=is_wide(rest)))
 
 
 def _held_against(model: Model, before: Model) -> tuple[float, float, float, float]:
