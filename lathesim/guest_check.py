@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import signal
 import threading
 import traceback
+from collections.abc import Iterator
 from pathlib import Path
 from types import FrameType
 
@@ -13,7 +15,9 @@ from lathesim.component import Component
 from lathesim.conformance import check_component
 
 PATIENCE = 5.0
-"""Seconds after which a law counts as endless; the whole test of a part takes some hundredths."""
+"""Seconds of computing after which a law counts as endless; the whole test of a part takes some hundredths."""
+_ASLEEP = 60.0
+"""Seconds by the clock after which one that computes nothing does: a busy machine may take ten times as long as an idle one."""
 
 
 class _RunsOn(BaseException):
@@ -24,16 +28,24 @@ def guest_fault(component: type[Component]) -> str:
     """Give what is wrong with a guest's component as ``file:line: sentence``, empty where it keeps the contract."""
     if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         return _first_fault(component)
-    before = signal.signal(signal.SIGALRM, _give_up)
-    remaining, interval = signal.setitimer(signal.ITIMER_REAL, PATIENCE)
+    with _given_up(signal.ITIMER_PROF, signal.SIGPROF, PATIENCE), _given_up(signal.ITIMER_REAL, signal.SIGALRM, _ASLEEP):
+        try:
+            return _first_fault(component)
+        except _RunsOn as stopped:
+            frame = traceback.extract_tb(stopped.__traceback__)[-2]
+            return f"{_shown(frame.filename)}:{frame.lineno}: {component.__name__}: a law runs on without end. Let every loop end."
+
+
+@contextlib.contextmanager
+def _given_up(timer: int, alarm: int, patience: float) -> Iterator[None]:
+    """Raise :class:`_RunsOn` in what takes longer than ``patience`` [s] by a timer; an earlier use of the timer goes on afterwards."""
+    before = signal.signal(alarm, _give_up)
+    remaining, interval = signal.setitimer(timer, patience)
     try:
-        return _first_fault(component)
-    except _RunsOn as stopped:
-        frame = traceback.extract_tb(stopped.__traceback__)[-2]
-        return f"{_shown(frame.filename)}:{frame.lineno}: {component.__name__}: a law runs on without end. Let every loop end."
+        yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, remaining, interval)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(timer, remaining, interval)
+        signal.signal(alarm, before)
 
 
 def _first_fault(component: type[Component]) -> str:
