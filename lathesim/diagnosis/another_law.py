@@ -52,14 +52,14 @@ def another_law(rig: Rig, held_out: Rig, values: Mapping[str, float]) -> list[An
         if references:
             here, there = (np.column_stack([_of_reference(one, target) for target in references]) for one in (rig, held_out))
             learned, scored = (one.sensed.one(values)[row] for one in (rig, held_out))
-            share = explained(here, learned, there, scored)
+            share = regressed_share(here, learned, there, scored)
             size = float(np.std(scored) / max(float(np.std(np.nan_to_num(held_out.sensed.recorded[row]))), 1e-300)) * np.sqrt(share)
             if share > _EXPLAINED and size > OF_THE_COMMAND:
                 found.append(AnotherLaw(name, float(size)))
     return found
 
 
-def explained(here: FloatArray, learned: FloatArray, there: FloatArray, scored: FloatArray) -> float:
+def regressed_share(here: FloatArray, learned: FloatArray, there: FloatArray, scored: FloatArray) -> float:
     """Give the share of ``scored`` (samples,) that a regression of ``learned`` (samples,) on the columns ``here`` (samples, columns) tells
     through the columns ``there``."""
     size = np.maximum(here.std(axis=0), 1e-300)

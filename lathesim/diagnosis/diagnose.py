@@ -9,16 +9,17 @@ Every step is a function in a file of its own; here they are put in order.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from lathesim.diagnosis.another_law import another_law
+from lathesim.diagnosis.adequacy import Adequacy, adequacy
+from lathesim.diagnosis.another_law import AnotherLaw, another_law
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.coarse_counts import coarse_counts
 from lathesim.diagnosis.contradiction import contradicted, swapped, wrong_unit
-from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, Evidence, FoundEffect, Interval, Verdict, listed, no_surer_than
+from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
 from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
 from lathesim.diagnosis.fit import Fitted, fit, with_start
@@ -27,18 +28,18 @@ from lathesim.diagnosis.growth import leave_out
 from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.lesson_entry import lesson_entry, on_held_out, without_undetermined
 from lathesim.diagnosis.loading import Recorded
-from lathesim.diagnosis.narrow_band import narrow_bands
 from lathesim.diagnosis.parameters import CONFIDENCE, Estimate, Estimates, estimates, is_significant, with_error_of_form
 from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import search
-from lathesim.diagnosis.shortfall import leaves_much, left_over, not_adequate, of_another_form, shortfalls, spoils_everything, too_little
+from lathesim.diagnosis.shortfall import not_adequate
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import STRAINED, Bench, judged_score
+from lathesim.diagnosis.trial import Bench, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
 from lathesim.diagnosis.variables import resting
-from lathesim.diagnosis.verdict import NAMED_SHARE, Standing, removed_in_band, removed_share, standing, takes_nothing
+from lathesim.diagnosis.verdict import NAMED_SHARE, Standing, removed_share, standing, takes_nothing
+from lathesim.diagnosis.what_is_left import not_determined, still_missing, strained_values, unseen_forms, value_instead
 from lathesim.effects.effect import Effect
 
 Tell = Callable[[str], None]
@@ -133,32 +134,11 @@ def _answer(
     read = {f"{term.part}.{term.effect.spacing}": count for term, count in counts}
     after = strongest_variables(evidence.bars, [], after=True)
     baseline = _baseline(rig, found, values)
-    strained = tuple(
-        name
-        for name, item in baseline.items()
-        if name not in found.far_off[:1] and abs(item.refit_with - item.given) > STRAINED * rig.machine.uncertain[name]
-    )
-    bands = narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted)
     taken = removed_share(held_out, before, reported_fit)
-    reasons = shortfalls(evidence, rig.machine.compare, strained, baseline, bands)
-    left = left_over(evidence, rig.machine.compare) if found.model.terms else None
-    other_form = of_another_form(left)
-    reasons += other_form
-    # a slower log, or a reading that is late, makes another law of the lesson's own
-    clear = not any(finding.kind == "coarse" for finding in question.fitted.findings)
-    clear = clear and not any(term.effect.late_by for term in found.model.terms)
-    laws = another_law(rig, held_out, _as_given(rig)) if clear else []
-    reasons += map(str, laws)
-    if found.model.terms:
-        reasons += too_little(evidence, taken)
-    if spoiled := bool(found.model.terms) and spoils_everything(own.fit):
-        reasons.append("with it the lesson's own simulation is further off in every channel")
-    verdict = _verdict(found, standings, moved, not reasons, removed_in_band(found) if taken > 0.0 and not spoiled else 0.0)
-    if found.model.terms and not reasons:
-        reasons = leaves_much(evidence, taken)
-    adequate = not reasons
+    judged = adequacy(rig, held_out, found, evidence, own, baseline, taken, _other_laws(question, found, rig, held_out))
+    verdict = _verdict(found, standings, moved, judged)
     names = verdict in ("named", "tied")
-    sure = with_error_of_form(values, found.model.terms, left.share) if left and other_form else values
+    sure = with_error_of_form(values, found.model.terms, judged.form_left) if judged.form_left else values
     told_of = replace(sure, by_name={**sure.by_name, **read})
     terms = [item.term for item in standings]
     effects = tuple(reported(item, told_of, rig) for item in standings)
@@ -169,14 +149,14 @@ def _answer(
     if effects and found.values_instead:
         effects = (replace(effects[0], tied_with=(*effects[0].tied_with, *found.values_instead)), *effects[1:])
     location = located(held_out, found, evidence, named=names)
-    if laws and not names:
-        location = replace(location, components=tuple(law.controller for law in laws))
+    if judged.laws and not names:
+        location = replace(location, components=tuple(law.controller for law in judged.laws))
     if counts:
         hosts = [term.at.partition(".")[0] for term in (*found.model.terms, *[term for term, _ in counts])]
         others = location.components if found.model.terms else ()
         location = replace(location, components=tuple(dict.fromkeys([*hosts, *others])))
     term = None
-    if not adequate:
+    if not judged.adequate:
         say("looking for a formula for what is left")
         term = discover(rig, found.model.fitted, held_out, found.model.held_out_fit)
     return Diagnosis(
@@ -189,24 +169,32 @@ def _answer(
         location=location,
         fit=own.fit,
         removed_share=taken,
-        adequate=adequate,
-        shortfall=not_adequate(reasons) if names else "",
+        adequate=judged.adequate,
+        shortfall=not_adequate((*judged.reasons, *judged.weak)) if names else "",
         baseline=baseline,
         insert=tuple(lesson_entry(*pair, found.model.fitted, rig) for pair in zip(effects, terms, strict=True)) if names else (),
         left=(
-            *(f"{law}: a filter, a feed-forward, another gain." for law in laws),
-            *_left(evidence, after, found, question.settings),
+            *(f"{law}: a filter, a feed-forward, another gain." for law in judged.laws),
+            *still_missing(evidence, after, found, question.settings),
             *resting(held_out, found.model.held_out_fit),
-            *map(str, bands),
+            *map(str, judged.bands),
             *told(turn_lines(held_out, found.model.held_out_fit), {name: item.unit for name, item in own.fit.items()}),
-            *_strain(strained, baseline),
-            *_far_off(found.far_off, baseline),
+            *strained_values(judged.strained, baseline),
+            *value_instead(found.far_off, baseline),
         ),
-        not_told=(*_not_told(effects), *_unseen(standings)) if names else (),
+        not_told=(*not_determined(effects), *unseen_forms(standings)) if names else (),
         discovered=f"{term.formula}, which explains {term.share:.0%} of what is left at {term.at}" if term else "",
         plugin=plugin_text(term) if term else "",
         evidence=evidence,
     )
+
+
+def _other_laws(question: Question, found: Found, rig: Rig, held_out: Rig) -> list[AnotherLaw]:
+    """Give the controllers that have another law; a slower log, or a reading that is late, makes another one of the lesson's own."""
+    slow_log = any(finding.kind == "coarse" for finding in question.fitted.findings)
+    if slow_log or any(term.effect.late_by for term in found.model.terms):
+        return []
+    return another_law(rig, held_out, _as_given(rig))
 
 
 def _given(rig: Rig, found: Found) -> Fitted:
@@ -232,12 +220,12 @@ def _values_are_off(rig: Rig, found: Found, given: dict[str, float]) -> bool:
     return bool(gain > 10.0 and np.max((error - refitted) / error) > MOVED)
 
 
-def _verdict(found: Found, standings: list[Standing], moved: bool, adequate: bool, removed: float) -> Verdict:
+def _verdict(found: Found, standings: list[Standing], moved: bool, judged: Adequacy) -> Verdict:
     if not standings:
-        if not adequate:
+        if judged.reasons:
             return "unknown"
         return "parameters_only" if moved else "no_mismatch"
-    if not adequate and removed < NAMED_SHARE:
+    if judged.reasons and judged.removed < NAMED_SHARE:
         return "unknown"
     return "tied" if standings[0].tied or found.values_instead else "named"
 
@@ -264,72 +252,6 @@ def _baseline(rig: Rig, found: Found, values: Estimates) -> dict[str, BaselineVa
         without = found.baseline.fitted.by_name[item.name]
         result[item.name] = BaselineValue(declared.unit, item.given, without, estimate.value, interval.low, interval.high)
     return result
-
-
-_MUCH = 0.05
-"""Share of what acts at a place from which on it is said that nothing explains what is missing there."""
-
-
-def _left(evidence: Evidence, variables: tuple[str, ...], found: Found, settings: Settings) -> tuple[str, ...]:
-    """Say what is still missing, where, and what it depends on."""
-    sentences = []
-    for item in evidence.missing:
-        size = float(np.sqrt(np.mean(item.after**2)))
-        shares = f"{item.share_after:.1%} of what acts there, {item.share_before:.1%} before"
-        sentences.append(f"{size:.3g} {item.unit} is still missing at {item.at} ({shares}).")
-    if variables:
-        sentences.append(f"What is left depends on {', '.join(variables[:3])}.")
-    elif max((item.share_after for item in evidence.missing if np.isfinite(item.share_after)), default=0.0) > _MUCH:
-        sentences.append("What is left goes with nothing that the machine was doing: noise, or a load that nobody measured.")
-    for trial in found.tried:
-        small = trial.gain > settings.margin and trial.held_out_gain > settings.margin and found.was_held_against(trial)
-        if small and trial.share_of_rest > settings.share_of_rest and found.complete and trial.share_of_all <= settings.share_of_all:
-            shares = f"{trial.share_of_rest:.0%} of the rest, which is {trial.share_of_all:.1%} of all"
-            sentences.append(f"{trial.term.name} at {trial.term.at} would take away {shares}: too little to name it.")
-    return tuple(dict.fromkeys(sentences))
-
-
-def _strain(strained: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> list[str]:
-    """Say which values would have to be further off than the lesson holds possible."""
-    sentences = []
-    for name in strained:
-        item = baseline[name]
-        off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
-        sentences.append(f"{name} would have to be {item.refit_with:.4g} {item.unit}{off}, further off than the lesson holds possible.")
-    return sentences
-
-
-def _far_off(names: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> list[str]:
-    """Say which value explains the recordings by itself, and which others would as well."""
-    if not names:
-        return []
-    item = baseline[names[0]]
-    off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
-    told = f"{names[0]} of {item.refit_with:.4g} {item.unit}{off} explains by itself what is missing, though the lesson holds it impossible"
-    others = f"; so would another value of {' or of '.join(names[1:])}" if len(names) > 1 else ""
-    return [f"{told}{others}. Measure it, and say in the lesson how sure it is."]
-
-
-def _not_told(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
-    sentences = []
-    for effect in effects:
-        if effect.tied_with:
-            fact = f"{effect.effect} cannot be told from {', '.join(effect.tied_with)} here; the lines to paste hold {effect.effect}."
-            sentences.append(f"{fact} {effect.separating_experiment}")
-        pasted = [name for name in effect.undetermined if name not in effect.left_out]
-        several = "a set of values that fits" if len(pasted) > 1 else "one value that fits"
-        for names, done in ((effect.left_out, "leave that part of it out"), (pasted, f"hold {several}")):
-            if names:
-                verb = "is" if len(names) == 1 else "are"
-                fact = f"{listed(names)} of {effect.effect} {verb} not determined by this recording; the lines to paste {done}."
-                sentences.append(f"{fact} {effect.separating_experiment or ''}".strip())
-    return tuple(sentences)
-
-
-def _unseen(standings: Iterable[Standing]) -> list[str]:
-    """Say which refined forms of what is named the recording could not have shown."""
-    pairs = [(item.term, other) for item in standings for other in item.unseen]
-    return [f"Whether {term.name} is {other.name} this recording cannot tell. {other.effect.experiment}" for term, other in pairs]
 
 
 def ask(lesson: str, machine: Machine, recordings: tuple[Recorded, ...], effects: Iterable[type[Effect]]) -> Question:

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+import lathesim.diagnosis.adequacy as judging
 import lathesim.diagnosis.diagnose as diagnosing
 from lathesim.diagnosis.diagnose import Question, ask, diagnose
 from lathesim.diagnosis.diagnosis import Diagnosis, as_json
@@ -102,7 +103,7 @@ def test_what_is_in_no_catalogue_is_told_as_a_formula() -> None:
 def test_where_nothing_is_named_no_effect_is_surer_than_what_it_took_away(monkeypatch: pytest.MonkeyPatch) -> None:
     """A friction that takes away part of what is missing is told as that: no name, no line to paste, and the place from the replay."""
     monkeypatch.setattr(diagnosing, "NAMED_SHARE", 2.0)
-    monkeypatch.setattr(diagnosing, "shortfalls", lambda *given: ["something is left"])
+    monkeypatch.setattr(judging, "shortfalls", lambda *given: ["something is left"])
     monkeypatch.setattr(diagnosing, "removed_share", lambda *given: 0.3)
     found = diagnose(question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2)))
     assert (found.verdict, found.insert, found.shortfall, found.not_told) == ("unknown", (), "", ())
@@ -111,7 +112,7 @@ def test_where_nothing_is_named_no_effect_is_surer_than_what_it_took_away(monkey
 
 
 def test_a_named_model_that_is_not_adequate_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosing, "shortfalls", lambda *given: ["something is left"])
+    monkeypatch.setattr(judging, "shortfalls", lambda *given: ["something is left"])
     found = diagnose(question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2)))
     assert (found.verdict, found.adequate, found.shortfall) == ("named", False, "The model is not adequate: something is left.")
     assert diagnosis(Hidden(dry=8.0)).shortfall == ""

@@ -1,0 +1,76 @@
+"""Whether a model is adequate: every reason for which it is not, drawn from what it leaves on the recording that judges."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from lathesim.diagnosis.another_law import AnotherLaw
+from lathesim.diagnosis.diagnosis import BaselineValue, Evidence
+from lathesim.diagnosis.evidence import Compared
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.narrow_band import NarrowBand, narrow_bands
+from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.shortfall import leaves_much, left_over, of_another_form, shortfalls, spoils_everything, too_little
+from lathesim.diagnosis.trial import STRAINED
+from lathesim.diagnosis.verdict import removed_in_band
+
+
+@dataclass(frozen=True)
+class Adequacy:
+    """What speaks against a model: ``reasons``, each the rest of a sentence, and what some of them are drawn from.
+
+    ``weak`` reasons say that not all is explained and cost no name; ``removed`` is the share of the error that the model is credited with;
+    ``form_left`` the share of what was missing that is left in a form of its own, where that is a reason.
+    """
+
+    reasons: tuple[str, ...]
+    weak: tuple[str, ...]
+    removed: float
+    form_left: float
+    strained: tuple[str, ...]
+    bands: tuple[NarrowBand, ...]
+    laws: tuple[AnotherLaw, ...]
+
+    @property
+    def adequate(self) -> bool:
+        """Whether nothing speaks against the model."""
+        return not (self.reasons or self.weak)
+
+
+def adequacy(
+    rig: Rig,
+    held_out: Rig,
+    found: Found,
+    evidence: Evidence,
+    own: Compared,
+    baseline: Mapping[str, BaselineValue],
+    taken: float,
+    laws: Sequence[AnotherLaw],
+) -> Adequacy:
+    """Say what speaks against a model that takes away the share ``taken`` of the error; ``laws`` are controllers that have another one."""
+    effects = bool(found.model.terms)
+    strained = _strained(rig, found, baseline)
+    bands = tuple(narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted))
+    left = left_over(evidence, rig.machine.compare) if effects else None
+    other_form = of_another_form(left)
+    reasons = [*shortfalls(evidence, rig.machine.compare, strained, baseline, bands), *other_form, *map(str, laws)]
+    if effects:
+        reasons += too_little(evidence, taken)
+    spoiled = effects and spoils_everything(own.fit)
+    if spoiled:
+        reasons.append("with it the lesson's own simulation is further off in every channel")
+    weak = leaves_much(evidence, taken) if effects and not reasons else []
+    removed = removed_in_band(found) if taken > 0.0 and not spoiled else 0.0
+    form_left = left.share if left is not None and other_form else 0.0
+    return Adequacy(tuple(reasons), tuple(weak), removed, form_left, strained, bands, tuple(laws))
+
+
+def _strained(rig: Rig, found: Found, baseline: Mapping[str, BaselineValue]) -> tuple[str, ...]:
+    """Give the values that the model needs further off than the lesson holds possible, less the one that is the answer."""
+    known = found.far_off[:1]
+    return tuple(
+        name
+        for name, item in baseline.items()
+        if name not in known and abs(item.refit_with - item.given) > STRAINED * rig.machine.uncertain[name]
+    )

@@ -1,0 +1,78 @@
+"""Sentences of an answer: what is still missing, which values would have to be impossible, what this recording could not tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from lathesim.diagnosis.belief import Settings
+from lathesim.diagnosis.diagnosis import BaselineValue, Evidence, FoundEffect, listed
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.verdict import Standing
+
+_MUCH = 0.05
+"""Share of what acts at a place from which on it is said that nothing explains what is missing there."""
+
+
+def still_missing(evidence: Evidence, variables: tuple[str, ...], found: Found, settings: Settings) -> tuple[str, ...]:
+    """Say what is still missing, where, and what it depends on."""
+    sentences = []
+    for item in evidence.missing:
+        size = float(np.sqrt(np.mean(item.after**2)))
+        shares = f"{item.share_after:.1%} of what acts there, {item.share_before:.1%} before"
+        sentences.append(f"{size:.3g} {item.unit} is still missing at {item.at} ({shares}).")
+    if variables:
+        sentences.append(f"What is left depends on {', '.join(variables[:3])}.")
+    elif max((item.share_after for item in evidence.missing if np.isfinite(item.share_after)), default=0.0) > _MUCH:
+        sentences.append("What is left goes with nothing that the machine was doing: noise, or a load that nobody measured.")
+    for trial in found.tried:
+        small = trial.gain > settings.margin and trial.held_out_gain > settings.margin and found.was_held_against(trial)
+        if small and trial.share_of_rest > settings.share_of_rest and found.complete and trial.share_of_all <= settings.share_of_all:
+            shares = f"{trial.share_of_rest:.0%} of the rest, which is {trial.share_of_all:.1%} of all"
+            sentences.append(f"{trial.term.name} at {trial.term.at} would take away {shares}: too little to name it.")
+    return tuple(dict.fromkeys(sentences))
+
+
+def strained_values(strained: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> list[str]:
+    """Say which values would have to be further off than the lesson holds possible."""
+    sentences = []
+    for name in strained:
+        item = baseline[name]
+        off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
+        sentences.append(f"{name} would have to be {item.refit_with:.4g} {item.unit}{off}, further off than the lesson holds possible.")
+    return sentences
+
+
+def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> list[str]:
+    """Say which value explains the recordings by itself, and which others would as well."""
+    if not names:
+        return []
+    item = baseline[names[0]]
+    off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
+    told = f"{names[0]} of {item.refit_with:.4g} {item.unit}{off} explains by itself what is missing, though the lesson holds it impossible"
+    others = f"; so would another value of {' or of '.join(names[1:])}" if len(names) > 1 else ""
+    return [f"{told}{others}. Measure it, and say in the lesson how sure it is."]
+
+
+def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
+    """Say what a recording cannot tell apart and which values it leaves open, with the experiment that would."""
+    sentences = []
+    for effect in effects:
+        if effect.tied_with:
+            fact = f"{effect.effect} cannot be told from {', '.join(effect.tied_with)} here; the lines to paste hold {effect.effect}."
+            sentences.append(f"{fact} {effect.separating_experiment}")
+        pasted = [name for name in effect.undetermined if name not in effect.left_out]
+        several = "a set of values that fits" if len(pasted) > 1 else "one value that fits"
+        for names, done in ((effect.left_out, "leave that part of it out"), (pasted, f"hold {several}")):
+            if names:
+                verb = "is" if len(names) == 1 else "are"
+                fact = f"{listed(names)} of {effect.effect} {verb} not determined by this recording; the lines to paste {done}."
+                sentences.append(f"{fact} {effect.separating_experiment or ''}".strip())
+    return tuple(sentences)
+
+
+def unseen_forms(standings: Iterable[Standing]) -> list[str]:
+    """Say which refined forms of what is named the recording could not have shown."""
+    pairs = [(item.term, other) for item in standings for other in item.unseen]
+    return [f"Whether {term.name} is {other.name} this recording cannot tell. {other.effect.experiment}" for term, other in pairs]
