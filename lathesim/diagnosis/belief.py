@@ -7,7 +7,7 @@ channel by more than the floor.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -143,12 +143,12 @@ def _of_usual_size(trial: Trial, settings: Settings) -> bool:
     return True
 
 
-def is_of_a_clock(trial: Trial, period: float, duration: float) -> bool:
+def is_of_a_clock(term: Term, values: Mapping[str, float], period: float, duration: float) -> bool:
     """Say whether a shift in time or a filter's lag is a fair part of a sample, if the effect is one, or a skew of a clock over the whole
     recording: a smaller one is how a simulation steps, or a friction or a play that is of another form."""
-    lag = trial.term.effect.late_by
+    lag = term.effect.late_by
     if not lag:
         return True
-    of_time = trial.term.effect.declarations[lag].unit == "s"
-    late = abs(trial.model.fitted.by_name[f"{trial.term.part}.{lag}"]) * (1.0 if of_time else duration)
+    of_time = term.effect.declarations[lag].unit == "s"
+    late = abs(values[f"{term.part}.{lag}"]) * (1.0 if of_time else duration)
     return late > _LEAST_LAG * period

@@ -5,7 +5,7 @@ Simple effects come first; what only refines one of them (a friction that is als
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -39,9 +39,11 @@ _NEAR = ((0.98, 0.85), (0.95, 0.6))
 cannot be told from it promises as much."""
 
 
-def grow(bench: Bench, found: Found, settings: Settings) -> None:
-    """Add effects one at a time as long as one is believable."""
+def grow(bench: Bench, found: Found, settings: Settings, known: Collection[Term] = ()) -> None:
+    """Add effects one at a time as long as one is believable, or until the model has come to the ``known`` effects of another one."""
     while len(found.model.terms) < settings.most_effects:
+        if known and same_effects(found.model.terms, known):
+            return
         simple, refined = due(found.model, bench.rig), finer(found.model, bench.rig)
         bench.say(f"screening {len(simple) + len(refined)} candidates")
         points = starting_points(bench.rig, found.model.fitted, [*simple, *refined])
@@ -49,6 +51,11 @@ def grow(bench: Bench, found: Found, settings: Settings) -> None:
         found.chance = screening.chance if settings.against_chance else 0.0
         if not any(_add(bench, found, settings, ranked, screening.ranked) for ranked in in_turn(screening.ranked, simple)):
             return
+
+
+def same_effects(terms: Collection[Term], others: Collection[Term]) -> bool:
+    """Say whether two models have the same effects."""
+    return {term.part for term in terms} == {term.part for term in others}
 
 
 def in_turn(ranked: Sequence[Screened], plain: Sequence[Term]) -> list[tuple[Screened, ...]]:
@@ -74,10 +81,8 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
         asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.share) for item in wave]
         tried += side_by_side(bench, found.model, asked)
     found.tried += tried
-    period = bench.rig.machine.assembly.sample_period
-    duration = len(bench.rig.record) * period
     good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_part_of_a_wave(trial, found.model)]
-    good = [trial for trial in good if is_of_a_clock(trial, period, duration)]
+    good = [trial for trial in good if _is_of_a_clock(bench, trial.term, trial.model)]
     if not good:
         return False
     good.sort(key=lambda trial: -merit(trial, settings))
@@ -209,10 +214,20 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -
 
 
 def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:
-    """Take out effects that the others have made needless, the earliest first, until none is."""
-    while needless := next((term for term in found.model.terms[:-1] if _is_needless(bench, found, term, settings)), None):
+    """Take out effects that the others have made needless, the earliest first, until none is; a lag that was a part of what they do and is
+    next to nothing beside them is."""
+
+    def is_needless(term: Term) -> bool:
+        return not _is_of_a_clock(bench, term, found.model) or _is_needless(bench, found, term, settings)
+
+    while needless := next((term for term in found.model.terms[:-1] if is_needless(term)), None):
         bench.say(f"{needless.name} at {needless.at} is no longer needed")
         found.model = fewer(bench, found.model, needless)
+
+
+def _is_of_a_clock(bench: Bench, term: Term, model: Model) -> bool:
+    period = bench.rig.machine.assembly.sample_period
+    return is_of_a_clock(term, model.fitted.by_name, period, len(bench.rig.record) * period)
 
 
 def _is_needless(bench: Bench, found: Found, term: Term, settings: Settings) -> bool:

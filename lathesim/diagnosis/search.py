@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.growth import grow, leave_out, refine
+from lathesim.diagnosis.growth import grow, leave_out, refine, same_effects
 from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
 from lathesim.diagnosis.other_forms import forms_of_two, two_for_one
 from lathesim.diagnosis.problem import Rig, baseline_free
@@ -36,7 +36,7 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
         for other in other_beginnings(bench, found, chosen):
             bench.say(f"something takes away much and is not believed: once more with {_listed(other.model.terms)}")
             other.model = bench.settled(other.model)
-            _grown(bench, other, chosen)
+            _grown(bench, other, chosen, known=found.model.terms)
             found.tried += other.tried
             if plainly_better(other, found, chosen):
                 bench.say("better than what was found before")
@@ -65,9 +65,12 @@ def _listed(terms: Iterable[Term]) -> str:
     return " and ".join(term.name for term in terms)
 
 
-def _grown(bench: Bench, found: Found, settings: Settings) -> None:
-    """Let a model grow, refine it, and take out again what needs a machine that is not there."""
-    grow(bench, found, settings)
+def _grown(bench: Bench, found: Found, settings: Settings, known: Sequence[Term] = ()) -> None:
+    """Let a model grow, refine it, and take out again what needs a machine that is not there; one that comes to the ``known`` effects of
+    another model is that one."""
+    grow(bench, found, settings, known)
+    if known and same_effects(found.model.terms, known):
+        return
     if refine(bench, found, settings):
         grow(bench, found, settings)
     while strains_anew(found.baseline.fitted, found.model.fitted) or _is_straining(found):

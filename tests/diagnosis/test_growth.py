@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from lathesim.diagnosis import growth
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import _may_add, in_turn
@@ -90,3 +91,32 @@ def test_a_search_is_begun_otherwise_where_something_refused_takes_away_most(mon
     assert [term.name for other in again for term in other.model.terms] == ["another first effect"]
     assert list(other_beginnings(bench, found_with(0.3), SETTINGS)) == []
     assert list(other_beginnings(bench, found_with(0.8, moves=0.9), SETTINGS)) == []  # lost in what is left
+
+
+def lag(part: str) -> Any:
+    effect = SimpleNamespace(late_by="lag", declarations={"lag": SimpleNamespace(unit="s")})
+    return SimpleNamespace(name="SensorFilter", part=part, at="x_scale", parameters=(f"{part}.lag",), effect=effect)
+
+
+@pytest.mark.parametrize(("late", "stays"), [(3e-4, False), (5e-4, True)], ids=["under a fifth of a sample", "more"])
+def test_a_lag_that_shrinks_to_next_to_nothing_beside_another_effect_goes(
+    late: float, stays: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A filter of the scale stood for a play until the play came in."""
+    filtered, play = lag("filter"), SimpleNamespace(name="Backlash", part="play", at="x_scale", parameters=("play.width",))
+    grown = SimpleNamespace(terms=(filtered, play), fitted=SimpleNamespace(by_name={"filter.lag": late}))
+    left = SimpleNamespace(terms=(play,), fitted=grown.fitted)
+    monkeypatch.setattr(growth, "_is_needless", lambda *given: False)
+    monkeypatch.setattr(growth, "fewer", lambda bench, model, term: left)
+    found: Any = SimpleNamespace(model=grown)
+    machine = SimpleNamespace(assembly=SimpleNamespace(sample_period=2e-3))
+    bench: Any = SimpleNamespace(rig=SimpleNamespace(machine=machine, record=[0.0] * 100), say=lambda text: None)
+    growth._eliminate(bench, found, SETTINGS)
+    assert [term.part for term in found.model.terms] == (["filter", "play"] if stays else ["play"])
+
+
+def test_a_model_that_grows_to_a_known_one_is_not_grown_further() -> None:
+    known = model(0.0, 0.0, 1)
+    known.terms[0].part = "play"
+    growth.grow(Any, SimpleNamespace(model=known), SETTINGS, known.terms)  # type: ignore[arg-type]
+    assert [term.part for term in known.terms] == ["play"]
