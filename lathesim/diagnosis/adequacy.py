@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,6 +13,7 @@ from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.narrow_band import NarrowBand, narrow_bands
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.shortfall import leaves_much, left_over, of_another_form, shortfalls, spoils_everything, too_little
+from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED
 from lathesim.diagnosis.verdict import removed_in_band
 
@@ -47,8 +49,10 @@ def adequacy(
     baseline: Mapping[str, BaselineValue],
     taken: float,
     laws: Sequence[AnotherLaw],
+    unsized: Sequence[Term],
 ) -> Adequacy:
-    """Say what speaks against a model that takes away the share ``taken`` of the error; ``laws`` are controllers that have another one."""
+    """Say what speaks against a model that takes away the share ``taken`` of the error; ``laws`` are controllers that have another one,
+    ``unsized`` the effects whose size may be nothing."""
     effects = bool(found.model.terms)
     strained = _strained(rig, found, baseline)
     bands = tuple(narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted))
@@ -60,7 +64,8 @@ def adequacy(
     spoiled = effects and spoils_everything(own.fit)
     if spoiled:
         reasons.append("with it the lesson's own simulation is further off in every channel")
-    weak = leaves_much(evidence, taken) if effects and not reasons else []
+    weak = leaves_much(evidence, taken, own.fit) if effects and not reasons else []
+    weak += [f"the recordings do not determine how large {term.name} at {term.at} is" for term in unsized]
     removed = removed_in_band(found) if taken > 0.0 and not spoiled else 0.0
     form_left = left.share if left is not None and other_form else 0.0
     return Adequacy(tuple(reasons), tuple(weak), removed, form_left, strained, bands, tuple(laws))
@@ -72,5 +77,5 @@ def _strained(rig: Rig, found: Found, baseline: Mapping[str, BaselineValue]) -> 
     return tuple(
         name
         for name, item in baseline.items()
-        if name not in known and abs(item.refit_with - item.given) > STRAINED * rig.machine.uncertain[name]
+        if name not in known and abs(item.refit_with - item.given) > STRAINED * rig.machine.uncertain.get(name, math.inf)
     )

@@ -15,8 +15,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 from lathesim.component import Component, Input
-from lathesim.diagnosis.evidence import root_mean_square
-from lathesim.diagnosis.own_simulation import SETTLING
+from lathesim.diagnosis.own_simulation import SETTLING, root_mean_square
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import Term, decides
 from lathesim.engine.assembly import Assembly, Part
@@ -50,12 +49,12 @@ def contradicted(rig: Rig, values: Mapping[str, float]) -> str:
     """
     if not rig.machine.replay:
         return ""
-    for row, share in _unexplained(rig, values):
+    for row, share in unexplained_share(rig, values):
         if share > CONTROLLED:
             name = rig.machine.compare[row]
             period = rig.machine.assembly.sample_period
             for factor in _PERIODS:
-                if dict(_unexplained(_at_period(rig, factor), values))[row] < _FOLLOWS:
+                if dict(unexplained_share(_at_period(rig, factor), values))[row] < _FOLLOWS:
                     return (
                         f"With a sample period of {1e3 * factor * period:.4g} ms {name} follows from what its controller was given, with "
                         f"{1e3 * period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of "
@@ -80,7 +79,7 @@ def _late_channel(rig: Rig, values: Mapping[str, float], row: int, share: float)
     for channel in (other for other in rig.machine.compare if other in fed):
 
         def left(samples: float, channel: str = channel) -> float:
-            return dict(_unexplained(_shifted(rig, channel, samples), values))[row]
+            return dict(unexplained_share(_shifted(rig, channel, samples), values))[row]
 
         found = minimize_scalar(left, bounds=(-_FURTHEST, _FURTHEST), method="bounded", options={"xatol": 0.01, "maxiter": 25})
         if found.fun < _BY_SHIFT * share:
@@ -146,7 +145,7 @@ def commands(rig: Rig) -> list[tuple[int, str]]:
     return [(row, name) for row, name in enumerate(rig.machine.compare) if _commands(parts[name.partition(".")[0]])]
 
 
-def _unexplained(rig: Rig, values: Mapping[str, float]) -> Iterator[tuple[int, float]]:
+def unexplained_share(rig: Rig, values: Mapping[str, float]) -> Iterator[tuple[int, float]]:
     """Give for each controller's command its place among the compared channels and the share of it that a replay does not explain."""
     rows = [row for row, _ in commands(rig)]
     residual = rig.sensed.one(values) if rows else np.zeros((0, 0))

@@ -19,6 +19,7 @@ from lathesim.diagnosis.another_law import AnotherLaw, another_law
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.coarse_counts import coarse_counts
 from lathesim.diagnosis.contradiction import contradicted, swapped, wrong_unit
+from lathesim.diagnosis.controller_value import controller_value
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
 from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
@@ -28,7 +29,16 @@ from lathesim.diagnosis.growth import leave_out
 from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.lesson_entry import lesson_entry, on_held_out, without_undetermined
 from lathesim.diagnosis.loading import Recorded
-from lathesim.diagnosis.parameters import CONFIDENCE, Estimate, Estimates, estimates, is_significant, with_error_of_form
+from lathesim.diagnosis.parameters import (
+    CONFIDENCE,
+    Estimate,
+    Estimates,
+    estimates,
+    hangs_together,
+    is_open,
+    is_significant,
+    with_error_of_form,
+)
 from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
@@ -70,15 +80,20 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     )
     if not faults:
         (rig, held_out), whole, held_name = _rigs(question)
+        if other := controller_value(rig, held_out, _as_given(rig)):
+            findings = (*findings, str(other))
+            question = replace(question, machine=other.in_machine(question.machine))
+            (rig, held_out), whole, held_name = _rigs(question)
         faults = [sentence for one in (rig, held_out) for check in (contradicted, swapped) if (sentence := check(one, _as_given(one)))]
     if faults:
         return _recording_fault(question, faults, findings, began)
     found = search(rig, held_out, question.settings, say)
+    found.controller = other
     if question.held_out is not None and (stranger := another_machine(found.model, rig, held_out)):
         return _recording_fault(question, [stranger], findings, began)
     say("fitting the found model to everything")
     values = estimates(found.model, rig, held_out, whole)
-    doubtful = [term for term in found.model.terms if not is_significant(term, values)]
+    doubtful = [term for term in found.model.terms if _is_doubtful(term, found, values)]
     if doubtful:
         say(f"leaving out again {', '.join(term.name for term in doubtful)}: the recordings do not agree on its size")
         leave_out(found, doubtful, rig, held_out, say)
@@ -97,6 +112,14 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
         wall_time=time.perf_counter() - began,
         complete=found.complete,
     )
+
+
+def _is_doubtful(term: Term, found: Found, values: Estimates) -> bool:
+    """Say whether an effect's size may be nothing; of the only one, or one that took away most of the error, it is said, and it stays."""
+    if not is_significant(term, values):
+        return True
+    beside = len(found.model.terms) > 1 and found.removed_by(term) < NAMED_SHARE
+    return beside and is_open(term, values) and not hangs_together(term, values)
 
 
 def _recording_fault(question: Question, faults: list[str], findings: tuple[str, ...], began: float) -> Diagnosis:
@@ -135,7 +158,8 @@ def _answer(
     after = strongest_variables(evidence.bars, [], after=True)
     baseline = _baseline(rig, found, values)
     taken = removed_share(held_out, before, reported_fit)
-    judged = adequacy(rig, held_out, found, evidence, own, baseline, taken, _other_laws(question, found, rig, held_out))
+    unsized = [term for term in found.model.terms if is_open(term, values)]
+    judged = adequacy(rig, held_out, found, evidence, own, baseline, taken, _other_laws(question, found, rig, held_out), unsized)
     verdict = _verdict(found, standings, moved, judged)
     names = verdict in ("named", "tied")
     sure = with_error_of_form(values, found.model.terms, judged.form_left) if judged.form_left else values
@@ -161,7 +185,7 @@ def _answer(
         term = discover(rig, found.model.fitted, held_out, found.model.held_out_fit)
     return Diagnosis(
         verdict=verdict,
-        sentence=_sentence(verdict, effects, found.far_off),
+        sentence=_sentence(verdict, effects, found.values_off),
         lesson=question.lesson,
         recording=question.fitted.name,
         held_out="",
@@ -224,7 +248,7 @@ def _verdict(found: Found, standings: list[Standing], moved: bool, judged: Adequ
     if not standings:
         if judged.reasons:
             return "unknown"
-        return "parameters_only" if moved else "no_mismatch"
+        return "parameters_only" if moved or found.values_off else "no_mismatch"
     if judged.reasons and judged.removed < NAMED_SHARE:
         return "unknown"
     return "tied" if standings[0].tied or found.values_instead else "named"
@@ -251,6 +275,9 @@ def _baseline(rig: Rig, found: Found, values: Estimates) -> dict[str, BaselineVa
         interval = bounded(Interval(estimate.value, declared.unit, estimate.value - half, estimate.value + half), declared)
         without = found.baseline.fitted.by_name[item.name]
         result[item.name] = BaselineValue(declared.unit, item.given, without, estimate.value, interval.low, interval.high)
+    if other := found.controller:
+        half = CONFIDENCE * other.error
+        result[other.name] = BaselineValue(other.unit, other.given, other.value, other.value, other.value - half, other.value + half)
     return result
 
 

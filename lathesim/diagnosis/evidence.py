@@ -11,7 +11,7 @@ from lathesim.diagnosis.diagnosis import ChannelFit, ChannelTrace, Evidence, Loc
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.locate import COUNTS, bars, beyond, missing_signal, places
-from lathesim.diagnosis.own_simulation import SETTLING
+from lathesim.diagnosis.own_simulation import SETTLING, root_mean_square
 from lathesim.diagnosis.problem import Rig, acting
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Model, Trial
@@ -62,12 +62,6 @@ def _counted(rig: Rig, values: FloatArray) -> FloatArray:
 def _own_value(plan: object, name: str) -> float:
     parameters, states = plan.parameters, plan.states  # type: ignore[attr-defined]
     return float(plan.parameter_values[parameters[name]] if name in parameters else plan.start_states[states[name]])  # type: ignore[attr-defined]
-
-
-def root_mean_square(values: FloatArray) -> float:
-    """Give the root mean square of what is finite; infinite where nothing is."""
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("inf")
 
 
 def missing_share(rig: Rig, fitted: Fitted, row: int) -> tuple[float, FloatArray]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from lathesim.diagnosis.controller_value import ControllerValue
 from lathesim.diagnosis.screening import Screened
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Model, Trial
@@ -29,21 +30,40 @@ class Found:
     """What was believable as the first effect, the one that was taken left out; the best first."""
     straining: set[str] = field(default_factory=set)
     """Parts of effects that came in together with a value further off than the lesson holds possible."""
+    before: dict[str, Model] = field(default_factory=dict)
+    """By the part of an effect: the model before it came in."""
+    refused: set[str] = field(default_factory=set)
+    """Parts of effects that were taken out again as they need a machine that is not there."""
     far_off: tuple[str, ...] = ()
     """A value of the lesson that is further off than it holds possible and explains more than effects do, and others that would."""
     values_instead: tuple[str, ...] = ()
     """Values of the lesson that would explain as much as what was found, were they so far off."""
+    controller: ControllerValue | None = None
+    """A value of a controller that is another one than the lesson's."""
     complete: bool = False
+
+    @property
+    def values_off(self) -> tuple[str, ...]:
+        """The value of the lesson that is further off than it holds possible, and others that would do as well: a controller's, which is
+        sure, comes first."""
+        return (self.controller.name,) if self.controller else self.far_off
 
     def removed_by(self, term: Term) -> float:
         """Give the share of the whole error that an effect of the model took away when it came in."""
         return next((trial.share_of_all for trial in self.trials.get(term.part, ()) if trial.term.part == term.part), 0.0)
 
+    def take_over(self, term: Term, other: Term) -> None:
+        """Credit an effect, and what was tried in its place, with the share that another one took away which it has made needless."""
+        share = self.removed_by(other)
+        trials = self.trials.get(term.part, [])
+        self.trials[term.part] = [replace(trial, share_of_all=min(trial.share_of_all + share, 1.0)) for trial in trials]
+
     def was_held_against(self, trial: Trial) -> bool:
         """Say whether a trial was made on top of the model, or with a finer form in the place of one of its effects: the rest of which it
         takes a share away is then what the model leaves."""
-        rest = [term for term in trial.model.terms if term is not trial.term]
-        replaced = [term for term in self.model.terms if term not in rest]
-        if trial.term in self.model.terms or any(term not in self.model.terms for term in rest):
+        # by their names: an effect that does with fewer values is the same effect
+        there, rest = {term.part for term in self.model.terms}, {term.part for term in trial.model.terms if term is not trial.term}
+        replaced = [term for term in self.model.terms if term.part not in rest]
+        if trial.term.part in there or not rest <= there:
             return False
         return not replaced or (len(replaced) == 1 and replaced[0].name in trial.term.effect.refines)

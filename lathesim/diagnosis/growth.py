@@ -44,7 +44,7 @@ def grow(bench: Bench, found: Found, settings: Settings, known: Collection[Term]
     while len(found.model.terms) < settings.most_effects:
         if known and same_effects(found.model.terms, known):
             return
-        simple, refined = due(found.model, bench.rig), finer(found.model, bench.rig)
+        simple, refined = ([term for term in asked(found.model, bench.rig) if term.part not in found.refused] for asked in (due, finer))
         bench.say(f"screening {len(simple) + len(refined)} candidates")
         points = starting_points(bench.rig, found.model.fitted, [*simple, *refined])
         screening = screen(bench.rig.sensed, found.model.fitted, [*simple, *refined], points)
@@ -96,6 +96,7 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
     if not found.model.terms:
         found.beginnings = sorted((trial for trial in good if trial is not best), key=lambda trial: -merit(trial, settings))
     before, found.model = found.model, bench.settled(best.model)
+    found.before[best.term.part] = before
     if strains_anew(before.fitted, found.model.fitted):
         found.straining.add(best.term.part)
     bench.say(f"{best.term.name} at {best.term.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
@@ -182,6 +183,7 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -
     for term in found.model.terms:
         rest = tuple(other for other in found.model.terms if other is not term)
         forms = [other for other in bench.rig.candidates if other.at == term.at and term.name in other.effect.refines]
+        forms = [other for other in forms if other.part not in found.refused]
         kept = [item for item in found.model.free if item.name not in term.parameters]
         asked = []
         for other in forms:
@@ -208,6 +210,7 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -
             best = max(good, key=lambda trial: merit(trial, settings))
             bench.say(f"{best.term.name} takes the place of {term.name}: {best.gain:.0f} nats")
             found.trials[best.term.part] = good
+            found.before[best.term.part] = found.model
             found.model = bench.settled(best.model)
             changed = True
     return changed
@@ -223,6 +226,7 @@ def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:
     while needless := next((term for term in found.model.terms[:-1] if is_needless(term)), None):
         bench.say(f"{needless.name} at {needless.at} is no longer needed")
         found.model = fewer(bench, found.model, needless)
+        found.take_over(found.model.terms[-1], needless)
 
 
 def _is_of_a_clock(bench: Bench, term: Term, model: Model) -> bool:

@@ -34,7 +34,7 @@ def lesson_entry(effect: FoundEffect, term: Term, fitted: Fitted, rig: Rig) -> d
         if name in fitted.by_name and short not in quantities:
             half_turn = np.pi if name in phases_to_turn(term, fitted.by_name) else 0.0
             quantities[short] = written(fitted.by_name[name] + half_turn, declared_in(rig, name).unit)
-    return {"effect": effect.effect, "at": effect.at, **quantities}
+    return {"effect": effect.effect, "at": effect.at, **term.senses, **quantities}
 
 
 def written(value: float, unit: str) -> str:

@@ -94,7 +94,7 @@ def narrow_bands(rig: Rig, fitted: Fitted) -> list[NarrowBand]:
             continue
         power = np.abs(spectrum(fitted.residual[row], model.differences, model.window)) ** 2 / model.power
         for width, prominent in zip(_WIDTHS, _PROMINENT, strict=True):
-            if len(power) < 2 * _AROUND * width:
+            if len(power) < 2 * _AROUND * width or not np.any(power):
                 break
             around = median_filter(power, size=_AROUND * width + 1, mode="nearest") / _MEDIAN
             prominence = uniform_filter1d(power / np.maximum(around, 1e-300), width)

@@ -31,7 +31,7 @@ def other_beginnings(bench: Bench, found: Found, settings: Settings) -> Iterator
     for trial in _exchanged(bench, found, refused):
         if believable(trial, settings, found.chance):
             yield Found(found.baseline, trial.model, {**found.trials, trial.term.part: [trial]})
-    for trial in found.beginnings[:_MOST]:
+    for trial in [trial for trial in found.beginnings if trial.term.part not in found.refused][:_MOST]:
         yield Found(found.baseline, trial.model, {trial.term.part: [trial]})
 
 
@@ -39,7 +39,8 @@ def _refused(found: Found, settings: Settings) -> Trial | None:
     """Give what takes away most of what the effects that were found leave, moves a channel by more than the rest there, and is not believed
     beside them; nothing where a part of a wave that was found takes away more. What is lost in the rest is no sign of a wrong beginning."""
     there = found.model.terms
-    beside = [trial for trial in found.tried if trial.model.terms[:-1] == there and trial.term not in there]
+    asked = [trial for trial in found.tried if trial.term.part not in found.refused]
+    beside = [trial for trial in asked if trial.model.terms[:-1] == there and trial.term not in there]
     gaining = [trial for trial in beside if min(trial.gain, trial.held_out_gain) > settings.margin]
     much = [trial for trial in gaining if trial.share_of_rest > _MUCH and trial.moves > settings.smallest_move]
     most = max(much, key=lambda trial: trial.share_of_rest, default=None)

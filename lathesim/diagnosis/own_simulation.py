@@ -19,6 +19,12 @@ _KICKS = 2e-3
 """Share of the samples that may be far off without an effect making a simulation worse."""
 
 
+def root_mean_square(values: FloatArray) -> float:
+    """Give the root mean square of what is finite; infinite where nothing is."""
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("inf")
+
+
 def in_own_simulation(rig: Rig, before: Fitted, after: Fitted, term: Term) -> tuple[float, float]:
     """Give what an effect does in the lesson's own simulation: how far it moves it, and how much worse it makes it (root mean squares).
 

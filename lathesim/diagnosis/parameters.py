@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.stats import chi2, norm
 
 from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.own_simulation import own_error
@@ -27,6 +28,7 @@ _AS_GOOD = 1.2
 """Times the error of a simulation within which another one is as good."""
 _HANG_TOGETHER = 0.1
 """Share of a standard error that is left where the other values of an effect are held, below which only a mixture of them is known."""
+_RAREST = 1e-300
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,8 @@ class Estimates:
 
     by_name: Mapping[str, Estimate]
     inflation: float
+    apart: Mapping[str, float] = field(default_factory=dict)
+    """By the part of an effect: standard errors by which its sizes together differ from nothing, however little each is known by itself."""
 
     def values(self) -> dict[str, float]:
         """Give the values alone."""
@@ -92,12 +96,31 @@ def _estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Esti
     fits = (first, second) if whole is None else (_refitted(model, whole, held_out, wide),)
     rigs = (rig, held_out) if whole is None else (whole,)
     biases = [replay_bias(one, fitted, wide=wide) if model.terms else {} for one, fitted in zip(rigs, fits, strict=True)]
-    alone, disagreeing = (dict(zip(names, joint_errors(fits, names, factor), strict=True)) for factor in (1.0, inflation))
+    together = joint_covariance(fits, names, inflation)
+    both = (joint_covariance(fits, names, 1.0), together)
+    alone, disagreeing = (dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)) for covariance in both)
     found = {name: _estimate(fits, name, alone[name], disagreeing[name], [bias.get(name, 0.0) for bias in biases]) for name in names}
     for term in model.terms:
         for name, share in _held(fits[0], [name for name in term.parameters if name in found]).items():
             found[name] = replace(found[name], alone=share * found[name].by_noise)
-    return Estimates(found, inflation)
+    return Estimates(found, inflation, {term.part: _apart(term, names, found, together) for term in model.terms})
+
+
+def _apart(term: Term, names: Sequence[str], found: Mapping[str, Estimate], covariance: FloatArray) -> float:
+    """Give the standard errors by which the sizes of an effect together differ from nothing.
+
+    d'C^-1 d of their differences d has a chi-square distribution where there is nothing; it is given as what is as rare in a normal one.
+    Source: Wald, Tests of statistical hypotheses concerning several parameters, Trans. American Mathematical Society 54 (1943).
+    """
+    neutral = dict(zip(term.parameters, term.neutral.tolist(), strict=True))
+    sizes = [name for name in term.parameters if name.partition(".")[2] in term.effect.neutral and name in found]
+    if not sizes:
+        return 0.0
+    places = [names.index(name) for name in sizes]
+    own = np.sqrt(np.maximum(np.diag(covariance)[places], 1e-300))
+    away = np.array([found[name].value - neutral[name] for name in sizes]) / own
+    square = away @ np.linalg.pinv(covariance[np.ix_(places, places)] / np.outer(own, own), hermitian=True) @ away
+    return float(norm.isf(0.5 * max(chi2.sf(square, len(sizes)), _RAREST)))
 
 
 def with_error_of_form(values: Estimates, terms: Sequence[Term], share: float) -> Estimates:
@@ -138,8 +161,8 @@ def _estimate(fits: Sequence[Fitted], name: str, alone: float, by_noise: float, 
     return Estimate(float(weights @ values / weights.sum()), error, by_noise)
 
 
-def joint_errors(fits: Sequence[Fitted], names: Sequence[str], inflation: float) -> FloatArray:
-    """Give the standard errors of all fits together by noise, (names,), ``inflation`` larger as far as they come from the recordings.
+def joint_covariance(fits: Sequence[Fitted], names: Sequence[str], inflation: float) -> FloatArray:
+    """Give the covariance of all fits together by noise, (names, names), ``inflation``^2 larger as far as it comes from the recordings.
 
     covariance = (P + sum_i (C_i^-1 - P) / inflation^2)^-1
 
@@ -151,7 +174,7 @@ def joint_errors(fits: Sequence[Fitted], names: Sequence[str], inflation: float)
     total = known.copy()
     for fitted, of_fit in zip(fits, places, strict=True):
         total += _learned(fitted.covariance[np.ix_(of_fit, of_fit)], known) / inflation**2
-    return np.asarray(np.sqrt(np.maximum(np.diag(covariance_of(total)), 0.0)))
+    return covariance_of(total)
 
 
 def _learned(covariance: FloatArray, known: FloatArray) -> FloatArray:
@@ -198,7 +221,10 @@ def _same_way_round(fitted: Fitted, other: Fitted, terms: Sequence[Term]) -> Fit
 
 
 def is_significant(term: Term, values: Estimates) -> bool:
-    """Say whether a parameter of an effect that makes it vanish is away from that value by more than its interval."""
+    """Say whether a parameter of an effect that makes it vanish is away from that value by more than its interval, or all such ones are
+    together: of a friction and its peak at low speed only the sum may be known."""
+    if values.apart.get(term.part, 0.0) > SIGNIFICANT:
+        return True
     for name, neutral in zip(term.parameters, term.neutral, strict=True):
         if name.partition(".")[2] in term.effect.neutral and name in values.by_name:
             estimate = values.by_name[name]
@@ -207,3 +233,17 @@ def is_significant(term: Term, values: Estimates) -> bool:
             if abs(estimate.value - neutral) > SIGNIFICANT * error:
                 return True
     return False
+
+
+def is_open(term: Term, values: Estimates) -> bool:
+    """Say whether the intervals of all sizes of an effect hold the value with which it vanishes, whatever they are wide from: noise, a form
+    that is a little wrong, recordings that disagree."""
+    sizes = [(name, neutral) for name, neutral in zip(term.parameters, term.neutral, strict=True) if name in values.by_name]
+    sizes = [(name, neutral) for name, neutral in sizes if name.partition(".")[2] in term.effect.neutral]
+    return all(abs(values.by_name[name].value - neutral) < CONFIDENCE * values.by_name[name].error for name, neutral in sizes)
+
+
+def hangs_together(term: Term, values: Estimates) -> bool:
+    """Say whether of the values of an effect a mixture is known and no value by itself."""
+    known = [values.by_name[name] for name in term.parameters if name in values.by_name]
+    return len(known) > 1 and any(item.alone < _HANG_TOGETHER * item.by_noise for item in known)

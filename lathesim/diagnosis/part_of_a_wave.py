@@ -22,8 +22,8 @@ _SIDE_LINE = 0.05
 
 
 def is_part_of_a_wave(trial: Trial, model: Model) -> bool:
-    """Say whether a wave is a harmonic of one that the model has at the same place, or a small line beside it: a part of that one's form,
-    and no further effect.
+    """Say whether a wave is a harmonic of one that the model has at the same place or motion, or a small line beside it: a part of that
+    one's form, and no further effect.
 
     A ripple in proportion to the driving force is something else.
     """
@@ -34,7 +34,7 @@ def is_part_of_a_wave(trial: Trial, model: Model) -> bool:
     for other in model.terms:
         whole = _period(other, values) / period
         ratio = max(whole, 1.0 / whole) if whole > 0.0 else 0.0
-        if other.at != trial.term.at or not ratio:
+        if not (_at_one_motion(trial.term, other) and ratio):
             continue
         if round(ratio) in _HARMONICS and abs(ratio - round(ratio)) < _WHOLE * ratio:
             return True
@@ -42,6 +42,11 @@ def is_part_of_a_wave(trial: Trial, model: Model) -> bool:
         if abs(ratio - 1.0) < _BESIDE and size < _SIDE_LINE * of_other:
             return True
     return False
+
+
+def _at_one_motion(term: Term, other: Term) -> bool:
+    """Say whether two effects sit at one place or at two sensors of one motion, whose difference does not tell which of them is wrong."""
+    return term.at == other.at or bool(term.of_motion and term.of_motion == other.of_motion)
 
 
 def _period(term: Term, values: Mapping[str, float]) -> float:

@@ -9,6 +9,7 @@ from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import grow, leave_out, refine, same_effects
+from lathesim.diagnosis.needed_values import drop_needless_values
 from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
 from lathesim.diagnosis.other_forms import forms_of_two, two_for_one
 from lathesim.diagnosis.problem import Rig, baseline_free
@@ -17,6 +18,9 @@ from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.time_limit import until
 from lathesim.diagnosis.trial import STRAINED, Bench, Tell, strains, strains_anew
 from lathesim.diagnosis.value_far_off import value_far_off
+
+_MOST_REFUSED = 2
+"""Refusals after which a model is not grown on."""
 
 
 def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell | None = None) -> Found:
@@ -47,6 +51,7 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
             found.trials |= {trial.term.part: [trial] for trial in simpler[1]}
             bench.say(f"as good and simpler: {' and '.join(trial.term.name for trial in simpler[1])}")
         simpler_relatives(bench, found)
+        drop_needless_values(bench, found)
         if far := value_far_off(bench, baseline, found.model):
             names = (far.name, *far.instead)
             if far.better:
@@ -76,7 +81,14 @@ def _grown(bench: Bench, found: Found, settings: Settings, known: Sequence[Term]
     while strains_anew(found.baseline.fitted, found.model.fitted) or _is_straining(found):
         last = found.model.terms[-1]
         bench.say(f"{last.name} at {last.at} is refused: with it a value would be further off than the lesson holds possible")
-        leave_out(found, [last], bench.rig, bench.held_out, bench.say)
+        found.refused.add(last.part)
+        if last.part not in found.before:
+            leave_out(found, [last], bench.rig, bench.held_out, bench.say)
+            continue
+        found.model = found.before[last.part]
+        if len(found.refused) <= _MOST_REFUSED and found.model.terms:
+            # what it had made needless is there again, and something else may come beside that
+            grow(bench, found, settings)
 
 
 def _is_straining(found: Found) -> bool:

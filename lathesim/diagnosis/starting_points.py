@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.fft import irfft, rfft
 
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.problem import Rig, commands
@@ -25,6 +26,8 @@ _REACHED = (0.995, 0.98, 0.95, 0.85)
 """Shares of the samples in which a command is below where a limit is looked for ..."""
 _OF_LARGEST = (0.9, 0.75, 0.6, 0.45)
 """... and shares of its largest value: a command in steps is at its largest for long."""
+_LATEST = 0.1
+"""The latest that a reading is looked for [s]."""
 _APART = 0.02
 """Share of a recording by which two instants lie apart."""
 
@@ -44,7 +47,42 @@ def starting_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, Fl
                 if name in term.effect.neutral:
                     point[place] = size
         found[term.part] = np.clip(points, term.low, term.high)
-    return found | limit_points(rig, terms) | _frequency_points(rig, terms)
+    return found | limit_points(rig, terms) | _frequency_points(rig, terms) | _late_points(rig, fitted, terms)
+
+
+def _late_points(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> dict[str, FloatArray]:
+    """Give starting values for what makes a reading late: beside the usual ones that by which the recording is behind the simulation. A
+    staircase that is late by half a step is as near as one that is late by two."""
+    period, seconds = rig.machine.assembly.sample_period, {sight.row for sight in rig.sensed.second_sight}
+    simulated = rig.sensed.seen - fitted.residual
+    found: dict[str, FloatArray] = {}
+    for term in terms:
+        late = f"{term.part}.{term.effect.late_by}"
+        if late not in term.parameters or rig.sensed.plan.unit(late) != "s" or not len(term.points):
+            continue
+        rows = [row for row, name in enumerate(rig.machine.compare) if term.at in (name, name.partition(".")[0]) and row not in seconds]
+        column = term.parameters.index(late)
+        lags = [period * behind(rig.sensed.seen[row], simulated[row], round(_LATEST / period)) for row in rows]
+        points = np.tile(np.median(term.points, axis=0), (len(lags), 1))
+        points[:, column] = lags
+        points = points[points[:, column] != 0.0]
+        if len(points):
+            found[term.part] = np.clip(np.vstack([points, term.points]), term.low, term.high)
+    return found
+
+
+def behind(signal: FloatArray, other: FloatArray, most: int) -> int:
+    """Give the samples, up to ``most`` either way, by which a signal (samples,) is behind another one: where their differences correlate
+    best. Source: Knapp, Carter, The generalized correlation method for estimation of time delay, IEEE Trans. ASSP 24 (1976)."""
+    first, second = (np.diff(np.nan_to_num(values)) for values in (signal, other))
+    most = min(most, len(first) // 4)
+    shifts = np.r_[0 : most + 1, -most:0]
+    correlated = irfft(rfft(first, 2 * len(first)) * np.conj(rfft(second, 2 * len(first))))[shifts]
+    # over what overlaps of both: the first one without its beginning and the second without its end, or the other way round
+    powers = [np.r_[0.0, np.cumsum(values**2)] for values in (first, second)]
+    ahead, after = np.maximum(shifts, 0), np.maximum(-shifts, 0)
+    there = [(power[-1 - other] - power[own]) for power, own, other in zip(powers, (ahead, after), (after, ahead), strict=True)]
+    return int(shifts[np.argmax(correlated / np.sqrt(np.maximum(there[0] * there[1], 1e-300)))])
 
 
 def _frequency_points(rig: Rig, terms: Sequence[Term]) -> dict[str, FloatArray]:

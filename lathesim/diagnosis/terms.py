@@ -7,7 +7,7 @@ numbers and never compiles.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.stats import qmc
@@ -50,6 +50,10 @@ class Term:
     points: FloatArray
     second: bool = False
     """Whether the host is the second of two sensors of one motion: the one that closes no loop, else the later one."""
+    of_motion: str = ""
+    """The part whose motion the host measures, where it is a sensor."""
+    senses: Mapping[str, str] = field(default_factory=dict)
+    """What feeds an input of the effect that its host does not: input -> ``part.output``."""
 
     @property
     def name(self) -> str:
@@ -59,12 +63,14 @@ class Term:
     @property
     def bare(self) -> Term | None:
         """The term in its simplest form, none where it has no other."""
-        kept = [place for place, name in enumerate(self.parameters) if name.partition(".")[2] in self.effect.bare]
-        if not kept or len(kept) == len(self.parameters):
-            return None
-        names = tuple(self.parameters[place] for place in kept)
+        kept = [name for name in self.parameters if name.partition(".")[2] in self.effect.bare]
+        return self.keeping(kept) if kept and len(kept) < len(self.parameters) else None
+
+    def keeping(self, names: Collection[str]) -> Term:
+        """Give the term with these of its free values."""
+        kept = [place for place, name in enumerate(self.parameters) if name in names]
         arrays = {name: getattr(self, name)[kept] for name in ("neutral", "low", "high", "least", "usual")}
-        return replace(self, parameters=names, points=self.points[:, kept], **arrays)
+        return replace(self, parameters=tuple(self.parameters[place] for place in kept), points=self.points[:, kept], **arrays)
 
     @property
     def family(self) -> str:
@@ -99,9 +105,9 @@ def insert_candidates(
     """
     unseen = {part.name for part in assembly.parts if compared is not None and _is_unseen(assembly, part, compared)}
     driven = {part.name for part in assembly.parts if _has_drive_before_it(assembly, part)}
-    second = _second_sensors(assembly)
+    second, measured = _second_sensors(assembly), _measured_parts(assembly)
     places = [
-        (effect, at)
+        (effect, at, senses)
         for effect in _in_acting_order(effects)
         for part in assembly.parts
         if part.name not in unseen
@@ -110,14 +116,16 @@ def insert_candidates(
             *_further_readings(effect, part, compared or ()),
             *_shown_outputs(effect, part, compared or ()),
         )
+        for senses in _from_elsewhere(effect, measured.get(part.name, part.name), assembly)
     ]
     terms: list[Term] = []
     result = assembly
-    for effect, host in places:
-        name = f"try_{host.replace('.', '_')}_{_snake(effect.__name__)}"
+    for effect, host, senses in places:
+        beside = "".join(f"_{source.partition('.')[0]}" for source in senses.values())
+        name = f"try_{host.replace('.', '_')}_{_snake(effect.__name__)}{beside}"
         neutral = _neutral_si(effect)
         try:
-            trial = insert_effect(result, effect, host, name=name, parameters=neutral)
+            trial = insert_effect(result, effect, host, name=name, parameters=neutral, sources=dict(senses))
             placed = next(part for part in trial.parts if part.name == name)
             if not _carries(effect, placed.component):
                 continue
@@ -125,8 +133,35 @@ def insert_candidates(
         except LatheSimError:
             continue
         result = trial
-        terms.append(replace(_term(name, effect, placed.component, host), second=host in second))
+        of_motion = measured.get(host, "")
+        terms.append(replace(_term(name, effect, placed.component, host), second=host in second, of_motion=of_motion, senses=senses))
     return result, terms
+
+
+def _from_elsewhere(effect: type[Effect], host: str, assembly: Assembly) -> list[dict[str, str]]:
+    """Give what may feed the inputs of an effect that sense another part: each output of that role of every other part that is pushed and
+    moves as the host does; nothing to be fed where the effect senses its host alone."""
+    component = next(part.component for part in assembly.parts if part.name == host)
+    found: list[dict[str, str]] = [{}]
+    for item, role in effect.elsewhere.items():
+        unit = effect.declarations[item].unit
+        if role not in component.ports or component.declarations[component.ports[role]].unit != unit:
+            return []
+        outputs = [
+            f"{part.name}.{part.component.ports[role]}"
+            for part in assembly.parts
+            if part.name != host and {role, "effort"} <= set(part.component.ports) and not issubclass(part.component, Effect)
+            if part.component.declarations[part.component.ports[role]].unit == unit
+        ]
+        found = [{**senses, item: output} for senses in found for output in outputs]
+    return found
+
+
+def _measured_parts(assembly: Assembly) -> dict[str, str]:
+    """Give for each sensor the part whose motion it measures."""
+    sources = {wire.target: wire.source.partition(".")[0] for wire in assembly.wires}
+    sensors = [part for part in assembly.parts if "reading" in part.component.ports and "measured" in part.component.ports]
+    return {part.name: sources[target] for part in sensors if sources.get(target := f"{part.name}.{part.component.ports['measured']}")}
 
 
 def _own_places(effect: type[Effect], part: Part, driven: Collection[str]) -> list[str]:
@@ -165,10 +200,8 @@ def _second_sensors(assembly: Assembly) -> set[str]:
     sources = {wire.target: wire.source.partition(".")[0] for wire in assembly.wires}
     feeding = {source for target, source in sources.items() if target.partition(".")[0] != source}
     sensors: dict[str, list[str]] = {}
-    for part in assembly.parts:
-        ports = part.component.ports
-        if "reading" in ports and "measured" in ports:
-            sensors.setdefault(sources.get(f"{part.name}.{ports['measured']}", ""), []).append(part.name)
+    for sensor, part in _measured_parts(assembly).items():
+        sensors.setdefault(part, []).append(sensor)
     first = [sorted(names, key=lambda name: name not in feeding)[0] for names in sensors.values()]
     return {name for names in sensors.values() for name in names} - set(first)
 

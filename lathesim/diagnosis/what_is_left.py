@@ -61,7 +61,7 @@ def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
     for effect in effects:
         if effect.tied_with:
             fact = f"{effect.effect} cannot be told from {', '.join(effect.tied_with)} here; the lines to paste hold {effect.effect}."
-            sentences.append(f"{fact} {effect.separating_experiment}")
+            sentences.append(f"{fact} {effect.separating_experiment or ''}".strip())
         pasted = [name for name in effect.undetermined if name not in effect.left_out]
         several = "a set of values that fits" if len(pasted) > 1 else "one value that fits"
         for names, done in ((effect.left_out, "leave that part of it out"), (pasted, f"hold {several}")):

@@ -49,6 +49,9 @@ class Effect(Component):
     """Whether it sits between two sensors of one motion: where they cannot tell which of them is wrong it is told at the second."""
     along: ClassVar[str] = ""
     """Output that tells the way along which it repeats, where no sensor of the host shows it: the length that was cut."""
+    elsewhere: ClassVar[dict[str, str]] = {}
+    """Input -> role of the port of another part that feeds it, for a diagnosis to look for: an axis out of square senses the place of each
+    other one."""
     stage: ClassVar[int] = 0
     """Where among effects of one port it acts: 0 what makes the force of a chip, or any force; 1 what the edge adds to that; 2 what takes
     a share of both as the cut grows deeper or opens; 3 what a sensor feels and the cut knows nothing of."""

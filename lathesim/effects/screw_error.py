@@ -108,10 +108,12 @@ class SquarenessError(Effect):
 
     x_out = x_in + slope z + bow z^2
 
-    Needs a wire from the other axis: ``other_position: z_axis.position``.
+    Needs a wire from the other axis: ``other_position: z_axis.position``. A diagnosis tries each other axis of the machine.
     """
 
     catalogue, family, site = 12, "geometry", "measured"
+    elsewhere = {"other_position": "displacement"}
+    between_sensors = True
     neutral = {"slope": 0.0, "bow": 0.0}
     typical = {"slope": (-50e-6, 50e-6), "bow": (-1e-3, 1e-3)}
     fingerprint = "The position error of one axis is a function of the position of the other."

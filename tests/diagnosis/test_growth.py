@@ -108,7 +108,7 @@ def test_a_lag_that_shrinks_to_next_to_nothing_beside_another_effect_goes(
     left = SimpleNamespace(terms=(play,), fitted=grown.fitted)
     monkeypatch.setattr(growth, "_is_needless", lambda *given: False)
     monkeypatch.setattr(growth, "fewer", lambda bench, model, term: left)
-    found: Any = SimpleNamespace(model=grown)
+    found: Any = Found(grown, grown)  # type: ignore[arg-type]
     machine = SimpleNamespace(assembly=SimpleNamespace(sample_period=2e-3))
     bench: Any = SimpleNamespace(rig=SimpleNamespace(machine=machine, record=[0.0] * 100), say=lambda text: None)
     growth._eliminate(bench, found, SETTINGS)

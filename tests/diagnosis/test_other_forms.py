@@ -49,10 +49,14 @@ def three_harmonics(v: float, q: float, t: float) -> float:
     return float(8.0 * np.sin(angle + 0.4) + 2.0 * np.sin(2.0 * angle) + 4.0 * np.sin(3.0 * angle + 1.0))
 
 
+def wave(part: str, at: str, of_motion: str = "") -> Any:
+    return SimpleNamespace(part=part, at=at, of_motion=of_motion, parameters=(), points=np.zeros((1, 0)))
+
+
 @pytest.mark.parametrize(("size", "longer", "is_part"), [(0.1, 1.02, True), (1.0, 1.02, False), (0.1, 1.5, False), (1.0, 2.0, True)])
 def test_a_small_line_beside_a_wave_is_a_part_of_it(size: float, longer: float, is_part: bool) -> None:
     """So is a harmonic of any size; a line of some size beside it, or a small one elsewhere, is not."""
-    cogging, ripple = (SimpleNamespace(part=part, at="x_axis", parameters=(), points=np.zeros((1, 0))) for part in ("cogging", "ripple"))
+    cogging, ripple = wave("cogging", "x_axis"), wave("ripple", "x_axis")
     sizes = {"cogging.amplitude": 4.0, "ripple.amplitude": size, "cogging.period": 0.01 * longer, "ripple.period": 0.01}
     trial: Any = SimpleNamespace(term=ripple, model=SimpleNamespace(fitted=SimpleNamespace(by_name=sizes)))
     model: Any = SimpleNamespace(terms=(cogging,))
@@ -60,7 +64,7 @@ def test_a_small_line_beside_a_wave_is_a_part_of_it(size: float, longer: float, 
 
 
 def test_a_harmonic_is_a_part_of_a_wave_by_whatever_name_its_effect_calls_the_period() -> None:
-    pitch, disc = (SimpleNamespace(part=part, at="x_scale", parameters=(), points=np.zeros((1, 0))) for part in ("pitch", "disc"))
+    pitch, disc = wave("pitch", "x_scale"), wave("disc", "x_scale")
     sizes = {"pitch.amplitude": 1.6e-6, "disc.amplitude": 0.35e-6, "pitch.lead": 8e-3, "disc.turn": 4e-3}
     trial: Any = SimpleNamespace(term=disc, model=SimpleNamespace(fitted=SimpleNamespace(by_name=sizes)))
     model: Any = SimpleNamespace(terms=(pitch,))
@@ -75,3 +79,12 @@ def test_a_further_harmonic_is_no_further_effect() -> None:
     assert [effect.effect for effect in found.effects] == ["Cogging"]
     assert found.effects[0].parameters["amplitude"].value == pytest.approx(8.0, rel=0.1)
     assert found.left
+
+
+@pytest.mark.parametrize(("axis", "is_part"), [("x_axis", True), ("y_axis", False)])
+def test_a_harmonic_at_another_sensor_of_the_same_motion_is_a_part_of_the_wave(axis: str, is_part: bool) -> None:
+    """Scale and motor encoder are held against each other: which of them has the harmonic their difference does not tell."""
+    pitch, disc = wave("pitch", "x_scale", "x_axis"), wave("disc", "encoder", axis)
+    sizes = {"pitch.amplitude": 4e-6, "disc.amplitude": 0.6e-6, "pitch.lead": 10e-3, "disc.lead": 5e-3}
+    trial: Any = SimpleNamespace(term=disc, model=SimpleNamespace(fitted=SimpleNamespace(by_name=sizes)))
+    assert is_part_of_a_wave(trial, SimpleNamespace(terms=(pitch,))) == is_part  # type: ignore[arg-type]

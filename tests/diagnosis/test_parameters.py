@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.fit import Fitted, Free, fit
-from lathesim.diagnosis.parameters import Estimate, Estimates, estimates, is_significant, joint_errors, with_error_of_form
+from lathesim.diagnosis.parameters import (
+    Estimate,
+    Estimates,
+    estimates,
+    hangs_together,
+    is_open,
+    is_significant,
+    joint_covariance,
+    with_error_of_form,
+)
 from lathesim.diagnosis.standard_errors import covariance_of
 from lathesim.diagnosis.trial import Bench, Model, term_free
 from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, baseline, pair, recording, rigs
@@ -71,6 +80,36 @@ def test_a_size_counts_when_it_is_three_errors_away_from_nothing() -> None:
     assert not is_significant(term, Estimates({}, 1.0))
 
 
+def test_a_size_counts_that_is_known_only_together_with_another_one() -> None:
+    """Of a friction that is uneven the level and the difference may each be open, and both together not nothing."""
+    term = next(term for term in pair(Hidden())[0].candidates if term.name == "CoulombFriction")
+    (name,) = term.parameters
+    assert not is_significant(term, Estimates({name: Estimate(8.0, 3.0, 3.0)}, 1.0, {term.part: 2.9}))
+    assert is_significant(term, Estimates({name: Estimate(8.0, 3.0, 3.0)}, 1.0, {term.part: 3.1}))
+
+
+@pytest.mark.parametrize(("error", "open_"), [(3.0, False), (4.0, True)])
+def test_an_effect_is_open_where_its_interval_holds_nothing(error: float, open_: bool) -> None:
+    term = next(term for term in pair(Hidden())[0].candidates if term.name == "CoulombFriction")
+    (name,) = term.parameters
+    values = Estimates({name: Estimate(8.0, error, 0.1, 0.1)}, 1.0)
+    assert is_open(term, values) == open_
+    assert not hangs_together(term, values)
+
+
+def test_how_far_a_size_is_from_nothing_is_counted_in_its_errors() -> None:
+    """Of one size it is how many of its standard errors it is away."""
+    hidden = Hidden(dry=8.0)
+    rig, held_out = rigs(recording(hidden, seed=1), recording(hidden, seed=2))
+    friction = next(term for term in rig.candidates if term.name == "CoulombFriction")
+    fitted = fit(rig.sensed, [*baseline(rig), *term_free(friction, np.array([5.0]))])
+    bench = Bench(rig, held_out, lambda text: None)
+    bench.weigh(fitted)
+    found = estimates(bench.model((friction,), fitted), rig, held_out, None)
+    size = found.by_name[f"{friction.part}.level"]
+    assert found.apart[friction.part] == pytest.approx(size.value / size.by_noise, rel=0.02) or found.apart[friction.part] > 30.0
+
+
 def test_only_values_that_make_an_effect_vanish_count() -> None:
     term = next(term for term in pair(Hidden())[0].candidates if term.name == "TorqueRipple")
     sizes = {name: Estimate(float(value), 1e-9, 1e-9) for name, value in zip(term.parameters, term.neutral, strict=True)}
@@ -126,12 +165,12 @@ def test_what_only_a_product_tells_is_known_once_however_many_recordings_there_a
     """Two values known to 5 %, and their product exactly: each is known to 5 % / sqrt(2), from one recording and from ten."""
     fit_of_one = told_of_a_product(2.0, 0.1, 1e-6)
     for many in (1, 2, 10):
-        errors = joint_errors([fit_of_one] * many, ["first", "second"], 1.0)
+        errors = np.sqrt(np.diag(joint_covariance([fit_of_one] * many, ["first", "second"], 1.0)))
         assert errors == pytest.approx(0.1 / np.sqrt(2.0), rel=1e-3)
 
 
 def test_what_recordings_tell_by_themselves_is_known_better_by_two_of_them() -> None:
     free = (Free("size", 1.0, 1.0),)
     one = Fitted(free, np.ones(1), np.array([[0.04]]), np.zeros((0, 0)), (), 0.0, 0.0)
-    assert joint_errors([one, one], ["size"], 1.0) == pytest.approx(0.2 / np.sqrt(2.0), rel=1e-2)
-    assert joint_errors([one, one], ["size"], 3.0) == pytest.approx(0.6 / np.sqrt(2.0), rel=1e-2)
+    assert np.sqrt(joint_covariance([one, one], ["size"], 1.0)) == pytest.approx(0.2 / np.sqrt(2.0), rel=1e-2)
+    assert np.sqrt(joint_covariance([one, one], ["size"], 3.0)) == pytest.approx(0.6 / np.sqrt(2.0), rel=1e-2)

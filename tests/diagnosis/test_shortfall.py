@@ -60,7 +60,15 @@ def test_effects_that_leave_much_are_not_all_there_is(share_after: float, counte
     """Half of what acts was missing before."""
     found = evidence(share_after, 0.0)
     found = replace(found, missing=(replace(found.missing[0], counted=counted),))
-    assert bool(leaves_much(found, taken)) == told
+    assert bool(leaves_much(found, taken, {})) == told
+
+
+@pytest.mark.parametrize(("after", "taken", "told"), [(3e-6, 0.8, False), (6e-6, 0.8, True), (6e-6, 0.95, False)])
+def test_effects_that_bring_the_simulation_hardly_nearer_leave_much(after: float, taken: float, told: bool) -> None:
+    """A warm-up and a friction along the way stood for a load that goes with speed times place."""
+    found = evidence(0.05, 0.0)
+    fit = {POSITION: ChannelFit("m", 1e-7, 1e-5, after, "held out"), "x_drive.current": ChannelFit("A", 0.1, 0.2, 0.19, "held out")}
+    assert bool(leaves_much(found, taken, fit)) == told
 
 
 @pytest.mark.parametrize(

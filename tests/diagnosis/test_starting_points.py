@@ -7,10 +7,11 @@ import pytest
 
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.problem import baseline_free, build_rigs
-from lathesim.diagnosis.starting_points import instants_of, limit_points, starting_points, strongest_jumps
+from lathesim.diagnosis.starting_points import behind, instants_of, limit_points, starting_points, strongest_jumps
 from lathesim.effects.drive_range import DriveSaturation
 from lathesim.effects.structure import AxialResonance
-from tests.diagnosis.pushed_table import FORCE, machine, recording
+from lathesim.effects.time_shift import ChannelTimeShift
+from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, machine, recording
 
 
 @pytest.mark.parametrize("instant", [0.31, 1.5, 2.9])
@@ -61,3 +62,23 @@ def test_a_resonance_is_looked_for_at_frequencies_close_together() -> None:
     frequencies = np.sort(points[:, [name.endswith(".frequency") for name in term.parameters].index(True)])
     assert frequencies[0] < 15.0
     assert np.all(frequencies[1:] / frequencies[:-1] < 1.6)
+
+
+@pytest.mark.parametrize("late", [7, 0, -4])
+def test_a_staircase_is_behind_another_one_by_whole_steps(late: int) -> None:
+    """Half-way between two steps it is as near to the other one as anywhere around: a search has to begin where the edges meet."""
+    rng = np.random.default_rng(5)
+    stairs = np.repeat(rng.standard_normal(80), 25)
+    recorded = np.roll(stairs, late) + 0.05 * rng.standard_normal(len(stairs))
+    assert behind(recorded, stairs, 50) == late
+
+
+def test_a_late_reading_is_looked_for_where_the_recording_has_it() -> None:
+    record = recording(count=1500, noise=1e-8)
+    number = np.arange(1500.0)
+    late = record.with_channel(POSITION, "m", np.interp(number - 6.0, number, record[POSITION]))
+    rig, _ = build_rigs(machine(), [("a", late), ("b", late)], [ChannelTimeShift])
+    fitted = fit(rig.sensed, baseline_free(rig.machine), rounds=0)
+    points = starting_points(rig, fitted, list(rig.candidates))[rig.candidates[0].part]
+    assert points[0, 0] == pytest.approx(6.0 * PERIOD)
+    assert len(points) == 1 + len(rig.candidates[0].points)

@@ -204,3 +204,17 @@ def test_an_error_between_two_sensors_is_told_at_the_one_that_closes_no_loop(nam
     _, terms = insert_candidates(assembly_of(template, registry), [ScaleFactorError])
     assert [term.at for term in terms if term.second] == [second]
     assert len(terms) > 1
+
+
+def test_an_axis_out_of_square_is_looked_for_along_each_other_axis(registry: Registry) -> None:
+    """A single axis has none beside it; the spindle of a lathe turns, and nothing is square to that."""
+    squareness = registry.effect("SquarenessError")
+    lathe = next(template for template in TEMPLATES if template.stem == "two_axis_lathe")
+    filled, terms = insert_candidates(assembly_of(lathe, registry), [squareness])
+    sources = {wire.target: wire.source for wire in filled.wires}
+    assert {(term.of_motion, term.senses["other_position"]) for term in terms} == {
+        ("x_axis", "z_axis.position"), ("z_axis", "x_axis.position")
+    }  # fmt: skip
+    assert all(sources[f"{term.part}.other_position"] == term.senses["other_position"] for term in terms)
+    alone = next(template for template in TEMPLATES if template.stem == "cascade_axis")
+    assert insert_candidates(assembly_of(alone, registry), [squareness])[1] == []

@@ -1,0 +1,98 @@
+"""A controller that has another value than the lesson gives it: its command then follows from what it was given, with that value.
+
+Between a command and what its controller was given lies no physics, so one value is enough to tell, without any fit of the machine: the
+share of the recorded command that a replay of the controller leaves falls to a part of what it was, on both recordings.
+Source: Gertler, Fault Detection and Diagnosis in Engineering Systems (1998), chapter 2 (parity equations of a controller).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from lathesim.component import Parameter
+from lathesim.diagnosis.contradiction import unexplained_share
+from lathesim.diagnosis.fit import Free, fit
+from lathesim.diagnosis.problem import Machine, Rig
+
+_WORTH = 0.02
+"""Share of a command that must be left for its controller to be asked about ..."""
+_BY_VALUE = 0.25
+"""... and share of that which another value may leave."""
+_FURTHEST = 4.0
+"""Factor by which a value is looked for larger or smaller."""
+_STEPS = 40
+_SCALE = 0.1
+
+
+@dataclass(frozen=True)
+class ControllerValue:
+    """A parameter (``part.parameter``) of a controller with the value the lesson gives and the one its command follows from [``unit``]."""
+
+    name: str
+    unit: str
+    given: float
+    value: float
+    command: str
+    share: float
+    """Share of the command that does not follow from the lesson's value."""
+    error: float = 0.0
+    """One standard error."""
+
+    def __str__(self) -> str:
+        off = f"{self.value / self.given - 1.0:+.0%}"
+        follows = f"{self.command} follows from what its controller was given with {self.name} of {self.value:.4g} {self.unit} ({off})"
+        return f"{follows}; with the lesson's {self.given:.4g} {self.unit} {self.share:.0%} of it does not. Taken so for the rest."
+
+    def in_machine(self, machine: Machine) -> Machine:
+        """Give the machine with the value that was found."""
+        part, _, item = self.name.partition(".")
+        parts = tuple(
+            replace(one, parameters={**one.parameters, item: self.value}) if one.name == part else one for one in machine.assembly.parts
+        )
+        return replace(machine, assembly=replace(machine.assembly, parts=parts))
+
+
+def controller_value(rig: Rig, held_out: Rig, values: Mapping[str, float]) -> ControllerValue | None:
+    """Give the value of a controller with which its command follows best, on both recordings; none where the lesson's does as well."""
+    if not rig.machine.replay:
+        return None
+    best: tuple[float, ControllerValue] | None = None
+    for row, share in unexplained_share(rig, values):
+        command = rig.machine.compare[row]
+        if share < _WORTH:
+            continue
+        for name, given in _values_of(rig, command.partition(".")[0]):
+
+            def left(logarithm: float, row: int = row, name: str = name, given: float = given, of: Rig = rig) -> float:
+                return dict(unexplained_share(of, {**values, name: given * math.exp(logarithm)}))[row]
+
+            furthest = math.log(_FURTHEST)
+            found = minimize_scalar(left, bounds=(-furthest, furthest), method="bounded", options={"xatol": 1e-4, "maxiter": _STEPS})
+            better = found.fun < _BY_VALUE * share and (best is None or found.fun < best[0])
+            if better and left(found.x, of=held_out) < _BY_VALUE * left(0.0, of=held_out):
+                unit = rig.sensed.plan.unit(name)
+                best = float(found.fun), ControllerValue(name, unit, given, given * math.exp(found.x), command, share)
+    return _settled(best[1], (rig, held_out), values) if best else None
+
+
+def _settled(found: ControllerValue, rigs: tuple[Rig, Rig], values: Mapping[str, float]) -> ControllerValue:
+    """Give the value fitted to both recordings, with its standard error."""
+    free = Free(found.name, found.value, _SCALE * found.value, low=found.value / _FURTHEST, high=found.value * _FURTHEST)
+    fits = [fit(rig.sensed, [free], values, slopes="central") for rig in rigs]
+    weights = np.array([1.0 / max(one.error(found.name), 1e-12 * found.value) ** 2 for one in fits])
+    value = float(weights @ [one.by_name[found.name] for one in fits] / weights.sum())
+    return replace(found, value=value, error=float(1.0 / np.sqrt(weights.sum())))
+
+
+def _values_of(rig: Rig, controller: str) -> Iterator[tuple[str, float]]:
+    """Give name and value of a controller's parameters that are more than nothing."""
+    part = next(part for part in rig.machine.assembly.parts if part.name == controller)
+    for item in part.component.declared(Parameter):
+        name = f"{controller}.{item}"
+        if name in rig.sensed.plan.parameters and rig.sensed.given(name) > 0.0:
+            yield name, rig.sensed.given(name)

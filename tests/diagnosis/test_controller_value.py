@@ -1,0 +1,84 @@
+"""A controller with another value than the lesson's is told, with the value that its command follows from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.contradiction import contradicted
+from lathesim.diagnosis.controller_value import controller_value
+from lathesim.diagnosis.diagnose import ask, diagnose
+from lathesim.diagnosis.loading import Recorded
+from lathesim.diagnosis.problem import Machine, build_rigs
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare, run_prepared
+from lathesim.plugins import load_registry
+from lathesim.record import Record
+from tests.diagnosis.small_case import write_lesson
+
+REFERENCE, POSITION, VOLTAGE = "x_controller.reference", "x_encoder.position", "x_controller.voltage"
+
+
+@pytest.fixture(scope="module")
+def controlled(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]:
+    """An axis under cascade control as a lesson has it, and a run of it with a little noise on the command."""
+    prepared = prepare(load_lesson(write_lesson(tmp_path_factory.mktemp("lesson"))), load_registry(installed=False))
+    run = run_prepared(prepared)
+    voltage = run[VOLTAGE] + 1e-3 * np.random.default_rng(1).standard_normal(len(run.time))
+    asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
+    record = Record(run.time, {POSITION: run.channels[POSITION], REFERENCE: asked}, dict(run.meta)).with_channel(VOLTAGE, "V", voltage)
+    mass = next(part for part in prepared.machinery.parts if part.name == "x_axis").parameters["mass"]
+    return Machine(prepared.machinery, (REFERENCE,), (POSITION, VOLTAGE), {"x_axis.mass": 0.05 * mass}, {}), record
+
+
+def with_value(machine: Machine, name: str, factor: float) -> tuple[Machine, float]:
+    """Give the machine of a lesson whose controller has another value, and the value that the recorded one has."""
+    part, _, item = name.partition(".")
+    true = next(one for one in machine.assembly.parts if one.name == part).parameters[item]
+    parts = tuple(
+        replace(one, parameters={**one.parameters, item: factor * true}) if one.name == part else one for one in machine.assembly.parts
+    )
+    return replace(machine, assembly=replace(machine.assembly, parts=parts)), true
+
+
+@pytest.mark.parametrize(("item", "factor"), [("velocity_gain", 0.78), ("position_gain", 1.3)])
+def test_the_value_of_the_controller_is_found(controlled: tuple[Machine, Record], item: str, factor: float) -> None:
+    machine, record = controlled
+    lesson, true = with_value(machine, f"x_controller.{item}", factor)
+    first, second = build_rigs(lesson, [("fit", record), ("check", record)], [])
+    found = controller_value(first, second, {})
+    assert found is not None
+    assert found.name == f"x_controller.{item}"
+    assert found.value == pytest.approx(true, rel=1e-3)
+    assert abs(found.value - true) < 6.0 * found.error
+    assert f"x_controller.voltage follows from what its controller was given with x_controller.{item} of" in str(found)
+    (right,) = build_rigs(found.in_machine(lesson), [("fit", record)], [])
+    assert contradicted(right, {}) == ""
+
+
+def test_a_controller_that_is_the_lessons_is_left_alone(controlled: tuple[Machine, Record]) -> None:
+    machine, record = controlled
+    first, second = build_rigs(machine, [("fit", record), ("check", record)], [])
+    assert controller_value(first, second, {}) is None
+
+
+def test_no_value_explains_a_command_of_the_wrong_sign(controlled: tuple[Machine, Record]) -> None:
+    machine, record = controlled
+    turned = record.with_channel(VOLTAGE, "V", -record[VOLTAGE])
+    first, second = build_rigs(machine, [("fit", turned), ("check", turned)], [])
+    assert controller_value(first, second, {}) is None
+
+
+def test_the_answer_names_the_value_and_no_physics(controlled: tuple[Machine, Record]) -> None:
+    machine, record = controlled
+    lesson, true = with_value(machine, "x_controller.velocity_gain", 0.78)
+    question = ask("An axis", lesson, (Recorded("fit.csv", record, ()), Recorded("check.csv", record, ())), ())
+    found = diagnose(question)
+    assert (found.verdict, found.effects) == ("parameters_only", ())
+    assert "x_controller.velocity_gain is further off than the lesson holds possible" in found.sentence
+    told = found.baseline["x_controller.velocity_gain"]
+    assert told.refit_with == pytest.approx(true, rel=1e-3)
+    assert told.low < told.refit_with < told.high
+    assert any("x_controller.velocity_gain" in line for line in found.findings)
