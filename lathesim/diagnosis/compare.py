@@ -118,7 +118,12 @@ class Comparison:
     def suspect(self) -> str:
         """The part that the replay turns red, empty where none is off."""
         off = [item for item in self.replayed if item.over_floor > OFF and item.parts]
-        return next((part for item in off for part in item.parts if item.at.startswith(f"{part}.")), off[0].parts[0]) if off else ""
+        if not off:
+            return ""
+        found = next((part for item in off for part in item.parts if item.at.startswith(f"{part}.")), off[0].parts[0])
+        # two readings of one sensor that are off have in common what they measure
+        before = [item.parts[1:2] for item in off if item.parts[0] == found and item.at.startswith(f"{found}.")]
+        return before[0][0] if len(before) > 1 and before[0] and all(parts == before[0] for parts in before) else found
 
 
 def load_recording(lesson: Lesson, file: Path, registry: Registry, variant: str | None = None) -> tuple[Machine, Recorded]:

@@ -1,13 +1,14 @@
 """A recording held against a lesson: how far off, in which part, on what it depends, and which lines the residual has."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from lathesim.diagnosis.class_folder import answer_place, publish
-from lathesim.diagnosis.compare import SCHEMA, Comparison, as_json, compare, load_recording
+from lathesim.diagnosis.compare import SCHEMA, Comparison, Replayed, as_json, compare, load_recording
 from lathesim.diagnosis.compare_figure import compare_figure, line_text
 from lathesim.diagnosis.conceal import Situation, conceal
 from lathesim.diagnosis.hidden_effect import read_wish
@@ -104,6 +105,17 @@ def friction(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> Co
 @pytest.fixture(scope="module")
 def nothing(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> Comparison:
     return comparison(tmp_path_factory.mktemp("nothing"), registry)
+
+
+def test_two_readings_of_one_sensor_that_are_off_point_to_what_they_measure(friction: Comparison) -> None:
+    """A force that softens is in every channel of the dynamometer; a zero that drifts is in one."""
+    made_by = ("dynamometer", "cutting")
+    main, feed = (
+        Replayed(name, made_by, over_floor, name, "N", 10.0, 0.1)
+        for name, over_floor in (("dynamometer.main", 14.0), ("dynamometer.feed", 5.0))
+    )
+    assert replace(friction, replayed=(main, feed)).suspect == "cutting"
+    assert replace(friction, replayed=(main, replace(feed, over_floor=0.5))).suspect == "dynamometer"
 
 
 def test_friction_is_off_by_many_floors_in_the_axis_and_goes_with_the_velocity(friction: Comparison) -> None:
