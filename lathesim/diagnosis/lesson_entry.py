@@ -29,6 +29,10 @@ def lesson_entry(effect: FoundEffect, term: Term, fitted: Fitted, rig: Rig) -> d
             quantities[name] = written(item.value, item.unit)
         elif (neutral := _neutral_where_not_default(term, name, rig)) is not None:
             quantities[name] = written(neutral, item.unit)
+    for name in term.effect.neutral:
+        # a size that is held at nothing, as no recording needs it
+        if f"{term.part}.{name}" not in term.parameters and (neutral := _neutral_where_not_default(term, name, rig)) is not None:
+            quantities[name] = written(neutral, declared_in(rig, f"{term.part}.{name}").unit)
     for name in term.nuisance:
         short = name.partition(".")[2]
         if name in fitted.by_name and short not in quantities:

@@ -120,6 +120,9 @@ def test_a_value_that_is_not_neutral_by_itself_is_written_as_neutral(rubbing: tu
     left = replace(told(SURE, NOTHING), left_out=("level",))
     default = rig.sensed.plan.parts[term.part].component.declared(Parameter)["level"].default
     assert ("level" in lesson_entry(left, term, found.model.fitted, rig)) == (default != 0.0)
+    lean = term.keeping([name for name in term.parameters if not name.endswith(".level")])
+    spared = replace(told(SURE, NOTHING), parameters={"viscous_difference": NOTHING})
+    assert ("level" in lesson_entry(spared, lean, found.model.fitted, rig)) == (default != 0.0)
 
 
 def test_intervals_end_where_the_declaration_does() -> None:
