@@ -70,13 +70,14 @@ class Settings:
 
 
 def simplest(good: Sequence[Trial], settings: Settings) -> Trial:
-    """Give the trial that is taken of good ones, the best first: of those that cannot be told from the best one with the fewest values, as
-    a model is never quite right, and of equals among these the one that comes first in the catalogue, at the sensor where it belongs."""
+    """Give the trial that is taken of good ones, the best first: of those that cannot be told from the best one with the fewest values that
+    it takes, as a model is never quite right; of equals among these the one that comes first in the catalogue, at the sensor where it
+    belongs."""
     reached = merit(good[0], settings)
     width = max(_EQUAL, TIE_SHARE * reached)
     near = [trial for trial in good if reached - merit(trial, settings) < width and _removes_as_much(trial, good[0])]
-    fewest = min(len(trial.term.parameters) for trial in near)
-    simple = [trial for trial in near if len(trial.term.parameters) == fewest]
+    fewest = min(len(trial.term.parameters) - len(trial.term.spare) for trial in near)
+    simple = [trial for trial in near if len(trial.term.parameters) - len(trial.term.spare) == fewest]
     equals = [trial for trial in simple if merit(simple[0], settings) - merit(trial, settings) < max(_EQUAL, _EQUAL_SHARE * reached)]
     return min(equals, key=lambda trial: (trial.term.effect.catalogue or _LAST, _out_of_place(trial.term)))
 

@@ -53,13 +53,9 @@ def _may_be_held(term: Term) -> Iterator[tuple[str, float]]:
     """Give the values that may be nothing with the effect still there, and what is nothing: those that are so unless they are given, and
     those of its sizes beside which another one makes it felt."""
     sizes = [name for name in term.parameters if name.partition(".")[2] in term.effect.neutral]
-    for name, low in zip(term.parameters, term.low, strict=True):
-        item = name.partition(".")[2]
-        if name in sizes:
-            if len(sizes) > 1:
-                yield name, float(term.effect.neutral[item])
-        elif low == 0.0 and term.effect.declarations[item].default == 0.0:  # type: ignore[attr-defined]
-            yield name, 0.0
+    if len(sizes) > 1:
+        yield from ((name, float(term.effect.neutral[name.partition(".")[2]])) for name in sizes)
+    yield from ((name, 0.0) for name in term.spare)
 
 
 def _held(bench: Bench, model: Model, term: Term, name: str, nothing: float) -> tuple[Model, list[str]]:

@@ -73,6 +73,17 @@ class Term:
         return replace(self, parameters=tuple(self.parameters[place] for place in kept), points=self.points[:, kept], **arrays)
 
     @property
+    def spare(self) -> tuple[str, ...]:
+        """The free names that are nothing unless they are given, and without which the effect is still there."""
+        declared = self.effect.declarations
+        items = [(name, low, name.partition(".")[2]) for name, low in zip(self.parameters, self.low, strict=True)]
+        return tuple(
+            name
+            for name, low, item in items
+            if low == 0.0 and item not in self.effect.neutral and declared[item].default == 0.0  # type: ignore[attr-defined]
+        )
+
+    @property
     def family(self) -> str:
         """The family in which ties are reported."""
         return self.effect.family

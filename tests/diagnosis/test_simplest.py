@@ -1,0 +1,32 @@
+"""Which of several trials that cannot be told apart is taken."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from lathesim.diagnosis.belief import Settings, simplest
+
+
+def trial(name: str, gain: float, values: int, catalogue: int, spare: int = 0, share: float = 0.9) -> Any:
+    effect = SimpleNamespace(catalogue=catalogue, between_sensors=False)
+    term = SimpleNamespace(name=name, parameters=("value",) * values, spare=("value",) * spare, effect=effect, second=False)
+    return SimpleNamespace(term=term, wide_gain=gain, wide_held_out_gain=gain, share_of_all=share)
+
+
+BEST = trial("BaseRocking", 1500.0, 3, 15)
+
+
+@pytest.mark.parametrize(
+    ("other", "taken"),
+    [
+        (trial("AxialResonance", 1499.0, 4, 13, spare=1), "AxialResonance"),
+        (trial("AxialResonance", 1499.0, 4, 13), "BaseRocking"),
+        (trial("AxialResonance", 1200.0, 3, 13), "BaseRocking"),
+        (trial("TorsionalWindUp", 1490.0, 1, 14), "TorsionalWindUp"),
+        (trial("TorsionalWindUp", 1490.0, 1, 14, share=0.5), "BaseRocking"),
+    ],
+    ids=["the commoner of equals, a value it may do without", "one it needs", "clearly worse", "fewer values", "takes away less"],
+)
+def test_of_trials_that_cannot_be_told_apart_the_simplest_is_taken(other: Any, taken: str) -> None:
+    assert simplest([BEST, other], Settings()).term.name == taken
