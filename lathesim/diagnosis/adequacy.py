@@ -61,7 +61,8 @@ def adequacy(
     reasons = [*shortfalls(evidence, rig.machine.compare, strained, baseline, bands), *other_form, *map(str, laws)]
     if effects:
         reasons += too_little(evidence, taken)
-    spoiled = effects and spoils_everything(own.fit)
+    # without anything that feeds back a simulation drifts with whatever nobody modelled
+    spoiled = effects and held_out.feeds_back and spoils_everything(own.fit)
     if spoiled:
         reasons.append("with it the lesson's own simulation is further off in every channel")
     weak = leaves_much(evidence, taken, own.fit) if effects and not reasons else []

@@ -162,8 +162,14 @@ def _rivals(
     promised = next(item.gain for item in ranked if item.term.part == best.term.part)
     others = [item for item in screened if item.term.part not in known]
     alike = [item for item in others if item.term.part in together and abs(item.gain - promised) < _ALIKE * promised][:_MOST_RIVALS]
-    least = _RELATED_IF_STRAINED if is_strained(found.model.fitted) else _RELATED
+    strained = is_strained(found.model.fitted)
+    least = _RELATED_IF_STRAINED if strained else _RELATED
     alike += [item for item in others if item not in alike and _is_relative(item.term, best.term, item.gain > least * promised)]
+    if strained:
+        # of one family at another place: a force and a voltage that add a constant are strained values away from the same promise
+        elsewhere = [item for item in others if item.term.family == best.term.family and item.gain > _RELATED * promised]
+        fewer_values = [item for item in elsewhere if len(item.term.parameters) <= len(best.term.parameters)]
+        alike += [item for item in fewer_values if item not in alike][:_MOST_RIVALS]
     asked = [Asked(item.term, found.model.terms, found.model.free, item.starts[:1]) for item in alike]
     rivals = side_by_side(bench, found.model, asked)
     found.tried += rivals

@@ -11,6 +11,7 @@ from lathesim.diagnosis.fit import Fitted, Free, fit, log_likelihood, noise_of, 
 from lathesim.diagnosis.noise_model import NoiseModel, carried_over
 from lathesim.diagnosis.own_simulation import agreed_in_closed_loop, in_own_simulation
 from lathesim.diagnosis.problem import POSSIBLE, Rig
+from lathesim.diagnosis.screening import is_limit
 from lathesim.diagnosis.starting_points import instants_of, strongest_jumps
 from lathesim.diagnosis.terms import Term
 from lathesim.engine.assembly import FloatArray
@@ -36,6 +37,10 @@ _SETTLED = 1.0
 _FINE = 1e-5
 _AS_PROMISED = 0.98
 """Share of what was promised that is as good as all of it."""
+_SIZES = (1.0, 0.5, 0.2, 0.05)
+"""Shares of the size that screening gives an effect from which a fit may begin."""
+_STIFFER = (2.0, 4.0, 8.0)
+_FREQUENCY = ".frequency"
 _MOST_AFRESH = 2
 """How often slopes are taken afresh in a trial."""
 _WHOLE = 2e-3
@@ -203,6 +208,24 @@ class Bench:
         rest = before.error + np.maximum(self.everything - self.baseline_error, 0.0)
         return float(np.max((before.error - self.error(self.rig, fitted)) / rest))
 
+    def _at_best_size(
+        self, before: Model, term: Term, start: FloatArray, free: Sequence[Free], constant: Mapping[str, float], *, wide: bool
+    ) -> FloatArray:
+        """Give starting values with the effect as large as it does best there, everything else as it was: what screening made of a response
+        to a usual size may swing a machine far beyond anything that was recorded, from where a fit hardly finds back."""
+        sizes = np.array([name.partition(".")[2] in term.effect.neutral for name in term.parameters]) & ~is_limit(term)
+        points = [np.where(sizes, term.neutral + share * (start - term.neutral), start) for share in _SIZES]
+        # a light table on a soft spring is further away, not nearer: what vanishes there is a spring that is stiff
+        stiffer = np.array([name.endswith(_FREQUENCY) for name in term.parameters])
+        points += [np.minimum(np.where(stiffer, factor * start, start), term.high) for factor in _STIFFER if stiffer.any()]
+        names = [*constant, *(item.name for item in free), *term.parameters]
+        rows = np.array([[*constant.values(), *(item.start for item in free), *point] for point in points])
+        powers = [
+            sum(float(np.sum(model.whiten(row, wide=wide) ** 2)) for row, model in zip(residual, before.fitted.noise, strict=True))
+            for residual in self.rig.sensed.residuals(names, rows)
+        ]
+        return points[int(np.argmin(powers))]
+
     def trial(
         self,
         before: Model,
@@ -228,8 +251,20 @@ class Bench:
             known = {}
         best: Fitted | None = None
         for start in starts:
-            freed = [*free, *term_free(term, start)]
-            fitted = fit(self.rig.sensed, freed, constant, rounds=2, iterations=8, wide=wide, tolerance=_ROUGH, known=known, slopes="kept")
+            freed = [*free, *term_free(term, self._at_best_size(before, term, start, free, constant, wide=wide))]
+            # weighed as the model before it is: where a start swings far, a noise model of its own would find that quite usual
+            fitted = fit(
+                self.rig.sensed,
+                freed,
+                constant,
+                rounds=2,
+                iterations=8,
+                noise=before.fitted.noise,
+                wide=wide,
+                tolerance=_ROUGH,
+                known=known,
+                slopes="kept",
+            )
             if best is None or fitted.score > best.score:
                 best = fitted
             if self._removed(before, fitted) > _AS_PROMISED * promised:
