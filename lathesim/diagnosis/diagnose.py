@@ -151,7 +151,8 @@ def _answer(
     moved = _values_are_off(rig, found, _given(rig, found).by_name)
     before = found.baseline.held_out_fit if found.model.terms else _given(held_out, found)
     reported_fit = on_held_out(held_out, found, values.values())
-    own = compared(held_out, before.by_name, reported_fit.by_name)
+    as_the_lesson = {found.controller.name: found.controller.given} if found.controller else {}
+    own = compared(held_out, {**before.by_name, **as_the_lesson}, reported_fit.by_name)
     evidence = gather(rig, held_out, found, own)
     standings = [*standing(found, question.settings), *[Standing(term, 1.0, (), (), np.nan, np.nan) for term, _ in counts]]
     read = {f"{term.part}.{term.effect.spacing}": count for term, count in counts}
@@ -173,6 +174,8 @@ def _answer(
     if effects and found.values_instead:
         effects = (replace(effects[0], tied_with=(*effects[0].tied_with, *found.values_instead)), *effects[1:])
     location = located(held_out, found, evidence, named=names)
+    if found.controller and not effects:
+        location = replace(location, components=(found.controller.name.partition(".")[0],))
     if judged.laws and not names:
         location = replace(location, components=tuple(law.controller for law in judged.laws))
     if counts:
