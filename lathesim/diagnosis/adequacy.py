@@ -61,6 +61,9 @@ def adequacy(
     reasons = [*shortfalls(evidence, rig.machine.compare, strained, baseline, bands), *other_form, *map(str, laws)]
     if effects:
         reasons += too_little(evidence, taken)
+    elif found.far_off:
+        # a value that the lesson holds impossible has to explain what it is believed for
+        reasons += leaves_much(evidence, taken, own.fit)
     # without anything that feeds back a simulation drifts with whatever nobody modelled
     spoiled = effects and held_out.feeds_back and spoils_everything(own.fit)
     if spoiled:

@@ -207,7 +207,7 @@ def _answer(
             *map(str, judged.bands),
             *told(turn_lines(held_out, found.model.held_out_fit), {name: item.unit for name, item in own.fit.items()}),
             *strained_values(judged.strained, baseline),
-            *value_instead(found.far_off, baseline),
+            *value_instead(found.far_off, baseline, whole=judged.adequate or names),
         ),
         not_told=(*not_determined(effects), *unseen_forms(standings)) if names else (),
         discovered=f"{term.formula}, which explains {term.share:.0%} of what is left at {term.at}" if term else "",

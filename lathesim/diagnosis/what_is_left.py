@@ -44,13 +44,15 @@ def strained_values(strained: tuple[str, ...], baseline: Mapping[str, BaselineVa
     return sentences
 
 
-def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> list[str]:
-    """Say which value explains the recordings by itself, and which others would as well."""
+def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue], *, whole: bool) -> list[str]:
+    """Say which value explains the recordings by itself, or takes a part of it away where it does not do the ``whole``, and which others
+    would as well."""
     if not names:
         return []
     item = baseline[names[0]]
     off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
-    told = f"{names[0]} of {item.refit_with:.4g} {item.unit}{off} explains by itself what is missing, though the lesson holds it impossible"
+    does = "explains by itself what is missing" if whole else "takes away a part of what is missing, and not the whole"
+    told = f"{names[0]} of {item.refit_with:.4g} {item.unit}{off} {does}, though the lesson holds it impossible"
     others = f"; so would another value of {' or of '.join(names[1:])}" if len(names) > 1 else ""
     return [f"{told}{others}. Measure it, and say in the lesson how sure it is."]
 

@@ -1,0 +1,49 @@
+"""Sentences of an answer, and when a value that is impossible is no answer."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis import adequacy as judging
+from lathesim.diagnosis.adequacy import adequacy
+from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, FoundEffect, MissingSignal
+from lathesim.diagnosis.what_is_left import not_determined, value_instead
+
+MAIN, PRESSURE = "dynamometer.main", "cutting.specific_force"
+BASELINE = {PRESSURE: BaselineValue("N/m^2", 8.5e8, 1.05e9, 1.05e9)}
+
+
+def test_a_value_that_is_impossible_is_told_with_what_it_does() -> None:
+    (whole,) = value_instead((PRESSURE,), BASELINE, whole=True)
+    assert whole.startswith(
+        f"{PRESSURE} of 1.05e+09 N/m^2 (+24%) explains by itself what is missing, though the lesson holds it impossible."
+    )
+    (part,) = value_instead((PRESSURE, "cutting.width"), BASELINE, whole=False)
+    assert "takes away a part of what is missing, and not the whole" in part
+    assert "; so would another value of cutting.width." in part
+    assert value_instead((), BASELINE, whole=True) == []
+
+
+def test_a_tie_without_an_experiment_ends_with_its_sentence() -> None:
+    effect = FoundEffect("StribeckFriction", "x_axis", "reversal", 1.0, {}, tied_with=("x_axis.viscous",), separating_experiment=None)
+    (sentence,) = not_determined((effect,))
+    assert sentence == "StribeckFriction cannot be told from x_axis.viscous here; the lines to paste hold StribeckFriction."
+
+
+@pytest.mark.parametrize(("after", "taken", "enough"), [(0.12, 0.84, False), (0.01, 0.84, True), (0.12, 0.95, True)])
+def test_a_value_that_is_impossible_has_to_explain_what_it_is_believed_for(
+    after: float, taken: float, enough: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A force that remembers the feed was taken for another pressure of the chip, with an eighth of the force still missing."""
+    monkeypatch.setattr(judging, "narrow_bands", lambda *given: [])
+    monkeypatch.setattr(judging, "removed_in_band", lambda found: taken)
+    signal = np.ones(4)
+    missing = MissingSignal(MAIN, "N", signal, signal, after * signal, 10.0 * signal, 0.13, after)
+    own: Any = SimpleNamespace(fit={MAIN: ChannelFit("N", 1.7, 55.0, 25.0, "held out")})
+    rig: Any = SimpleNamespace(machine=SimpleNamespace(compare=(MAIN,), uncertain={PRESSURE: 1e7}))
+    model = SimpleNamespace(terms=(), held_out_fit=None, fitted=None)
+    found: Any = SimpleNamespace(model=model, far_off=(PRESSURE,))
+    judged = adequacy(rig, rig, found, Evidence(missing=(missing,)), own, BASELINE, taken, [], [])
+    assert judged.adequate == enough
