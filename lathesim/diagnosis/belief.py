@@ -117,18 +117,17 @@ def believable(trial: Trial, settings: Settings, chance: float) -> bool:
     if trial.strains_anew:
         # a little of the error is no reason to make the machine another one
         worth = worth and much
-    return judged and worth and _of_usual_size(trial, settings)
+    return judged and worth and of_usual_size(trial.term, trial.model.fitted.by_name, settings)
 
 
 def _due_move(trial: Trial, settings: Settings) -> float:
     return settings.small_move if trial.share_of_all > settings.almost_all else settings.smallest_move
 
 
-def _of_usual_size(trial: Trial, settings: Settings) -> bool:
+def of_usual_size(term: Term, values: Mapping[str, float], settings: Settings) -> bool:
     """Say whether an effect's size is not far beyond what is met on machines: whatever it then explains, it is not that effect."""
     if not np.isfinite(settings.largest_size):
         return True
-    term, values = trial.term, trial.model.fitted.by_name
     for name, neutral, least, points in zip(term.parameters, term.neutral, term.least, term.points.T, strict=True):
         item = name.partition(".")[2]
         if item in term.effect.neutral:

@@ -9,7 +9,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from lathesim.diagnosis.belief import Settings, believable, is_of_a_clock, merit, replaces, simplest
+from lathesim.diagnosis.belief import Settings, believable, is_of_a_clock, merit, of_usual_size, replaces, simplest
 from lathesim.diagnosis.eligible import due, finer
 from lathesim.diagnosis.fit import Fitted, fit
 from lathesim.diagnosis.found import Found
@@ -79,7 +79,7 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
     waiting = [*first, *[item for item in ranked[settings.screened :] if item.share > _MUCH][:_MORE]]
     while wave := _wave(bench, found, waiting, ranked[0].gain, tried, settings):
         asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.share) for item in wave]
-        tried += side_by_side(bench, found.model, asked)
+        tried += side_by_side(bench, found.model, [*asked, *_bare(wave, found.model)])
     found.tried += tried
     good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_part_of_a_wave(trial, found.model)]
     good = [trial for trial in good if _is_of_a_clock(bench, trial.term, trial.model)]
@@ -92,16 +92,35 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
     if found.model.terms and best.share_of_all < settings.share_of_all and refine(bench, found, settings, best.share_of_rest):
         # what is so small beside the effects that were found is rather a finer form of one of them
         return True
+    settled = bench.settled(best.model)
+    while not of_usual_size(best.term, settled.fitted.by_name, settings):
+        bench.say(f"  {best.term.name} at {best.term.at} is refused: fitted to the end it is no such effect")
+        good = [trial for trial in good if trial is not best]
+        if not good:
+            return False
+        best = simplest(good, settings)
+        settled = bench.settled(best.model)
     found.trials[best.term.part] = good
     if not found.model.terms:
         found.beginnings = sorted((trial for trial in good if trial is not best), key=lambda trial: -merit(trial, settings))
-    before, found.model = found.model, bench.settled(best.model)
+    before, found.model = found.model, settled
     found.before[best.term.part] = before
     if strains_anew(before.fitted, found.model.fitted):
         found.straining.add(best.term.part)
     bench.say(f"{best.term.name} at {best.term.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
     _eliminate(bench, found, settings)
     return True
+
+
+def _bare(wave: Sequence[Screened], model: Model) -> list[Asked]:
+    """Give the barest forms of candidates, to be tried with frictions that sense the recorded motion and with such that feel the simulated
+    one: with more values a fit gets lost where a table stands still."""
+    found = []
+    for item in wave:
+        if (bare := item.term.bare) is not None:
+            start = item.starts[0][[item.term.parameters.index(name) for name in bare.parameters]]
+            found += [Asked(bare, model.terms, model.free, [start], felt=felt) for felt in (False, True)]
+    return found
 
 
 def _wave(bench: Bench, found: Found, waiting: list[Screened], best: float, tried: Sequence[Trial], settings: Settings) -> list[Screened]:
@@ -216,6 +235,7 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -
             best = max(good, key=lambda trial: merit(trial, settings))
             bench.say(f"{best.term.name} takes the place of {term.name}: {best.gain:.0f} nats")
             found.trials[best.term.part] = good
+            found.take_over(best.term, term)
             found.before[best.term.part] = found.model
             found.model = bench.settled(best.model)
             changed = True

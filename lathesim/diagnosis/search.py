@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from lathesim.diagnosis.belief import Settings
+from lathesim.diagnosis.belief import Settings, of_usual_size
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import grow, leave_out, refine, same_effects
@@ -40,6 +40,8 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
         for other in other_beginnings(bench, found, chosen):
             bench.say(f"something takes away much and is not believed: once more with {_listed(other.model.terms)}")
             other.model = bench.settled(other.model)
+            if not all(of_usual_size(term, other.model.fitted.by_name, chosen) for term in other.model.terms):
+                continue
             _grown(bench, other, chosen, known=found.model.terms)
             found.tried += other.tried
             if plainly_better(other, found, chosen):

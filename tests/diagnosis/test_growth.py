@@ -4,6 +4,7 @@ import math
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from lathesim.diagnosis import growth
@@ -11,7 +12,7 @@ from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import _may_add, in_turn
 from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
-from lathesim.diagnosis.trial import Score
+from lathesim.diagnosis.trial import Score, Trial
 
 SETTINGS = Settings()
 
@@ -49,7 +50,7 @@ def test_what_may_still_do_better_is_tried(share: float, gain: float, explained:
 
 def model(score: float, held_out: float, *parameters: int) -> Any:
     terms = tuple(SimpleNamespace(name=f"effect {place}", parameters=("size",) * count) for place, count in enumerate(parameters))
-    return SimpleNamespace(terms=terms, score=Score(score, score), held_out=Score(held_out, held_out))
+    return SimpleNamespace(terms=terms, free=[], score=Score(score, score), held_out=Score(held_out, held_out))
 
 
 @pytest.mark.parametrize(
@@ -120,3 +121,22 @@ def test_a_model_that_grows_to_a_known_one_is_not_grown_further() -> None:
     known.terms[0].part = "play"
     growth.grow(Any, SimpleNamespace(model=known), SETTINGS, known.terms)  # type: ignore[arg-type]
     assert [term.part for term in known.terms] == ["play"]
+
+
+def test_what_takes_the_place_of_an_effect_is_credited_with_its_share() -> None:
+    """A friction with bristles removes 4 % of all beside the plain one whose place it takes, and the 95 % that this one had removed."""
+    plain, bristles = (SimpleNamespace(part=name) for name in ("plain", "bristles"))
+    taken = [Trial(term, None, 100.0, 100.0, 5.0, share, 0.9) for term, share in ((plain, 0.95), (bristles, 0.04))]  # type: ignore[arg-type]
+    found = Found(model(0.0, 0.0), model(0.0, 0.0), {trial.term.part: [trial] for trial in taken})
+    found.take_over(bristles, plain)  # type: ignore[arg-type]
+    assert found.removed_by(bristles) == pytest.approx(0.99)  # type: ignore[arg-type]
+
+
+def test_the_barest_form_of_a_friction_is_tried_with_recorded_and_with_felt_motion() -> None:
+    names = ("friction.level", "friction.distance", "friction.excess")
+    bare = SimpleNamespace(parameters=names[:2])
+    item: Any = SimpleNamespace(term=SimpleNamespace(parameters=names, bare=bare), starts=(np.array([20.0, 5e-6, 3.0]),))
+    plain: Any = SimpleNamespace(term=SimpleNamespace(bare=None))
+    asked = growth._bare([plain, item], model(0.0, 0.0))
+    assert [(one.term, one.felt) for one in asked] == [(bare, False), (bare, True)]
+    assert asked[0].starts[0].tolist() == [20.0, 5e-6]
