@@ -63,12 +63,12 @@ def adequacy(
         reasons += too_little(evidence, taken)
     elif found.far_off:
         # a value that the lesson holds impossible has to explain what it is believed for
-        reasons += leaves_much(evidence, taken, own.fit)
+        reasons += leaves_much(evidence, taken)
     # without anything that feeds back a simulation drifts with whatever nobody modelled
     spoiled = effects and held_out.feeds_back and spoils_everything(own.fit)
     if spoiled:
         reasons.append("with it the lesson's own simulation is further off in every channel")
-    weak = leaves_much(evidence, taken, own.fit) if effects and not reasons else []
+    weak = leaves_much(evidence, taken) if effects and not reasons else []
     weak += [f"the recordings do not determine how large {term.name} at {term.at} is" for term in unsized]
     removed = removed_in_band(found) if taken > 0.0 and not spoiled else 0.0
     form_left = left.share if left is not None and other_form else 0.0

@@ -43,7 +43,7 @@ from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import search
-from lathesim.diagnosis.shortfall import not_adequate
+from lathesim.diagnosis.shortfall import not_adequate, spoils_something
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
@@ -93,7 +93,7 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
         return _recording_fault(question, [stranger], findings, began)
     say("fitting the found model to everything")
     values = estimates(found.model, rig, held_out, whole)
-    doubtful = [term for term in found.model.terms if _is_doubtful(term, found, values)]
+    doubtful = _doubtful(found, held_out, values)
     if doubtful:
         say(f"leaving out again {', '.join(term.name for term in doubtful)}: the recordings do not agree on its size")
         leave_out(found, doubtful, rig, held_out, say)
@@ -114,12 +114,16 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     )
 
 
-def _is_doubtful(term: Term, found: Found, values: Estimates) -> bool:
-    """Say whether an effect's size may be nothing; of the only one, or one that took away most of the error, it is said, and it stays."""
-    if not is_significant(term, values):
-        return True
-    beside = len(found.model.terms) > 1 and found.removed_by(term) < NAMED_SHARE
-    return beside and is_open(term, values) and not hangs_together(term, values)
+def _doubtful(found: Found, held_out: Rig, values: Estimates) -> list[Term]:
+    """Give the effects whose size may be nothing: those whose sizes the recordings do not agree on, and, where the lesson's own simulation
+    is further off with the whole model in some channel, small ones beside others whose intervals hold nothing."""
+    doubtful = [term for term in found.model.terms if not is_significant(term, values)]
+    small = [term for term in found.model.terms if term not in doubtful and found.removed_by(term) < NAMED_SHARE]
+    unsure = [term for term in small if is_open(term, values) and not hangs_together(term, values)]
+    if len(found.model.terms) == 1 or not unsure:
+        return doubtful
+    own = compared(held_out, found.baseline.held_out_fit.by_name, on_held_out(held_out, found, values.values()).by_name)
+    return doubtful + unsure if spoils_something(own.fit) else doubtful
 
 
 def _recording_fault(question: Question, faults: list[str], findings: tuple[str, ...], began: float) -> Diagnosis:

@@ -25,9 +25,6 @@ _MOST = 0.9
 _LEFT = 0.37
 """... and share of what is missing, at the place where they do most, above which they leave more than an effect in its own form does: on
 concealed cases that left up to 0.35, names of something else from 0.39 on."""
-_NEARER = 0.5
-"""... or share of its error that the lesson's own simulation may keep in the channel where it gets nearest: right effects that did not take
-most away left up to 0.35 on concealed cases."""
 _WORSE = 1.5
 
 
@@ -90,15 +87,10 @@ def too_little(evidence: Evidence, taken: float) -> list[str]:
     return [f"it takes away only {taken:.0%} of the error on the recording that judges"]
 
 
-def leaves_much(evidence: Evidence, taken: float, fit: Mapping[str, ChannelFit]) -> list[str]:
-    """Give the reason where effects do not take away most of the error, ``taken``, and either leave more of what is missing, wherever it
-    is, than an effect in its own form does, or bring the lesson's own simulation (``fit``) hardly nearer to any channel: right as far as
-    it goes, perhaps, and not all there is."""
-    if taken >= _MOST:
-        return []
-    takes = any(_counted(missing) < _LEFT * missing.share_before for missing in evidence.missing)
-    nearer = not fit or any(item.after < _NEARER * item.before for item in fit.values())
-    if takes and nearer:
+def leaves_much(evidence: Evidence, taken: float) -> list[str]:
+    """Give the reason where effects do not take away most of the error, ``taken``, and leave more of what is missing, wherever it is, than
+    an effect in its own form does: right as far as it goes, perhaps, and not all there is."""
+    if taken >= _MOST or any(_counted(missing) < _LEFT * missing.share_before for missing in evidence.missing):
         return []
     return [f"it takes away no more than {taken:.0%} of the error on the recording that judges"]
 
@@ -111,6 +103,11 @@ def spoils_everything(fit: Mapping[str, ChannelFit]) -> bool:
     """Say whether the lesson's own simulation is further off with the effects than without them in every channel: effects that only
     together are like what is missing, each far larger than it, drift away from it as soon as nothing recorded holds them."""
     return bool(fit) and all(item.after > _WORSE * item.before for item in fit.values())
+
+
+def spoils_something(fit: Mapping[str, ChannelFit]) -> bool:
+    """Say whether the lesson's own simulation is further off with the effects than without them in some channel."""
+    return any(item.after > _WORSE * item.before for item in fit.values())
 
 
 def structured(evidence: Evidence, channel: str, share: float) -> float:
