@@ -7,6 +7,7 @@ channel by more than the floor.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -117,7 +118,9 @@ def believable(trial: Trial, settings: Settings, chance: float) -> bool:
     if trial.strains_anew:
         # a little of the error is no reason to make the machine another one
         worth = worth and much
-    return judged and worth and of_usual_size(trial.term, trial.model.fitted.by_name, settings)
+    if not (judged and worth):
+        return False
+    return math.isinf(settings.largest_size) or of_usual_size(trial.term, trial.model.fitted.by_name, settings)
 
 
 def _due_move(trial: Trial, settings: Settings) -> float:
@@ -126,7 +129,7 @@ def _due_move(trial: Trial, settings: Settings) -> float:
 
 def of_usual_size(term: Term, values: Mapping[str, float], settings: Settings) -> bool:
     """Say whether an effect's size is not far beyond what is met on machines: whatever it then explains, it is not that effect."""
-    if not np.isfinite(settings.largest_size):
+    if math.isinf(settings.largest_size):
         return True
     for name, neutral, least, points in zip(term.parameters, term.neutral, term.least, term.points.T, strict=True):
         item = name.partition(".")[2]
