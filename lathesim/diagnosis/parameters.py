@@ -222,7 +222,7 @@ def _same_way_round(fitted: Fitted, other: Fitted, terms: Sequence[Term]) -> Fit
 
 def is_significant(term: Term, values: Estimates) -> bool:
     """Say whether a parameter of an effect that makes it vanish is away from that value by more than its interval, or all such ones are
-    together: of a friction and its peak at low speed only the sum may be known."""
+    together: of a ripple that has a part of its own and one in proportion to the force only the sum may be known."""
     if values.apart.get(term.part, 0.0) > SIGNIFICANT:
         return True
     for name, neutral in zip(term.parameters, term.neutral, strict=True):
