@@ -28,7 +28,7 @@ def compare(
     """Hold RECORDING against the simulation of LESSON.
 
     The lesson says in 'recordings:' what the columns mean. Told are the residual of each channel over the floor (what the recording cannot
-    resolve), the part where the mismatch sits when every part gets what was recorded of its inputs, what the mismatch depends on, and the
+    resolve), the parts where the mismatch sits when every part gets what was recorded of its inputs, what the mismatch depends on, and the
     lines of the residual in Hz and along the way of the parts. Nothing is fitted but the start.
     """
     import json
@@ -75,7 +75,8 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     lines += [""] * bool(lines)
     lines += _table(_channel_rows(comparison))
     lines += ["", "Every part with the inputs that were recorded:", *_table(_replay_rows(comparison))]
-    lines += ["", f"The mismatch sits in {comparison.suspect}." if comparison.suspect else "No part is off by itself."]
+    sits = " and in ".join(comparison.suspects)
+    lines += ["", f"The mismatch sits in {sits}." if sits else "No part is off by itself."]
     if comparison.depends_on:
         lines += ["", "What is missing depends on (learned on one half, scored on the other):"]
         lines += [f"  {_bar(item.share)} {item.share:4.0%}  {item.variable}" for item in comparison.depends_on]

@@ -115,15 +115,27 @@ class Comparison:
     wires: tuple[tuple[str, str], ...]
 
     @property
+    def suspects(self) -> tuple[str, ...]:
+        """The parts that the replay turns red, that in which most of what acts is missing first."""
+        found: list[str] = []
+        for item in self._off:
+            part = next((part for part in item.parts if item.at.startswith(f"{part}.")), item.parts[0])
+            found.append(self._read_by(part) or part)
+        return tuple(dict.fromkeys(found))
+
+    @property
     def suspect(self) -> str:
-        """The part that the replay turns red, empty where none is off."""
-        off = [item for item in self.replayed if item.over_floor > OFF and item.parts]
-        if not off:
-            return ""
-        found = next((part for item in off for part in item.parts if item.at.startswith(f"{part}.")), off[0].parts[0])
-        # two readings of one sensor that are off have in common what they measure
-        before = [item.parts[1:2] for item in off if item.parts[0] == found and item.at.startswith(f"{found}.")]
-        return before[0][0] if len(before) > 1 and before[0] and all(parts == before[0] for parts in before) else found
+        """The first of these, empty where no part is off."""
+        return next(iter(self.suspects), "")
+
+    @property
+    def _off(self) -> list[Replayed]:
+        return [item for item in self.replayed if item.over_floor > OFF and item.parts]
+
+    def _read_by(self, part: str) -> str:
+        """Give what several readings of one sensor have in common where they are off: what they measure."""
+        before = [item.parts[1:2] for item in self._off if item.parts[0] == part and item.at.startswith(f"{part}.")]
+        return before[0][0] if len(before) > 1 and before[0] and all(parts == before[0] for parts in before) else ""
 
 
 def load_recording(lesson: Lesson, file: Path, registry: Registry, variant: str | None = None) -> tuple[Machine, Recorded]:
@@ -250,6 +262,7 @@ def as_json(comparison: Comparison) -> dict[str, Any]:
             for item in comparison.channels
         },
         "suspect": comparison.suspect or None,
+        "suspects": list(comparison.suspects),
         "replay": [
             {"channel": item.channel, "parts": list(item.parts), "over_floor": _number(item.over_floor), "missing_at": item.at,
              "unit": item.unit, "missing": _number(item.missing), "share": _number(item.share)}

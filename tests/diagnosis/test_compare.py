@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.cli.compare import comparison_lines
 from lathesim.diagnosis.class_folder import answer_place, publish
 from lathesim.diagnosis.compare import SCHEMA, Comparison, Replayed, as_json, compare, load_recording
 from lathesim.diagnosis.compare_figure import compare_figure, line_text
@@ -116,6 +117,18 @@ def test_two_readings_of_one_sensor_that_are_off_point_to_what_they_measure(fric
     )
     assert replace(friction, replayed=(main, feed)).suspect == "cutting"
     assert replace(friction, replayed=(main, replace(feed, over_floor=0.5))).suspect == "dynamometer"
+
+
+def test_each_part_that_is_off_is_named_and_that_in_which_most_of_what_acts_is_missing_first(friction: Comparison) -> None:
+    """A play of the scale is micrometres of a way of decimetres, and no smaller mismatch than a tenth of the friction."""
+    table = Replayed("x_encoder.position", ("x_encoder", "x_axis"), 9.0e4, "x_axis.disturbance", "N", 1.0, 0.02)
+    scale = Replayed("x_scale.position", ("x_scale", "x_axis"), 156.0, "x_scale.position", "m", 12e-6, 3e-4)
+    both = replace(friction, replayed=(table, scale))
+    assert both.suspects == ("x_axis", "x_scale")
+    assert as_json(both)["suspects"] == ["x_axis", "x_scale"]
+    assert "The mismatch sits in x_axis and in x_scale." in comparison_lines(both)
+    assert replace(friction, replayed=(replace(table, over_floor=0.4), scale)).suspects == ("x_scale",)
+    assert replace(friction, replayed=(replace(table, over_floor=0.4),)).suspect == ""
 
 
 def test_friction_is_off_by_many_floors_in_the_axis_and_goes_with_the_velocity(friction: Comparison) -> None:
