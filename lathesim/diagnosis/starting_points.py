@@ -16,7 +16,6 @@ from lathesim.engine.assembly import FloatArray
 
 _INSTANT = "instant"
 _JUMPS = 2
-_FREQUENCY = "frequency"
 _FREQUENCIES = 10
 _SMALL_AND_LARGE = (0.3, 0.85)
 """Quantiles of the usual values of a resonance."""
@@ -90,10 +89,10 @@ def _frequency_points(rig: Rig, terms: Sequence[Term]) -> dict[str, FloatArray]:
     fastest = _FASTEST / rig.machine.assembly.sample_period
     found: dict[str, FloatArray] = {}
     for term in terms:
-        names = [name.partition(".")[2] for name in term.parameters]
-        if _FREQUENCY not in names or not len(term.points):
+        resonance = f"{term.part}.{term.effect.resonance}"
+        if resonance not in term.parameters or not len(term.points):
             continue
-        column = names.index(_FREQUENCY)
+        column = term.parameters.index(resonance)
         low, high = float(term.least[column]), min(float(term.usual[column]), fastest)
         if high > low:
             usual = np.quantile(term.points, _SMALL_AND_LARGE, axis=0)

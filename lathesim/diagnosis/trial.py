@@ -40,7 +40,6 @@ _AS_PROMISED = 0.98
 _SIZES = (1.0, 0.5, 0.2, 0.05)
 """Shares of the size that screening gives an effect from which a fit may begin."""
 _STIFFER = (2.0, 4.0, 8.0)
-_FREQUENCY = ".frequency"
 _MOST_AFRESH = 2
 """How often slopes are taken afresh in a trial."""
 _WHOLE = 2e-3
@@ -216,7 +215,7 @@ class Bench:
         sizes = np.array([name.partition(".")[2] in term.effect.neutral for name in term.parameters]) & ~is_limit(term)
         points = [np.where(sizes, term.neutral + share * (start - term.neutral), start) for share in _SIZES]
         # a light table on a soft spring is further away, not nearer: what vanishes there is a spring that is stiff
-        stiffer = np.array([name.endswith(_FREQUENCY) for name in term.parameters])
+        stiffer = np.array([name == f"{term.part}.{term.effect.resonance}" for name in term.parameters])
         points += [np.minimum(np.where(stiffer, factor * start, start), term.high) for factor in _STIFFER if stiffer.any()]
         names = [*constant, *(item.name for item in free), *term.parameters]
         rows = np.array([[*constant.values(), *(item.start for item in free), *point] for point in points])

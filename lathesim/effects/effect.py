@@ -61,6 +61,8 @@ class Effect(Component):
     """Whether whatever is recorded may have it, though it sits elsewhere by itself."""
     late_by: ClassVar[str] = ""
     """Parameter by which a reading is late [s], or by which its clock is wrong [1]; a small part of a sample is how a simulation steps."""
+    resonance: ClassVar[str] = ""
+    """Parameter that is the frequency of its resonance [Hz]: a search begins at several, as a fit finds back only from nearby."""
     neutral: ClassVar[dict[str, float]] = {}
     """Parameter values that make the effect vanish, in the declared units."""
     typical: ClassVar[dict[str, tuple[float, float]]] = {}
@@ -124,6 +126,10 @@ def _check_effect(cls: type[Effect]) -> None:
         for name in getattr(cls, attribute):
             if name not in parameters:
                 raise ComponentError(f"{attribute} names '{name}', which is no parameter.", place=place, remedy=nearest(name, parameters))
+    for attribute in ("late_by", "resonance", "spacing", "told_if_held"):
+        name = getattr(cls, attribute)
+        if name and name not in parameters:
+            raise ComponentError(f"{attribute} names '{name}', which is no parameter.", place=place, remedy=nearest(name, parameters))
     if cls.along and type(cls.declarations.get(cls.along)) is not Output:
         remedy = nearest(cls.along, cls.declared(Output))
         raise ComponentError(f"along names '{cls.along}', which is no output.", place=place, remedy=remedy)

@@ -134,6 +134,7 @@ class RegenerativeChatter(Effect):
 
     catalogue, family, site = 45, "spindle-synchronous", "force"
     neutral = {"engagement": 0.0}
+    resonance = "frequency"
     typical = {"compliance": (2e-8, 1e-7), "frequency": (80.0, 1500.0), "damping": (0.02, 0.06), "process_damping": (0.0, 1e6)}
     fingerprint = (
         "A line a little above a mode, no whole multiple of the spindle speed, that sets in with the depth, grows, and stays bounded."

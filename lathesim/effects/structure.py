@@ -25,6 +25,7 @@ class AxialResonance(Effect):
     beyond = "deflection"
     behind = {"flow": "stretch_speed", "applied": "spring_force", "inertia": "table_inertia"}
     neutral = {"table_share": 0.0}
+    resonance = "frequency"
     typical = {"table_share": (0.05, 0.8), "frequency": (8.0, 300.0), "damping": (0.02, 0.1), "motor_friction": (0.0, 0.5)}
     typical_rotary = {"table_share": (0.05, 0.8), "frequency": (5.0, 500.0), "damping": (0.01, 0.1), "motor_friction": (0.0, 0.5)}
     fingerprint = "A line of force and scale that stays in Hz while the speed changes; the table lags in proportion to the jerk."
@@ -151,6 +152,7 @@ class BaseRocking(Effect):
     catalogue, family, site = 15, "structure", "measured"
     carried = ("m",)
     neutral = {"mobility": 0.0}
+    resonance = "frequency"
     typical = {"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)}
     typical_rotary = {"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)}
     fingerprint = "A slow swing of 10 to 40 Hz after each jerk, on both axes at once."

@@ -15,11 +15,21 @@ from lathesim.errors import ComponentError
         ({"family": " "}, "says nothing as its family"),
         ({"neutral": {}}, "has no neutral values"),
         ({"neutral": {"levle": 0.0}}, "neutral names 'levle', which is no parameter"),
+        ({"resonance": "frequenzy"}, "resonance names 'frequenzy', which is no parameter"),
         ({"neutral": {"level": -1.0}}, "lies outside 0 to inf"),
         ({"along": "outgoin"}, "along names 'outgoin', which is no output"),
         ({"site": "effort", "also_at": {"flow": ("speed", "outgoing")}}, "declares no input 'speed' for the port 'flow'"),
     ],
-    ids=["sound", "no family", "no neutral", "misspelt neutral", "neutral out of bounds", "misspelt output", "no such input"],
+    ids=[
+        "sound",
+        "no family",
+        "no neutral",
+        "misspelt neutral",
+        "misspelt resonance",
+        "neutral out of bounds",
+        "misspelt output",
+        "no such input",
+    ],
 )
 def test_each_mistake_is_told(changes: dict[str, object], told: str) -> None:
     body = {
