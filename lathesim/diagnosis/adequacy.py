@@ -12,7 +12,7 @@ from lathesim.diagnosis.evidence import Compared
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.narrow_band import NarrowBand, narrow_bands
 from lathesim.diagnosis.problem import Rig
-from lathesim.diagnosis.shortfall import leaves_much, left_over, of_another_form, shortfalls, spoils_everything, too_little
+from lathesim.diagnosis.shortfall import MOST, leaves_much, left_over, of_another_form, shortfalls, spoils_everything, too_little
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED
 from lathesim.diagnosis.verdict import removed_in_band
@@ -70,7 +70,9 @@ def adequacy(
         reasons.append("with it the lesson's own simulation is further off in every channel")
     weak = leaves_much(evidence, taken) if effects and not reasons else []
     weak += [f"the recordings do not determine how large {term.name} at {term.at} is" for term in unsized]
-    removed = removed_in_band(found) if taken > 0.0 and not spoiled else 0.0
+    # a machine that cannot be and leaves much as well is no explanation
+    impossible = bool(strained) and taken < MOST
+    removed = removed_in_band(found) if taken > 0.0 and not spoiled and not impossible else 0.0
     form_left = left.share if left is not None and other_form else 0.0
     return Adequacy(tuple(reasons), tuple(weak), removed, form_left, strained, bands, tuple(laws))
 

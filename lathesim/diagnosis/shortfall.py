@@ -20,12 +20,14 @@ concealed cases effects in their own form left up to 0.10, others from 0.14 on."
 _TAKEN = 0.95
 """Share of what was missing behind a channel above which effects took nothing away there."""
 _HALF = 0.5
-_MOST = 0.9
+MOST = 0.9
 """Share of the error that effects must take away for what they leave not to be asked about ..."""
 _LEFT = 0.37
 """... and share of what is missing, at the place where they do most, above which they leave more than an effect in its own form does: on
 concealed cases that left up to 0.35, names of something else from 0.39 on."""
 _WORSE = 1.5
+_FOLLOWED, _NOTHING = 0.1, 0.01
+"""Shares of what is missing behind a channel from which on it followed the motion, and up to which nothing of it does."""
 
 
 def shortfalls(
@@ -79,18 +81,27 @@ def of_another_form(left: LeftOver | None) -> list[str]:
 
 def too_little(evidence: Evidence, taken: float) -> list[str]:
     """Give the reason where effects take away less than half of the error on the recording that judges, ``taken``, and leave more than half
-    of what is missing wherever it is: something of their shape may be there, and most of it is something else."""
+    of what is missing wherever it is: something of their shape may be there, and most of it is something else. A line of each turn beside
+    a load that wanders far is no such thing: it is all that followed the motion, and what is left follows nothing."""
     if taken <= 0.0:
         return ["it takes away nothing of what is missing on the recording that judges"]
-    if taken >= _HALF or any(missing.share_after < _HALF * missing.share_before for missing in evidence.missing):
+    halved = any(missing.share_after < _HALF * missing.share_before for missing in evidence.missing)
+    if taken >= _HALF or halved or _is_all_that_followed(evidence):
         return []
     return [f"it takes away only {taken:.0%} of the error on the recording that judges"]
+
+
+def _is_all_that_followed(evidence: Evidence) -> bool:
+    """Say whether something followed the motion before and nothing does now, and what is left is little of all that acts."""
+    before, after = (max((getattr(bar, side) for bar in evidence.bars), default=0.0) for side in ("before", "after"))
+    little = not any(missing.share_after >= ADEQUATE for missing in evidence.missing)
+    return before > _FOLLOWED and after < _NOTHING and little
 
 
 def leaves_much(evidence: Evidence, taken: float) -> list[str]:
     """Give the reason where effects do not take away most of the error, ``taken``, and leave more of what is missing, wherever it is, than
     an effect in its own form does: right as far as it goes, perhaps, and not all there is."""
-    if taken >= _MOST or any(_counted(missing) < _LEFT * missing.share_before for missing in evidence.missing):
+    if taken >= MOST or any(_counted(missing) < _LEFT * missing.share_before for missing in evidence.missing):
         return []
     return [f"it takes away no more than {taken:.0%} of the error on the recording that judges"]
 

@@ -53,6 +53,20 @@ def test_effects_that_take_away_little_are_not_all_there_is(share_after: float, 
 
 
 @pytest.mark.parametrize(
+    ("acts", "before", "after", "told"),
+    [(0.004, 0.2, 0.0, False), (0.004, 0.2, 0.05, True), (0.004, 0.02, 0.0, True), (0.4, 0.2, 0.0, True)],
+    ids=["all that followed the motion is gone", "some follows it still", "nothing followed it", "much of what acts is left"],
+)
+def test_a_line_beside_a_load_that_wanders_far_is_all_that_followed_the_motion(
+    acts: float, before: float, after: float, told: bool
+) -> None:
+    found = evidence(acts, 0.0)
+    found = replace(found, missing=(replace(found.missing[0], share_before=1.5 * acts),))
+    found = replace(found, bars=(VariableBar(POSITION, "position of spindle", before, after),))
+    assert bool(too_little(found, 0.004)) == told
+
+
+@pytest.mark.parametrize(
     ("share_after", "counted", "taken", "told"),
     [(0.2, math.nan, 0.86, True), (0.15, math.nan, 0.86, False), (0.2, 0.15, 0.86, False), (0.2, math.nan, 0.95, False)],
     ids=["much is left", "little is left", "friction at rest holds the rest", "most is gone"],

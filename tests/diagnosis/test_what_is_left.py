@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis import adequacy as judging
-from lathesim.diagnosis.adequacy import adequacy
+from lathesim.diagnosis.adequacy import Adequacy, adequacy
 from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, FoundEffect, MissingSignal
 from lathesim.diagnosis.what_is_left import not_determined, value_instead
 
@@ -32,18 +32,31 @@ def test_a_tie_without_an_experiment_ends_with_its_sentence() -> None:
     assert sentence == "StribeckFriction cannot be told from x_axis.viscous here; the lines to paste hold StribeckFriction."
 
 
-@pytest.mark.parametrize(("after", "taken", "enough"), [(0.12, 0.84, False), (0.01, 0.84, True), (0.12, 0.95, True)])
-def test_a_value_that_is_impossible_has_to_explain_what_it_is_believed_for(
-    after: float, taken: float, enough: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A force that remembers the feed was taken for another pressure of the chip, with an eighth of the force still missing."""
+def judge(monkeypatch: pytest.MonkeyPatch, taken: float, after: float, *, far_off: tuple[str, ...] = (), effects: int = 0) -> Adequacy:
+    """Judge a model that needs the pressure of the chip further off than the lesson holds possible."""
     monkeypatch.setattr(judging, "narrow_bands", lambda *given: [])
     monkeypatch.setattr(judging, "removed_in_band", lambda found: taken)
     signal = np.ones(4)
     missing = MissingSignal(MAIN, "N", signal, signal, after * signal, 10.0 * signal, 0.13, after)
     own: Any = SimpleNamespace(fit={MAIN: ChannelFit("N", 1.7, 55.0, 25.0, "held out")})
-    rig: Any = SimpleNamespace(machine=SimpleNamespace(compare=(MAIN,), uncertain={PRESSURE: 1e7}))
-    model = SimpleNamespace(terms=(), held_out_fit=None, fitted=None)
-    found: Any = SimpleNamespace(model=model, far_off=(PRESSURE,))
-    judged = adequacy(rig, rig, found, Evidence(missing=(missing,)), own, BASELINE, taken, [], [])
-    assert judged.adequate == enough
+    rig: Any = SimpleNamespace(machine=SimpleNamespace(compare=(MAIN,), uncertain={PRESSURE: 1e7}), feeds_back=True)
+    model = SimpleNamespace(terms=("an effect",) * effects, held_out_fit=None, fitted=None)
+    found: Any = SimpleNamespace(model=model, far_off=far_off)
+    return adequacy(rig, rig, found, Evidence(missing=(missing,)), own, BASELINE, taken, [], [])
+
+
+@pytest.mark.parametrize(("after", "taken", "enough"), [(0.12, 0.84, False), (0.01, 0.84, True), (0.12, 0.95, True)])
+def test_a_value_that_is_impossible_has_to_explain_what_it_is_believed_for(
+    after: float, taken: float, enough: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A force that remembers the feed was taken for another pressure of the chip, with an eighth of the force still missing."""
+    assert judge(monkeypatch, taken, after, far_off=(PRESSURE,)).adequate == enough
+
+
+@pytest.mark.parametrize(("taken", "credited"), [(0.97, 0.97), (0.84, 0.0)])
+def test_effects_that_need_an_impossible_machine_and_leave_much_are_credited_with_nothing(
+    taken: float, credited: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    judged = judge(monkeypatch, taken, 0.01, effects=1)
+    assert judged.strained == (PRESSURE,)
+    assert judged.removed == credited
