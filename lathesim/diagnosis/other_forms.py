@@ -9,10 +9,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from lathesim.diagnosis.another_recording import on_recording
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.screening import screened_instead
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Bench, Model, Score, Trial, is_wide, judged_score, on_recording, term_free
+from lathesim.diagnosis.trial import Bench, Model, Score, Trial, is_wide, judged_score, term_free
 from lathesim.engine.assembly import FloatArray
 
 AS_GOOD = 4.0
