@@ -34,6 +34,8 @@ class Settings:
     most_effects: int = 4
     longest: float = np.inf
     """Time after which the search ends and keeps what is known [s]."""
+    most_runs: int = 5_000
+    """Runs of a recording after which no further effect is looked for: one of 30 s at 1 kHz takes some 8 ms, on one core."""
     screened: int = 5
     """Candidates fitted in one round."""
     worth_a_fit: float = 0.25

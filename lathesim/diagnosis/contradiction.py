@@ -7,7 +7,7 @@ would follow with another sample period, it is the time column that is wrong.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +26,8 @@ CONTROLLED = 0.2
 """Share of a controller's command that may stay unexplained by what it was given before the recording is held to be at fault."""
 _FOLLOWS = 0.05
 """Share that may stay unexplained with another sample period for that to be the fault."""
+_LAW = 0.5
+"""Share from which on it is rather a wrong column than another law: that still is most of what the lesson's controller does."""
 _GAINS = (0.6, 1.6)
 """Factors between which an amplifier may be off."""
 _TURNED_ROUND = 0.03
@@ -42,16 +44,17 @@ _PERIODS = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
 """Factors between the true period and the recorded one: clocks of other devices, and seconds for milliseconds."""
 
 
-def contradicted(rig: Rig, values: Mapping[str, float]) -> str:
+def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Collection[str] = ()) -> str:
     """Give a sentence where a recorded command does not follow from what its controller was given, with the machine at ``values``.
 
-    The text is empty where it does, and where nothing was replayed.
+    The text is empty where it does, where nothing was replayed, and for commands ``of_another_law`` that mostly do: what the lesson's
+    controller leaves of them answers to the reference, and so is the controller's doing.
     """
     if not rig.machine.replay:
         return ""
     for row, share in unexplained_share(rig, values):
+        name = rig.machine.compare[row]
         if share > CONTROLLED:
-            name = rig.machine.compare[row]
             period = rig.machine.assembly.sample_period
             for factor in _PERIODS:
                 if dict(unexplained_share(_at_period(rig, factor), values))[row] < _FOLLOWS:
@@ -62,6 +65,8 @@ def contradicted(rig: Rig, values: Mapping[str, float]) -> str:
                     )
             if late := _late_channel(rig, values, row, share):
                 return late
+            if share < _LAW and name in of_another_law:
+                continue
             return (
                 f"{share:.0%} of {name} does not follow from what its controller was given: a channel is shifted, swapped or in another "
                 "unit, the sample period is another, or the controller is not that of the lesson."
@@ -104,6 +109,26 @@ def _shifted(rig: Rig, channel: str, samples: float) -> Rig:
 
 def _part(rig: Rig, name: str) -> Part:
     return next(part for part in rig.machine.assembly.parts if part.name == name)
+
+
+def exchanged_with(rig: Rig, values: Mapping[str, float]) -> str:
+    """Give a sentence where another channel is the command that a controller makes of what it was given, and its own is not: two columns
+    are exchanged, though their units differ. The text is empty where none is."""
+    if not rig.machine.replay:
+        return ""
+    begin = int(SETTLING * rig.sensed.samples)
+    simulated = np.nan_to_num(rig.sensed.recorded - rig.sensed.one(values))[:, begin:]
+    recorded = np.nan_to_num(rig.sensed.recorded)[:, begin:]
+    for row, share in unexplained_share(rig, values):
+        name = rig.machine.compare[row]
+        for other, column in enumerate(recorded):
+            size = float(np.std(column))
+            if other != row and share > CONTROLLED and size > 0.0 and root_mean_square(column - simulated[row]) < _FOLLOWS * size:
+                return (
+                    f"{rig.machine.compare[other]} is what the lesson's controller makes of what it was given, and {share:.0%} of {name} "
+                    "is not: the two look swapped. Exchange their columns in the lesson."
+                )
+    return ""
 
 
 def swapped(rig: Rig, values: Mapping[str, float]) -> str:

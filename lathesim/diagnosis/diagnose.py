@@ -18,7 +18,7 @@ from lathesim.diagnosis.adequacy import Adequacy, adequacy
 from lathesim.diagnosis.another_law import AnotherLaw, another_law
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.coarse_counts import coarse_counts
-from lathesim.diagnosis.contradiction import contradicted, swapped, wrong_unit
+from lathesim.diagnosis.contradiction import contradicted, exchanged_with, swapped, wrong_unit
 from lathesim.diagnosis.controller_value import controller_value
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
@@ -80,11 +80,15 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     )
     if not faults:
         (rig, held_out), whole, held_name = _rigs(question)
+        faults = [sentence for one in (rig, held_out) if (sentence := exchanged_with(one, _as_given(one)))]
+    if not faults:
         if other := controller_value(rig, held_out, _as_given(rig)):
             findings = (*findings, str(other))
             question = replace(question, machine=other.in_machine(question.machine))
             (rig, held_out), whole, held_name = _rigs(question)
-        faults = [sentence for one in (rig, held_out) for check in (contradicted, swapped) if (sentence := check(one, _as_given(one)))]
+        laws = [law.channel for law in another_law(rig, held_out, _as_given(rig))]
+        told = [check for one in (rig, held_out) for check in (contradicted(one, _as_given(one), laws), swapped(one, _as_given(one)))]
+        faults = [sentence for sentence in told if sentence]
     if faults:
         return _recording_fault(question, faults, findings, began)
     found = search(rig, held_out, question.settings, say)

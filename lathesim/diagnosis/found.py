@@ -41,6 +41,8 @@ class Found:
     controller: ControllerValue | None = None
     """A value of a controller that is another one than the lesson's."""
     complete: bool = False
+    ended_after: int = 0
+    """Runs after which no further effect was looked for; 0 where the search came to its own end."""
 
     @property
     def values_off(self) -> tuple[str, ...]:

@@ -40,9 +40,13 @@ cannot be told from it promises as much."""
 
 
 def grow(bench: Bench, found: Found, settings: Settings, known: Collection[Term] = ()) -> None:
-    """Add effects one at a time as long as one is believable, or until the model has come to the ``known`` effects of another one."""
+    """Add effects one at a time as long as one is believable, or until the model has come to the ``known`` effects of another one or the
+    search has cost all that it may."""
     while len(found.model.terms) < settings.most_effects:
         if known and same_effects(found.model.terms, known):
+            return
+        if bench.runs > settings.most_runs:
+            found.ended_after = bench.runs
             return
         simple, refined = ([term for term in asked(found.model, bench.rig) if term.part not in found.refused] for asked in (due, finer))
         bench.say(f"screening {len(simple) + len(refined)} candidates")

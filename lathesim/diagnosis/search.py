@@ -38,15 +38,19 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
     try:
         _grown(bench, found, chosen)
         for other in other_beginnings(bench, found, chosen):
+            if bench.runs > chosen.most_runs:
+                found.ended_after = bench.runs
+                break
             bench.say(f"something takes away much and is not believed: once more with {_listed(other.model.terms)}")
             other.model = bench.settled(other.model)
             if not all(of_usual_size(term, other.model.fitted.by_name, chosen) for term in other.model.terms):
                 continue
             _grown(bench, other, chosen, known=found.model.terms)
             found.tried += other.tried
+            found.ended_after = found.ended_after or other.ended_after
             if plainly_better(other, found, chosen):
                 bench.say("better than what was found before")
-                found = replace(other, tried=found.tried)
+                found = replace(other, tried=found.tried, ended_after=found.ended_after)
                 break
         if simpler := two_for_one(bench, baseline, found.model):
             found.model = bench.settled(simpler[0])

@@ -12,6 +12,7 @@ import numpy as np
 from lathesim.diagnosis.motion import velocity_of
 from lathesim.diagnosis.noise_model import NoiseShapes, noise_shapes, window_of
 from lathesim.diagnosis.remembered import Remembered
+from lathesim.diagnosis.run_count import RunCount
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.batch import Batch
@@ -61,6 +62,7 @@ class Simulator:
     ``recorded`` has shape (channels, samples) [SI]; NaN where nothing was recorded. ``floors`` is what the recording cannot resolve in
     each channel, one standard deviation [SI]. ``weights`` (samples,), 0 to 1, say which samples count; without them all do.
     With ``white`` every residual is taken for white noise, whatever the machine makes of forces that nobody modelled.
+    ``runs`` counts those that were held against the recording.
     """
 
     plan: Plan
@@ -71,6 +73,7 @@ class Simulator:
     second_sight: tuple[SecondSight, ...] = ()
     weights: FloatArray | None = None
     white: bool = False
+    runs: RunCount = field(default_factory=RunCount, init=False, repr=False)
     _kicked: Remembered[_Kicks] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
     _shaped: Remembered[tuple[NoiseShapes, ...]] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
 
@@ -176,6 +179,7 @@ class Simulator:
 
     def residuals(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
         """Give recorded minus simulated for each row of ``values``; zero where nothing was recorded."""
+        self.runs.add(len(values))
         return self._each(names, values, self.residual_of)
 
     def responses(
@@ -186,6 +190,7 @@ class Simulator:
         The first of two ``references`` is of :meth:`with_long_steps`: one step a sample will do for a difference of two runs, except where
         a lag is so short that the run is lost with it; then it is made with the plan's steps and held against the second. Lost, it is None.
         """
+        self.runs.add(len(values))
         bound = 0.5 * LOST * self.seen_floors
         found: list[FloatArray | None] = [None] * len(values)
         for steps, reference in zip((1, 0), references, strict=True):

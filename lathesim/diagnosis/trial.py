@@ -117,6 +117,11 @@ class Bench:
     least_gain: float = 0.0
     """Gain in likelihood [nats] that a trial must reach for the held-out recording to be asked about it."""
 
+    @property
+    def runs(self) -> int:
+        """How many runs were held against the two recordings until now."""
+        return self.rig.sensed.runs.total + self.held_out.sensed.runs.total
+
     def model(self, terms: tuple[Term, ...], fitted: Fitted) -> Model:
         """Judge a fit on both recordings."""
         judged = on_recording(self.held_out, fitted, terms)

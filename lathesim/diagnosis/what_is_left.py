@@ -26,6 +26,8 @@ def still_missing(evidence: Evidence, variables: tuple[str, ...], found: Found, 
         sentences.append(f"What is left depends on {', '.join(variables[:3])}.")
     elif max((item.share_after for item in evidence.missing if np.isfinite(item.share_after)), default=0.0) > _MUCH:
         sentences.append("What is left goes with nothing that the machine was doing: noise, or a load that nobody measured.")
+    if found.ended_after:
+        sentences.append(f"After {found.ended_after} runs no further effect was looked for.")
     for trial in found.tried:
         small = trial.gain > settings.margin and trial.held_out_gain > settings.margin and found.was_held_against(trial)
         if small and trial.share_of_rest > settings.share_of_rest and found.complete and trial.share_of_all <= settings.share_of_all:

@@ -64,7 +64,16 @@ def _is_frozen(channel: RecordedChannel, begin: int, end: int, channels: list[Re
         return False
     if _jumps_at_end(channel, begin, end):
         return any(_moves(other, begin, end) for other in others if other.group == channel.group or other.driven)
+    if _all_stand_still(others, begin, end):
+        return False
     return _noise_is_gone(channel, begin, end) and any(_alive(other, begin, end) for other in others if not other.driven)
+
+
+def _all_stand_still(channels: list[RecordedChannel], begin: int, end: int) -> bool:
+    """Say whether the machine stands still: its command and all of its places repeat one value each. A controller then gives the same
+    voltage all the time, while a table sticks within one count and a current is as noisy as ever."""
+    shown = [channel for channel in channels if channel.driven or channel.unit in ("m", "rad")]
+    return any(not channel.driven for channel in shown) and all(np.ptp(channel.values[begin:end]) == 0.0 for channel in shown)
 
 
 def _leaves_partner(pair: Pair, channel: RecordedChannel, begin: int, end: int) -> bool:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.contradiction import contradicted, swapped, wrong_unit
+from lathesim.diagnosis.contradiction import contradicted, exchanged_with, swapped, wrong_unit
 from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.problem import Machine, Rig, build_rigs
 from lathesim.diagnosis.terms import insert_candidates
@@ -23,7 +24,7 @@ from tests.diagnosis.one_cut import cut_machine, cut_record
 from tests.diagnosis.pushed_table import machine
 from tests.diagnosis.small_case import write_lesson
 
-REFERENCE, POSITION, VOLTAGE = "x_controller.reference", "x_encoder.position", "x_controller.voltage"
+REFERENCE, POSITION, VOLTAGE, CURRENT = "x_controller.reference", "x_encoder.position", "x_controller.voltage", "x_drive.current"
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +74,29 @@ def test_a_command_of_the_wrong_sign_is_told_as_one_of_several_faults(controlled
     late = record.with_channel(VOLTAGE, "V", -record[VOLTAGE])
     (rig,) = build_rigs(controlled.machine, [("run.csv", late)], [])
     assert "does not follow from what its controller was given: a channel is shifted" in contradicted(rig, {})
+
+
+def test_a_command_of_another_law_is_no_fault_unless_most_of_it_is_another(controlled: Rig) -> None:
+    for factor, of_another_law in ((0.75, True), (0.5, False)):
+        record = controlled.record.with_channel(VOLTAGE, "V", factor * controlled.record[VOLTAGE])
+        (rig,) = build_rigs(controlled.machine, [("run.csv", record)], [])
+        assert "does not follow from what its controller was given" in contradicted(rig, {})
+        assert (contradicted(rig, {}, [VOLTAGE]) == "") == of_another_law
+
+
+def test_a_command_and_a_current_that_are_exchanged_are_told(tmp_path: Path) -> None:
+    """A drive of 0.25 A/V. The current is no input of the controller, so what the controller makes of its inputs is found in the current's column."""
+    prepared = prepare(load_lesson(write_lesson(tmp_path)), load_registry(installed=False))
+    run = run_prepared(prepared)
+    asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
+    columns = {name: run.channels[name] for name in (POSITION, VOLTAGE, CURRENT)}
+    for exchanged in (False, True):
+        record = Record(run.time, {**columns, REFERENCE: asked}, dict(run.meta))
+        if exchanged:
+            record = record.with_channel(VOLTAGE, "V", 0.25 * columns[CURRENT].values).with_channel(CURRENT, "A", columns[VOLTAGE].values)
+        whole = Machine(prepared.machinery, (REFERENCE,), tuple(columns), {}, {})
+        (rig,) = build_rigs(whole, [("run.csv", record)], [])
+        assert exchanged_with(rig, {}).startswith(f"{CURRENT} is what the lesson's controller makes") == exchanged
 
 
 def test_a_channel_that_was_recorded_late_is_told_with_its_delay(controlled: Rig) -> None:

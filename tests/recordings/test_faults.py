@@ -146,6 +146,15 @@ def test_an_axis_at_rest_has_no_fault() -> None:
     assert [finding for finding in found(still) if finding.serious] == []
 
 
+def test_a_command_that_repeats_itself_while_a_table_sticks_within_one_count_is_no_fault() -> None:
+    """The tachometer is as noisy as ever; a command that stays where it is while its reference goes on is a fault."""
+    paused = np.concatenate([np.arange(8180), np.full(200, 8180), np.arange(8180, 11800)])
+    sticking = {name: AXIS[name][paused] for name in (REFERENCE, ENCODER, VOLTAGE)} | {TACHOMETER: AXIS[TACHOMETER]}
+    assert [finding for finding in found(sticking) if finding.serious] == []
+    (frozen,) = [finding for finding in found(with_values(sticking, REFERENCE, AXIS[REFERENCE])) if finding.serious]
+    assert (frozen.kind, frozen.channel) == ("frozen", VOLTAGE)
+
+
 def test_a_saturated_command_and_a_dwell_are_no_fault() -> None:
     limited = with_values(NO_SPEED, VOLTAGE, np.clip(AXIS[VOLTAGE], -1.0, 1.0))
     assert [finding for finding in found(limited) if finding.serious] == []
