@@ -273,7 +273,7 @@ def places(rig: Rig, fitted: Fitted) -> list[Place]:
     """Give the channels by how far their replay is over the floor, the worst first."""
     result = []
     for row, channel in enumerate(rig.machine.compare):
-        over = float(np.sqrt(np.mean(fitted.residual[row] ** 2)) / rig.sensed.seen_floors[row])
+        over = float(np.sqrt(np.mean(fitted.residual[row] ** 2)) / rig.sensed.replayed_floors[row])
         parts = passed_through(rig.sensed.plan, rig.sensed.channels[row])
         result.append(Place(channel, over, parts, _windows(missing_signal(rig, fitted, row).values, rig.machine.assembly.sample_period)))
     return sorted(result, key=lambda place: -place.over_floor)

@@ -91,6 +91,17 @@ class Simulator:
                 floors[sight.row] = np.hypot(self.floors[sight.row], sight.gain * self.floors[sight.first])
         return floors
 
+    @cached_property
+    def replayed_floors(self) -> FloatArray:
+        """Give what a replay cannot resolve, (channels,): of a speed held against a place, also what its counts make of the rate."""
+        floors = self.seen_floors.copy()
+        counts = np.random.Generator(np.random.Philox(0)).standard_normal(self.samples)
+        for sight in self.second_sight:
+            if sight.rate:
+                made = np.std(sight.expected(self.floors[sight.first] * counts, self.plan.assembly.sample_period))
+                floors[sight.row] = np.hypot(floors[sight.row], made)
+        return floors
+
     def as_seen(self, channels: FloatArray) -> FloatArray:
         """Give channels (channels, samples) with the difference in place of a second sensor of one motion."""
         if not self.second_sight:

@@ -13,12 +13,14 @@ from lathesim.diagnosis.compare import SCHEMA, Comparison, Replayed, as_json, co
 from lathesim.diagnosis.compare_figure import compare_figure, line_text
 from lathesim.diagnosis.conceal import Situation, conceal
 from lathesim.diagnosis.hidden_effect import read_wish
+from lathesim.diagnosis.loading import Recorded
 from lathesim.diagnosis.logged_column import logged_columns
 from lathesim.diagnosis.spectral_lines import Line, lines_of, spectrum_against
 from lathesim.errors import LessonError, RecordingError
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry, load_registry
+from tests.diagnosis.pushed_table import Hidden, machine, recording
 from tests.diagnosis.small_case import write_lesson
 from tests.shared_data import SHARED, needs_shared
 
@@ -202,3 +204,10 @@ def test_the_published_axis_without_its_friction_is_off_in_the_axis_at_reversal(
     assert found.suspect == "x_axis"
     assert found.replayed[0].missing == pytest.approx(20.4, rel=0.05)
     assert any("velocity" in item.variable and item.share > 0.8 for item in found.depends_on)
+
+
+def test_a_table_that_nothing_feeds_back_and_that_is_as_the_lesson_has_it_starts_as_the_lesson_has_it() -> None:
+    """A fit that allows for forces hardly knows how fast a table started, and was off by nine counts of its encoder."""
+    sound = compare("table", machine(), Recorded("run.csv", recording(Hidden()), ()))
+    assert all(item.over_floor < 1.5 for item in (*sound.channels, *sound.replayed))
+    assert sound.suspects == ()

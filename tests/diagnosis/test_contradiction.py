@@ -85,7 +85,7 @@ def test_a_command_of_another_law_is_no_fault_unless_most_of_it_is_another(contr
 
 
 def test_a_command_and_a_current_that_are_exchanged_are_told(tmp_path: Path) -> None:
-    """A drive of 0.25 A/V. The current is no input of the controller, so what the controller makes of its inputs is found in the current's column."""
+    """A drive of 0.25 A/V. The current is no input of the controller: what that makes of its inputs is in the current's column."""
     prepared = prepare(load_lesson(write_lesson(tmp_path)), load_registry(installed=False))
     run = run_prepared(prepared)
     asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
