@@ -12,7 +12,16 @@ from lathesim.diagnosis.evidence import Compared
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.narrow_band import NarrowBand, narrow_bands
 from lathesim.diagnosis.problem import Rig
-from lathesim.diagnosis.shortfall import MOST, leaves_much, left_over, of_another_form, shortfalls, spoils_everything, too_little
+from lathesim.diagnosis.shortfall import (
+    MOST,
+    is_missing_for_sure,
+    leaves_much,
+    left_over,
+    of_another_form,
+    shortfalls,
+    spoils_everything,
+    too_little,
+)
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED
 from lathesim.diagnosis.verdict import removed_in_band
@@ -64,6 +73,8 @@ def adequacy(
     elif found.far_off:
         # a value that the lesson holds impossible has to explain what it is believed for
         reasons += leaves_much(evidence, taken)
+    else:
+        reasons += is_missing_for_sure(evidence, own.fit)
     # without anything that feeds back a simulation drifts with whatever nobody modelled
     spoiled = effects and held_out.feeds_back and spoils_everything(own.fit)
     if spoiled:

@@ -26,6 +26,9 @@ _LEFT = 0.37
 """... and share of what is missing, at the place where they do most, above which they leave more than an effect in its own form does: on
 concealed cases that left up to 0.35, names of something else from 0.39 on."""
 _WORSE = 1.5
+_LOAD, _OFF = 0.15, 5.0
+"""Share of all that acts somewhere, and floors of a channel in the lesson's own simulation, from which on what is missing there is no noise
+and no small load: on concealed cases sound machines left up to a tenth."""
 _FOLLOWED, _NOTHING = 0.1, 0.01
 """Shares of what is missing behind a channel from which on it followed the motion, and up to which nothing of it does."""
 
@@ -89,6 +92,14 @@ def too_little(evidence: Evidence, taken: float) -> list[str]:
     if taken >= _HALF or halved or _is_all_that_followed(evidence):
         return []
     return [f"it takes away only {taken:.0%} of the error on the recording that judges"]
+
+
+def is_missing_for_sure(evidence: Evidence, fit: Mapping[str, ChannelFit]) -> list[str]:
+    """Give the reason where so much is missing that something is, though it follows nothing that the machine was doing."""
+    pairs = zip(fit.values(), evidence.missing, strict=True)
+    large = [missing for channel, missing in pairs if missing.share_after > _LOAD and channel.after > _OFF * channel.floor]
+    worst = max(large, key=lambda missing: missing.share_after, default=None)
+    return [f"{worst.share_after:.0%} of what acts at {worst.at} is still missing"] if worst else []
 
 
 def _is_all_that_followed(evidence: Evidence) -> bool:

@@ -11,6 +11,11 @@ from lathesim.recordings.recorded_channel import RecordedChannel, runs_of
 
 _LONG = 30
 """A channel is called frozen after this many equal samples at least."""
+_READ = ("A", "N", "N*m")
+_REPEATED, _TURNING = 0.5, 0.2
+"""Share of the samples that repeat the one before, at the most, and of those at which a channel turns round, at the least, in noise."""
+_GRAZES, _GRAZED = 3, 10
+"""Samples for which noise grazes a level, and how often it does where it is cut off there."""
 
 
 def frozen_channels(channels: list[RecordedChannel], found_pairs: list[Pair], period: float) -> list[Finding]:
@@ -152,6 +157,33 @@ def clipped_channels(found_pairs: list[Pair], period: float) -> list[Finding]:
                 findings.append(Finding("clipped", channel.name, fact, "widen the range of the instrument and record again", True))
                 break
     return findings
+
+
+def clipped_readings(channels: list[RecordedChannel]) -> list[Finding]:
+    """Find currents and forces whose noise ends at one level: a drive at its limit is read with the noise of its sensor, a range that is
+    too small is not, and where the reading comes near it the noise is cut off sample by sample."""
+    findings = []
+    for channel in (item for item in channels if item.unit in _READ and not item.driven and not item.constant):
+        levels = [float(level) for level in (channel.values.max(), channel.values.min()) if level != 0.0 and _cuts_noise(channel, level)]
+        if levels:
+            stand = int(np.count_nonzero(np.isin(channel.values, levels)))
+            where = " and ".join(f"{level:.6g}" for level in levels)
+            count = f"{stand} of {len(channel.values)} samples stand there"
+            fact = f"it is clipped at {where} {channel.unit}: {count}, without the noise of the rest"
+            findings.append(Finding("clipped", channel.name, fact, "widen the range of the instrument and record again", True))
+    return findings
+
+
+def _cuts_noise(channel: RecordedChannel, level: float) -> bool:
+    flat = channel.values == level
+    if np.count_nonzero(flat) < _LONG:
+        return False
+    begins, ends = runs_of(flat)
+    lengths = ends - begins
+    inside = ~(flat[1:] | flat[:-1])
+    steps = channel.steps[: len(inside)][inside]
+    noisy = len(steps) > 2 * _LONG and np.mean(steps == 0.0) < _REPEATED and np.mean(steps[1:] * steps[:-1] < 0.0) > _TURNING
+    return bool(noisy and lengths.max() >= _LONG and np.count_nonzero(lengths <= _GRAZES) >= _GRAZED)
 
 
 def _flat_runs(flat: npt.NDArray[np.bool_]) -> bool:

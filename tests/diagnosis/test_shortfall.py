@@ -11,6 +11,7 @@ from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, Mi
 from lathesim.diagnosis.narrow_band import NarrowBand
 from lathesim.diagnosis.report import report_html
 from lathesim.diagnosis.shortfall import (
+    is_missing_for_sure,
     leaves_much,
     left_over,
     not_adequate,
@@ -64,6 +65,18 @@ def test_a_line_beside_a_load_that_wanders_far_is_all_that_followed_the_motion(
     found = replace(found, missing=(replace(found.missing[0], share_before=1.5 * acts),))
     found = replace(found, bars=(VariableBar(POSITION, "position of spindle", before, after),))
     assert bool(too_little(found, 0.004)) == told
+
+
+@pytest.mark.parametrize(
+    ("share", "over_floor", "told"),
+    [(0.31, 137.0, True), (0.31, 1.1, False), (0.07, 90.0, False), (math.nan, 90.0, False)],
+    ids=["a force that is missing", "noise of a coarse sensor", "a small load that nobody measured", "nothing acts there"],
+)
+def test_where_much_is_missing_something_is_though_it_follows_nothing(share: float, over_floor: float, told: bool) -> None:
+    """A motor whose iron saturates, with a current that does not show it: a third of the force is missing."""
+    off = {POSITION: ChannelFit("m", 1e-6, 2.0 * over_floor * 1e-6, over_floor * 1e-6, "held out")}
+    reasons = is_missing_for_sure(evidence(share, 0.0), off)
+    assert reasons == (["31% of what acts at x_axis.disturbance is still missing"] if told else [])
 
 
 @pytest.mark.parametrize(

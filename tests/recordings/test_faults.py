@@ -89,6 +89,8 @@ ENCODER, SCALE, VOLTAGE, TACHOMETER, REFERENCE = (
 AXIS = axis()
 CUT = cut()
 MAIN, THRUST = "dynamometer.main", "dynamometer.thrust"
+SECOND_PASS = np.sort(np.median(CUT[MAIN].reshape(8, 1000), axis=1))[-2]
+"""Force of the second strongest pass: its noise is cut off there [N]."""
 ONE_FORCE = {name: CUT[name] for name in ("cutting.feed", "cutting.depth", MAIN)}
 NO_SPEED = {name: values for name, values in AXIS.items() if name != TACHOMETER}
 
@@ -109,6 +111,7 @@ PLANTED: dict[str, tuple[Callable[[], Columns], str, str]] = {
     "frozen speed": (lambda: with_values(AXIS, TACHOMETER, held(AXIS[TACHOMETER], 4100, 5300)), "frozen", TACHOMETER),
     "frozen force": (lambda: with_values(CUT, "dynamometer.main", held(CUT["dynamometer.main"], 3400, 3700)), "frozen", "dynamometer.main"),
     "clipped": (lambda: with_values(AXIS, ENCODER, np.clip(AXIS[ENCODER], -0.02, 0.02)), "clipped", ENCODER),
+    "clipped force": (lambda: with_values(CUT, MAIN, np.minimum(CUT[MAIN], SECOND_PASS)), "clipped", MAIN),
     "rows dropped": (lambda: {name: np.delete(values, np.r_[3120:3160, 7050:7090]) for name, values in AXIS.items()}, "dropped", "time"),
     "block written twice": (
         lambda: {name: np.concatenate([values[:5400], values[5100:]]) for name, values in AXIS.items()}, "repeated", "",
@@ -158,6 +161,11 @@ def test_a_command_that_repeats_itself_while_a_table_sticks_within_one_count_is_
 def test_a_saturated_command_and_a_dwell_are_no_fault() -> None:
     limited = with_values(NO_SPEED, VOLTAGE, np.clip(AXIS[VOLTAGE], -1.0, 1.0))
     assert [finding for finding in found(limited) if finding.serious] == []
+
+
+def test_a_force_at_its_limit_that_is_read_with_noise_is_no_fault() -> None:
+    noise = np.random.default_rng(3).standard_normal(8000)
+    assert found(with_values(CUT, MAIN, np.minimum(CUT[MAIN], SECOND_PASS) + noise)) == []
 
 
 def test_a_cut_that_begins_and_ends_without_noise_is_no_fault() -> None:
