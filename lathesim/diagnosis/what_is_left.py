@@ -64,7 +64,9 @@ def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
     sentences = []
     for effect in effects:
         if effect.tied_with:
-            fact = f"{effect.effect} cannot be told from {', '.join(effect.tied_with)} here; the lines to paste hold {effect.effect}."
+            # the same effect at the other of two sensors is told by where it is
+            name = f"{effect.effect} at {effect.at}" if any(" at " in other for other in effect.tied_with) else effect.effect
+            fact = f"{name} cannot be told from {', '.join(effect.tied_with)} here; the lines to paste hold {name}."
             sentences.append(f"{fact} {effect.separating_experiment or ''}".strip())
         pasted = [name for name in effect.undetermined if name not in effect.left_out]
         several = "a set of values that fits" if len(pasted) > 1 else "one value that fits"

@@ -32,6 +32,23 @@ def test_a_tie_without_an_experiment_ends_with_its_sentence() -> None:
     assert sentence == "StribeckFriction cannot be told from x_axis.viscous here; the lines to paste hold StribeckFriction."
 
 
+def test_an_effect_that_is_tied_with_itself_at_another_sensor_is_told_with_its_place() -> None:
+    effect = FoundEffect(
+        "LostCounts",
+        "x_scale",
+        "encoder",
+        0.5,
+        {},
+        tied_with=("LostCounts at x_encoder",),
+        separating_experiment="Return to the index mark.",
+    )
+    (sentence,) = not_determined((effect,))
+    assert sentence == (
+        "LostCounts at x_scale cannot be told from LostCounts at x_encoder here; the lines to paste hold LostCounts at x_scale. "
+        "Return to the index mark."
+    )
+
+
 def judge(monkeypatch: pytest.MonkeyPatch, taken: float, after: float, *, far_off: tuple[str, ...] = (), effects: int = 0) -> Adequacy:
     """Judge a model that needs the pressure of the chip further off than the lesson holds possible."""
     monkeypatch.setattr(judging, "narrow_bands", lambda *given: [])
