@@ -164,12 +164,13 @@ def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
 
 
 def _started(rig: Rig) -> Fitted:
-    """Give the replay from the start that leaves least, in floors: the lesson's own, that which the recording shows, or one fitted to it.
+    """Give the replay from the start that leaves least, in floors: that which the recording shows, at rest or not, or one fitted to it.
 
     Where nothing feeds back a fit that allows for forces hardly knows how fast a table started, and that would show as an error.
     """
     shown = rig.start_states(rig.sensed.plan)
-    rest = [replace(item, start=rig.sensed.given(item.name)) for item in shown]
+    plan = rig.sensed.plan
+    rest = [replace(item, start=rig.sensed.given(item.name)) if plan.unit(item.name).endswith("/s") else item for item in shown]
     tried = [fit(rig.sensed, starts, rounds=0) for starts in (rest, shown)]
     tried.append(fit(rig.sensed, shown, rounds=2, iterations=6, slopes="kept"))
     return min(tried, key=lambda fitted: float(np.sum((fitted.residual / rig.sensed.seen_floors[:, None]) ** 2)))

@@ -22,7 +22,7 @@ def finer(model: Model, rig: Rig) -> list[Term]:
     return [
         term
         for term in rig.candidates
-        if (term.effect.refines or not _stands(term, model, rig))
+        if (term.effect.refines or not stands(term, model, rig))
         and not any((name, term.at) in there for name in (term.name, *term.effect.refines))
         and (term.name, term.at) not in refined
     ]
@@ -31,10 +31,10 @@ def finer(model: Model, rig: Rig) -> list[Term]:
 def _is_due(term: Term, model: Model, rig: Rig) -> bool:
     """Say whether a term may be added: it is no refinement, what it stands on is there, and no refined form of it is."""
     refined = {(name, other.at) for other in model.terms for name in other.effect.refines}
-    return not term.effect.refines and _stands(term, model, rig) and (term.name, term.at) not in refined
+    return not term.effect.refines and stands(term, model, rig) and (term.name, term.at) not in refined
 
 
-def _stands(term: Term, model: Model, rig: Rig) -> bool:
+def stands(term: Term, model: Model, rig: Rig) -> bool:
     """Say whether what a term stands on is there: in the model or in the lesson's machine."""
     there = {(name, other.at) for other in model.terms for name in (other.name, *other.effect.refines)} | _in_baseline(rig)
     return not term.effect.needs or any((name, term.at) in there for name in term.effect.needs)

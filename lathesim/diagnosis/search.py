@@ -9,6 +9,7 @@ from lathesim.diagnosis.belief import Settings, of_usual_size
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import grow, leave_out, refine, same_effects
+from lathesim.diagnosis.missing_ground import put_on_ground
 from lathesim.diagnosis.needed_values import drop_needless_values
 from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
 from lathesim.diagnosis.other_forms import forms_of_two, two_for_one
@@ -83,6 +84,8 @@ def _grown(bench: Bench, found: Found, settings: Settings, known: Sequence[Term]
     if known and same_effects(found.model.terms, known):
         return
     if refine(bench, found, settings):
+        grow(bench, found, settings)
+    if put_on_ground(bench, found, settings):
         grow(bench, found, settings)
     while strains_anew(found.baseline.fitted, found.model.fitted) or _is_straining(found):
         last = found.model.terms[-1]

@@ -206,7 +206,7 @@ def test_the_published_axis_without_its_friction_is_off_in_the_axis_at_reversal(
     assert any("velocity" in item.variable and item.share > 0.8 for item in found.depends_on)
 
 
-def test_a_table_that_nothing_feeds_back_and_that_is_as_the_lesson_has_it_starts_as_the_lesson_has_it() -> None:
+def test_a_table_that_nothing_feeds_back_starts_as_the_recording_shows() -> None:
     """A fit that allows for forces hardly knows how fast a table started, and was off by nine counts of its encoder."""
     sound = compare("table", machine(), Recorded("run.csv", recording(Hidden()), ()))
     assert all(item.over_floor < 1.5 for item in (*sound.channels, *sound.replayed))

@@ -1,0 +1,63 @@
+"""An effect that stands on another one which is not there: what takes the other's place in the model was a wrong beginning.
+
+A spindle that hardly ever turns the other way has a constant torque as well as dry friction; taken for it, what is left at low speed
+is called the excess of a friction that is not there. The friction is then tried in the place of either, and of both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lathesim.diagnosis.belief import Settings
+from lathesim.diagnosis.eligible import stands
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.growth import fewer
+from lathesim.diagnosis.screening import screen
+from lathesim.diagnosis.starting_points import starting_points
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Bench, Model, Trial, is_wide
+
+
+def put_on_ground(bench: Bench, found: Found, settings: Settings) -> bool:
+    """Put what an effect of the model stands on into it, in the place of the effect, of another one at the same part, or of both, where
+    that explains both recordings as well for what its values cost; say whether that was done."""
+    for term in found.model.terms:
+        if stands(term, found.model, bench.rig):
+            continue
+        others = [other for other in found.model.terms if other is not term and _host(other) == _host(term)]
+        grounds = [ground for ground in bench.rig.candidates if ground.name in term.effect.needs and ground.at == term.at]
+        bench.say(f"asking whether {' or '.join(ground.name for ground in grounds)} is there, on which {term.name} at {term.at} stands")
+        for gone, trial in _instead(bench, found.model, term, others, grounds):
+            model = bench.settled(trial.model)
+            if _is_as_good(model, found.model, settings):
+                for other in gone:
+                    found.take_over(trial.term, other)
+                bench.say(f"{trial.term.name} at {trial.term.at} takes the place of {' and '.join(other.name for other in gone)}")
+                found.trials[trial.term.part] = [trial]
+                found.model = model
+                return True
+    return False
+
+
+def _instead(bench: Bench, model: Model, term: Term, others: list[Term], grounds: list[Term]) -> Iterator[tuple[tuple[Term, ...], Trial]]:
+    """Give the effects that are left out with the trial of a ground in their place, the fewest effects first."""
+    for gone in [*((other, term) for other in others), (term,), *((other,) for other in others)]:
+        before = model
+        for other in gone:
+            before = fewer(bench, before, other)
+        points = starting_points(bench.rig, before.fitted, grounds)
+        for item in screen(bench.rig.sensed, before.fitted, grounds, points).ranked:
+            yield gone, bench.trial(before, item.term, before.terms, before.free, item.starts[:1])
+
+
+def _is_as_good(model: Model, other: Model, settings: Settings) -> bool:
+    """Say whether a model explains both recordings no worse than another one, for what the values and effects cost that it has fewer."""
+    fewer_values = sum(len(term.parameters) for term in other.terms) - sum(len(term.parameters) for term in model.terms)
+    fewer_effects = len(other.terms) - len(model.terms)
+    due = settings.margin * fewer_effects + settings.per_parameter * fewer_values
+    wide = is_wide(model.terms) or is_wide(other.terms)
+    return min(model.score.above(other.score, wide=wide), model.held_out.above(other.held_out, wide=wide)) > -due
+
+
+def _host(term: Term) -> str:
+    return term.at.partition(".")[0]

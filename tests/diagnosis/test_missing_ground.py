@@ -1,0 +1,37 @@
+"""Friction that dies out with speed stands on dry friction: where that is not in the model, the model began wrongly."""
+
+import numpy as np
+
+from lathesim.diagnosis.belief import Settings
+from lathesim.diagnosis.eligible import stands
+from lathesim.diagnosis.fit import fit
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.missing_ground import put_on_ground
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Bench, term_free
+from lathesim.effects.friction import CoulombFriction, StribeckFriction
+from lathesim.effects.offset_and_gain import ForceOffset
+from tests.diagnosis.pushed_table import Hidden, baseline, recording, rigs
+
+RUBBING_AND_PUSHED = Hidden(dry=8.0, law=lambda v, q, t: 6.0)
+
+
+def test_dry_friction_takes_the_place_of_an_excess_that_has_nothing_to_stand_on() -> None:
+    records = [recording(RUBBING_AND_PUSHED, seed=seed) for seed in (1, 2)]
+    rig, held_out = rigs(*records, effects=(CoulombFriction, StribeckFriction, ForceOffset))
+    told: list[str] = []
+    bench = Bench(rig, held_out, told.append)
+    fitted = fit(rig.sensed, baseline(rig), rounds=3)
+    bench.weigh(fitted)
+    found = Found(bench.model((), fitted), bench.model((), fitted))
+    by_name: dict[str, Term] = {term.name: term for term in rig.candidates}
+    offset, excess, dry = (by_name[name] for name in ("ForceOffset", "StribeckFriction", "CoulombFriction"))
+    starts = ((offset, np.array([5.0])), (excess, np.array([5.0, 0.05, 1.0])))
+    free = [*baseline(rig), *(item for term, start in starts for item in term_free(term, start))]
+    found.model = bench.model((offset, excess), fit(rig.sensed, free, rounds=2))
+    assert not stands(excess, found.model, rig)
+    assert put_on_ground(bench, found, Settings())
+    assert {term.name for term in found.model.terms} == {"ForceOffset", "CoulombFriction"}
+    assert told[-1] == "CoulombFriction at x_axis takes the place of StribeckFriction"
+    assert abs(found.model.fitted.by_name[f"{dry.part}.level"] - 8.0) < 0.5
+    assert not put_on_ground(bench, found, Settings())
