@@ -51,7 +51,7 @@ def compare_figure(comparison: Comparison) -> Any:
         if comparison.depends_on:
             _draw_bars(drawn.pop(0), comparison)
         for panel, spectrum in zip(drawn, spectra, strict=True):
-            _draw_spectrum(panel, spectrum, worst)
+            _draw_spectrum(panel, spectrum, worst, next(item.unit for item in comparison.channels if item.channel == worst.channel))
     return figure
 
 
@@ -93,7 +93,7 @@ def _draw_bars(panel: Any, comparison: Comparison) -> None:
     panel.set_yticks([])
 
 
-def _draw_spectrum(panel: Any, spectrum: Spectrum, worst: ChannelLines) -> None:
+def _draw_spectrum(panel: Any, spectrum: Spectrum, worst: ChannelLines, amplitude_unit: str) -> None:
     scale, unit, quantity = axis_of(spectrum.variable, spectrum.unit)
     inside = spectrum.frequency > 0.0
     panel.loglog(spectrum.frequency[inside] * scale, np.maximum(spectrum.amplitude[inside], 1e-300), color=RESIDUAL, linewidth=0.8)
@@ -104,7 +104,7 @@ def _draw_spectrum(panel: Any, spectrum: Spectrum, worst: ChannelLines) -> None:
         where, height = line.frequency * scale, top * 12.0 / 3.5 ** (place % 3)
         panel.axvline(where, color=ALERT, linewidth=1.0, alpha=0.35)
         panel.annotate(line_text(line), (where, height), (3, 0), textcoords="offset points", fontsize=8, color=ALERT, va="center")
-    dress(panel, "amplitude", label(quantity, unit), f"Spectrum, {worst.channel}")
+    dress(panel, label("amplitude", amplitude_unit), label(quantity, unit), f"Spectrum, {worst.channel}")
     panel.grid(True, which="major", color=GRID, linewidth=0.7)
 
 

@@ -174,6 +174,8 @@ def test_the_figure_shows_channels_bars_and_spectra(friction: Comparison, tmp_pa
     figure = compare_figure(friction)
     texts = [text.get_text() for panel in figure.get_axes() for text in (panel.title, panel._left_title, *panel.texts)]
     assert {"x_encoder.position", "x_controller.voltage", "Depends on"} <= set(texts)
+    unit = next(item.unit for item in friction.channels if item.channel == friction.spectra[0].channel)
+    assert f"amplitude [{unit}]" in [panel.get_ylabel() for panel in figure.get_axes()]
     save_figure(figure, tmp_path / "compared.png")
     assert (tmp_path / "compared.png").stat().st_size > 20_000
 
