@@ -53,8 +53,8 @@ def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Collecti
     if not rig.machine.replay:
         return ""
     for row, share in unexplained_share(rig, values):
-        name = rig.machine.compare[row]
         if share > CONTROLLED:
+            name = rig.machine.compare[row]
             period = rig.machine.assembly.sample_period
             for factor in _PERIODS:
                 if dict(unexplained_share(_at_period(rig, factor), values))[row] < _FOLLOWS:

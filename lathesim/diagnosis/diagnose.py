@@ -87,8 +87,8 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
             question = replace(question, machine=other.in_machine(question.machine))
             (rig, held_out), whole, held_name = _rigs(question)
         laws = [law.channel for law in another_law(rig, held_out, _as_given(rig))]
-        told = [check for one in (rig, held_out) for check in (contradicted(one, _as_given(one), laws), swapped(one, _as_given(one)))]
-        faults = [sentence for sentence in told if sentence]
+        checks = [(contradicted(one, _as_given(one), laws), swapped(one, _as_given(one))) for one in (rig, held_out)]
+        faults = [sentence for pair in checks for sentence in pair if sentence]
     if faults:
         return _recording_fault(question, faults, findings, began)
     found = search(rig, held_out, question.settings, say)

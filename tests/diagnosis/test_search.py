@@ -49,6 +49,14 @@ def test_what_is_hidden_is_found_and_nothing_else(hidden: Hidden, effects: list[
     assert found.complete
 
 
+def test_a_search_that_has_cost_all_that_it_may_looks_for_no_further_effect() -> None:
+    found = search(*rigs(*(recording(RUBBING_AND_PUSHED, seed=seed) for seed in (1, 2))), Settings(most_runs=1))
+    assert names(found) == []
+    assert found.ended_after > 1
+    assert found.complete
+    assert found_in(RUBBING_AND_PUSHED).ended_after == 0
+
+
 def test_sizes_come_out_near_those_hidden() -> None:
     values = found_in(RUBBING_AND_PUSHED).model.fitted.by_name
     assert values["try_x_axis_coulomb_friction.level"] == pytest.approx(8.0, rel=0.1)
