@@ -206,17 +206,27 @@ def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registr
         effect = registry.effect(entry.effect)
     values: dict[str, Given] = {}
     sources: dict[str, str | float] = {}
+    constants: dict[str, Given] = {}
     for key, given in insertion.further.items():
         declared = effect.declarations.get(key)
         if isinstance(declared, Input):
-            sources[key] = str(given.value) if _SOURCE.match(str(given.value)) else si_value(given, declared.unit)
+            is_wired = bool(_SOURCE.match(str(given.value)))
+            sources[key] = str(given.value) if is_wired else 0.0
+            if not is_wired:
+                constants[key] = given
         elif isinstance(declared, (Parameter, State)):
             values[key] = given
         else:
             raise no_item(entry.effect, effect, key, (Parameter, State, Input), "parameter", given.key_place)
     with placed_at(insertion.place_of("at")):
         placed = insert_effect(machinery, effect, entry.at, name=insertion.part_name, sources=sources, every=entry.every)
-    component = placed.parts[-1].component
+    if constants:
+        # in the units that the inputs have at this host
+        declarations = next(part for part in placed.parts if part.name == insertion.part_name).component.declarations
+        sources |= {key: si_value(given, declarations[key].unit) for key, given in constants.items()}
+        placed = insert_effect(machinery, effect, entry.at, name=insertion.part_name, sources=sources, every=entry.every)
+    # an effect may bring further parts with it: what shows a sensor the far side of a spring
+    own = next(part for part in placed.parts if part.name == insertion.part_name)
     for target, given in case.set.items():
         part, _, item = target.partition(".")
         if part == insertion.part_name:
@@ -224,9 +234,9 @@ def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registr
     parameters: dict[str, float] = {}
     start: dict[str, float] = {}
     for key, given in values.items():
-        take_value(insertion.part_name, component, key, given, parameters, start)
-    part_with_values = dataclasses.replace(placed.parts[-1], parameters=parameters, start=start)
-    return dataclasses.replace(placed, parts=(*placed.parts[:-1], part_with_values))
+        take_value(insertion.part_name, own.component, key, given, parameters, start)
+    with_values = dataclasses.replace(own, parameters={**own.parameters, **parameters}, start=start)
+    return dataclasses.replace(placed, parts=tuple(with_values if part is own else part for part in placed.parts))
 
 
 def _record(machinery: Machinery, case: Case, parts: Mapping[str, _Placed]) -> tuple[str, ...] | None:
