@@ -12,6 +12,7 @@ from lathesim.recordings.force_sense import senseless_forces
 from lathesim.recordings.jumps import dropped_samples, wrapped_counters
 from lathesim.recordings.mapping import RecordingMapping
 from lathesim.recordings.recorded_channel import RecordedChannel, channels_of
+from lathesim.recordings.slow_channels import slow_channels
 from lathesim.recordings.stuck_values import clipped_channels, clipped_readings, frozen_channels, repeated_blocks
 from lathesim.recordings.time_shift import shifted_channels
 
@@ -35,6 +36,7 @@ def recording_faults(record: Record, mapping: RecordingMapping) -> list[Finding]
         *frozen_channels(channels, same, period),
         *clipped_channels(same, period),
         *clipped_readings(channels),
+        *slow_channels(channels, period),
         *shifted_channels(channels, same, period),
     ]
 

@@ -11,6 +11,8 @@ from lathesim.recordings.recorded_channel import RecordedChannel, runs_of
 
 _LONG = 30
 """A channel is called frozen after this many equal samples at least."""
+_COUNTS = 2.0
+"""Of its smallest steps: what a channel may stand behind its partner that goes on."""
 _READ = ("A", "N", "N*m")
 _REPEATED, _TURNING = 0.5, 0.2
 """Share of the samples that repeat the one before, at the most, and of those at which a channel turns round, at the least, in noise."""
@@ -89,10 +91,16 @@ def _leaves_partner(pair: Pair, channel: RecordedChannel, begin: int, end: int) 
         gone = np.abs(np.ptp(pair.second.values[begin:end])) / max(abs(pair.slope), 1e-300)
     else:
         return False
-    if gone < 0.003 * channel.span or end + 20 >= len(channel.values):
+    if gone < max(0.003 * channel.span, _COUNTS * _count(channel)) or end + 20 >= len(channel.values):
         return False
     step, after = abs(channel.steps[end - 1]), float(np.abs(channel.steps[end + 1 : end + 20]).max())
     return _jumps_at_end(channel, begin, end) or bool(step > 8.0 * after + 10.0 * channel.roughness)
+
+
+def _count(channel: RecordedChannel) -> float:
+    """Give the smallest step a channel makes: while its partner goes no further, it may well stand."""
+    moving = np.abs(channel.steps[channel.steps != 0.0])
+    return float(moving.min()) if len(moving) else 0.0
 
 
 def _moves(channel: RecordedChannel, begin: int, end: int) -> bool:

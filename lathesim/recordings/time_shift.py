@@ -16,6 +16,8 @@ _LATE = 4
 """Samples by which a command may lag the measurement it is made from."""
 _LONGEST = 400
 """Samples to either side among which a shift is looked for."""
+_SHORT, _HALF = 10.0, 0.5
+"""Samples up to which a shift is held against how far apart the two are, and what share of it that must show."""
 _CLEAR, _STRONG = 12.0, 0.4
 """A peak of the correlation of noise stands this many times above what chance leaves, and is this high."""
 
@@ -31,7 +33,7 @@ def shifted_channels(channels: list[RecordedChannel], found_pairs: list[Pair], p
         if first.driven or second.driven or pair.correlation < 0.9:
             continue
         late = motion_shift(pair.expected, second.values, first.unit == second.unit)
-        if late is not None and abs(late) > 1.0:
+        if late is not None and abs(late) > 1.0 and _is_as_far_apart(pair, late):
             findings.append(Finding("shift", second.name, f"it comes {_told(late, period)} {first.name}", ""))
         skew = _skew(pair)
         if skew is not None:
@@ -47,6 +49,18 @@ def shifted_channels(channels: list[RecordedChannel], found_pairs: list[Pair], p
             done = "no controller knows the noise to come; shift one of the columns" if best[1] < 0 else ""
             findings.append(Finding("shift", command.name, fact, done, best[1] < 0))
     return findings
+
+
+def _is_as_far_apart(pair: Pair, late: float) -> bool:
+    """Say whether two places differ as a shift by so many samples would make them: rates of two staircases may be alike at any shift, while
+    the places themselves are never a count apart."""
+    if abs(late) > _SHORT or pair.first.unit != pair.second.unit:
+        return True
+    speed = rate(pair.expected, 1.0)
+    apart = pair.expected - pair.second.values
+    apart = apart - apart.mean()
+    shown = float(apart @ speed) / max(float(speed @ speed), 1e-300)
+    return shown * late > _HALF * late * late
 
 
 def _told(late: float, period: float) -> str:

@@ -118,6 +118,7 @@ PLANTED: dict[str, tuple[Callable[[], Columns], str, str]] = {
     ),
     "counter of 12 bits": (lambda: with_values(AXIS, SCALE, (AXIS[SCALE] + 0.5) % 4.096e-2), "wrapped", SCALE),
     "encoder late": (lambda: with_values(NO_SPEED, ENCODER, late(AXIS[ENCODER], 40)), "shift", VOLTAGE),
+    "speed over a field bus": (lambda: with_values(AXIS, TACHOMETER, np.repeat(AXIS[TACHOMETER][::8], 8)), "slow", TACHOMETER),
     "constant column": (lambda: with_values(AXIS, SCALE, np.full(12000, 0.12)), "constant", SCALE),
 }  # fmt: skip
 
@@ -142,6 +143,16 @@ def test_sentences_say_what_was_seen() -> None:
     assert "x_scale.position: it does not move: 0.12 m in all 12000 samples." in map(str, found(PLANTED["constant column"][0]()))
     frozen = next(finding for finding in found(PLANTED["frozen encoder"][0]()) if finding.kind == "frozen")
     assert frozen.fact.endswith("m from 4.1 to 5.299 s")
+
+
+def test_a_log_in_which_every_row_stands_twice_is_no_slow_channel() -> None:
+    """All of its sensors are as slow; and a scale that moves steadily takes its counts in turn."""
+    twice = {name: np.repeat(values, 2) for name, values in AXIS.items()}
+    steady = with_values(NO_SPEED, SCALE, np.floor(np.arange(12000) / 5.0) * 1e-6)
+    for columns in (twice, steady):
+        assert "slow" not in [finding.kind for finding in found(columns)]
+    (slow,) = [finding for finding in found(PLANTED["speed over a field bus"][0]()) if finding.kind == "slow"]
+    assert slow.fact == "it changes in every 8th row only, each 8 ms, and other channels do between"
 
 
 def test_an_axis_at_rest_has_no_fault() -> None:
@@ -177,6 +188,14 @@ def test_a_time_offset_between_two_sensors_is_told_with_its_value() -> None:
     shifted = with_values({name: AXIS[name] for name in (REFERENCE, ENCODER, SCALE)}, SCALE, late(AXIS[SCALE], 12))
     assert [(finding.kind, finding.channel, finding.serious) for finding in found(shifted)] == [("shift", SCALE, False)]
     assert found(shifted)[0].fact.endswith("s (12.0 samples) after x_encoder.position")
+
+
+def test_two_staircases_of_one_motion_that_are_never_a_count_apart_are_in_time() -> None:
+    """A slow motion without noise: their rates are as alike a few samples apart, and one stands while the other goes on by half a count."""
+    for size in (2e-2, 2e-3, 2e-4):
+        place = size * np.sin(2.0 * np.pi * 0.05 * np.arange(12000) * PERIOD)
+        coarse, fine = (np.round(place / count) * count for count in (1e-6, 5e-7))
+        assert found({ENCODER: coarse, SCALE: fine}) == []
 
 
 def test_a_clock_that_runs_slower_is_told_in_ppm() -> None:
