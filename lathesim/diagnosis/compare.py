@@ -22,6 +22,7 @@ from lathesim.diagnosis.loading import Recorded, read_for
 from lathesim.diagnosis.locate import bars, missing_signal, places
 from lathesim.diagnosis.own_simulation import SETTLING
 from lathesim.diagnosis.problem import Machine, Rig
+from lathesim.diagnosis.sensor_zero import zeros_told
 from lathesim.diagnosis.spectral_lines import Line, Spectrum, lines_of
 from lathesim.diagnosis.variables import direction_of, variables
 from lathesim.engine.assembly import FloatArray
@@ -158,7 +159,7 @@ def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
         _replayed(rig, fitted),
         _depends_on(first, pieces[0], second, pieces[1]),
         _spectra(rig, channels),
-        tuple(str(item) for item in recorded.findings),
+        (*(str(item) for item in recorded.findings), *zeros_told(rig)),
         tuple(dict.fromkeys(wires)),
     )
 
@@ -179,7 +180,7 @@ def _started(rig: Rig) -> Fitted:
 def _channels(rig: Rig, fitted: Fitted) -> list[ChannelResidual]:
     """Run the lesson's own simulation from the fitted start and hold each channel against the recording."""
     names = [name for name in fitted.by_name if name in rig.own.plan.states]
-    simulated = rig.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0]
+    simulated = rig.sensed.from_zero_of(rig.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0])
     begin = int(SETTLING * rig.own.samples)
     time = rig.record.time
     found = []

@@ -44,7 +44,7 @@ def compared(rig: Rig, before: Mapping[str, float], after: Mapping[str, float]) 
     plan = rig.own.plan
     values = {name: _own_value(plan, name) for name in names}
     rows = np.array([[{**values, **chosen}[name] for name in names] for chosen in (before, after)])
-    first, second = rig.own.outputs(names, rows)
+    first, second = (rig.sensed.from_zero_of(run) for run in rig.own.outputs(names, rows))
     begin = int(SETTLING * rig.own.samples)
     fits: dict[str, ChannelFit] = {}
     for row, name in enumerate(rig.machine.compare):

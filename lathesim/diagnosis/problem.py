@@ -13,6 +13,7 @@ from lathesim.component import Input, Output
 from lathesim.diagnosis.fit import Free
 from lathesim.diagnosis.floor import channel_floor
 from lathesim.diagnosis.motion import measured_output, recorded_motion, velocity_of
+from lathesim.diagnosis.moving_start import remembered_at_start, with_memory
 from lathesim.diagnosis.replay import cut, drive, look, seen, sense, sensed_share
 from lathesim.diagnosis.simulator import SecondSight, Simulator
 from lathesim.diagnosis.terms import Term, insert_candidates
@@ -257,7 +258,17 @@ def _exact_sensors(assembly: Assembly) -> Assembly:
 def build_rigs(machine: Machine, records: Iterable[tuple[str, Record]], effects: Iterable[type[Effect]]) -> list[Rig]:
     """Give one rig for each recording, all with the same candidates in the same machine."""
     assembly, terms = insert_candidates(machine.assembly, effects, machine.compare)
-    return [Rig(machine, quickly_transformed(record), name, tuple(terms), assembly) for name, record in records]
+    rigs = [Rig(machine, quickly_transformed(record), name, tuple(terms), assembly) for name, record in records]
+    return [_begun(rig) for rig in rigs]
+
+
+def _begun(rig: Rig) -> Rig:
+    """Give the rig whose controllers remember what they do where its recording begins."""
+    memory = remembered_at_start(rig.machine.assembly, rig.machine.compare, rig.sensed) if rig.machine.replay else {}
+    if not memory:
+        return rig
+    machine = replace(rig.machine, assembly=with_memory(rig.machine.assembly, memory))
+    return replace(rig, machine=machine, with_candidates=with_memory(rig.with_candidates, memory))
 
 
 _SPARED = 0.02

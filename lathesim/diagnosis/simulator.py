@@ -22,6 +22,8 @@ KICK = 1e-3
 """Size of a kick of a state, in the state's unit; the response is scaled by the noise that is fitted."""
 _BEYOND = 1e100
 """Where a run whose numbers grow beyond all bounds is cut off before it is differenced and squared [SI]."""
+_COUNTS = 0.5
+"""Weight from which on a sample counts."""
 _REMEMBERED = 8
 """Values whose kicks are kept: a fit, its judge and its error ask for the same ones, in two trials at a time."""
 LOST = 1e12
@@ -103,7 +105,8 @@ class Simulator:
         return floors
 
     def as_seen(self, channels: FloatArray) -> FloatArray:
-        """Give channels (channels, samples) with the difference in place of a second sensor of one motion."""
+        """Give channels (channels, samples) with the difference in place of a second sensor of one motion, a place without the mean of it:
+        each sensor has a zero of its own."""
         if not self.second_sight:
             return channels
         found = np.array(channels)
@@ -111,7 +114,31 @@ class Simulator:
             # a lost run is infinite in both, and their difference no number: residual_of takes it for lost
             with np.errstate(invalid="ignore", over="ignore"):
                 found[sight.row] -= sight.expected(channels[sight.first], self.plan.assembly.sample_period)
+                if not sight.rate:
+                    found[sight.row] -= self._mean(sight, found[sight.row])
         return found
+
+    def from_zero_of(self, simulated: FloatArray) -> FloatArray:
+        """Give simulated channels (channels, samples) with each second sensor read from the zero that it has in the recording."""
+        found = np.array(simulated)
+        for sight in self.second_sight:
+            if not sight.rate:
+                apart = [self._mean(sight, one[sight.row] - sight.gain * one[sight.first]) for one in (self.recorded, simulated)]
+                found[sight.row] += apart[0] - apart[1]
+        return found
+
+    def zeros(self) -> dict[int, tuple[int, float]]:
+        """Give for each second sensor of a place (its row) the first one (row) and by how much more it shows on the average."""
+        places = [sight for sight in self.second_sight if not sight.rate]
+        apart = {sight.row: self.recorded[sight.row] - sight.gain * self.recorded[sight.first] for sight in places}
+        return {sight.row: (sight.first, self._mean(sight, apart[sight.row])) for sight in places}
+
+    def _mean(self, sight: SecondSight, values: FloatArray) -> float:
+        """Give the mean of values (samples,) where both sensors were recorded and the sample counts."""
+        counts = np.isfinite(self.recorded[sight.row]) & np.isfinite(self.recorded[sight.first])
+        if self.weights is not None:
+            counts &= self.weights > _COUNTS
+        return float(np.mean(values[counts])) if counts.any() else 0.0
 
     @property
     def samples(self) -> int:

@@ -72,12 +72,15 @@ def test_a_kick_of_the_speed_moves_the_table_by_its_run_out() -> None:
 
 
 def test_a_second_sensor_of_one_motion_shows_its_difference() -> None:
-    first, second = np.array([0.0, 1.0, 2.0]), np.array([0.5, 1.5, 2.5])
+    first, second = np.array([0.0, 1.0, 2.0]), np.array([0.5, 1.5, 2.8])
     simulator = pair(Hidden())[0].sensed
     twice = type(simulator)(
         simulator.plan, (POSITION, "x_axis.position"), np.array([first, second]), np.array([3.0, 4.0]), "two", (SecondSight(1, 0),)
     )
-    assert np.array_equal(twice.seen, [first, [0.5, 0.5, 0.5]])
+    # less the mean of it: where a sensor has its zero says nothing
+    assert twice.seen == pytest.approx(np.array([first, [-0.1, -0.1, 0.2]]))
+    assert twice.zeros() == {1: (0, pytest.approx(0.6))}
+    assert twice.from_zero_of(np.array([first, first]))[1] == pytest.approx(first + 0.6)
     assert twice.seen_floors == pytest.approx([3.0, 5.0])
 
 
