@@ -22,6 +22,8 @@ _LAGS = (0, 1, 2, 3, 5, 8, 12, 18, 26, 36, 50, 70)
 _RIDGE = 1e-6
 _EXPLAINED = 0.5
 """Share of what the lesson's controller leaves that the reference must explain on the other recording ..."""
+_ALL = 0.95
+"""Share of it that a feed-forward must explain."""
 OF_THE_COMMAND = 0.01
 """... and share of the command that this must be."""
 
@@ -32,6 +34,8 @@ class AnotherLaw:
 
     channel: str
     share: float
+    feed_forward: bool = False
+    """Whether all of that goes with rate and second rate of the reference, at the same time."""
 
     @property
     def controller(self) -> str:
@@ -39,7 +43,8 @@ class AnotherLaw:
         return self.channel.partition(".")[0]
 
     def __str__(self) -> str:
-        return f"{self.share:.1%} of {self.channel} answers to its reference by another law than the lesson's controller"
+        law = ", as with a feed-forward of its speed (or a reference that was recorded late)" if self.feed_forward else ""
+        return f"{self.share:.1%} of {self.channel} answers to its reference by another law than the lesson's controller{law}"
 
 
 def another_law(rig: Rig, held_out: Rig, values: Mapping[str, float]) -> list[AnotherLaw]:
@@ -55,7 +60,8 @@ def another_law(rig: Rig, held_out: Rig, values: Mapping[str, float]) -> list[An
             share = regressed_share(here, learned, there, scored)
             size = float(np.std(scored) / max(float(np.std(np.nan_to_num(held_out.sensed.recorded[row]))), 1e-300)) * np.sqrt(share)
             if share > _EXPLAINED and size > OF_THE_COMMAND:
-                found.append(AnotherLaw(name, float(size)))
+                at_once = slice(0, 2 * len(references))
+                found.append(AnotherLaw(name, float(size), regressed_share(here[:, at_once], learned, there[:, at_once], scored) > _ALL))
     return found
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.fit import Fitted, Free, fit
+from lathesim.diagnosis.fit import Fitted, Free, fit, with_start
 from lathesim.diagnosis.problem import Rig
-from lathesim.diagnosis.starting_points import instants_of, strongest_jumps
+from lathesim.diagnosis.starting_points import instants_of, jump_at, strongest_jumps
 from lathesim.diagnosis.terms import Term
 from lathesim.engine.assembly import FloatArray
 
@@ -18,6 +18,8 @@ _ANGLES = ("phase", "middle")
 _TURNS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
 _FINE_TURNS = tuple(2.0 * np.pi * place / 36 for place in range(36))
 """A slot may be a twentieth of a turn."""
+_NEARBY = (-2, -1, 0, 1, 2)
+"""Samples by which a step may be off where it seems to be."""
 _VAGUE = 0.02
 """A value whose standard error is a larger share of it than this is left open by a recording."""
 _ROUGH = 1e-4
@@ -40,6 +42,9 @@ def on_recording(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
     instants = [item.name for item in free if item.name in nuisance and item.name in instants_of([item.name])]
     if instants:
         free = _at_the_best_instant(rig, free, constant, terms, instants)
+        # known to the sample now: a descent would only move them off it
+        constant |= {item.name: item.start for item in free if item.name in instants}
+        free = [item for item in free if item.name not in instants]
     judged = fit(rig.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH, slopes="kept")
     motion = {name for name in rig.feeling_their_motion(terms) if name in constant}
     if not motion:
@@ -77,15 +82,37 @@ def _at_the_best_instant(
     rig: Rig, free: list[Free], constant: Mapping[str, float], terms: Sequence[Term], instants: Sequence[str]
 ) -> list[Free]:
     """Give the free values with each instant where this recording has it: among the steps of what is left without the effect."""
-    for name in instants:
+    for place, name in enumerate(instants):
         term = next(term for term in terms if name in term.parameters)
-        sizes = [(item, value) for item, value in zip(term.parameters, term.neutral, strict=True) if item not in term.nuisance]
-        without = {**constant, **{item.name: item.start for item in free}, **dict(sizes)}
+        neutral = dict(zip(term.parameters, term.neutral.tolist(), strict=True))
+        # of several, those that come after this one are not there yet
+        later = {jump_at(other) for other in instants[place + 1 :] if other in neutral}
+        own = {jump_at(name)} if jump_at(name) in neutral else set(neutral) - set(term.nuisance)
+        without = {**constant, **{item.name: item.start for item in free}, **{other: neutral[other] for other in own | later}}
         residual = rig.sensed.one(without)
-        times = [time for row in residual for time, _ in strongest_jumps(row, rig.machine.assembly.sample_period)]
-        moved = [[replace(item, start=time) if item.name == name else item for item in free] for time in dict.fromkeys(times)]
-        free = list(max((fit(rig.sensed, start, constant, rounds=0) for start in moved), key=lambda fitted: fitted.score).free)
+        jumps = [jump for row in residual for jump in strongest_jumps(row, rig.machine.assembly.sample_period)]
+        moved = [[_moved(item, {name: time, jump_at(name): size}, later) for item in free] for time, size in dict.fromkeys(jumps)]
+        free = _best(rig, moved, constant)
+    # with all of them there, and the start of the recording fitted, each to the sample
+    placed = [item for item in free if item.name in instants]
+    rest = [item for item in free if item.name not in instants]
+    here = {**constant, **{item.name: item.start for item in placed}}
+    free = [*with_start(fit(rig.sensed, rest, here, rounds=1, iterations=6, tolerance=_ROUGH, slopes="kept")), *placed]
+    for name in (*instants, *instants[:-1]):
+        found = next(item.start for item in free if item.name == name)
+        nearby = [found + samples * rig.machine.assembly.sample_period for samples in _NEARBY]
+        free = _best(rig, [[_moved(item, {name: time}, ()) for item in free] for time in nearby], constant)
     return free
+
+
+def _best(rig: Rig, starts: Sequence[list[Free]], constant: Mapping[str, float]) -> list[Free]:
+    """Give the start that explains most as it is, on all frequencies: a step that is a sample late is a needle."""
+    return list(max((fit(rig.sensed, start, constant, rounds=0, wide=True) for start in starts), key=lambda fitted: fitted.score).free)
+
+
+def _moved(item: Free, starts: Mapping[str, float], nothing: Collection[str]) -> Free:
+    """Give a free value with the start it has among some, and at zero where it is to be nothing."""
+    return replace(item, start=0.0) if item.name in nothing else replace(item, start=starts.get(item.name, item.start))
 
 
 def _vague(fitted: Fitted) -> list[Free]:

@@ -21,8 +21,13 @@ _EQUAL = 1.0
 _EQUAL_SHARE = 0.01
 """The same as a share of what they gain: a trial's fit is rough."""
 _LAST = 1000
+_NEXT_TO_NOTHING, _HARDLY_MORE = 0.02, 1.5
+"""Share of the error that an effect with two values less may leave, and by how much more that may be than what the other one leaves."""
 _LEAST_LAG = 0.2
 """Share of a sample by which a channel must be late."""
+_AT_THE_START = 0.01
+"""Share of the recording before which nothing is an event of it: what is different from its first samples on is where a sensor has its
+zero."""
 TIE_SHARE = 0.03
 """Share of what the better of two candidates gains within which they cannot be told apart, as a model is never quite right."""
 
@@ -78,7 +83,11 @@ def simplest(good: Sequence[Trial], settings: Settings) -> Trial:
     belongs."""
     reached = merit(good[0], settings)
     width = max(_EQUAL, TIE_SHARE * reached)
-    near = [trial for trial in good if reached - merit(trial, settings) < width and _removes_as_much(trial, good[0])]
+    near = [
+        trial
+        for trial in good
+        if (reached - merit(trial, settings) < width and _removes_as_much(trial, good[0])) or _leaves_hardly_more(trial, good[0])
+    ]
     fewest = min(len(trial.term.parameters) - len(trial.term.spare) for trial in near)
     simple = [trial for trial in near if len(trial.term.parameters) - len(trial.term.spare) == fewest]
     equals = [trial for trial in simple if merit(simple[0], settings) - merit(trial, settings) < max(_EQUAL, _EQUAL_SHARE * reached)]
@@ -88,6 +97,13 @@ def simplest(good: Sequence[Trial], settings: Settings) -> Trial:
 def _out_of_place(term: Term) -> bool:
     """Say whether an effect that sits between two sensors is told at the first."""
     return term.effect.between_sensors and not term.second
+
+
+def _leaves_hardly_more(trial: Trial, other: Trial) -> bool:
+    """Say whether a trial leaves next to nothing, hardly more than another one, with far fewer values: what rocks far above all frequencies
+    of the motion is a plain spring."""
+    left, of_other = 1.0 - trial.share_of_all, 1.0 - other.share_of_all
+    return left < _NEXT_TO_NOTHING and left < _HARDLY_MORE * of_other and len(trial.term.parameters) + 1 < len(other.term.parameters)
 
 
 def _removes_as_much(trial: Trial, other: Trial) -> bool:
@@ -157,3 +173,8 @@ def is_of_a_clock(term: Term, values: Mapping[str, float], period: float, durati
     of_time = term.effect.declarations[lag].unit == "s"
     late = abs(values[f"{term.part}.{lag}"]) * (1.0 if of_time else duration)
     return late > _LEAST_LAG * period
+
+
+def is_an_event(instants: Sequence[str], values: Mapping[str, float], duration: float) -> bool:
+    """Say whether what happens at some ``instants`` (free names, none for most effects) does so after the recording has begun."""
+    return all(values[name] > _AT_THE_START * duration for name in instants)

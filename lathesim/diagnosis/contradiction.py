@@ -7,7 +7,7 @@ would follow with another sample period, it is the time column that is wrong.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -44,14 +44,16 @@ _PERIODS = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
 """Factors between the true period and the recorded one: clocks of other devices, and seconds for milliseconds."""
 
 
-def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Collection[str] = ()) -> str:
+def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Mapping[str, bool] | None = None) -> str:
     """Give a sentence where a recorded command does not follow from what its controller was given, with the machine at ``values``.
 
-    The text is empty where it does, where nothing was replayed, and for commands ``of_another_law`` that mostly do: what the lesson's
-    controller leaves of them answers to the reference, and so is the controller's doing.
+    The text is empty where it does, where nothing was replayed, and for commands ``of_another_law``: what the lesson's controller leaves of
+    them answers to the reference, and so is the controller's doing. One that mostly does not follow is believed to be of another law only
+    where that is a simple one (true).
     """
     if not rig.machine.replay:
         return ""
+    laws = of_another_law or {}
     for row, share in unexplained_share(rig, values):
         if share > CONTROLLED:
             name = rig.machine.compare[row]
@@ -65,7 +67,7 @@ def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Collecti
                     )
             if late := _late_channel(rig, values, row, share):
                 return late
-            if share < _LAW and name in of_another_law:
+            if name in laws and (share < _LAW or laws[name]):
                 continue
             return (
                 f"{share:.0%} of {name} does not follow from what its controller was given: a channel is shifted, swapped or in another "

@@ -22,7 +22,9 @@ from lathesim.diagnosis.problem import Machine, Rig
 _WORTH = 0.02
 """Share of a command that must be left for its controller to be asked about ..."""
 _BY_VALUE = 0.25
-"""... and share of that which another value may leave."""
+"""... and share of that which another value may leave, ..."""
+_FOLLOWS = 0.2
+"""... and share of the command: with more left it does not follow."""
 _FURTHEST = 4.0
 """Factor by which a value is looked for larger or smaller."""
 _STEPS = 40
@@ -73,7 +75,7 @@ def controller_value(rig: Rig, held_out: Rig, values: Mapping[str, float]) -> Co
 
             furthest = math.log(_FURTHEST)
             found = minimize_scalar(left, bounds=(-furthest, furthest), method="bounded", options={"xatol": 1e-4, "maxiter": _STEPS})
-            better = found.fun < _BY_VALUE * share and (best is None or found.fun < best[0])
+            better = found.fun < min(_BY_VALUE * share, _FOLLOWS) and (best is None or found.fun < best[0])
             if better and left(found.x, of=held_out) < _BY_VALUE * left(0.0, of=held_out):
                 unit = rig.sensed.plan.unit(name)
                 best = float(found.fun), ControllerValue(name, unit, given, given * math.exp(found.x), command, share)

@@ -43,6 +43,7 @@ from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import search
+from lathesim.diagnosis.sensor_zero import zeros_told
 from lathesim.diagnosis.shortfall import not_adequate, spoils_something
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, judged_score
@@ -80,13 +81,15 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     )
     if not faults:
         (rig, held_out), whole, held_name = _rigs(question)
+        findings = tuple(dict.fromkeys((*findings, *zeros_told(rig), *zeros_told(held_out))))
         faults = [sentence for one in (rig, held_out) if (sentence := exchanged_with(one, _as_given(one)))]
     if not faults:
         if other := controller_value(rig, held_out, _as_given(rig)):
             findings = (*findings, str(other))
             question = replace(question, machine=other.in_machine(question.machine))
             (rig, held_out), whole, held_name = _rigs(question)
-        laws = [law.channel for law in another_law(rig, held_out, _as_given(rig))]
+        # a feed-forward may be more than all that the lesson's controller does
+        laws = {law.channel: law.feed_forward for law in another_law(rig, held_out, _as_given(rig))}
         checks = [(contradicted(one, _as_given(one), laws), swapped(one, _as_given(one))) for one in (rig, held_out)]
         faults = [sentence for pair in checks for sentence in pair if sentence]
     if faults:
@@ -209,7 +212,7 @@ def _answer(
         baseline=baseline,
         insert=tuple(lesson_entry(*pair, found.model.fitted, rig) for pair in zip(effects, terms, strict=True)) if names else (),
         left=(
-            *(f"{law}: a filter, a feed-forward, another gain." for law in judged.laws),
+            *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in judged.laws),
             *still_missing(evidence, after, found, question.settings),
             *resting(held_out, found.model.held_out_fit),
             *map(str, judged.bands),

@@ -11,6 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+import numpy as np
+
 from lathesim.engine.assembly import FloatArray
 
 SCHEMA = "lathesim-diagnosis/1"
@@ -125,6 +127,14 @@ class MissingSignal:
     share_after: float
     counted: float = math.nan
 
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """Root mean squares of what is missing before and after [``unit``]."""
+        before, after = (
+            float(np.sqrt(np.nanmean(values**2))) if np.isfinite(values).any() else math.nan for values in (self.before, self.after)
+        )
+        return before, after
+
 
 @dataclass(frozen=True)
 class ChannelTrace:
@@ -229,7 +239,14 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             for name, item in diagnosis.fit.items()
         },
         "missing": [
-            {"at": item.at, "unit": item.unit, "share_before": _number(item.share_before), "share_after": _number(item.share_after)}
+            {
+                "at": item.at,
+                "unit": item.unit,
+                "before": _number(item.sizes[0]),
+                "after": _number(item.sizes[1]),
+                "share_before": _number(item.share_before),
+                "share_after": _number(item.share_after),
+            }
             for item in diagnosis.evidence.missing
         ],
         "removed_share": _number(diagnosis.removed_share),

@@ -11,7 +11,8 @@ from lathesim.effects.effect import Effect
 
 def due(model: Model, rig: Rig) -> list[Term]:
     """Give the simple effects that may be added: no refinement of another one, and what they stand on is there."""
-    return [term for term in rig.candidates if term not in model.terms and _is_due(term, model, rig)]
+    there = {term.part for term in model.terms}
+    return [term for term in rig.candidates if term.part not in there and _is_due(term, model, rig)]
 
 
 def finer(model: Model, rig: Rig) -> list[Term]:

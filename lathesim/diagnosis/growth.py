@@ -9,8 +9,9 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from lathesim.diagnosis.belief import Settings, believable, is_of_a_clock, merit, of_usual_size, replaces, simplest
+from lathesim.diagnosis.belief import Settings, believable, is_an_event, is_of_a_clock, merit, of_usual_size, replaces, simplest
 from lathesim.diagnosis.eligible import due, finer
+from lathesim.diagnosis.finer_shape import take_finer_shape
 from lathesim.diagnosis.fit import Fitted, fit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.other_forms import form_starts
@@ -18,7 +19,7 @@ from lathesim.diagnosis.part_of_a_wave import is_part_of_a_wave
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.screening import Screened, is_limit, least_shown, screen, screened_instead
 from lathesim.diagnosis.side_by_side import Asked, side_by_side
-from lathesim.diagnosis.starting_points import starting_points
+from lathesim.diagnosis.starting_points import instants_of, starting_points
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.together import TOGETHER
 from lathesim.diagnosis.trial import Bench, Model, Tell, Trial, is_strained, is_wide, judged_score, strains_anew
@@ -27,6 +28,8 @@ from lathesim.engine.assembly import FloatArray
 _ALIKE = 0.1
 """Candidates whose promises differ by less than this share may be the same thing to the channels."""
 _MOST_RIVALS = 3
+_AS_MUCH = 0.8
+"""Share of what the best candidate promises that a finer shape of an effect of the model must promise to be tried before it."""
 _RELATED, _RELATED_IF_STRAINED = 0.5, 0.1
 """Share of the promise of an effect that one of its family with no more values must have promised to be fitted too."""
 _NEARLY_ALL, _FAR_FROM_ALL = 0.95, 0.8
@@ -53,7 +56,12 @@ def grow(bench: Bench, found: Found, settings: Settings, known: Collection[Term]
         points = starting_points(bench.rig, found.model.fitted, [*simple, *refined])
         screening = screen(bench.rig.sensed, found.model.fitted, [*simple, *refined], points)
         found.chance = screening.chance if settings.against_chance else 0.0
-        if not any(_add(bench, found, settings, ranked, screening.ranked) for ranked in in_turn(screening.ranked, simple)):
+        promised = max((item.gain for item in screening.ranked), default=0.0)
+        if take_finer_shape(bench, found, settings, _AS_MUCH * promised):
+            continue
+        if any(_add(bench, found, settings, ranked, screening.ranked) for ranked in in_turn(screening.ranked, simple)):
+            continue
+        if not take_finer_shape(bench, found, settings):
             return
 
 
@@ -83,10 +91,10 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
     waiting = [*first, *[item for item in ranked[settings.screened :] if item.share > _MUCH][:_MORE]]
     while wave := _wave(bench, found, waiting, ranked[0].gain, tried, settings):
         asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.share) for item in wave]
-        tried += side_by_side(bench, found.model, [*asked, *_bare(wave, found.model)])
+        tried += side_by_side(bench, found.model, [*asked, *_bare(wave, found.model), *_of_more_stages(wave, found.model)])
     found.tried += tried
     good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_part_of_a_wave(trial, found.model)]
-    good = [trial for trial in good if _is_of_a_clock(bench, trial.term, trial.model)]
+    good = [trial for trial in good if _is_in_time(bench, trial.term, trial.model)]
     if not good:
         return False
     good.sort(key=lambda trial: -merit(trial, settings))
@@ -124,6 +132,23 @@ def _bare(wave: Sequence[Screened], model: Model) -> list[Asked]:
         if (bare := item.term.bare) is not None:
             start = item.starts[0][[item.term.parameters.index(name) for name in bare.parameters]]
             found += [Asked(bare, model.terms, model.free, [start], felt=felt) for felt in (False, True)]
+    return found
+
+
+def _of_more_stages(wave: Sequence[Screened], model: Model) -> list[Asked]:
+    """Give what makes a reading late in its finer shape too: a filter of several stages is nearer to a shift than to one stage, and would
+    lose its name to it."""
+    found = []
+    for item in wave:
+        shaped, late = item.term.shaped, item.term.effect.late_by
+        if shaped is not None and late:
+            start = shaped.points[0].copy()
+            for name, value in zip(item.term.parameters, item.starts[0], strict=True):
+                start[shaped.parameters.index(name)] = value
+            # as late as the plain shape, in two stages
+            start[shaped.parameters.index(f"{shaped.part}.{late}")] *= 0.5
+            start[shaped.parameters.index(f"{shaped.part}.stages")] = 2.0
+            found.append(Asked(shaped, model.terms, model.free, [start]))
     return found
 
 
@@ -251,7 +276,7 @@ def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:
     next to nothing beside them is."""
 
     def is_needless(term: Term) -> bool:
-        return not _is_of_a_clock(bench, term, found.model) or _is_needless(bench, found, term, settings)
+        return not _is_in_time(bench, term, found.model) or _is_needless(bench, found, term, settings)
 
     while needless := next((term for term in found.model.terms[:-1] if is_needless(term)), None):
         bench.say(f"{needless.name} at {needless.at} is no longer needed")
@@ -259,9 +284,10 @@ def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:
         found.take_over(found.model.terms[-1], needless)
 
 
-def _is_of_a_clock(bench: Bench, term: Term, model: Model) -> bool:
+def _is_in_time(bench: Bench, term: Term, model: Model) -> bool:
     period = bench.rig.machine.assembly.sample_period
-    return is_of_a_clock(term, model.fitted.by_name, period, len(bench.rig.record) * period)
+    values, duration = model.fitted.by_name, len(bench.rig.record) * period
+    return is_of_a_clock(term, values, period, duration) and is_an_event(instants_of(term.parameters), values, duration)
 
 
 def _is_needless(bench: Bench, found: Found, term: Term, settings: Settings) -> bool:

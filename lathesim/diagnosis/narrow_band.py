@@ -31,6 +31,10 @@ _MEDIAN = math.log(2.0)
 _PROMINENT = (12.0, 4.0)
 """Times the median that each average must reach."""
 _SHARE = 0.2
+"""Share of the whitened residual that a band must hold ..."""
+_TOWERING, _MOST = 50.0, 0.3
+"""... or by how much more it must stand out, and what share of the residual as it is it must hold: a noise model takes a strong line for
+noise, and then holds it to be small."""
 _TOP = 0.1
 """Share of its frequency by which the top of a swing reaches to either side."""
 _BELOW, _QUIET = 0.25, 0.2
@@ -39,6 +43,10 @@ _EDGE = 0.1
 """Share of the top's power at which a band ends."""
 _LEAST_CYCLES = 60
 """Cycles in a recording below which the strongest band is the motion's, or the end of a slow drift."""
+_DRIVEN = 12.0
+"""Times the median around it that a drive must have at a frequency to be what swings there."""
+_OF_FLOOR = 0.5
+"""Share of what a channel cannot resolve by which it must swing."""
 _HIGHEST = 0.9
 """Share of the resolved frequencies above which a difference of two samples rings by itself."""
 
@@ -55,6 +63,20 @@ def _edges(above: FloatArray, peak: int, width: int) -> tuple[int, int]:
     outside = np.flatnonzero(smooth < _EDGE * smooth[peak])
     below, beyond = outside[outside < peak], outside[outside > peak]
     return int(below[-1]) + 1 if len(below) else 0, int(beyond[0]) - 1 if len(beyond) else len(above) - 1
+
+
+def _prominence(power: FloatArray, width: int) -> FloatArray:
+    """Give by how many times the power (frequencies,), averaged over ``width`` frequencies, is above the median around it."""
+    around = median_filter(power, size=_AROUND * width + 1, mode="nearest") / _MEDIAN
+    found: FloatArray = uniform_filter1d(power / np.maximum(around, 1e-300), width)
+    return found
+
+
+def _is_driven(rig: Rig, peak: int, width: int) -> bool:
+    """Say whether the machine is asked to move at a frequency: what is left there may be of the motion."""
+    near = slice(max(0, peak - width), peak + width + 1)
+    drives = (np.diff(np.nan_to_num(rig.record[name])) for name in rig.machine.drive)
+    return any(bool(np.any(_prominence(np.abs(spectrum(drive)) ** 2, width)[near] > _DRIVEN)) for drive in drives)
 
 
 @dataclass(frozen=True)
@@ -97,16 +119,21 @@ def narrow_bands(rig: Rig, fitted: Fitted) -> list[NarrowBand]:
             if len(power) < 2 * _AROUND * width or not np.any(power):
                 break
             around = median_filter(power, size=_AROUND * width + 1, mode="nearest") / _MEDIAN
-            prominence = uniform_filter1d(power / np.maximum(around, 1e-300), width)
+            prominence = _prominence(power, width)
             prominence[: width // 2] = 0.0
             prominence[int(_HIGHEST * len(prominence)) :] = 0.0
             peak = int(np.argmax(prominence))
             near = slice(max(0, peak - _NEAR * width), peak + _NEAR * width + 1)
             share = float(np.sum(power[near]) / np.sum(power))
-            stands_out = peak >= _LEAST_CYCLES and prominence[peak] > prominent and share > _SHARE
+            raw = np.abs(spectrum(fitted.residual[row])) ** 2
+            is_most = prominence[peak] > _TOWERING * prominent and float(np.sum(raw[near]) / np.sum(raw)) > _MOST
+            stands_out = share > _SHARE or (is_most and not _is_driven(rig, peak, width))
+            stands_out = stands_out and peak >= _LEAST_CYCLES and prominence[peak] > prominent
             if stands_out and not _is_low_pass(power - around, peak):
-                raw = np.abs(spectrum(fitted.residual[row])) ** 2
                 size = math.sqrt(2.0 * float(np.sum(raw[near])) / rig.sensed.samples)
+                if size < _OF_FLOOR * rig.floors[name]:
+                    # a staircase that is climbed steadily swings, by less than a step, once for each of them
+                    break
                 low, high = (edge / seconds for edge in _edges(power - around, peak, width))
                 found.append(NarrowBand(name, peak / seconds, size, rig.sensed.plan.unit(rig.sensed.channels[row]), share, low, high))
                 break

@@ -12,11 +12,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from lathesim.diagnosis.diagnosis import listed
-from lathesim.diagnosis.fit import fit, with_start
+from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, Model, is_wide
 
+_SURELY = 3.0
+"""Standard errors from which on a value of a finer shape is there."""
 _AS_GOOD = 3.0
 """Nats that a value must be worth on the fitted or on the held-out recording."""
 
@@ -40,7 +42,7 @@ def _there(model: Model, term: Term) -> Term:
 def _without_the_most_needless(bench: Bench, model: Model, term: Term) -> tuple[Model, list[str]] | None:
     """Give the model without the value of a term that it misses least, and the names of what went; none where it misses each."""
     best: tuple[Model, list[str]] | None = None
-    for name, nothing in _may_be_held(term):
+    for name, nothing in _may_be_held(term, model.fitted):
         leaner, names = _held(bench, model, term, name, nothing)
         wide = is_wide(model.terms)
         lost = max(model.score.above(leaner.score, wide=wide), model.held_out.above(leaner.held_out, wide=wide))
@@ -49,13 +51,25 @@ def _without_the_most_needless(bench: Bench, model: Model, term: Term) -> tuple[
     return best
 
 
-def _may_be_held(term: Term) -> Iterator[tuple[str, float]]:
+def _unsure_shape(term: Term, fitted: Fitted) -> Iterator[str]:
+    """Give the values of a finer shape that may well be nothing."""
+    for name in term.parameters:
+        if (
+            name.partition(".")[2] in term.effect.finer_shape
+            and name not in term.spare
+            and abs(fitted.by_name[name]) < _SURELY * fitted.error(name)
+        ):
+            yield name
+
+
+def _may_be_held(term: Term, fitted: Fitted) -> Iterator[tuple[str, float]]:
     """Give the values that may be nothing with the effect still there, and what is nothing: those that are so unless they are given, and
     those of its sizes beside which another one makes it felt."""
     sizes = [name for name in term.parameters if name.partition(".")[2] in term.effect.neutral]
     if len(sizes) > 1:
         yield from ((name, float(term.effect.neutral[name.partition(".")[2]])) for name in sizes)
     yield from ((name, 0.0) for name in term.spare)
+    yield from ((name, 0.0) for name in _unsure_shape(term, fitted))
 
 
 def _held(bench: Bench, model: Model, term: Term, name: str, nothing: float) -> tuple[Model, list[str]]:

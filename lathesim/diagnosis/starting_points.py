@@ -139,11 +139,17 @@ def strongest_jumps(signal: FloatArray, period: float) -> list[tuple[float, floa
         left = strength.copy()
         for _ in range(_JUMPS):
             place = int(np.argmax(left))
-            found.append((float((place + 1) * period), float(sizes[place])))
+            # between two samples: at one of them, rounding would say on which side it is
+            found.append((float((place + 0.5) * period), float(sizes[place])))
             left[max(0, place - int(_APART * samples)) : place + int(_APART * samples) + 1] = 0.0
     return found
 
 
 def instants_of(names: Sequence[str]) -> list[str]:
     """Give those of some free names that are instants of a recording."""
-    return [name for name in names if name.endswith(f".{_INSTANT}")]
+    return [name for name in names if name.endswith(_INSTANT)]
+
+
+def jump_at(instant: str) -> str:
+    """Give the free name of what happens at an instant (a free name): ``second_jump`` at ``second_instant``."""
+    return instant.removesuffix(_INSTANT) + "jump"

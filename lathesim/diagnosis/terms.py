@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
@@ -54,6 +55,8 @@ class Term:
     """The part whose motion the host measures, where it is a sensor."""
     senses: Mapping[str, str] = field(default_factory=dict)
     """What feeds an input of the effect that its host does not: input -> ``part.output``."""
+    shaped: Term | None = None
+    """The term with the values of a finer shape free too; none where it has them or there are none."""
 
     @property
     def name(self) -> str:
@@ -127,7 +130,11 @@ def insert_candidates(
             *_further_readings(effect, part, compared or ()),
             *_shown_outputs(effect, part, compared or ()),
         )
-        for senses in _from_elsewhere(effect, measured.get(part.name, part.name), assembly)
+        for senses in (
+            _from_beside(effect, part, at, assembly, compared)
+            if effect.from_beside
+            else _from_elsewhere(effect, measured.get(part.name, part.name), assembly)
+        )
     ]
     terms: list[Term] = []
     result = assembly
@@ -145,7 +152,9 @@ def insert_candidates(
             continue
         result = trial
         of_motion = measured.get(host, "")
-        terms.append(replace(_term(name, effect, placed.component, host), second=host in second, of_motion=of_motion, senses=senses))
+        placing: dict[str, Any] = {"second": host in second, "of_motion": of_motion, "senses": senses}
+        term = _term(name, effect, placed.component, host)
+        terms.append(replace(term, **placing, shaped=replace(term.shaped, **placing) if term.shaped else None))
     return result, terms
 
 
@@ -166,6 +175,19 @@ def _from_elsewhere(effect: type[Effect], host: str, assembly: Assembly) -> list
         ]
         found = [{**senses, item: output} for senses in found for output in outputs]
     return found
+
+
+def _from_beside(effect: type[Effect], part: Part, at: str, assembly: Assembly, compared: Collection[str] | None) -> list[dict[str, str]]:
+    """Give what may feed the input of an effect that senses another channel of its sensor: what feeds the sensor's other inputs, as far as
+    their readings are compared, which tell it from a factor on the own one."""
+    ports, sources = part.component.ports, {wire.target: wire.source for wire in assembly.wires}
+    reading = at.partition(".")[2] or ports.get("reading", "")
+    readings = [port for role, port in ports.items() if role.endswith("reading") and port != reading]
+    seen = [port for port in readings if compared is None or f"{part.name}.{port}" in compared]
+    # the input of main is main_force
+    others = [name for name in part.component.declared(Input) if name.startswith(tuple(seen))]
+    fed = [sources.get(f"{part.name}.{name}", "") for name in others]
+    return [{effect.from_beside: source} for source in fed if source]
 
 
 def _measured_parts(assembly: Assembly) -> dict[str, str]:
@@ -262,11 +284,12 @@ def _neutral_si(effect: type[Effect]) -> dict[str, float]:
     return {name: float(value) for name, value in effect.neutral.items()}
 
 
-def _term(part: str, effect: type[Effect], placed: type[Component], host: str) -> Term:
+def _term(part: str, effect: type[Effect], placed: type[Component], host: str, *, shaped: bool = False) -> Term:
+    """Give the term of an effect, in its plain shape or with the values of a finer one free too."""
     rotary = any(item.unit in _ROTARY_UNITS for item in placed.declared(Input).values())
     ranges: Mapping[str, tuple[float, float]] = effect.typical_rotary if rotary and effect.typical_rotary else effect.typical
     declared = placed.declared(Parameter)
-    names = [name for name in declared if name in ranges]
+    names = [name for name in declared if name in ranges and (shaped or name not in effect.finer_shape)]
     points = _spread([ranges[name] for name in names])
     if "order" in names:
         # lobes and ripples come in whole numbers a turn, the lowest first; between two of them nothing adds up over many turns
@@ -282,7 +305,11 @@ def _term(part: str, effect: type[Effect], placed: type[Component], host: str) -
     high = np.array([declared[name].high for name in names])
     sizes = [sorted(abs(bound) for bound in ranges[name]) for name in names]
     least, usual = (np.array([size[place] for size in sizes]) for place in (0, 1))
-    return Term(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, least, usual, points)
+    if shaped:
+        default = {name: declared[name].default for name in effect.finer_shape}
+        neutral = np.array([default.get(name, value) for name, value in zip(names, neutral, strict=True)])
+    finer = _term(part, effect, placed, host, shaped=True) if effect.finer_shape and not shaped else None
+    return Term(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, least, usual, points, shaped=finer)
 
 
 def _middle(low: float, high: float) -> float:

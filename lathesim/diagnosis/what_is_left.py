@@ -6,11 +6,14 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.diagnosis import BaselineValue, Evidence, FoundEffect, listed
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.verdict import Standing
 
+_TOLD_SHARE = 5e-4
+"""Share of what acts at a place from which on the share of it that is missing is told."""
 _MUCH = 0.05
 """Share of what acts at a place from which on it is said that nothing explains what is missing there."""
 
@@ -19,9 +22,11 @@ def still_missing(evidence: Evidence, variables: tuple[str, ...], found: Found, 
     """Say what is still missing, where, and what it depends on."""
     sentences = []
     for item in evidence.missing:
-        size = float(np.sqrt(np.mean(item.after**2)))
-        shares = f"{item.share_after:.1%} of what acts there, {item.share_before:.1%} before"
-        sentences.append(f"{size:.3g} {item.unit} is still missing at {item.at} ({shares}).")
+        before, after = (shown_with_unit(size, item.unit, 3) for size in item.sizes)
+        # of a position micrometres are missing, and a share of it says nothing
+        told = max(item.share_before, item.share_after) >= _TOLD_SHARE
+        shares = f", {item.share_before:.1%} of what acts there, and {item.share_after:.1%} after" if told else ""
+        sentences.append(f"{after} is still missing at {item.at}; before it was {before}{shares}.")
     if variables:
         sentences.append(f"What is left depends on {', '.join(variables[:3])}.")
     elif max((item.share_after for item in evidence.missing if np.isfinite(item.share_after)), default=0.0) > _MUCH:

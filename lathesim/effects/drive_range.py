@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
 
@@ -43,13 +45,14 @@ class AmplifierDeadZone(Effect):
 class DriveSaturation(Effect):
     """A drive that gives no more than a level: voltage or current limit.
 
-    u_out = clip(u_in, -level, level)
+    u_out = clip(u_in, -level, level),   or   u_in / (1 + (|u_in| / level)^n)^(1/n),   n = 1 / softness,   where it gives way gradually
     """
 
     catalogue, family, site = 20, "drive range", "drive"
     neutral = {"level": 1e9}
-    typical = {"level": (0.5, 10.0)}
-    typical_rotary = {"level": (0.5, 10.0)}
+    typical = {"level": (0.5, 10.0), "softness": (0.0, 1.0)}
+    typical_rotary = {"level": (0.5, 10.0), "softness": (0.0, 1.0)}
+    finer_shape = ("softness",)
     fingerprint = "Flat tops, and only in large or fast moves."
     confused_with = ("DriveGainError",)
     experiment = "Play the same move within and beyond the range."
@@ -58,10 +61,18 @@ class DriveSaturation(Effect):
     incoming = Input("{signal}", doc="command")
     outgoing = Output("{signal}", doc="command that acts")
     level = Parameter("{signal}", 1e9, low=0.0, doc="largest size of the command that acts")
+    softness = Parameter("1", 0.0, low=0.0, high=2.0, doc="how gradually the limit is reached: 0 at once, 0.5 as a root of squares")
 
     @staticmethod
-    def output(incoming: float, level: float) -> float:
-        return _limited(incoming, level)
+    def output(incoming: float, level: float, softness: float) -> float:
+        if softness == 0.0 or level == 0.0:
+            return _limited(incoming, level)
+        # below a hundredth the powers leave the range of numbers, and the corner is sharp
+        power = 1.0 / max(softness, 0.01)
+        share = abs(incoming) / level
+        if share > 1.0:
+            return incoming / share / math.pow(1.0 + math.pow(1.0 / share, power), 1.0 / power)
+        return incoming / math.pow(1.0 + math.pow(share, power), 1.0 / power)
 
 
 class SlewLimit(Effect):

@@ -51,6 +51,7 @@ class DynamometerCrosstalk(Effect):
     """
 
     catalogue, family, site = 50, "force law", "reading"
+    from_beside = "other_force"
     carried = ("N",)
     neutral = {"share": 0.0}
     typical = {"share": (-0.05, 0.05)}

@@ -52,6 +52,8 @@ class Effect(Component):
     elsewhere: ClassVar[dict[str, str]] = {}
     """Input -> role of the port of another part that feeds it, for a diagnosis to look for: an axis out of square senses the place of each
     other one."""
+    from_beside: ClassVar[str] = ""
+    """Input that another channel of the same sensor feeds, for a diagnosis to look for: a dynamometer's thrust in its feed force."""
     stage: ClassVar[int] = 0
     """Where among effects of one port it acts: 0 what makes the force of a chip, or any force; 1 what the edge adds to that; 2 what takes
     a share of both as the cut grows deeper or opens; 3 what a sensor feels and the cut knows nothing of."""
@@ -73,6 +75,9 @@ class Effect(Component):
     """Parameters that belong to one recording and not to the machine (a phase moves when an encoder's zero moves)."""
     bare: ClassVar[tuple[str, ...]] = ()
     """Parameters of its simplest form, where the others may be left at their defaults: tried beside the whole form."""
+    finer_shape: ClassVar[tuple[str, ...]] = ()
+    """Parameters of a finer shape (harmonics of a wave, how softly a limit sets in). At their defaults the effect has its plain shape, in
+    which it is looked for; they are fitted once it was found, where they take away much of what is left."""
     told_if_held: ClassVar[str] = ""
     """Parameter that is 1 where what the wire carries is held from one sample to the next, and 0 where it moves: set where it is put in."""
     spacing: ClassVar[str] = ""
@@ -122,7 +127,7 @@ def _check_effect(cls: type[Effect]) -> None:
     if not cls.neutral:
         remedy = 'Name the parameter values with which it vanishes, as in neutral = {"level": 0.0}.'
         raise ComponentError("the effect has no neutral values.", place=place, remedy=remedy)
-    for attribute in ("neutral", "typical", "typical_rotary", "nuisance"):
+    for attribute in ("neutral", "typical", "typical_rotary", "nuisance", "finer_shape"):
         for name in getattr(cls, attribute):
             if name not in parameters:
                 raise ComponentError(f"{attribute} names '{name}', which is no parameter.", place=place, remedy=nearest(name, parameters))

@@ -6,20 +6,29 @@ import math
 
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonics
 
 
 class EncoderEccentricity(Effect):
     """A disc that is mounted off its axis.
 
-    y_out = y_in + amplitude sin(2 pi y_in / turn + phase)
+    y_out = y_in + amplitude (sin a + second and third harmonic),   a = 2 pi y_in / turn + phase
+
+    A harmonic is sine sin(n a) + cosine cos(n a), both given as shares of the amplitude; the second comes from a disc that is tilted.
     """
 
     catalogue, family, site = 28, "once per turn", "measured"
     carried = ("m", "rad")
     neutral = {"amplitude": 0.0}
-    typical = {"amplitude": (0.5e-6, 10e-6), "turn": (0.002, 0.02), "phase": (-math.pi, math.pi)}
-    typical_rotary = {"amplitude": (1.5e-4, 1.5e-3), "turn": (2.0 * math.pi, 2.0 * math.pi), "phase": (-math.pi, math.pi)}
+    typical = {"amplitude": (0.5e-6, 10e-6), "turn": (0.002, 0.02), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
+    typical_rotary = {
+        "amplitude": (1.5e-4, 1.5e-3),
+        "turn": (2.0 * math.pi, 2.0 * math.pi),
+        "phase": (-math.pi, math.pi),
+        **SHAPE_RANGES,
+    }
     nuisance = ("phase",)
+    finer_shape = SHAPE
     fingerprint = "A line once per turn of the encoder, in scale less encoder and in the speed, with its phase tied to the disc."
     confused_with = ("PeriodicPitchError", "TorqueRipple", "Runout")
     experiment = "A second reading head opposite the first, or a direct scale."
@@ -30,12 +39,26 @@ class EncoderEccentricity(Effect):
     amplitude = Parameter("{signal}", 0.0, low=0.0, doc="half of the peak-to-peak error")
     turn = Parameter("{signal}", 0.005, low=1e-6, doc="travel per turn of the encoder")
     phase = Parameter("rad", 0.0, doc="phase at position zero")
+    second_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, in step with it")
+    second_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, a quarter of its own period ahead")
+    third_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, in step with it")
+    third_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, a quarter of its own period ahead")
 
     @staticmethod
-    def output(incoming: float, amplitude: float, turn: float, phase: float) -> float:
+    def output(
+        incoming: float,
+        amplitude: float,
+        turn: float,
+        phase: float,
+        second_sine: float,
+        second_cosine: float,
+        third_sine: float,
+        third_cosine: float,
+    ) -> float:
         if amplitude == 0.0:
             return incoming
-        return incoming + amplitude * math.sin(2.0 * math.pi * incoming / turn + phase)
+        angle = 2.0 * math.pi * incoming / turn + phase
+        return incoming + amplitude * (math.sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine))
 
 
 class EncoderInterpolationError(Effect):
@@ -71,17 +94,30 @@ class EncoderInterpolationError(Effect):
 
 
 class LostCounts(Effect):
-    """Counts that are lost, at one instant or with the distance travelled at speed.
+    """Counts that are lost, at one instant or at up to three.
 
-    y_out = y_in + jump (t >= instant)
+    y_out = y_in + jump (t >= instant) + second_jump (t >= second_instant) + third_jump (t >= third_instant)
     """
 
     catalogue, family, site = 30, "encoder", "measured"
     carried = ("m", "rad")
     neutral = {"jump": 0.0}
     typical = {"jump": (-200e-6, 200e-6), "instant": (0.0, 60.0)}
+    typical |= {
+        "second_jump": (-200e-6, 200e-6),
+        "second_instant": (0.0, 60.0),
+        "third_jump": (-200e-6, 200e-6),
+        "third_instant": (0.0, 60.0),
+    }
     typical_rotary = {"jump": (-0.05, 0.05), "instant": (0.0, 60.0)}
-    nuisance = ("instant",)
+    typical_rotary |= {
+        "second_jump": (-0.05, 0.05),
+        "second_instant": (0.0, 60.0),
+        "third_jump": (-0.05, 0.05),
+        "third_instant": (0.0, 60.0),
+    }
+    finer_shape = ("second_jump", "second_instant", "third_jump", "third_instant")
+    nuisance = ("instant", *finer_shape)
     fingerprint = "A step of the position difference that never comes back."
     confused_with = ("Backlash, whose step comes back with the next reversal",)
     experiment = "Return to the index mark."
@@ -91,12 +127,32 @@ class LostCounts(Effect):
     outgoing = Output("{signal}", doc="counted position")
     jump = Parameter("{signal}", 0.0, doc="what the lost counts amount to")
     instant = Parameter("s", 1.0, low=0.0, doc="when they are lost")
+    second_jump = Parameter("{signal}", 0.0, doc="what is lost at a second instant")
+    second_instant = Parameter("s", 1.0, low=0.0, doc="when that is lost")
+    third_jump = Parameter("{signal}", 0.0, doc="what is lost at a third instant")
+    third_instant = Parameter("s", 1.0, low=0.0, doc="when that is lost")
 
     @staticmethod
-    def output(incoming: float, time: float, jump: float, instant: float) -> float:
-        if jump == 0.0 or time < instant:
+    def output(
+        incoming: float,
+        time: float,
+        jump: float,
+        instant: float,
+        second_jump: float,
+        second_instant: float,
+        third_jump: float,
+        third_instant: float,
+    ) -> float:
+        if jump == 0.0:
             return incoming
-        return incoming + jump
+        shown = incoming
+        if time >= instant:
+            shown += jump
+        if time >= second_instant:
+            shown += second_jump
+        if time >= third_instant:
+            shown += third_jump
+        return shown
 
 
 class Quantisation(Effect):

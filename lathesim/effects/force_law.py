@@ -75,6 +75,8 @@ class SpeedDependence(Effect):
     catalogue, family, site = 40, "force law", "force"
     neutral = {"exponent": 0.0, "hump": 0.0}
     typical = {"exponent": (-0.4, 0.0), "hump": (-0.3, 0.5), "hump_speed": (0.3, 1.2), "hump_width": (0.1, 0.5)}
+    # a hump that is not there bends the law of the exponent, from a speed at which nobody cut
+    bare = ("exponent",)
     fingerprint = "The force follows the cutting speed and nothing else."
     confused_with = ("TemperatureSoftening",)
     experiment = "Sweep the speed up and down at one feed and depth."

@@ -13,6 +13,7 @@ import math
 
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonics
 
 _STEPS_TO_REST = 2.0
 
@@ -163,18 +164,20 @@ class AsymmetricFriction(Effect):
 class PositionDependentFriction(Effect):
     """Friction that varies along the travel: a tight spot of the way or a screw running eccentric in its nut.
 
-    F_out = F_in + amplitude sin(2 pi q / period + phase) sgn(v)
+    F_out = F_in + amplitude (sin a + second and third harmonic) sgn(v),   a = 2 pi q / period + phase
 
-    It stands on a CoulombFriction, whose level is the mean and which it does not exceed. Left out: a body at rest where the friction is
-    below its mean breaks away only at the mean.
+    A harmonic is sine sin(n a) + cosine cos(n a), both given as shares of the amplitude. The effect stands on a CoulombFriction, whose
+    level is the mean and which it does not exceed. Left out: a body at rest where the friction is below its mean breaks away only at the
+    mean.
     """
 
     needs = ("CoulombFriction",)
     catalogue, family, site = 6, "once per turn", "effort"
     neutral = {"amplitude": 0.0}
-    typical = {"amplitude": (1.0, 40.0), "period": (0.002, 0.5), "phase": (-math.pi, math.pi)}
-    typical_rotary = {"amplitude": (0.001, 2.0), "period": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi)}
+    typical = {"amplitude": (1.0, 40.0), "period": (0.002, 0.5), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
+    typical_rotary = {"amplitude": (0.001, 2.0), "period": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
     nuisance = ("phase",)
+    finer_shape = SHAPE
     fingerprint = "The missing force repeats with the position and changes sign with the direction."
     confused_with = ("TorqueRipple and Cogging, which keep their sign", "PeriodicPitchError")
     experiment = "Pass the same positions at the same speed in both directions: friction turns over, ripple does not."
@@ -189,6 +192,10 @@ class PositionDependentFriction(Effect):
     amplitude = Parameter("{signal}", 0.0, low=0.0, doc="half of what the friction varies by, at most the level of the friction")
     period = Parameter("{displacement}", 0.01, low=1e-6, doc="travel after which it repeats")
     phase = Parameter("rad", 0.0, doc="phase at position zero")
+    second_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, in step with it")
+    second_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, a quarter of its own period ahead")
+    third_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, in step with it")
+    third_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, a quarter of its own period ahead")
 
     @staticmethod
     def output(
@@ -200,11 +207,16 @@ class PositionDependentFriction(Effect):
         amplitude: float,
         period: float,
         phase: float,
+        second_sine: float,
+        second_cosine: float,
+        third_sine: float,
+        third_cosine: float,
         step: float,
     ) -> float:
         if amplitude == 0.0:
             return incoming
-        level = amplitude * math.sin(2.0 * math.pi * displacement / period + phase)
+        angle = 2.0 * math.pi * displacement / period + phase
+        level = amplitude * (math.sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine))
         demand = demand_to_rest(applied, incoming, inertia, flow, step)
         if level >= 0.0:
             return incoming + resisting(demand, level, level)

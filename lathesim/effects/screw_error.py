@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonics
 
 
 class CumulativePitchError(Effect):
@@ -40,16 +41,19 @@ class CumulativePitchError(Effect):
 class PeriodicPitchError(Effect):
     """An error that repeats with each turn of the screw, from a bent screw or a tilted thrust face.
 
-    x_out = x_in + amplitude sin(2 pi x_in / lead + phase)
+    x_out = x_in + amplitude (sin a + second and third harmonic),   a = 2 pi x_in / lead + phase
+
+    A harmonic is sine sin(n a) + cosine cos(n a), both given as shares of the amplitude.
     """
 
     catalogue, family, site = 10, "once per turn", "measured"
     between_sensors = True
     carried = ("m",)
     neutral = {"amplitude": 0.0}
-    typical = {"amplitude": (0.5e-6, 10e-6), "lead": (0.002, 0.02), "phase": (-math.pi, math.pi)}
-    typical_rotary = {"amplitude": (1e-5, 0.01), "lead": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi)}
+    typical = {"amplitude": (0.5e-6, 10e-6), "lead": (0.002, 0.02), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
+    typical_rotary = {"amplitude": (1e-5, 0.01), "lead": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
     nuisance = ("phase",)
+    finer_shape = SHAPE
     fingerprint = (
         "Table scale less motor encoder has a line at the lead in position; the force has none. Balls pass at 0.3 to 0.45 of the lead."
     )
@@ -62,12 +66,26 @@ class PeriodicPitchError(Effect):
     amplitude = Parameter("{signal}", 0.0, low=0.0, doc="half of the peak-to-peak error")
     lead = Parameter("{signal}", 0.005, low=1e-6, doc="travel after which the error repeats")
     phase = Parameter("rad", 0.0, doc="phase at position zero")
+    second_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, in step with it")
+    second_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, a quarter of its own period ahead")
+    third_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, in step with it")
+    third_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, a quarter of its own period ahead")
 
     @staticmethod
-    def output(incoming: float, amplitude: float, lead: float, phase: float) -> float:
+    def output(
+        incoming: float,
+        amplitude: float,
+        lead: float,
+        phase: float,
+        second_sine: float,
+        second_cosine: float,
+        third_sine: float,
+        third_cosine: float,
+    ) -> float:
         if amplitude == 0.0:
             return incoming
-        return incoming + amplitude * math.sin(2.0 * math.pi * incoming / lead + phase)
+        angle = 2.0 * math.pi * incoming / lead + phase
+        return incoming + amplitude * (math.sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine))
 
 
 class ThermalScrewGrowth(Effect):

@@ -17,22 +17,25 @@ def _filtered(incoming: float, before: float, lagged: float, time_constant: floa
 
 
 class SensorFilter(Effect):
-    """A low-pass filter of a sensor or its amplifier, of first or second order (two equal stages).
+    """A low-pass filter of a sensor or its amplifier: one stage of first order, or up to four one after the other.
 
-    T dy/dt + y = x,  and the same once more where stages = 2
+    T_k dy_k/dt + y_k = y_(k-1),   T_k = time_constant max(0, min(1, stages - k + 1)),   k = 1 ... 4
+
+    With 2.3 stages there are two equal ones and one of 0.3 of their time constant.
 
     Solved exactly for a signal that is straight between samples, as a place or a speed is nearly, or with ``held`` = 1 for one that stays
     as it is until the next sample, as a current or a cutting force that is worked out of commands: taken for the other one, it would come
-    half a sample late or early. Where it is put in, it is told which of the two its signal is. Left out: what happens between samples; the
-    filter begins at rest on the first one.
+    half a sample late or early. Where it is put in, it is told which of the two its signal is. Left out: what happens between samples; a
+    resonant filter; the filter begins at rest on the first sample.
     """
 
     catalogue, family, site = 32, "lag", "reading"
     late_by = "time_constant"
     told_if_held = "held"
     neutral = {"time_constant": 0.0}
-    typical = {"time_constant": (0.3e-3, 20e-3)}
-    typical_rotary = {"time_constant": (0.3e-3, 20e-3)}
+    typical = {"time_constant": (0.3e-3, 20e-3), "stages": (1.0, 4.0)}
+    typical_rotary = {"time_constant": (0.3e-3, 20e-3), "stages": (1.0, 4.0)}
+    finer_shape = ("stages",)
     fingerprint = "One signal lags and is rounded, the same rising as falling; the others are in time."
     confused_with = ("TransportDelay", "ChannelTimeShift", "MotorInductance")
     experiment = "A step: a filter rounds it, a delay moves it."
@@ -45,25 +48,39 @@ class SensorFilter(Effect):
     outgoing = Output("{signal}", doc="signal after the filter")
     first = DiscreteState("{signal}", doc="first stage")
     second = DiscreteState("{signal}", doc="second stage")
+    third = DiscreteState("{signal}", doc="third stage")
+    fourth = DiscreteState("{signal}", doc="fourth stage")
     before = DiscreteState("{signal}", doc="signal one sample before")
     time_constant = Parameter("s", 0.0, low=0.0, high=10.0, doc="time constant of a stage")
-    stages = Parameter("1", 1.0, low=1.0, high=2.0, doc="number of stages, 1 or 2")
+    stages = Parameter("1", 1.0, low=1.0, high=4.0, doc="number of stages")
     held = Parameter("1", 0.0, low=0.0, high=1.0, doc="1 where the signal is held between samples")
 
     @staticmethod
     def update(
-        incoming: float, first: float, second: float, before: float, time_constant: float, held: float, sample_period: float, time: float
-    ) -> tuple[float, float, float]:
-        if time <= 0.0:
-            return incoming, incoming, incoming
-        end = before if held >= 0.5 and time_constant > 0.0 else incoming
+        incoming: float,
+        first: float,
+        second: float,
+        third: float,
+        fourth: float,
+        before: float,
+        time_constant: float,
+        stages: float,
+        held: float,
+        sample_period: float,
+        time: float,
+    ) -> tuple[float, float, float, float, float]:
+        if time <= 0.0 or time_constant == 0.0:
+            return incoming, incoming, incoming, incoming, incoming
+        end = before if held >= 0.5 else incoming
         one = _filtered(end, before, first, time_constant, sample_period)
-        return one, _filtered(one, first, second, time_constant, sample_period), incoming
+        if stages <= 1.0:
+            return one, one, one, one, incoming
+        two = _filtered(one, first, second, time_constant * min(stages - 1.0, 1.0), sample_period)
+        three = _filtered(two, second, third, time_constant * max(0.0, min(stages - 2.0, 1.0)), sample_period)
+        return one, two, three, _filtered(three, third, fourth, time_constant * max(0.0, stages - 3.0), sample_period), incoming
 
     @staticmethod
-    def output(incoming: float, first: float, second: float, time_constant: float, stages: float) -> float:
+    def output(incoming: float, fourth: float, time_constant: float) -> float:
         if time_constant == 0.0:
             return incoming
-        if stages < 1.5:
-            return first
-        return second
+        return fourth

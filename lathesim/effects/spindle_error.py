@@ -6,21 +6,24 @@ import math
 
 from lathesim.component import Input, Output, Parameter, State
 from lathesim.effects.effect import Effect
+from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonics
 
 
 class Runout(Effect):
     """A work-piece that runs off centre, or out of round: the depth of cut varies with the spindle angle.
 
-    F_out = F_in (1 + eccentricity cos(order angle + phase) / depth)          (order 1 runout, 2 oval, 3 jaws)
+    F_out = F_in (1 + eccentricity (cos a + second and third harmonic) / depth),   a = order angle + phase
 
-    It sits on a cutting force that is proportional to the depth.
+    Order 1 is runout, 2 an oval part, 3 one bent by three jaws. A harmonic is sine sin(n a) + cosine cos(n a), both given as shares of the
+    eccentricity. It sits on a cutting force that is proportional to the depth.
     """
 
     catalogue, family, site = 34, "spindle-synchronous", "force"
     stage = 2
     neutral = {"eccentricity": 0.0}
-    typical = {"eccentricity": (2e-6, 100e-6), "order": (1.0, 3.0), "phase": (-math.pi, math.pi)}
+    typical = {"eccentricity": (2e-6, 100e-6), "order": (1.0, 3.0), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
     nuisance = ("phase",)
+    finer_shape = SHAPE
     fingerprint = "The force varies once per spindle turn by an amount that does not grow with the speed."
     confused_with = ("InterruptedCut", "an oval part, 2 per turn, or one bent by three jaws", "RegenerativeChatter", "Unbalance")
     experiment = "Three speeds; then turn the part round in the chuck."
@@ -33,12 +36,29 @@ class Runout(Effect):
     eccentricity = Parameter("m", 0.0, low=0.0, doc="half of the reading of a dial gauge")
     order = Parameter("1", 1.0, low=0.0, doc="lobes per turn")
     phase = Parameter("rad", 0.0, doc="phase at angle zero")
+    second_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, in step with it")
+    second_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, a quarter of its own period ahead")
+    third_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, in step with it")
+    third_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, a quarter of its own period ahead")
 
     @staticmethod
-    def output(incoming: float, angle: float, depth: float, eccentricity: float, order: float, phase: float) -> float:
+    def output(
+        incoming: float,
+        angle: float,
+        depth: float,
+        eccentricity: float,
+        order: float,
+        phase: float,
+        second_sine: float,
+        second_cosine: float,
+        third_sine: float,
+        third_cosine: float,
+    ) -> float:
         if eccentricity == 0.0 or depth <= 0.0:
             return incoming
-        return incoming * max(0.0, 1.0 + eccentricity * math.cos(order * angle + phase) / depth)
+        turned = order * angle + phase
+        wave = math.cos(turned) + harmonics(turned, second_sine, second_cosine, third_sine, third_cosine)
+        return incoming * max(0.0, 1.0 + eccentricity * wave / depth)
 
 
 class Unbalance(Effect):

@@ -110,17 +110,18 @@ def _spring_acceleration(stretch: float, stretch_rate: float, frequency: float, 
 class TorsionalWindUp(Effect):
     """Screw and coupling that twist under the driving force, seen by a scale at the table.
 
-    x_out = x_in - compliance applied
+    x_out = x_in - compliance applied / (1 + stiffening |applied|)
 
-    A sensor is read before the converter changes the force: what has twisted the screw is the force of the sample before. Static: the
-    resonance of the same spring is AxialResonance.
+    Nuts, couplings and rolling contacts grow stiffer as they are loaded. A sensor is read before the converter changes the force: what has
+    twisted the screw is the force of the sample before. Static: the resonance of the same spring is AxialResonance.
     """
 
     catalogue, family, site = 14, "lag", "measured"
     carried = ("m", "rad")
     neutral = {"compliance": 0.0}
-    typical = {"compliance": (1e-9, 50e-9)}
-    typical_rotary = {"compliance": (1e-6, 1e-2)}
+    typical = {"compliance": (1e-9, 50e-9), "stiffening": (0.0, 2e-3)}
+    typical_rotary = {"compliance": (1e-6, 1e-2), "stiffening": (0.0, 1.0)}
+    finer_shape = ("stiffening",)
     fingerprint = "Table scale less motor encoder is proportional to the driving force, so to the acceleration where friction is small."
     confused_with = ("Backlash", "AxialResonance")
     experiment = "Pass one position with several accelerations."
@@ -130,11 +131,12 @@ class TorsionalWindUp(Effect):
     applied = Input("{applied}", previous=True, doc="net driving force or torque")
     outgoing = Output("{signal}", doc="position of the table")
     twist = DiscreteState("{signal}", doc="wind-up at the sample instant")
-    compliance = Parameter("{signal}/({applied})", 0.0, low=0.0, doc="wind-up per driving force")
+    compliance = Parameter("{signal}/({applied})", 0.0, low=0.0, doc="wind-up per driving force, of a small one")
+    stiffening = Parameter("1/({applied})", 0.0, low=0.0, doc="one over the force at which the wind-up is half of that")
 
     @staticmethod
-    def update(applied: float, compliance: float) -> float:
-        return compliance * applied
+    def update(applied: float, compliance: float, stiffening: float) -> float:
+        return compliance * applied / (1.0 + stiffening * abs(applied))
 
     @staticmethod
     def output(incoming: float, twist: float, compliance: float) -> float:

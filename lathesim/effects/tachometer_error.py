@@ -6,12 +6,15 @@ import math
 
 from lathesim.component import DiscreteState, Input, Noise, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonics
 
 
 class TachometerRipple(Effect):
     """Commutator ripple, brush noise and a gain error of a tachometer.
 
-    y_out = y_in (1 + gain_error + ripple sin(order angle + phase) + brush_noise n),   n standard normal, new at each sample
+    y_out = y_in (1 + gain_error + ripple (sin a + second and third harmonic) + brush_noise n),   a = order angle + phase
+
+    n is standard normal, new at each sample. A harmonic is sine sin(n a) + cosine cos(n a), both given as shares of the ripple.
     """
 
     catalogue, family, site = 31, "once per turn", "measured"
@@ -23,8 +26,10 @@ class TachometerRipple(Effect):
         "brush_noise": (0.0, 0.02),
         "order": (1.0, 48.0),
         "phase": (-math.pi, math.pi),
+        **SHAPE_RANGES,
     }
     nuisance = ("phase",)
+    finer_shape = SHAPE
     fingerprint = "A line of the tachometer at a multiple of the speed, which the encoder does not show."
     confused_with = ("Runout", "TorqueRipple", "EncoderEccentricity")
     experiment = "Compare with the derivative of the encoder."
@@ -40,13 +45,31 @@ class TachometerRipple(Effect):
     brush_noise = Parameter("1", 0.0, low=0.0, high=1.0, doc="standard deviation of the brush noise over the speed")
     order = Parameter("1", 2.0, low=0.0, doc="ripples per turn")
     phase = Parameter("rad", 0.0, doc="phase at angle zero")
+    second_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, in step with it")
+    second_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, a quarter of its own period ahead")
+    third_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, in step with it")
+    third_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, a quarter of its own period ahead")
 
     @staticmethod
     def update(chance: float, brush_noise: float) -> float:
         return brush_noise * chance
 
     @staticmethod
-    def output(incoming: float, displacement: float, brush: float, ripple: float, gain_error: float, order: float, phase: float) -> float:
+    def output(
+        incoming: float,
+        displacement: float,
+        brush: float,
+        ripple: float,
+        gain_error: float,
+        order: float,
+        phase: float,
+        second_sine: float,
+        second_cosine: float,
+        third_sine: float,
+        third_cosine: float,
+    ) -> float:
         if ripple == 0.0 and gain_error == 0.0:
             return incoming * (1.0 + brush)
-        return incoming * (1.0 + gain_error + ripple * math.sin(order * displacement + phase) + brush)
+        angle = order * displacement + phase
+        wave = math.sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine)
+        return incoming * (1.0 + gain_error + ripple * wave + brush)

@@ -54,3 +54,14 @@ def test_a_command_that_was_filtered_is(recorded: tuple[Machine, Record]) -> Non
     assert (found.channel, found.controller) == (VOLTAGE, "x_controller")
     assert 0.01 < found.share < 0.5
     assert str(found).endswith("answers to its reference by another law than the lesson's controller")
+    assert not found.feed_forward
+
+
+def test_a_feed_forward_of_the_speed_is_told_as_one(recorded: tuple[Machine, Record]) -> None:
+    machine, record = recorded
+    period = machine.assembly.sample_period
+    ahead = 200.0 * np.diff(record[REFERENCE], prepend=record[REFERENCE][0]) / period
+    first, second = rigs(machine, record, record[VOLTAGE] + ahead)
+    (found,) = another_law(first, second, {})
+    assert found.feed_forward
+    assert str(found).endswith("as with a feed-forward of its speed (or a reference that was recorded late)")

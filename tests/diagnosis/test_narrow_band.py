@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -12,7 +13,7 @@ from lathesim.diagnosis.fit import Fitted, fit
 from lathesim.diagnosis.narrow_band import narrow_bands
 from lathesim.diagnosis.noise_model import NoiseModel
 from lathesim.diagnosis.problem import Rig
-from tests.diagnosis.pushed_table import PERIOD, Hidden, baseline, baselines, pair, recording, rigs
+from tests.diagnosis.pushed_table import FORCE, PERIOD, Hidden, baseline, baselines, pair, recording, rigs
 
 SQUEAL = Hidden(law=lambda v, q, t: 6.0 * math.sin(2.0 * math.pi * 55.0 * t) if 0.05 < abs(v) < 0.2 else 0.0)
 
@@ -73,3 +74,36 @@ def test_a_hum_that_drifts_is_told_with_where_it_begins_and_ends() -> None:
     assert band.low == pytest.approx(40.0, abs=5.0)
     assert band.high == pytest.approx(80.0, abs=5.0)
     assert f"swings between {band.low:.3g} and {band.high:.3g} Hz" in str(band)
+
+
+def taken_for_noise(hum: float) -> tuple[Rig, Fitted]:
+    """Give a rig and a fit that leaves white noise and a hum [Hz], which its noise model takes for noise of all frequencies near."""
+    rig, fitted = residual_of(np.zeros(baselines(Hidden())[0].residual.shape[1]))
+    time = np.arange(rig.sensed.samples) * PERIOD
+    signal = 1e-6 * np.random.default_rng(3).standard_normal(len(time)) + 5.2e-6 * np.sin(2.0 * math.pi * hum * time)
+    near = np.abs(np.arange(len(time) // 2 + 1) / (len(time) * PERIOD) - hum) < 35.0
+    model = NoiseModel(np.where(near, 1e-10, 1e-12), rig.sensed.samples)
+    return rig, Fitted(**{**fitted.__dict__, "residual": signal[None], "noise": (model,)})
+
+
+def test_a_strong_hum_is_told_though_the_noise_model_has_it() -> None:
+    rig, fitted = taken_for_noise(40.0)
+    (band,) = narrow_bands(rig, fitted)
+    assert band.frequency == pytest.approx(40.0, abs=0.5)
+    assert band.share < 0.2
+
+
+def test_what_the_machine_is_asked_to_do_is_no_hum() -> None:
+    rig, fitted = taken_for_noise(40.0)
+    time = np.arange(rig.sensed.samples) * PERIOD
+    asked = rig.record.with_channel(FORCE, "N", rig.record[FORCE] + 5.0 * np.sin(2.0 * math.pi * 40.0 * time))
+    assert narrow_bands(rig, fitted) != []
+    assert narrow_bands(dataclasses.replace(rig, record=asked), fitted) == []
+
+
+def test_a_staircase_that_is_climbed_steadily_is_no_hum() -> None:
+    """Its counts come at one rate; the swing is smaller than what the sensor resolves."""
+    rig, fitted = residual_of(1e-9 * np.random.default_rng(3).standard_normal(baselines(Hidden())[0].residual.shape[1]))
+    time = np.arange(rig.sensed.samples) * PERIOD
+    swings = fitted.residual + 0.1e-6 * np.sin(2.0 * math.pi * 40.0 * time)
+    assert narrow_bands(rig, Fitted(**{**fitted.__dict__, "residual": swings})) == []

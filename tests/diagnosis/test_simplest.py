@@ -25,8 +25,21 @@ BEST = trial("BaseRocking", 1500.0, 3, 15)
         (trial("AxialResonance", 1200.0, 3, 13), "BaseRocking"),
         (trial("TorsionalWindUp", 1490.0, 1, 14), "TorsionalWindUp"),
         (trial("TorsionalWindUp", 1490.0, 1, 14, share=0.5), "BaseRocking"),
+        (trial("TorsionalWindUp", 1200.0, 1, 14, share=0.99), "TorsionalWindUp"),
+        (trial("TorsionalWindUp", 1200.0, 2, 14, share=0.99), "BaseRocking"),
+        (trial("TorsionalWindUp", 1200.0, 1, 14, share=0.985), "BaseRocking"),
     ],
-    ids=["the commoner of equals, a value it may do without", "one it needs", "clearly worse", "fewer values", "takes away less"],
+    ids=[
+        "the commoner of equals, a value it may do without",
+        "one it needs",
+        "clearly worse",
+        "fewer values",
+        "takes away less",
+        "far fewer values and as little left",
+        "one value fewer",
+        "more left",
+    ],
 )
 def test_of_trials_that_cannot_be_told_apart_the_simplest_is_taken(other: Any, taken: str) -> None:
-    assert simplest([BEST, other], Settings()).term.name == taken
+    best = trial("BaseRocking", 1500.0, 3, 15, share=0.993) if other.share_of_all > 0.95 else BEST
+    assert simplest([best, other], Settings()).term.name == taken

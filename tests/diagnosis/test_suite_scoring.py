@@ -156,6 +156,17 @@ def test_removed_share_is_what_is_above_the_true_noise() -> None:
     assert made.removed == pytest.approx(1.0 - 3.0 / 120.0)
 
 
+def test_what_a_load_hides_in_both_of_two_channels_is_seen_in_their_difference() -> None:
+    case = truth("single", hidden()) | {
+        "outputs": {"encoder": "x_encoder.position", "scale": "x_scale.position"},
+        "floors": {"validate": {"encoder": 1e-6, "scale": 1e-6, "scale-encoder": 1e-7}},
+    }
+    fit = {"x_encoder.position": {"before": 1e-6, "after": 1e-6}, "x_scale.position": {"before": 2e-6, "after": 1e-6}}
+    missing = [{"at": "x_scale.position", "before": 1.1e-6, "after": 2e-7}, {"at": "x_axis.disturbance", "before": 3.0, "after": 3.0}]
+    made = score("c", case, told("named", given("CoulombFriction"), fit=fit, missing=missing))
+    assert made.removed == pytest.approx(1.0 - 3.0 / (3.0 + 120.0))
+
+
 def test_wilson_interval_of_nothing_seen() -> None:
     assert wilson(0, 60) == pytest.approx((0.0, 0.0602), abs=1e-3)
     assert wilson(9, 10) == pytest.approx((0.596, 0.982), abs=1e-3)

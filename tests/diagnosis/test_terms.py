@@ -8,7 +8,8 @@ import pytest
 
 from lathesim.diagnosis.terms import insert_candidates
 from lathesim.effects.drive_lag import MotorInductance
-from lathesim.effects.dynamometer_error import DynamometerDrift
+from lathesim.effects.dynamometer_error import DynamometerCrosstalk, DynamometerDrift
+from lathesim.effects.encoder_error import LostCounts
 from lathesim.effects.force_law import ChipThicknessExponent, EdgeForce
 from lathesim.effects.force_over_time import EntryBuildUp
 from lathesim.effects.friction import CoulombFriction, StribeckFriction
@@ -195,6 +196,27 @@ def test_each_compared_reading_of_a_sensor_has_a_zero_of_its_own() -> None:
     assert [(term.name, term.at) for term in terms] == [
         ("EntryBuildUp", "cutting"), ("DynamometerDrift", "dynamometer"), ("DynamometerDrift", "dynamometer.thrust")
     ]  # fmt: skip
+
+
+def test_a_channel_may_have_a_share_of_another_one_that_is_compared() -> None:
+    """Of one that is not, it would be a factor on the own channel."""
+    assembly = cut_machine().assembly
+    wires = (*assembly.wires, *(Wire(f"dynamometer.{name}_force", f"cutting.{name}_force") for name in ("thrust", "feed")))
+    machine = dataclasses.replace(assembly, wires=wires)
+    _, terms = insert_candidates(machine, [DynamometerCrosstalk], ("dynamometer.main", "dynamometer.thrust"))
+    assert [(term.at, dict(term.senses)) for term in terms] == [
+        ("dynamometer", {"other_force": "cutting.thrust_force"}), ("dynamometer.thrust", {"other_force": "cutting.main_force"})
+    ]  # fmt: skip
+
+
+def test_a_term_has_its_plain_shape_until_it_is_found() -> None:
+    _, (lost,) = insert_candidates(machine().assembly, [LostCounts])
+    assert [name.partition(".")[2] for name in lost.parameters] == ["jump", "instant"]
+    assert lost.shaped is not None
+    assert set(lost.parameters) < set(lost.shaped.parameters)
+    assert (lost.shaped.part, lost.shaped.at, lost.shaped.shaped) == (lost.part, lost.at, None)
+    neutral = dict(zip(lost.shaped.parameters, lost.shaped.neutral.tolist(), strict=True))
+    assert neutral[f"{lost.part}.second_jump"] == 0.0
 
 
 @pytest.mark.parametrize(("name", "second"), [("cascade_axis", "x_scale"), ("voltage_axis", "x_scale"), ("torque_spindle", "tachometer")])

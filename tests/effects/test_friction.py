@@ -16,6 +16,8 @@ from lathesim.record import Record
 from tests.effects.rigs import pushed_axis, record, time, with_effect
 
 STEP = 2.5e-4
+SINE = (0.0, 0.0, 0.0, 0.0)
+"""A wave without further harmonics."""
 
 
 def frictionless(machinery: Machinery) -> Machinery:
@@ -84,14 +86,14 @@ def test_asymmetric_levels_and_slopes() -> None:
 
 
 def test_positional_friction_turns_over_with_the_direction() -> None:
-    there = PositionDependentFriction.output(0.0, 0.0, 100.0, 0.1, 0.0025, 5.0, 0.01, 0.0, STEP)
-    back = PositionDependentFriction.output(0.0, 0.0, 100.0, -0.1, 0.0025, 5.0, 0.01, 0.0, STEP)
+    there = PositionDependentFriction.output(0.0, 0.0, 100.0, 0.1, 0.0025, 5.0, 0.01, 0.0, *SINE, STEP)
+    back = PositionDependentFriction.output(0.0, 0.0, 100.0, -0.1, 0.0025, 5.0, 0.01, 0.0, *SINE, STEP)
     assert (there, back) == (pytest.approx(5.0), pytest.approx(-5.0))
 
 
 def test_positional_friction_below_the_mean_takes_from_it_while_the_body_moves_and_nothing_at_rest() -> None:
-    moving = PositionDependentFriction.output(20.0, 0.0, 100.0, 0.1, 0.0075, 5.0, 0.01, 0.0, STEP)
-    resting = PositionDependentFriction.output(8.0, 8.0, 100.0, 0.0, 0.0075, 5.0, 0.01, 0.0, STEP)
+    moving = PositionDependentFriction.output(20.0, 0.0, 100.0, 0.1, 0.0075, 5.0, 0.01, 0.0, *SINE, STEP)
+    resting = PositionDependentFriction.output(8.0, 8.0, 100.0, 0.0, 0.0075, 5.0, 0.01, 0.0, *SINE, STEP)
     assert (moving, resting) == (pytest.approx(15.0), pytest.approx(8.0))
 
 

@@ -20,6 +20,12 @@ NUMBERS: list[tuple[str, dict[str, float], float]] = [
     # class 5: 23 um over 300 mm
     ("CumulativePitchError", {"incoming": 0.3, "slope": 23e-6 / 0.3, "origin": 0.0}, 0.300023),
     ("PeriodicPitchError", {"incoming": 0.00125, "amplitude": 2e-6, "lead": 0.005, "phase": 0.0}, 0.001252),
+    # at the top of the sine the second harmonic's cosine and the third's sine are at their bottom
+    (
+        "PeriodicPitchError",
+        {"incoming": 0.00125, "amplitude": 2e-6, "lead": 0.005, "phase": 0.0, "second_cosine": 0.1, "third_sine": 0.2},
+        0.0012514,
+    ),
     # a steel screw 10 K warmer: 11.5 um/m/K * 10 K * 0.5 m = 57.5 um
     ("ThermalScrewGrowth", {"incoming": 0.5, "time": 1e9, "strain": 115e-6, "time_constant": 600.0, "fixed_end": 0.0}, 0.5000575),
     ("SquarenessError", {"incoming": 0.0, "other_position": 0.2, "slope": 20e-6, "bow": 0.0}, 4e-6),
@@ -28,6 +34,9 @@ NUMBERS: list[tuple[str, dict[str, float], float]] = [
     ("AmplifierDeadZone", {"incoming": -1.0, "half_width": 0.2}, -0.8),
     ("AmplifierDeadZone", {"incoming": 0.1, "half_width": 0.2}, 0.0),
     ("DriveSaturation", {"incoming": -12.0, "level": 10.0}, -10.0),
+    ("DriveSaturation", {"incoming": -10.0, "level": 10.0, "softness": 0.5}, -10.0 / math.sqrt(2.0)),
+    ("DriveSaturation", {"incoming": 30.0, "level": 10.0, "softness": 1.0}, 7.5),
+    ("DriveSaturation", {"incoming": 30.0, "level": 10.0, "softness": 1e-9}, 10.0),
     (
         "TorqueRipple",
         {"incoming": 0.0, "applied": 100.0, "displacement": 0.00125, "amplitude": 2.0, "share": 0.01, "period": 0.005, "phase": 0.0},
@@ -86,7 +95,9 @@ NUMBERS: list[tuple[str, dict[str, float], float]] = [
 
 
 def call(effect: Any, law: str, values: dict[str, float]) -> Any:
-    return effect.laws[law](*(values[name] for name in effect.arguments[law]))
+    """What a law gives; an effect of which no finer shape is given has its plain one."""
+    given = {name: effect.declarations[name].default for name in effect.finer_shape} | values
+    return effect.laws[law](*(given[name] for name in effect.arguments[law]))
 
 
 @pytest.mark.parametrize(("name", "values", "expected"), NUMBERS)
@@ -102,9 +113,26 @@ def test_backlash_follows_behind_by_half_its_width() -> None:
     path = [*(k * 1e-6 for k in range(51)), *(k * 1e-6 for k in range(50, -1, -1))]
     seen = []
     for x in path:
-        follower = call(effect, "update", {"incoming": x, "follower": follower, "width": 2e-5, "start_in_gap": 0.0, "time": 1.0})
+        values = {"incoming": x, "follower": follower, "leader": 0.0, "width": 2e-5, "start_in_gap": 0.0, "time": 1.0}
+        follower, _ = call(effect, "update", values)
         seen.append(follower)
     assert (seen[40], seen[60], seen[-1]) == (pytest.approx(3e-5), pytest.approx(4e-5), pytest.approx(1e-5))
+
+
+@pytest.mark.parametrize(
+    ("softness", "left"),
+    # of a gap of 20 um, from its middle, after 5 um of the way: u = 1 - s / half; (1 - s / (2 half))^2; exp(-s / half)
+    [(0.0, 0.5), (1e-9, 0.5), (0.5, 0.75**2), (1.0, math.exp(-0.5))],
+)
+def test_a_soft_play_closes_gradually(softness: float, left: float) -> None:
+    effect = stock_effects()["Backlash"]
+    follower, leader = 0.0, 0.0
+    for x in (0.0, 2e-6, 5e-6):
+        values = {"incoming": x, "follower": follower, "leader": leader, "width": 2e-5, "softness": softness}
+        shown = call(effect, "output", values)
+        follower, leader = call(effect, "update", values | {"start_in_gap": 0.0, "time": 1.0})
+        assert shown == follower
+    assert 1.0 - (leader - follower) / 1e-5 == pytest.approx(left, rel=1e-6)
 
 
 def test_workpiece_deflection_of_a_cantilever() -> None:

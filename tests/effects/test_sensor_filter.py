@@ -13,15 +13,17 @@ PERIOD = 1e-3
 
 def filtered(signal: list[float], time_constant: float, stages: float = 1.0, held: float = 0.0) -> list[float]:
     """Give what comes out of the filter at each sample."""
-    first = second = before = 0.0
+    first = second = third = fourth = before = 0.0
     found = []
     for place, incoming in enumerate(signal):
-        first, second, before = SensorFilter.update(incoming, first, second, before, time_constant, held, PERIOD, place * PERIOD)
-        found.append(SensorFilter.output(incoming, first, second, time_constant, stages))
+        first, second, third, fourth, before = SensorFilter.update(
+            incoming, first, second, third, fourth, before, time_constant, stages, held, PERIOD, place * PERIOD
+        )
+        found.append(SensorFilter.output(incoming, fourth, time_constant))
     return found
 
 
-@pytest.mark.parametrize("stages", [1.0, 2.0])
+@pytest.mark.parametrize("stages", [1.0, 2.0, 2.3, 4.0])
 @pytest.mark.parametrize("time_constant", [0.2e-3, 1e-3, 9e-3])
 def test_a_ramp_comes_out_late_by_the_time_constants(time_constant: float, stages: float) -> None:
     ramp = [3.0 * place * PERIOD for place in range(400)]

@@ -185,8 +185,12 @@ def _quantity(entry: dict[str, Any]) -> tuple[float, float | None, float | None]
 
 
 def removed_by_fit(truth: dict[str, Any], answer: dict[str, Any]) -> float | None:
-    """Give the share of the variance above the true noise that the answer's own before and after remove, over the channels, held out."""
-    before = after = 0.0
+    """Give the share of the variance above the true noise that the answer's own before and after remove, held out.
+
+    Over the channels in the lesson's own simulation, and over what two channels say together (a scale less the encoder, a current less the
+    command), where the load that moves both of them is no noise.
+    """
+    before, after = _of_differences(truth, answer)
     for channel, fit in (answer.get("fit") or {}).items():
         # without a held-out recording an answer is judged on the fitted one
         noise = truth["floors"].get("fit" if isinstance(fit, dict) and fit.get("recording") == "fit.csv" else "validate", {})
@@ -196,6 +200,20 @@ def removed_by_fit(truth: dict[str, Any], answer: dict[str, Any]) -> float | Non
         before += max((fit["before"] / floor) ** 2 - 1.0, 0.0)
         after += max((fit["after"] / floor) ** 2 - 1.0, 0.0)
     return 1.0 - after / before if before > 0.0 else None
+
+
+def _of_differences(truth: dict[str, Any], answer: dict[str, Any]) -> tuple[float, float]:
+    """Give what is missing before and after at a channel that another one foretells, above the true noise of their difference."""
+    noise = truth["floors"].get("validate", {})
+    before = after = 0.0
+    for item in answer.get("missing") or []:
+        shown = [channel for channel, output in truth["outputs"].items() if output == item["at"]]
+        told = {f"{channel}-{other}" for channel in shown for other in truth["outputs"]}
+        floor = next((size for name, size in noise.items() if name in told), None)
+        if floor and item.get("before") is not None and item.get("after") is not None:
+            before += max((item["before"] / floor) ** 2 - 1.0, 0.0)
+            after += max((item["after"] / floor) ** 2 - 1.0, 0.0)
+    return before, after
 
 
 def names_fault(fault: dict[str, Any], answer: dict[str, Any]) -> bool:
