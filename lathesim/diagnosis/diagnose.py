@@ -46,7 +46,7 @@ from lathesim.diagnosis.search import search
 from lathesim.diagnosis.sensor_zero import zeros_told
 from lathesim.diagnosis.shortfall import not_adequate, spoils_something
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Bench, judged_score
+from lathesim.diagnosis.trial import Bench, is_strained, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
 from lathesim.diagnosis.variables import resting
 from lathesim.diagnosis.verdict import NAMED_SHARE, Standing, removed_share, standing, takes_nothing
@@ -109,7 +109,9 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
         say(f"leaving out again {', '.join(term.name for term in found.model.terms)}: nothing is taken away of the recording that judges")
         leave_out(found, found.model.terms, rig, held_out, say)
         values = estimates(found.model, rig, held_out, whole)
-    if mistaken := wrong_unit([term for term in found.model.terms if found.removed_by(term) > NAMED_SHARE], values.values()):
+    credible = [] if found.far_off or is_strained(found.model.fitted) else found.model.terms
+    # beside a value of the lesson that is further off than possible a factor on a reading makes up for that
+    if mistaken := wrong_unit([term for term in credible if found.removed_by(term) > NAMED_SHARE], values.values()):
         return _recording_fault(question, [mistaken], findings, began)
     counts = coarse_counts((rig, held_out), found.model.terms)
     return replace(

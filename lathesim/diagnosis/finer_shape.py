@@ -50,8 +50,9 @@ def take_finer_shape(bench: Bench, found: Found, settings: Settings, promised: f
         first = next((one for one in found.trials.get(term.part, ()) if one.term.part == term.part), None)
         much = first is not None and min(trial.gain, trial.held_out_gain) > _OF_FIRST * first.gain
         if believable(trial, replace(settings, share_of_all=_OF_ALL), 0.0) or (much and trial.moves > settings.small_move):
-            share = found.removed_by(term)
-            found.trials[term.part] = [replace(trial, share_of_all=min(trial.share_of_all + share, 1.0))]
+            # what was as good and may take the same shape is as good still: a screw and an encoder's disc
+            alike = [one for one in found.trials.get(term.part, ()) if one.term.effect.finer_shape == term.effect.finer_shape]
+            found.trials[term.part] = [replace(one, share_of_all=min(one.share_of_all + trial.share_of_all, 1.0)) for one in alike]
             found.model = bench.settled(trial.model)
             return True
     return False

@@ -73,10 +73,13 @@ def with_memory(assembly: Assembly, memory: dict[str, float]) -> Assembly:
 
 
 def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator) -> dict[str, float]:
+    """Give what one controller remembers, from its command (``row``); ``speeds`` are first guesses."""
     plan = replay.plan
     memories = [f"{part.name}.{name}" for name in part.component.declared(DiscreteState)]
     memories += [f"{part.name}.{name}" for name in part.component.declared(Parameter) if name.startswith("start_")]
     memories = [name for name in memories if name in plan.discrete or name in plan.parameters]
+    if not memories:
+        return {}
     size = float(np.std(np.nan_to_num(replay.recorded[row])))
     given = np.array([plan.start_discrete[plan.discrete[name]] if name in plan.discrete else replay.given(name) for name in memories])
 
@@ -86,7 +89,7 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
         return found
 
     before = left(given[None])[0]
-    if not memories or _rms(before) < _WORTH * size:
+    if _rms(before) < _WORTH * size:
         return {}
     values = np.array([speeds.get(name, value) for name, value in zip(memories, given, strict=True)])
     best = left(values[None])[0]

@@ -16,6 +16,8 @@ from lathesim.diagnosis.trial import Bench, Model, is_strained, is_wide, judged_
 
 _WIDER = 10.0
 """By what factor a value may be further off than declared."""
+_FURTHEST = 4.0
+"""Factor by which a value is looked for larger or smaller."""
 _BETTER = 0.03
 """Share of what is gained by which one explanation must be better than another; within it they cannot be told apart."""
 _LEAST = 10.0
@@ -71,7 +73,14 @@ def _each(bench: Bench, baseline: Model, terms: tuple[Term, ...], start: Model, 
         loose = bench.model(terms, fit(bench.rig.sensed, with_start(rough), constant, rounds=3, wide=wide))
         return None if is_strained(loose.fitted) else (_merit(loose, baseline), item.name, loose)
 
-    return [found for found in together(loosened, baseline_free(bench.rig.machine, _WIDER)) if found is not None]
+    loose_ones = [_of_a_machine(item) for item in baseline_free(bench.rig.machine, _WIDER)]
+    return [found for found in together(loosened, loose_ones) if found is not None]
+
+
+def _of_a_machine(item: Free) -> Free:
+    """Give a loosened value within a factor of what the lesson gives: a motor without any force explains whatever hides behind it."""
+    low, high = sorted((item.given / _FURTHEST, item.given * _FURTHEST))
+    return replace(item, low=max(item.low, low), high=min(item.high, high)) if item.given else item
 
 
 def _merit(model: Model, baseline: Model) -> float:

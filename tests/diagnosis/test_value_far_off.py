@@ -1,0 +1,24 @@
+"""One value of the lesson that is further off than it holds possible is told as that, as long as it is one of a machine."""
+
+import pytest
+
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.search import search
+from tests.diagnosis.pushed_table import MASS, Hidden, machine, recording, rigs
+
+
+def found_with(mass: float, sure: float) -> Found:
+    """Give what is found of a table of another mass, where the lesson is so sure of it."""
+    hidden = Hidden(mass=mass)
+    return search(*rigs(recording(hidden, seed=1), recording(hidden, seed=2), effects=(), of=machine(sure=sure)))
+
+
+def test_a_load_on_the_table_is_a_value_far_off() -> None:
+    found = found_with(2.0 * MASS, 0.05)
+    assert found.far_off[0] == "x_axis.mass"
+    assert found.model.fitted.by_name["x_axis.mass"] == pytest.approx(2.0 * MASS, rel=0.02)
+
+
+def test_a_value_beyond_any_machine_is_not_told() -> None:
+    """Ten times the mass: no slip of the pen and no load does that, and a value as free as this one would explain anything."""
+    assert found_with(10.0 * MASS, 0.5).far_off == ()
