@@ -65,6 +65,8 @@ def hidden_lines(answer: Mapping[str, Any]) -> list[str]:
 
 
 def _graded_lines(graded: Grade, within: float) -> list[str]:
+    from lathesim.diagnosis.diagnosis import with_unit
+
     lines = []
     for item in graded.effects:
         lines.append(f"{item.effect} at {item.at}: {_naming(item)}")
@@ -72,7 +74,8 @@ def _graded_lines(graded: Grade, within: float) -> list[str]:
             held = "" if size.covered is None else ", its interval holds the truth" if size.covered else ", its interval misses the truth"
             verdict = f"within {within:g} %" if size.right else f"not within {within:g} %"
             off = f"off by {round(size.off, 3) + 0.0:.1%}"
-            lines.append(f"  {name}: {size.guess:.4g} {size.unit} for {size.true:.4g} {size.unit}, {off}, {verdict}{held}")
+            guess, true = (with_unit(f"{value:.4g}", size.unit) for value in (size.guess, size.true))
+            lines.append(f"  {name}: {guess} for {true}, {off}, {verdict}{held}")
     lines += [f"{name} was named in vain" for name in graded.wrong_names]
     return lines
 

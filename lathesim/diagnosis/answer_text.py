@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.diagnosis.diagnosis import Diagnosis, FoundEffect
+from lathesim.diagnosis.diagnosis import Diagnosis, FoundEffect, with_unit
 from lathesim.diagnosis.report import insert_lines
 from lathesim.diagnosis.report_text import takes_part
 
@@ -27,7 +27,7 @@ def answer_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.verdict == "parameters_only":
         for name, value in diagnosis.baseline.items():
             interval = f"95 %: {value.low:.5g} to {value.high:.5g}"
-            lines.append(f"  {name} = {_with_unit(f'{value.refit_with:.5g}', value.unit)}  (given {value.given:.5g}, {interval})")
+            lines.append(f"  {name} = {with_unit(f'{value.refit_with:.5g}', value.unit)}  (given {value.given:.5g}, {interval})")
     for name, channel in diagnosis.fit.items():
         sizes = [shown_with_unit(value, channel.unit) for value in (channel.before, channel.after, channel.floor)]
         lines.append(f"{name} on {channel.recording}: off by {sizes[0]} before, {sizes[1]} after (floor {sizes[2]})")
@@ -51,7 +51,7 @@ def _effect_lines(effect: FoundEffect, diagnosis: Diagnosis) -> list[str]:
     for name, item in effect.parameters.items():
         doubt = "; not determined" if name in effect.undetermined else ""
         value, low, high = _told_apart(item.value, item.low, item.high)
-        lines.append(f"    {name} = {_with_unit(value, item.unit)}  (95 %: {low} to {high}{doubt})")
+        lines.append(f"    {name} = {with_unit(value, item.unit)}  (95 %: {low} to {high}{doubt})")
     return lines
 
 
@@ -62,7 +62,3 @@ def _told_apart(*values: float) -> list[str]:
         if len(set(texts)) == len(set(values)):
             return texts
     return [f"{value:.4g}" for value in values]
-
-
-def _with_unit(number: str, unit: str) -> str:
-    return number if unit == "1" else f"{number} {unit}"

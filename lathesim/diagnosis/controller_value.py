@@ -16,6 +16,7 @@ from scipy.optimize import minimize_scalar
 
 from lathesim.component import Parameter
 from lathesim.diagnosis.contradiction import unexplained_share
+from lathesim.diagnosis.diagnosis import with_unit
 from lathesim.diagnosis.fit import Free, fit
 from lathesim.diagnosis.problem import Machine, Rig
 
@@ -47,8 +48,9 @@ class ControllerValue:
 
     def __str__(self) -> str:
         off = f"{self.value / self.given - 1.0:+.0%}"
-        follows = f"{self.command} follows from what its controller was given with {self.name} of {self.value:.4g} {self.unit} ({off})"
-        return f"{follows}; with the lesson's {self.given:.4g} {self.unit} {self.share:.0%} of it does not. Taken so for the rest."
+        value, given = (with_unit(f"{one:.4g}", self.unit) for one in (self.value, self.given))
+        follows = f"{self.command} follows from what its controller was given with {self.name} of {value} ({off})"
+        return f"{follows}; with the lesson's {given} {self.share:.0%} of it does not. Taken so for the rest."
 
     def in_machine(self, machine: Machine) -> Machine:
         """Give the machine with the value that was found."""

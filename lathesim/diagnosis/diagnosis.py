@@ -210,6 +210,11 @@ def no_surer_than(share: float, effect: FoundEffect) -> FoundEffect:
     return replace(effect, probability=min(effect.probability, share, max(0.0, own)))
 
 
+def with_unit(number: str, unit: str) -> str:
+    """Give a number with its unit, a pure number alone."""
+    return number if unit == "1" else f"{number} {unit}"
+
+
 def listed(names: Sequence[str]) -> str:
     """Give ``"a, b and c"``."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

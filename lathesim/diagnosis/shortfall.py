@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, MissingSignal
+from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, MissingSignal, with_unit
 from lathesim.diagnosis.narrow_band import NarrowBand
 
 ADEQUATE = 0.025
@@ -49,7 +49,7 @@ def shortfalls(
             reasons.append(f"{left}, and goes with {strongest.variable}")
     for name in strained:
         value = baseline[name]
-        reasons.append(f"it needs {name} at {value.refit_with:.4g} {value.unit}, further off than the lesson holds possible")
+        reasons.append(f"it needs {name} at {with_unit(f'{value.refit_with:.4g}', value.unit)}, further off than the lesson holds possible")
     reasons += [f"{band.channel} still swings {band.place}" for band in bands]
     return list(dict.fromkeys(reasons))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.belief import Settings
-from lathesim.diagnosis.diagnosis import BaselineValue, Evidence, FoundEffect, listed
+from lathesim.diagnosis.diagnosis import BaselineValue, Evidence, FoundEffect, listed, with_unit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.verdict import Standing
 
@@ -47,7 +47,9 @@ def strained_values(strained: tuple[str, ...], baseline: Mapping[str, BaselineVa
     for name in strained:
         item = baseline[name]
         off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
-        sentences.append(f"{name} would have to be {item.refit_with:.4g} {item.unit}{off}, further off than the lesson holds possible.")
+        sentences.append(
+            f"{name} would have to be {with_unit(f'{item.refit_with:.4g}', item.unit)}{off}, further off than the lesson holds possible."
+        )
     return sentences
 
 
@@ -59,7 +61,7 @@ def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue],
     item = baseline[names[0]]
     off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
     does = "explains by itself what is missing" if whole else "takes away a part of what is missing, and not the whole"
-    told = f"{names[0]} of {item.refit_with:.4g} {item.unit}{off} {does}, though the lesson holds it impossible"
+    told = f"{names[0]} of {with_unit(f'{item.refit_with:.4g}', item.unit)}{off} {does}, though the lesson holds it impossible"
     others = f"; so would another value of {' or of '.join(names[1:])}" if len(names) > 1 else ""
     return [f"{told}{others}. Measure it, and say in the lesson how sure it is."]
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from lathesim.diagnosis.answer_text import answer_lines
-from lathesim.diagnosis.diagnosis import Interval, no_surer_than
+from lathesim.diagnosis.diagnosis import Interval, no_surer_than, with_unit
 from lathesim.diagnosis.report import report_html
 from tests.diagnosis.sample_diagnoses import ALL, COULOMB, NAMED, UNKNOWN
 
@@ -63,3 +63,7 @@ def test_what_is_no_name_is_no_surer_than_what_it_took_away() -> None:
     assert no_surer_than(1.0, replace(COULOMB, share=-0.1)).probability == 0.0
     assert no_surer_than(0.6, replace(COULOMB, probability=0.2)).probability == 0.2
     assert no_surer_than(0.6, replace(COULOMB, share=float("nan"))).probability == 0.6
+
+
+def test_a_pure_number_has_no_unit() -> None:
+    assert (with_unit("0.4", "1"), with_unit("0.4", "mm")) == ("0.4", "0.4 mm")
