@@ -14,11 +14,12 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
+from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.component import Component, Input
 from lathesim.diagnosis.own_simulation import SETTLING, root_mean_square
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import Term, decides
-from lathesim.engine.assembly import Assembly, Part
+from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.record import Record
 from lathesim.recordings.known_factors import known_factor
 
@@ -36,6 +37,8 @@ _FURTHEST = 3.0
 """Samples by which a channel is looked for earlier or later."""
 _BY_SHIFT = 0.35
 """Share of what is unexplained that may stay so with a shift for that to be the fault."""
+_STEP = 1e-6
+"""By how much a zero is moved for its slope [SI]; commands answer in proportion."""
 _PLAINLY_OFF = 0.1
 _EXCHANGED = 0.1
 """Two channels are swapped where together they are off by more than the first, as a share of their squares, and exchanged by less than the
@@ -65,8 +68,8 @@ def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Mapping[
                         f"{1e3 * period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of "
                         f"{1.0 / factor:.4g}."
                     )
-            if late := _late_channel(rig, values, row, share):
-                return late
+            if told := _late_channel(rig, values, row, share) or _other_zero(rig, values, row, share):
+                return told
             if name in laws and (share < _LAW or laws[name]):
                 continue
             return (
@@ -97,6 +100,37 @@ def _late_channel(rig: Rig, values: Mapping[str, float], row: int, share: float)
                 "the channels were not recorded at the same times (ChannelTimeShift)."
             )
     return ""
+
+
+def _other_zero(rig: Rig, values: Mapping[str, float], row: int, share: float) -> str:
+    """Give a sentence where a command follows from what its controller was given once its reference is read from another zero; empty where
+    it does not. The first guess is how far apart the two are in the middle; what is left of the command then tells how far that is off."""
+    name = rig.machine.compare[row]
+    controller = _part(rig, name.partition(".")[0])
+    ports = controller.component.ports
+    target = f"{controller.name}.{ports['drive']}"
+    measured = next((wire.source for wire in rig.machine.assembly.wires if wire.target == f"{controller.name}.{ports['measured']}"), "")
+    if target not in rig.machine.drive or measured not in rig.machine.compare:
+        return ""
+    zero = float(np.nanmedian(rig.record[measured] - rig.record[target]))
+
+    def residual(more: float) -> FloatArray:
+        moved = replace(rig, record=rig.record.with_channel(target, rig.record.channels[target].unit, rig.record[target] + zero + more))
+        found: FloatArray = np.nan_to_num(moved.sensed.one(values)[row])
+        return found
+
+    size, step = float(np.std(np.nan_to_num(rig.sensed.recorded[row]))), _STEP
+    begin = int(SETTLING * rig.sensed.samples)
+    first = residual(0.0)[begin:]
+    slope = (residual(step)[begin:] - first) / step
+    more = -float(slope @ first) / max(float(slope @ slope), 1e-300)
+    if root_mean_square(residual(more)[begin:]) > min(_FOLLOWS * size, _BY_SHIFT * share * size):
+        return ""
+    shown = shown_with_unit(zero + more, rig.record.channels[target].unit, 3)
+    return (
+        f"With {shown} added to {target} {name} follows from what its controller was given, as recorded {share:.0%} of it does not: "
+        f"it was recorded from another zero than {measured}."
+    )
 
 
 def _shifted(rig: Rig, channel: str, samples: float) -> Rig:

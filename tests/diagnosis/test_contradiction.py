@@ -108,6 +108,14 @@ def test_a_channel_that_was_recorded_late_is_told_with_its_delay(controlled: Rig
     assert "(1.4 samples) earlier x_controller.voltage follows" in sentence
 
 
+def test_a_reference_from_another_zero_is_told_with_how_far_it_is_off(controlled: Rig) -> None:
+    moved = controlled.record.with_channel(REFERENCE, "m", controlled.record[REFERENCE] - 5e-3)
+    (rig,) = build_rigs(controlled.machine, [("run.csv", moved)], [])
+    sentence = contradicted(rig, {})
+    assert sentence.startswith("With 5 mm added to x_controller.reference x_controller.voltage follows")
+    assert sentence.endswith("it was recorded from another zero than x_encoder.position.")
+
+
 def test_two_columns_that_are_exchanged_are_told() -> None:
     """Thrust and feed force of one cut, of one unit."""
     columns = dict.fromkeys(("dynamometer.thrust", "dynamometer.feed"), "N")
