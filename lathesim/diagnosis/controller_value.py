@@ -26,7 +26,7 @@ _BY_VALUE = 0.25
 """... and share of that which another value may leave, ..."""
 _FOLLOWS = 0.2
 """... and share of the command: with more left it does not follow."""
-_FURTHEST = 4.0
+FURTHEST = 4.0
 """Factor by which a value is looked for larger or smaller."""
 _STEPS = 40
 _SCALE = 0.1
@@ -75,7 +75,7 @@ def controller_value(rig: Rig, held_out: Rig, values: Mapping[str, float]) -> Co
             def left(logarithm: float, row: int = row, name: str = name, given: float = given, of: Rig = rig) -> float:
                 return dict(unexplained_share(of, {**values, name: given * math.exp(logarithm)}))[row]
 
-            furthest = math.log(_FURTHEST)
+            furthest = math.log(FURTHEST)
             found = minimize_scalar(left, bounds=(-furthest, furthest), method="bounded", options={"xatol": 1e-4, "maxiter": _STEPS})
             better = found.fun < min(_BY_VALUE * share, _FOLLOWS) and (best is None or found.fun < best[0])
             if better and left(found.x, of=held_out) < _BY_VALUE * left(0.0, of=held_out):
@@ -86,7 +86,7 @@ def controller_value(rig: Rig, held_out: Rig, values: Mapping[str, float]) -> Co
 
 def _settled(found: ControllerValue, rigs: tuple[Rig, Rig], values: Mapping[str, float]) -> ControllerValue:
     """Give the value fitted to both recordings, with its standard error."""
-    free = Free(found.name, found.value, _SCALE * found.value, low=found.value / _FURTHEST, high=found.value * _FURTHEST)
+    free = Free(found.name, found.value, _SCALE * found.value, low=found.value / FURTHEST, high=found.value * FURTHEST)
     fits = [fit(rig.sensed, [free], values, slopes="central") for rig in rigs]
     weights = np.array([1.0 / max(one.error(found.name), 1e-12 * found.value) ** 2 for one in fits])
     value = float(weights @ [one.by_name[found.name] for one in fits] / weights.sum())

@@ -10,9 +10,10 @@ import numpy as np
 from lathesim.diagnosis.diagnosis import ChannelFit, ChannelTrace, Evidence, Location, MissingSignal, VariableBar
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.locate import COUNTS, bars, beyond, missing_signal, places
+from lathesim.diagnosis.locate import bars, beyond, missing_signal, places
 from lathesim.diagnosis.own_simulation import SETTLING, root_mean_square
 from lathesim.diagnosis.problem import Rig, acting
+from lathesim.diagnosis.simulator import COUNTS
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Model, Trial
 from lathesim.diagnosis.variables import PARTIAL, held_by_friction

@@ -142,12 +142,10 @@ def _of_more_stages(wave: Sequence[Screened], model: Model) -> list[Asked]:
     for item in wave:
         shaped, late = item.term.shaped, item.term.effect.late_by
         if shaped is not None and late:
-            start = shaped.points[0].copy()
+            start = 0.5 * shaped.usual
+            # about as late as the plain shape, in two stages
             for name, value in zip(item.term.parameters, item.starts[0], strict=True):
-                start[shaped.parameters.index(name)] = value
-            # as late as the plain shape, in two stages
-            start[shaped.parameters.index(f"{shaped.part}.{late}")] *= 0.5
-            start[shaped.parameters.index(f"{shaped.part}.stages")] = 2.0
+                start[shaped.parameters.index(name)] = 0.5 * value if name == f"{shaped.part}.{late}" else value
             found.append(Asked(shaped, model.terms, model.free, [start]))
     return found
 

@@ -17,13 +17,11 @@ from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.motion import measured_output
 from lathesim.diagnosis.noise_model import taper
 from lathesim.diagnosis.problem import Rig
-from lathesim.diagnosis.simulator import KICK
+from lathesim.diagnosis.simulator import COUNTS, KICK
 from lathesim.diagnosis.variables import ANGLE, PARTIAL, held_by_friction, samples_per_turn, variables
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan
 
-COUNTS = 0.5
-"""Weight from which on a sample counts."""
 _BINS = 14
 _DEAF = 1e-9
 """Share of the largest response below which a frequency of a channel says nothing of what pushed."""

@@ -22,7 +22,7 @@ KICK = 1e-3
 """Size of a kick of a state, in the state's unit; the response is scaled by the noise that is fitted."""
 _BEYOND = 1e100
 """Where a run whose numbers grow beyond all bounds is cut off before it is differenced and squared [SI]."""
-_COUNTS = 0.5
+COUNTS = 0.5
 """Weight from which on a sample counts."""
 _REMEMBERED = 8
 """Values whose kicks are kept: a fit, its judge and its error ask for the same ones, in two trials at a time."""
@@ -137,7 +137,7 @@ class Simulator:
         """Give the mean of values (samples,) where both sensors were recorded and the sample counts."""
         counts = np.isfinite(self.recorded[sight.row]) & np.isfinite(self.recorded[sight.first])
         if self.weights is not None:
-            counts &= self.weights > _COUNTS
+            counts &= self.weights > COUNTS
         return float(np.mean(values[counts])) if counts.any() else 0.0
 
     @property

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from lathesim.diagnosis.controller_value import FURTHEST
 from lathesim.diagnosis.fit import Free, fit, with_start
 from lathesim.diagnosis.problem import baseline_free
 from lathesim.diagnosis.terms import Term
@@ -16,8 +17,6 @@ from lathesim.diagnosis.trial import Bench, Model, is_strained, is_wide, judged_
 
 _WIDER = 10.0
 """By what factor a value may be further off than declared."""
-_FURTHEST = 4.0
-"""Factor by which a value is looked for larger or smaller."""
 _BETTER = 0.03
 """Share of what is gained by which one explanation must be better than another; within it they cannot be told apart."""
 _LEAST = 10.0
@@ -79,7 +78,7 @@ def _each(bench: Bench, baseline: Model, terms: tuple[Term, ...], start: Model, 
 
 def _of_a_machine(item: Free) -> Free:
     """Give a loosened value within a factor of what the lesson gives: a motor without any force explains whatever hides behind it."""
-    low, high = sorted((item.given / _FURTHEST, item.given * _FURTHEST))
+    low, high = sorted((item.given / FURTHEST, item.given * FURTHEST))
     return replace(item, low=max(item.low, low), high=min(item.high, high)) if item.given else item
 
 

@@ -6,7 +6,7 @@ import math
 
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect
-from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonics
+from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonic_parameters, harmonics
 
 
 class EncoderEccentricity(Effect):
@@ -39,10 +39,7 @@ class EncoderEccentricity(Effect):
     amplitude = Parameter("{signal}", 0.0, low=0.0, doc="half of the peak-to-peak error")
     turn = Parameter("{signal}", 0.005, low=1e-6, doc="travel per turn of the encoder")
     phase = Parameter("rad", 0.0, doc="phase at position zero")
-    second_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, in step with it")
-    second_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, a quarter of its own period ahead")
-    third_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, in step with it")
-    third_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, a quarter of its own period ahead")
+    second_sine, second_cosine, third_sine, third_cosine = harmonic_parameters()
 
     @staticmethod
     def output(

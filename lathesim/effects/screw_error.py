@@ -6,7 +6,7 @@ import math
 
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect
-from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonics
+from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonic_parameters, harmonics
 
 
 class CumulativePitchError(Effect):
@@ -66,10 +66,7 @@ class PeriodicPitchError(Effect):
     amplitude = Parameter("{signal}", 0.0, low=0.0, doc="half of the peak-to-peak error")
     lead = Parameter("{signal}", 0.005, low=1e-6, doc="travel after which the error repeats")
     phase = Parameter("rad", 0.0, doc="phase at position zero")
-    second_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, in step with it")
-    second_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, a quarter of its own period ahead")
-    third_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, in step with it")
-    third_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, a quarter of its own period ahead")
+    second_sine, second_cosine, third_sine, third_cosine = harmonic_parameters()
 
     @staticmethod
     def output(

@@ -6,7 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Noise, Output, Parameter
 from lathesim.effects.effect import Effect
-from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonics
+from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonic_parameters, harmonics
 
 
 class TachometerRipple(Effect):
@@ -45,10 +45,7 @@ class TachometerRipple(Effect):
     brush_noise = Parameter("1", 0.0, low=0.0, high=1.0, doc="standard deviation of the brush noise over the speed")
     order = Parameter("1", 2.0, low=0.0, doc="ripples per turn")
     phase = Parameter("rad", 0.0, doc="phase at angle zero")
-    second_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, in step with it")
-    second_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="second harmonic over the first, a quarter of its own period ahead")
-    third_sine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, in step with it")
-    third_cosine = Parameter("1", 0.0, low=-2.0, high=2.0, doc="third harmonic over the first, a quarter of its own period ahead")
+    second_sine, second_cosine, third_sine, third_cosine = harmonic_parameters()
 
     @staticmethod
     def update(chance: float, brush_noise: float) -> float:
