@@ -12,8 +12,9 @@ from lathesim.recordings.force_sense import senseless_forces
 from lathesim.recordings.jumps import dropped_samples, wrapped_counters
 from lathesim.recordings.mapping import RecordingMapping
 from lathesim.recordings.recorded_channel import RecordedChannel, channels_of
+from lathesim.recordings.repeated_rows import repeated_blocks, repeated_stretches
 from lathesim.recordings.slow_channels import slow_channels
-from lathesim.recordings.stuck_values import clipped_channels, clipped_readings, frozen_channels, repeated_blocks
+from lathesim.recordings.stuck_values import clipped_channels, clipped_readings, frozen_channels
 from lathesim.recordings.time_shift import shifted_channels
 
 _MEASURED = ("m", "m/s", "rad", "rad/s", "N", "N*m", "A", "W")
@@ -33,6 +34,7 @@ def recording_faults(record: Record, mapping: RecordingMapping) -> list[Finding]
         *wrapped_counters(channels, period),
         *dropped_samples(same, period),
         *repeated_blocks(channels, period),
+        *repeated_stretches(same, period),
         *frozen_channels(channels, same, period),
         *clipped_channels(same, period),
         *clipped_readings(channels),

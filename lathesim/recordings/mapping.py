@@ -87,7 +87,7 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     """
     findings = [Finding("reading", "", note, "") for note in table.notes if not note.startswith("left out")]
     columns = {signal.target: _column(table, signal, findings) for signal in mapping.signals}
-    time = _time(table, mapping, findings)
+    time, began = _time(table, mapping, findings)
     _same_length(table, mapping, columns, time)
     count = len(next(iter(columns.values())))
     _enough(table, count)
@@ -114,7 +114,7 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     }
     meta: Meta = {
         "sample_period": period,
-        "original_start": grid.start + begin * period,
+        "original_start": began + grid.start + begin * period,
         "source": str(table.source),
         "status": "complete",
     }
@@ -156,10 +156,13 @@ def _in_si(column: FloatArray, signal: SignalMapping) -> FloatArray:
     return values
 
 
-def _time(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -> FloatArray:
-    """Give the times of the rows [s]; empty where a rate tells them."""
+def _time(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -> tuple[FloatArray, float]:
+    """Give the times of the rows since the first of them [s], and that one; empty where a rate tells them.
+
+    The first is taken away in the file's own unit: in seconds since 1970 milliseconds are no whole numbers any more.
+    """
     if mapping.time_column is None:
-        return np.zeros(0)
+        return np.zeros(0), 0.0
     name = table.column_name(mapping.time_column)
     unit = mapping.time_unit
     if name is None and table.units.get("time") == "s":
@@ -177,7 +180,10 @@ def _time(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -
     if is_unit(header) and same_dimension(header, "s") and abs(si_factor(header)[0] / si_factor(unit)[0] - 1.0) > 1e-9:
         fact = f"the time is in {header} in the file and in {unit} in the lesson"
         findings.append(Finding("unit", "time", fact, f"the lesson counts; write unit: {header} there if the file is right", True))
-    return table.columns[name] * si_factor(unit)[0]
+    times, factor = table.columns[name], si_factor(unit)[0]
+    known = times[np.isfinite(times)]
+    first = float(known[0]) if len(known) else 0.0
+    return (times - first) * factor, first * factor
 
 
 def _same_length(table: RawTable, mapping: RecordingMapping, columns: dict[str, FloatArray], time: FloatArray) -> None:

@@ -1,4 +1,4 @@
-"""Values that stay where they are while the machine moves: frozen channels, clipped ones, and blocks written twice."""
+"""Values that stay where they are while the machine moves: frozen channels and clipped ones."""
 
 from __future__ import annotations
 
@@ -18,6 +18,12 @@ _REPEATED, _TURNING = 0.5, 0.2
 """Share of the samples that repeat the one before, at the most, and of those at which a channel turns round, at the least, in noise."""
 _GRAZES, _GRAZED = 3, 10
 """Samples for which noise grazes a level, and how often it does where it is cut off there."""
+_FULL_SCALE = (7, 24)
+"""Bits of converters whose largest and smallest numbers are known when they are seen."""
+_OFF = 0.02
+"""How far, in its steps, the end of a converter may be off."""
+_STANDING = 120
+"""Samples without noise at one end from which on a force that is measured is cut off there."""
 
 
 def frozen_channels(channels: list[RecordedChannel], found_pairs: list[Pair], period: float) -> list[Finding]:
@@ -169,10 +175,14 @@ def clipped_channels(found_pairs: list[Pair], period: float) -> list[Finding]:
 
 def clipped_readings(channels: list[RecordedChannel]) -> list[Finding]:
     """Find currents and forces whose noise ends at one level: a drive at its limit is read with the noise of its sensor, a range that is
-    too small is not, and where the reading comes near it the noise is cut off sample by sample."""
+    too small is not, and where the reading comes near it the noise is cut off sample by sample. A force that is no controller's may also
+    jump right beyond its range, as a cut begins."""
     findings = []
+    commanded = {channel.part for channel in channels if channel.driven}
     for channel in (item for item in channels if item.unit in _READ and not item.driven and not item.constant):
-        levels = [float(level) for level in (channel.values.max(), channel.values.min()) if level != 0.0 and _cuts_noise(channel, level)]
+        jumps = channel.unit == "N" and channel.part not in commanded
+        ends = (float(channel.values.max()), float(channel.values.min()))
+        levels = [level for level in ends if level != 0.0 and _cuts_noise(channel, level, jumps=jumps)] or _full_scale(channel, ends)
         if levels:
             stand = int(np.count_nonzero(np.isin(channel.values, levels)))
             where = " and ".join(f"{level:.6g}" for level in levels)
@@ -182,7 +192,24 @@ def clipped_readings(channels: list[RecordedChannel]) -> list[Finding]:
     return findings
 
 
-def _cuts_noise(channel: RecordedChannel, level: float) -> bool:
+def _full_scale(channel: RecordedChannel, ends: tuple[float, float]) -> list[float]:
+    """Give both ends of a channel where it stands long at each and they are the ends of a converter, counted in its steps: 2^n - 1 and
+    -2^n."""
+    gaps = np.diff(np.unique(channel.values))
+    count = float(gaps.min(initial=np.inf))
+    powers = 2.0 ** np.arange(*_FULL_SCALE)
+    if not np.isfinite(count) or not np.any(np.abs(ends[0] / count + 1.0 - powers) < _OFF) or abs(ends[0] + count + ends[1]) > _OFF * count:
+        return []
+    return list(ends) if all(_longest(channel.values == end) >= _LONG for end in ends) else []
+
+
+def _longest(flat: npt.NDArray[np.bool_]) -> int:
+    begins, ends = runs_of(flat)
+    return int((ends - begins).max(initial=0))
+
+
+def _cuts_noise(channel: RecordedChannel, level: float, *, jumps: bool) -> bool:
+    """Say whether the noise of a channel ends at a level: where it grazes it, or, if it ``jumps`` there, in one very long run."""
     flat = channel.values == level
     if np.count_nonzero(flat) < _LONG:
         return False
@@ -191,35 +218,10 @@ def _cuts_noise(channel: RecordedChannel, level: float) -> bool:
     inside = ~(flat[1:] | flat[:-1])
     steps = channel.steps[: len(inside)][inside]
     noisy = len(steps) > 2 * _LONG and np.mean(steps == 0.0) < _REPEATED and np.mean(steps[1:] * steps[:-1] < 0.0) > _TURNING
-    return bool(noisy and lengths.max() >= _LONG and np.count_nonzero(lengths <= _GRAZES) >= _GRAZED)
+    grazed = np.count_nonzero(lengths <= _GRAZES) >= _GRAZED
+    return bool(noisy and lengths.max() >= _LONG and (grazed or (jumps and lengths.max() >= _STANDING)))
 
 
 def _flat_runs(flat: npt.NDArray[np.bool_]) -> bool:
     begins, ends = runs_of(flat)
     return bool(np.max(ends - begins) >= _LONG)
-
-
-def repeated_blocks(channels: list[RecordedChannel], period: float) -> list[Finding]:
-    """Find rows that were written twice: a block equal in every channel to the one right before it, with a jump back at the seam."""
-    moving = [channel for channel in channels if not channel.constant]
-    if not moving:
-        return []
-    rows = np.ascontiguousarray(np.column_stack([channel.values for channel in moving]))
-    names = np.unique(rows.view([("", rows.dtype)] * rows.shape[1]).ravel(), return_inverse=True)[1].ravel()
-    order = np.argsort(names, kind="stable")
-    back = np.zeros(len(names), dtype=np.int64)
-    same = names[order][1:] == names[order][:-1]
-    back[order[1:][same]] = (order[1:] - order[:-1])[same]
-    begins, ends = runs_of(np.concatenate([[False], (back[1:] == back[:-1]) & (back[1:] > 1)]))
-    for begin, end in zip(begins - 1, ends, strict=True):
-        distance = int(back[begin])
-        whole = end - begin >= 0.9 * distance
-        if distance >= 20 and whole and _seam(moving, int(begin)):
-            fact = f"the rows from {(begin - distance) * period:.6g} to {(begin - 1) * period:.6g} s are written twice"
-            return [Finding("repeated", "", fact, "take the second copy out", True)]
-    return []
-
-
-def _seam(channels: list[RecordedChannel], begin: int) -> bool:
-    places = [channel for channel in channels if channel.unit in MOTION_UNITS]
-    return begin > 0 and any(abs(channel.steps[begin - 1]) > 5.0 * channel.usual_step for channel in places)

@@ -20,6 +20,7 @@ UNITS = {
     "x_controller.reference": "m", "x_encoder.position": "m", "x_scale.position": "m", "x_controller.voltage": "V",
     "x_tachometer.speed": "m/s",
     "cutting.feed": "m", "cutting.depth": "m", "dynamometer.main": "N", "dynamometer.thrust": "N", "dynamometer.feed": "N",
+    "x_drive.current": "A",
 }  # fmt: skip
 DRIVEN = ("x_controller.reference", "cutting.feed", "cutting.depth")
 Columns = dict[str, np.ndarray]
@@ -79,6 +80,17 @@ def held(values: np.ndarray, begin: int, end: int) -> np.ndarray:
     return np.where((np.arange(len(values)) >= begin) & (np.arange(len(values)) < end), values[begin], values)
 
 
+def given_again(values: np.ndarray, begins: tuple[int, ...], length: int) -> np.ndarray:
+    found = values.copy()
+    for begin in begins:
+        found[begin : begin + length] = values[begin - length : begin]
+    return found
+
+
+def converted(values: np.ndarray, bits: int, count: float) -> np.ndarray:
+    return np.clip(np.round(values / count), -(2 ** (bits - 1)), 2 ** (bits - 1) - 1) * count
+
+
 def late(values: np.ndarray, samples: int) -> np.ndarray:
     return np.concatenate([np.full(samples, values[0]), values[:-samples]])
 
@@ -92,6 +104,9 @@ MAIN, THRUST = "dynamometer.main", "dynamometer.thrust"
 SECOND_PASS = np.sort(np.median(CUT[MAIN].reshape(8, 1000), axis=1))[-2]
 """Force of the second strongest pass: its noise is cut off there [N]."""
 ONE_FORCE = {name: CUT[name] for name in ("cutting.feed", "cutting.depth", MAIN)}
+FIRST_OF_MANY = float(np.median(CUT[MAIN][CUT[MAIN] > 50.0]))
+"""A force that half of the cut is beyond: where it is cut off there hardly any noise grazes it [N]."""
+CURRENT = 6.0 * np.sin(2.0 * np.pi * 0.4 * np.arange(12000) * PERIOD) + 0.01 * np.random.default_rng(5).standard_normal(12000)
 NO_SPEED = {name: values for name, values in AXIS.items() if name != TACHOMETER}
 
 PLANTED: dict[str, tuple[Callable[[], Columns], str, str]] = {
@@ -112,6 +127,13 @@ PLANTED: dict[str, tuple[Callable[[], Columns], str, str]] = {
     "frozen force": (lambda: with_values(CUT, "dynamometer.main", held(CUT["dynamometer.main"], 3400, 3700)), "frozen", "dynamometer.main"),
     "clipped": (lambda: with_values(AXIS, ENCODER, np.clip(AXIS[ENCODER], -0.02, 0.02)), "clipped", ENCODER),
     "clipped force": (lambda: with_values(CUT, MAIN, np.minimum(CUT[MAIN], SECOND_PASS)), "clipped", MAIN),
+    "force beyond its range": (lambda: with_values(CUT, MAIN, np.minimum(CUT[MAIN], 0.7 * FIRST_OF_MANY)), "clipped", MAIN),
+    "current beyond its converter": (
+        lambda: {**AXIS, "x_drive.current": converted(CURRENT, 12, 2e-3)}, "clipped", "x_drive.current",
+    ),
+    "stretch of a scale given again": (
+        lambda: with_values(AXIS, SCALE, given_again(AXIS[SCALE], (1120, 3130, 5140), 50)), "repeated", SCALE,
+    ),
     "rows dropped": (lambda: {name: np.delete(values, np.r_[3120:3160, 7050:7090]) for name, values in AXIS.items()}, "dropped", "time"),
     "block written twice": (
         lambda: {name: np.concatenate([values[:5400], values[5100:]]) for name, values in AXIS.items()}, "repeated", "",
@@ -177,6 +199,12 @@ def test_a_saturated_command_and_a_dwell_are_no_fault() -> None:
 def test_a_force_at_its_limit_that_is_read_with_noise_is_no_fault() -> None:
     noise = np.random.default_rng(3).standard_normal(8000)
     assert found(with_values(CUT, MAIN, np.minimum(CUT[MAIN], SECOND_PASS) + noise)) == []
+
+
+def test_a_current_that_stands_at_a_limit_of_its_drive_is_no_fault() -> None:
+    """It is no number of a converter, and one side of it is enough."""
+    limited = np.clip(CURRENT, -4.0, 4.094) + 2e-3 * np.random.default_rng(6).standard_normal(12000)
+    assert [finding for finding in found({**AXIS, "x_drive.current": limited}) if finding.serious] == []
 
 
 def test_a_cut_that_begins_and_ends_without_noise_is_no_fault() -> None:

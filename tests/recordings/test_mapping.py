@@ -44,6 +44,14 @@ def test_a_clock_that_starts_late_starts_at_zero_here() -> None:
     assert found.record.meta["original_start"] == 12.5
 
 
+def test_milliseconds_since_1970_are_as_even_as_any() -> None:
+    """In seconds they are no whole numbers, and a float counts them in quarters of a microsecond."""
+    found = mapped(table(t=1717000123456.0 + 1e3 * TIME, q=PLACE), unit="ms")
+    assert found.findings == ()
+    assert found.record.sample_period == 1e-3
+    assert found.record.meta["original_start"] == pytest.approx(1717000123.456, abs=1e-6)
+
+
 def test_a_rate_instead_of_times() -> None:
     found = mapped(table(q=PLACE), time=None, rate=10.0)
     assert found.record.sample_period == 0.1
