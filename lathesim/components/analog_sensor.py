@@ -14,7 +14,7 @@ class AnalogSensor(Component):
     Left out: bandwidth, drift, crosstalk, saturation (the converter saturates).
     """
 
-    ports = {"measured": "measured", "reading": "voltage"}
+    ports = {"measured": "measured", "reading": "voltage", "gain": "gain"}
 
     measured = Input("{signal}", doc="what is measured")
 

@@ -15,7 +15,7 @@ class Tachometer(Component):
     Left out: nonlinearity, temperature. Noise is new at every sample and held over it.
     """
 
-    ports = {"measured": "speed", "reading": "voltage"}
+    ports = {"measured": "speed", "reading": "voltage", "gain": "gain"}
 
     speed = Input("rad/s", doc="actual speed of the spindle")
     angle = Input("rad", default=0.0, doc="angle of the spindle, which times the ripple")

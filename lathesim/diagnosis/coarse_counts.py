@@ -9,14 +9,11 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from lathesim.diagnosis.floor import FEWEST_LEVELS, OFF_GRID, grid_spacing
 from lathesim.diagnosis.parameters import Estimate
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import Term
-from lathesim.engine.assembly import FloatArray
 
-_FEWEST_LEVELS = 20
-_OFF_GRID = 0.02
-"""How far, in spacings, a value may lie beside the grid: the recording's last digit."""
 _COARSER = 1.5
 """Factor beyond the lesson's own counts from which they are called coarse."""
 
@@ -30,28 +27,10 @@ def coarse_counts(rigs: Sequence[Rig], known: Collection[Term] = ()) -> list[tup
     for term in rigs[0].candidates:
         spacings = np.array([grids.get(term.part, 0.0) for grids in seen])
         middle, spread = float(np.mean(spacings)), float(np.ptp(spacings))
-        if spread < _OFF_GRID * middle and all(term.part != other.part for other in known):
-            error = spread + _OFF_GRID * middle / _FEWEST_LEVELS
+        if spread < OFF_GRID * middle and all(term.part != other.part for other in known):
+            error = spread + OFF_GRID * middle / FEWEST_LEVELS
             found.append((term, Estimate(middle, error, error)))
     return found
-
-
-def grid_spacing(values: FloatArray) -> float:
-    """Give the spacing of a grid on which all values (samples,) lie; 0 where there is none, or too few levels to tell."""
-    finite = values[np.isfinite(values)]
-    levels = np.unique(finite)
-    if len(levels) < _FEWEST_LEVELS:
-        return 0.0
-    gaps = np.diff(levels)
-    smallest = float(np.min(gaps))
-    spacing = float(np.median(gaps[gaps < 1.5 * smallest]))
-    for reach in (100.0, np.inf):
-        # the last digit makes the first spacing a little wrong, and over many counts that adds up
-        near = levels - levels[0] if np.isinf(reach) else (gaps[gaps < reach * spacing])
-        counts = np.round(near / spacing)
-        spacing = float(near @ counts / (counts @ counts))
-    off = np.abs((levels - levels[0]) / spacing - np.round((levels - levels[0]) / spacing))
-    return spacing if float(np.max(off)) < _OFF_GRID else 0.0
 
 
 def _on_grids(rig: Rig) -> dict[str, float]:

@@ -12,13 +12,20 @@ from collections.abc import Mapping
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 from lathesim.component import Input
+from lathesim.diagnosis.floor import channel_floor
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 
 _CUTOFF = 100.0
 _CUTOFF_SHARE = 0.2
+_STEADY = 3e-3
+"""Share of its usual speed by which noise may move the velocity of a feed ..."""
+_FEWEST, _LONGEST = 5, 0.2
+"""... as far as that takes no fewer samples and no longer [s]."""
+_MOVING = 0.02
+"""Share of the fastest motion from which on a part moves."""
 
 
 def smooth(values: FloatArray, period: float) -> FloatArray:
@@ -38,12 +45,14 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
     """Give, for outputs of machine parts (``part.position``, ``part.velocity``), what the sensors on them recorded, smoothed.
 
     ``recorded`` maps channels to one value a sample [SI]. A sensor is a part with the ports ``measured`` and ``reading``; a host a part
-    with the ports ``displacement`` and ``flow``. A recorded output of the host itself counts too.
+    with the ports ``displacement`` and ``flow``. A recorded output of the host itself counts too. A reading in another unit, as the volts
+    of a tachometer, is divided by the sensor's ``gain``.
     """
     parts = {part.name: part for part in assembly.parts}
     wires = {wire.target: wire for wire in assembly.wires}
     period = assembly.sample_period
     found: dict[str, FloatArray] = {}
+    gained: dict[str, FloatArray] = {}
     for channel, values in recorded.items():
         if not np.isfinite(values).all():
             continue
@@ -54,12 +63,87 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
             found.setdefault(f"{host}.{item}", smooth(values, period))
             if "flow" in ports:
                 found.setdefault(f"{host}.{ports['flow']}", velocity_of(values, period))
-        elif item == ports.get("flow"):
-            velocity = smooth(values, period)
-            found[f"{host}.{item}"] = velocity
-            if "displacement" in ports:
-                found.setdefault(f"{host}.{ports['displacement']}", cumulative_trapezoid(velocity, dx=period, initial=0.0))
+        elif item == ports.get("flow") and (gain := _gain(parts, channel, source)):
+            (found if gain == 1.0 else gained)[source] = smooth(values / gain, period)
+    # a gain may be wrong: where something counts the way, that tells the speed as well
+    velocities = {name: values for name, values in gained.items() if name not in found}
+    found.update(velocities)
+    for source in found.copy():
+        host, _, item = source.partition(".")
+        ports = parts[host].component.ports
+        if item == ports.get("flow") and "displacement" in ports:
+            found.setdefault(f"{host}.{ports['displacement']}", cumulative_trapezoid(found[source], dx=period, initial=0.0))
     return found
+
+
+def counted_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Give places and velocities of machine parts (``part.position``, ``part.velocity``) as far as sensors show them in their unit.
+
+    The velocity is as steady as a feed has to be: it is smoothed until what noise and counts add to it is next to nothing.
+    """
+    parts = {part.name: part for part in assembly.parts}
+    wires = {wire.target: wire for wire in assembly.wires}
+    places: dict[str, FloatArray] = {}
+    velocities: dict[str, FloatArray] = {}
+    for channel, values in recorded.items():
+        source = _shown_through(parts, wires, channel)
+        host, _, item = source.partition(".")
+        ports = parts[host].component.ports if host in parts else {}
+        if not np.isfinite(values).all() or _gain(parts, channel, source) != 1.0:
+            continue
+        if item == ports.get("displacement") and source not in places:
+            places[source] = smooth(values, assembly.sample_period)
+            if "flow" in ports:
+                velocities[f"{host}.{ports['flow']}"] = _steady_velocity(values, assembly.sample_period)
+        elif item == ports.get("flow") and source not in velocities:
+            noise = channel_floor(values) / (_STEADY * _usual(values))
+            velocities[source] = savgol_filter(values, _odd(2.25 * noise**2, len(values), assembly.sample_period), 2)
+    return {**velocities, **places}
+
+
+def _shown_through(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
+    """Give what a channel shows in the end: a converter reads a tachometer, and that a spindle."""
+    shown = measured_output(parts, wires, channel)
+    while (further := measured_output(parts, wires, shown)) != shown:
+        shown = further
+    return shown
+
+
+def _steady_velocity(position: FloatArray, period: float) -> FloatArray:
+    """Give the velocity of a position as the slope of parabolas through n samples each, which takes no notice of a rapid move further away:
+    white noise s of the position makes s sqrt(12 / n^3) / T of it, and n is so large that this is a small share of the usual speeds.
+
+    Source: Savitzky, Golay, Smoothing and differentiation of data, Analytical Chemistry 36 (1964).
+    """
+    noise = channel_floor(position) / (_STEADY * _usual(velocity_of(position, period)) * period)
+    width = _odd((12.0 * noise**2) ** (1.0 / 3.0), len(position), period)
+    return np.asarray(savgol_filter(position, width, 2, deriv=1, delta=period))
+
+
+def _usual(velocity: FloatArray) -> float:
+    """Give the speed that is usual where a part moves; infinite where it never does."""
+    speed = np.abs(velocity)
+    moving = speed[speed > _MOVING * speed.max(initial=0.0)]
+    return float(np.median(moving)) if len(moving) else np.inf
+
+
+def _odd(samples: float, count: int, period: float) -> int:
+    """Give an odd number of samples next to the one asked for, as far as it may be."""
+    longest = max(_FEWEST, min(int(_LONGEST / period), count - 1))
+    width = int(np.clip(samples, _FEWEST, longest))
+    return width + 1 - width % 2
+
+
+def _gain(parts: Mapping[str, Part], channel: str, source: str) -> float:
+    """Give by what a reading is to be divided to be what it shows: 1 where it has its unit; 0 where nobody knows."""
+    (sensor, reading), (host, item) = (name.partition(".")[::2] for name in (channel, source))
+    part = parts[sensor]
+    declared = part.component.declarations
+    if declared[reading].unit == parts[host].component.declarations[item].unit:
+        return 1.0
+    name = part.component.ports.get("gain", "")
+    default = declared[name].default if name else 0.0  # type: ignore[attr-defined]
+    return float(part.parameters.get(name, default))
 
 
 def measured_output(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:

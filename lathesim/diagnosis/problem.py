@@ -12,9 +12,9 @@ from scipy.fft import prev_fast_len
 from lathesim.component import Input, Output
 from lathesim.diagnosis.fit import Free
 from lathesim.diagnosis.floor import channel_floor
-from lathesim.diagnosis.motion import measured_output, recorded_motion, velocity_of
+from lathesim.diagnosis.motion import counted_motion, measured_output, recorded_motion, velocity_of
 from lathesim.diagnosis.moving_start import remembered_at_start, with_memory
-from lathesim.diagnosis.replay import cut, drive, look, seen, sense, sensed_share
+from lathesim.diagnosis.replay import cut, drive, follow, look, seen, sense, sensed_share
 from lathesim.diagnosis.simulator import SecondSight, Simulator
 from lathesim.diagnosis.terms import Term, insert_candidates
 from lathesim.effects.effect import Effect
@@ -141,7 +141,7 @@ class Rig:
         """Recorded inputs for every part, recorded motion for the effects."""
         if not self.machine.replay:
             return self.replayed
-        replayed = cut(_exact_sensors(self._driven()), self._whole())
+        replayed = self._cut(_exact_sensors(self._driven()))
         motion = recorded_motion(self.with_candidates, self._whole())
         effects = {part.name for part in self.with_candidates.parts if issubclass(part.component, Effect)}
         return self._simulator(*look(sense(replayed, motion, effects), self._channels(), motion))
@@ -161,7 +161,11 @@ class Rig:
     def replayed(self) -> Simulator:
         """Recorded inputs for every part, simulated motion for the effects."""
         exact = _exact_sensors(self._driven())
-        return self._simulator(cut(exact, self._whole()) if self.machine.replay else exact)
+        return self._simulator(self._cut(exact) if self.machine.replay else exact)
+
+    def _cut(self, assembly: Assembly) -> Assembly:
+        """Give a driven assembly whose parts take what was recorded of their inputs, and whose processes go on where the machine was."""
+        return follow(cut(assembly, self._whole()), counted_motion(self.with_candidates, self._whole()))
 
     @cached_property
     def feeds_back(self) -> bool:

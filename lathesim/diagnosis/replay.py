@@ -102,6 +102,48 @@ def cut(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Assembly:
     return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
 
 
+def follow(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
+    """Give the assembly in which a process goes on where the machine was: what neither moves nor measures a part, as the stock that a tool
+    cuts, takes the recorded ``motion`` of it (output -> values).
+
+    A replayed axis drifts away from its recording by what its controller had held, and a cut there, at that feed, is another one.
+    """
+    parts = list(assembly.parts)
+    by_name = {part.name: part for part in parts}
+    wires = {item.target: item for item in assembly.wires}
+    for output, values in motion.items():
+        targets = _taken_by_processes(by_name, wires, output)
+        if not targets:
+            continue
+        host, _, item = output.partition(".")
+        name = f"followed_{host}_{item}"
+        parts.append(_signal(name, LinearSignal, by_name[host].component.declarations[item].unit, values))
+        for target in targets:
+            wires[target] = Wire(target, f"{name}.value")
+    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+
+
+def _taken_by_processes(parts: Mapping[str, Part], wires: Mapping[str, Wire], output: str) -> list[str]:
+    """Give the inputs of processes that an output feeds; past effects that others see as well, as what is recorded has passed them too."""
+    found: list[str] = []
+    for target in [target for target, item in wires.items() if item.source == output]:
+        if _is_of_a_process(parts, wires, target):
+            found.append(target)
+        elif target.endswith(".incoming"):
+            found += _taken_by_processes(parts, wires, f"{target.partition('.')[0]}.outgoing")
+    return found
+
+
+def _is_of_a_process(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> bool:
+    """Say whether an input is of parts that neither move nor measure, through effects that sit on it and what belongs to them."""
+    part, _, item = target.partition(".")
+    component = parts[part].component
+    if "incoming" not in component.declared(Input):
+        return not {"effort", "drive", "measured", "reading"} & set(component.ports)
+    fed = [end for end, wire in wires.items() if wire.source == f"{part}.outgoing"]
+    return item == "incoming" and bool(fed) and all(_is_of_a_process(parts, wires, end) for end in fed)
+
+
 def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Collection[str] | None = None) -> Assembly:
     """Give the assembly in which effects sense the recorded motion of their hosts instead of the simulated one.
 

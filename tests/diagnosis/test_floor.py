@@ -18,6 +18,13 @@ def test_rounding_has_a_floor_of_the_step_over_the_root_of_twelve(step: float) -
     assert channel_floor(ramp, step) == pytest.approx(step / math.sqrt(12.0))
 
 
+def test_counts_are_seen_in_a_motion_that_hardly_ever_stands_on_one() -> None:
+    """Constant speeds are whole counts a sample: the differences of a position are then nothing, and all of it lies on a grid."""
+    steps = np.repeat([5, 8, -13, 21, 3], 800)
+    place = np.cumsum(steps) * 0.2e-6
+    assert channel_floor(place) == pytest.approx(0.2e-6 / math.sqrt(12.0), rel=1e-6)
+
+
 def test_a_declared_resolution_counts_where_the_levels_do_not_show_it() -> None:
     assert channel_floor(MOTION, 1e-6) == pytest.approx(1e-6 / math.sqrt(12.0))
 

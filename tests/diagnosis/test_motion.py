@@ -1,6 +1,7 @@
 """How a part really moved, from what its sensor recorded: without lag, and with the velocity of the position."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +9,9 @@ import pytest
 from lathesim.diagnosis.motion import measured_output, recorded_motion, smooth, velocity_of
 from lathesim.effects.play import Backlash
 from lathesim.lessons.insertion import insert_effect
+from lathesim.lessons.lesson import load_machine
+from lathesim.lessons.simulate import check_machine
+from lathesim.plugins import load_registry
 from tests.diagnosis.pushed_table import PERIOD, POSITION, machine
 
 TIME = np.arange(2000) * PERIOD
@@ -55,3 +59,20 @@ def test_a_sensor_shows_its_host_past_effects_in_between() -> None:
     wires = {wire.target: wire for wire in assembly.wires}
     assert measured_output(parts, wires, POSITION) == "x_axis.position"
     assert measured_output(parts, wires, "x_axis.velocity") == "x_axis.velocity"
+
+
+def test_the_volts_of_a_tachometer_are_no_speed() -> None:
+    """A bench recorded while it turned began at the volts of its tachometer, taken for radians a second."""
+    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "torque_spindle.yaml"
+    bench = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    gain = next(part.component for part in bench.parts if part.name == "tachometer").declarations["gain"].default  # type: ignore[attr-defined]
+    turned = 40.0 * np.arange(2000) * bench.sample_period
+    alone = recorded_motion(bench, {"tachometer.voltage": np.full(2000, 40.0 * gain)})
+    assert alone["spindle.speed"] == pytest.approx(40.0)
+    assert alone["spindle.angle"] == pytest.approx(turned)
+    # a gain may be wrong: the encoder tells the speed where there is one
+    for names in (("spindle_encoder.angle", "tachometer.voltage"), ("tachometer.voltage", "spindle_encoder.angle")):
+        values = {"spindle_encoder.angle": turned, "tachometer.voltage": np.full(2000, 44.0 * gain)}
+        both = recorded_motion(bench, {name: values[name] for name in names})
+        assert both["spindle.speed"][INSIDE] == pytest.approx(40.0)
+        assert both["spindle.angle"][INSIDE] == pytest.approx(turned[INSIDE])
