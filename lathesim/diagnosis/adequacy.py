@@ -6,11 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.another_law import AnotherLaw
 from lathesim.diagnosis.diagnosis import BaselineValue, Evidence
 from lathesim.diagnosis.evidence import Compared
+from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.narrow_band import NarrowBand, narrow_bands
+from lathesim.diagnosis.own_simulation import root_mean_square
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.shortfall import (
     MOST,
@@ -25,6 +28,9 @@ from lathesim.diagnosis.shortfall import (
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED
 from lathesim.diagnosis.verdict import removed_in_band
+
+_APART = 20.0
+"""Times what both can resolve by which two sensors of one motion may differ without a reason: less is in their interpolation."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +80,7 @@ def adequacy(
         # a value that the lesson holds impossible has to explain what it is believed for
         reasons += leaves_much(evidence, taken)
     else:
-        reasons += is_missing_for_sure(evidence, own.fit)
+        reasons += [*is_missing_for_sure(evidence, own.fit), *_sensors_apart(held_out, found.model.held_out_fit)]
     # without anything that feeds back a simulation drifts with whatever nobody modelled
     spoiled = effects and held_out.feeds_back and spoils_everything(own.fit)
     if spoiled:
@@ -88,9 +94,21 @@ def adequacy(
     return Adequacy(tuple(reasons), tuple(weak), removed, form_left, strained, bands, tuple(laws))
 
 
+def _sensors_apart(rig: Rig, fitted: Fitted) -> list[str]:
+    """Give the reason where two sensors of one motion differ by far more than both can resolve: no load does that."""
+    reasons = []
+    for sight in (sight for sight in rig.sensed.second_sight if not sight.rate):
+        apart = root_mean_square(fitted.residual[sight.row])
+        if apart > _APART * rig.sensed.seen_floors[sight.row]:
+            names = [rig.machine.compare[row] for row in (sight.row, sight.first)]
+            size = shown_with_unit(apart, rig.sensed.plan.unit(rig.sensed.channels[sight.row]))
+            reasons.append(f"{names[0]} and {names[1]} differ by {size} (root mean square)")
+    return reasons
+
+
 def _strained(rig: Rig, found: Found, baseline: Mapping[str, BaselineValue]) -> tuple[str, ...]:
     """Give the values that the model needs further off than the lesson holds possible, less the one that is the answer."""
-    known = found.far_off[:1]
+    known = found.values_off[:1]
     return tuple(
         name
         for name, item in baseline.items()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,6 +23,8 @@ _EQUAL_SHARE = 0.01
 _LAST = 1000
 _NEXT_TO_NOTHING, _HARDLY_MORE = 0.02, 1.5
 """Share of the error that an effect with two values less may leave, and by how much more that may be than what the other one leaves."""
+_NEARLY_AS_MUCH = 0.75
+"""Share of what that one gains that it must gain."""
 _LEAST_LAG = 0.2
 """Share of a sample by which a channel must be late."""
 _AT_THE_START = 0.01
@@ -40,7 +42,9 @@ class Settings:
     longest: float = np.inf
     """Time after which the search ends and keeps what is known [s]."""
     most_runs: int = 5_000
-    """Runs of a recording after which no further effect is looked for: one of 30 s at 1 kHz takes some 8 ms, on one core."""
+    runs_a_candidate: int = 100
+    """Runs of a recording, in all or for each candidate if that is more, after which no further effect is looked for: one of 30 s at 1 kHz
+    takes some 8 ms, on one core."""
     screened: int = 5
     """Candidates fitted in one round."""
     worth_a_fit: float = 0.25
@@ -64,6 +68,8 @@ class Settings:
     """Largest usual sizes of an effect beyond which it is not believed ..."""
     largest_shape: float = 10.0
     """... and the same of its other values, where these are usually positive: a peak at low speed that lasts to 5 m/s is none."""
+    possible: Mapping[str, float] = field(default_factory=dict)
+    """How large parameters (free name -> size) could be on this machine, whatever is usual on others."""
     smallest_shape: float = 100.0
     """Factor below their usual range: a warm-up of a millisecond is a constant in disguise. A range that begins at nothing has no below."""
     share_of_all: float = 0.03
@@ -73,8 +79,14 @@ class Settings:
     """... or this share of what the others left, however little of all that is."""
     left_by_refined: float = 0.25
     """Share of what a simple form leaves that a refined one may leave to take its place with one value more; with two more, half of it."""
+    despite_strain: bool = False
+    """Whether values of the lesson that are wrong beyond belief are no reason to doubt an effect, as another one may yet ease them."""
     nearly_worth: float = 0.5
     """Share of ``nearly_all_of_rest`` that a candidate must promise to be fitted, where it cannot come to the other two."""
+
+    def affords(self, runs: int, candidates: int) -> bool:
+        """Say whether a search among so many candidates may go on after so many runs."""
+        return runs <= max(self.most_runs, candidates * self.runs_a_candidate)
 
 
 def simplest(good: Sequence[Trial], settings: Settings) -> Trial:
@@ -86,7 +98,7 @@ def simplest(good: Sequence[Trial], settings: Settings) -> Trial:
     near = [
         trial
         for trial in good
-        if (reached - merit(trial, settings) < width and _removes_as_much(trial, good[0])) or _leaves_hardly_more(trial, good[0])
+        if (reached - merit(trial, settings) < width and _removes_as_much(trial, good[0])) or _leaves_hardly_more(trial, good[0], settings)
     ]
     fewest = min(len(trial.term.parameters) - len(trial.term.spare) for trial in near)
     simple = [trial for trial in near if len(trial.term.parameters) - len(trial.term.spare) == fewest]
@@ -99,11 +111,13 @@ def _out_of_place(term: Term) -> bool:
     return term.effect.between_sensors and not term.second
 
 
-def _leaves_hardly_more(trial: Trial, other: Trial) -> bool:
+def _leaves_hardly_more(trial: Trial, other: Trial, settings: Settings) -> bool:
     """Say whether a trial leaves next to nothing, hardly more than another one, with far fewer values: what rocks far above all frequencies
-    of the motion is a plain spring."""
+    of the motion is a plain spring. Each does so in the channel where it does most; which gains far less does so in another one."""
     left, of_other = 1.0 - trial.share_of_all, 1.0 - other.share_of_all
-    return left < _NEXT_TO_NOTHING and left < _HARDLY_MORE * of_other and len(trial.term.parameters) + 1 < len(other.term.parameters)
+    fewer = len(trial.term.parameters) + 1 < len(other.term.parameters)
+    alike = merit(trial, settings) > _NEARLY_AS_MUCH * merit(other, settings)
+    return alike and fewer and left < _NEXT_TO_NOTHING and left < _HARDLY_MORE * of_other
 
 
 def _removes_as_much(trial: Trial, other: Trial) -> bool:
@@ -130,7 +144,7 @@ def believable(trial: Trial, settings: Settings, chance: float) -> bool:
     agreed = trial.held_out_gain > max(settings.held_out_margin, settings.held_out_share * trial.gain)
     judged = trial.gain > due and agreed and trial.moves > _due_move(trial, settings)
     worth = worth and trial.spoils < settings.most_spoilt
-    if trial.strained:
+    if trial.strained and not settings.despite_strain:
         # values that are wrong beyond belief leave an error that any wave takes a part of
         worth = worth and trial.share_of_rest > settings.nearly_all_of_rest
     if trial.strains_anew:
@@ -159,7 +173,7 @@ def of_usual_size(term: Term, values: Mapping[str, float], settings: Settings) -
                 continue
             if size < least / settings.smallest_shape:
                 return False
-        if usual > 0.0 and size >= most * usual:
+        if usual > 0.0 and size >= max(most * usual, settings.possible.get(name, 0.0)):
             return False
     return True
 

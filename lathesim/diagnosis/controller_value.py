@@ -15,10 +15,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from lathesim.component import Parameter
-from lathesim.diagnosis.contradiction import unexplained_share
+from lathesim.diagnosis.contradiction import commands, unexplained_share
 from lathesim.diagnosis.diagnosis import with_unit
 from lathesim.diagnosis.fit import Free, fit
-from lathesim.diagnosis.problem import Machine, Rig
+from lathesim.diagnosis.problem import Machine, Rig, baseline_free
 
 _WORTH = 0.02
 """Share of a command that must be left for its controller to be asked about ..."""
@@ -84,9 +84,21 @@ def controller_value(rig: Rig, held_out: Rig, values: Mapping[str, float]) -> Co
     return _settled(best[1], (rig, held_out), values) if best else None
 
 
+def with_commands_followed(rig: Rig, values: Mapping[str, float]) -> dict[str, float]:
+    """Give ``values`` with those of controllers that are uncertain fitted, so that their commands follow best: what an integral adds up
+    makes much of little."""
+    controllers = {name.partition(".")[0] for _, name in commands(rig)} if rig.machine.replay else set()
+    free = [item for item in baseline_free(rig.machine) if item.name.partition(".")[0] in controllers]
+    if not free:
+        return dict(values)
+    constant = {name: value for name, value in values.items() if name not in {item.name for item in free}}
+    return {**constant, **fit(rig.sensed, free, constant, rounds=2).by_name}
+
+
 def _settled(found: ControllerValue, rigs: tuple[Rig, Rig], values: Mapping[str, float]) -> ControllerValue:
     """Give the value fitted to both recordings, with its standard error."""
     free = Free(found.name, found.value, _SCALE * found.value, low=found.value / FURTHEST, high=found.value * FURTHEST)
+    values = {name: value for name, value in values.items() if name != found.name}
     fits = [fit(rig.sensed, [free], values, slopes="central") for rig in rigs]
     weights = np.array([1.0 / max(one.error(found.name), 1e-12 * found.value) ** 2 for one in fits])
     value = float(weights @ [one.by_name[found.name] for one in fits] / weights.sum())

@@ -19,10 +19,10 @@ from lathesim.diagnosis.another_law import AnotherLaw, another_law
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.coarse_counts import coarse_counts
 from lathesim.diagnosis.contradiction import contradicted, exchanged_with, swapped, wrong_unit
-from lathesim.diagnosis.controller_value import controller_value
+from lathesim.diagnosis.controller_value import controller_value, with_commands_followed
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
-from lathesim.diagnosis.evidence import compared, gather, located, strongest_variables
+from lathesim.diagnosis.evidence import Compared, compared, gather, located, strongest_variables
 from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import leave_out
@@ -44,7 +44,7 @@ from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import search
 from lathesim.diagnosis.sensor_zero import zeros_told
-from lathesim.diagnosis.shortfall import not_adequate, spoils_something
+from lathesim.diagnosis.shortfall import hardly_missed, not_adequate, spoils_something
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, is_strained, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
@@ -84,13 +84,15 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
         findings = tuple(dict.fromkeys((*findings, *zeros_told(rig), *zeros_told(held_out))))
         faults = [sentence for one in (rig, held_out) if (sentence := exchanged_with(one, _as_given(one)))]
     if not faults:
-        if other := controller_value(rig, held_out, _as_given(rig)):
+        given = with_commands_followed(rig, _as_given(rig))
+        if other := controller_value(rig, held_out, given):
             findings = (*findings, str(other))
             question = replace(question, machine=other.in_machine(question.machine))
             (rig, held_out), whole, held_name = _rigs(question)
+            given = with_commands_followed(rig, _as_given(rig))
         # a feed-forward may be more than all that the lesson's controller does
-        laws = {law.channel: law.feed_forward for law in another_law(rig, held_out, _as_given(rig))}
-        checks = [(contradicted(one, _as_given(one), laws), swapped(one, _as_given(one))) for one in (rig, held_out)]
+        laws = {law.channel: law.feed_forward for law in another_law(rig, held_out, given)}
+        checks = [(contradicted(one, given, laws), swapped(one, given)) for one in (rig, held_out)]
         faults = [sentence for pair in checks for sentence in pair if sentence]
     if faults:
         return _recording_fault(question, faults, findings, began)
@@ -100,7 +102,7 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
         return _recording_fault(question, [stranger], findings, began)
     say("fitting the found model to everything")
     values = estimates(found.model, rig, held_out, whole)
-    doubtful = _doubtful(found, held_out, values)
+    doubtful = _doubtful(found, rig, held_out, values)
     if doubtful:
         say(f"leaving out again {', '.join(term.name for term in doubtful)}: the recordings do not agree on its size")
         leave_out(found, doubtful, rig, held_out, say)
@@ -123,16 +125,24 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     )
 
 
-def _doubtful(found: Found, held_out: Rig, values: Estimates) -> list[Term]:
-    """Give the effects whose size may be nothing: those whose sizes the recordings do not agree on, and, where the lesson's own simulation
-    is further off with the whole model in some channel, small ones beside others whose intervals hold nothing."""
+def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[Term]:
+    """Give the effects whose size may be nothing: those whose sizes the recordings do not agree on; a single one whose intervals hold
+    nothing, where nothing that matters was missing; and, where the lesson's own simulation is further off with the whole model in some
+    channel, small ones beside others."""
     doubtful = [term for term in found.model.terms if not is_significant(term, values)]
+    if len(found.model.terms) == 1 and not doubtful:
+        term = found.model.terms[0]
+        loose = is_open(term, values) and not hangs_together(term, values)
+        return [term] if loose and hardly_missed(gather(rig, held_out, found, _own(held_out, found, values))) else []
     small = [term for term in found.model.terms if term not in doubtful and found.removed_by(term) < NAMED_SHARE]
     unsure = [term for term in small if is_open(term, values) and not hangs_together(term, values)]
     if len(found.model.terms) == 1 or not unsure:
         return doubtful
-    own = compared(held_out, found.baseline.held_out_fit.by_name, on_held_out(held_out, found, values.values()).by_name)
-    return doubtful + unsure if spoils_something(own.fit) else doubtful
+    return doubtful + unsure if spoils_something(_own(held_out, found, values).fit) else doubtful
+
+
+def _own(held_out: Rig, found: Found, values: Estimates) -> Compared:
+    return compared(held_out, found.baseline.held_out_fit.by_name, on_held_out(held_out, found, values.values()).by_name)
 
 
 def _recording_fault(question: Question, faults: list[str], findings: tuple[str, ...], began: float) -> Diagnosis:
@@ -234,7 +244,7 @@ def _other_laws(question: Question, found: Found, rig: Rig, held_out: Rig) -> li
     slow_log = any(finding.kind == "coarse" for finding in question.fitted.findings)
     if slow_log or any(term.effect.late_by for term in found.model.terms):
         return []
-    return another_law(rig, held_out, _as_given(rig))
+    return another_law(rig, held_out, with_commands_followed(rig, _as_given(rig)))
 
 
 def _given(rig: Rig, found: Found) -> Fitted:

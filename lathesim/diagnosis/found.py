@@ -40,6 +40,8 @@ class Found:
     """Values of the lesson that would explain as much as what was found, were they so far off."""
     controller: ControllerValue | None = None
     """A value of a controller that is another one than the lesson's."""
+    to_ease: bool = False
+    """Whether the search began with an effect beside which values were strained, to see whether another one eases them."""
     complete: bool = False
     ended_after: int = 0
     """Runs after which no further effect was looked for; 0 where the search came to its own end."""

@@ -16,7 +16,7 @@ from lathesim.diagnosis.fit import Fitted, fit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.other_forms import form_starts
 from lathesim.diagnosis.part_of_a_wave import is_part_of_a_wave
-from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.problem import STICKING, Rig
 from lathesim.diagnosis.screening import Screened, is_limit, least_shown, screen, screened_instead
 from lathesim.diagnosis.side_by_side import Asked, side_by_side
 from lathesim.diagnosis.starting_points import instants_of, starting_points
@@ -37,6 +37,8 @@ _NEARLY_ALL, _FAR_FROM_ALL = 0.95, 0.8
 _MUCH, _MORE, _MUCH_MORE = 0.5, 4, 0.2
 """Share of the error that further candidates, at most so many, must promise to be fitted, and by how much that must be more than what the
 first ones explained."""
+_AGREES = 0.6
+"""Share of its gain on one recording that a friction must gain on the other not to be tried again with the simulated motion."""
 _NEAR = ((0.98, 0.85), (0.95, 0.6))
 """Once one candidate removes this share of what is left, others are fitted only where they promised that share of the best promise: what
 cannot be told from it promises as much."""
@@ -48,7 +50,7 @@ def grow(bench: Bench, found: Found, settings: Settings, known: Collection[Term]
     while len(found.model.terms) < settings.most_effects:
         if known and same_effects(found.model.terms, known):
             return
-        if bench.runs > settings.most_runs:
+        if not settings.affords(bench.runs, len(bench.rig.candidates)):
             found.ended_after = bench.runs
             return
         simple, refined = ([term for term in asked(found.model, bench.rig) if term.part not in found.refused] for asked in (due, finer))
@@ -91,7 +93,9 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
     waiting = [*first, *[item for item in ranked[settings.screened :] if item.share > _MUCH][:_MORE]]
     while wave := _wave(bench, found, waiting, ranked[0].gain, tried, settings):
         asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.share) for item in wave]
-        tried += side_by_side(bench, found.model, [*asked, *_bare(wave, found.model), *_of_more_stages(wave, found.model)])
+        asked += [*_bare(wave, found.model), *_of_more_stages(wave, found.model)]
+        made = side_by_side(bench, found.model, asked)
+        tried += [*made, *side_by_side(bench, found.model, _to_be_felt(made, found.model))]
     found.tried += tried
     good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_part_of_a_wave(trial, found.model)]
     good = [trial for trial in good if _is_in_time(bench, trial.term, trial.model)]
@@ -132,6 +136,19 @@ def _bare(wave: Sequence[Screened], model: Model) -> list[Asked]:
         if (bare := item.term.bare) is not None:
             start = item.starts[0][[item.term.parameters.index(name) for name in bare.parameters]]
             found += [Asked(bare, model.terms, model.free, [start], felt=felt) for felt in (False, True)]
+    return found
+
+
+def _to_be_felt(made: Sequence[Trial], model: Model) -> list[Asked]:
+    """Give frictions that explain one recording much better than the other, to be tried with the simulated motion: where they hold a part
+    still, what the recorded motion lets go adds up over each recording in its own way."""
+    frictions = [trial for trial in made if trial.term.family == STICKING and min(trial.gain, trial.held_out_gain) > 0.0]
+    doubted = [trial for trial in frictions if not _AGREES < trial.held_out_gain / trial.gain < 1.0 / _AGREES]
+    found = []
+    for trial in doubted:
+        values = trial.model.fitted.by_name
+        start = np.array([values[name] for name in trial.term.parameters])
+        found.append(Asked(trial.term, model.terms, model.free, [start], felt=True))
     return found
 
 

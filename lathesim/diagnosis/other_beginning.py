@@ -1,21 +1,24 @@
 """Whether a search began with the wrong effect: a greedy one takes the best first one, and two others may do more together.
 
 Where something takes away most of what is left and is not believed beside what was found, a wrong beginning is a likely reason. It is tried
-in the place of each effect that was found, and the search is done again from each of the next best beginnings. Source: Miller, Subset
-Selection in Regression, 2nd ed., 2002, section 3.8 (replacing what was selected early).
+in the place of each effect that was found, and the search is done again from each of the next best beginnings. Where values of the lesson
+are strained to the end, two effects may have drawn them, neither of which eases them alone: what is not believed beside them is taken in
+for once, and counts if nothing is strained any more in the end. Source: Miller, Subset Selection in Regression, 2nd ed., 2002, section 3.8
+(replacing what was selected early).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.belief import Settings, believable
+from lathesim.diagnosis.belief import Settings, believable, merit, simplest
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import fewer
 from lathesim.diagnosis.part_of_a_wave import is_part_of_a_wave
-from lathesim.diagnosis.trial import Bench, Trial
+from lathesim.diagnosis.trial import Bench, Trial, is_strained
 
 _MOST = 2
 """Beginnings that are tried beside the first."""
@@ -25,6 +28,8 @@ _MUCH = 0.5
 
 def other_beginnings(bench: Bench, found: Found, settings: Settings) -> Iterator[Found]:
     """Give searches to be gone on with that begin otherwise; none where nothing that is not believed does much."""
+    if is_strained(found.model.fitted) and (drawn := _despite_strain(found, settings)):
+        yield Found(found.baseline, drawn.model, {**found.trials, drawn.term.part: [drawn]}, to_ease=True)
     refused = _refused(found, settings)
     if refused is None or not found.model.terms:
         return
@@ -47,6 +52,15 @@ def _refused(found: Found, settings: Settings) -> Trial | None:
     return None if most is None or is_part_of_a_wave(most, found.model) else most
 
 
+def _despite_strain(found: Found, settings: Settings) -> Trial | None:
+    """Give the best of what would be believed beside the effects that were found, were no value of the lesson strained."""
+    eased = replace(settings, despite_strain=True)
+    beside = [trial for trial in found.tried if trial.model.terms[:-1] == found.model.terms and trial.term.part not in found.refused]
+    good = [trial for trial in beside if trial.strained and believable(trial, eased, found.chance)]
+    good = [trial for trial in good if not is_part_of_a_wave(trial, found.model)]
+    return simplest(sorted(good, key=lambda trial: -merit(trial, settings)), settings) if good else None
+
+
 def _exchanged(bench: Bench, found: Found, refused: Trial) -> Iterator[Trial]:
     """Give trials of what was refused in the place of each effect of the model."""
     values = refused.model.fitted.by_name
@@ -57,7 +71,10 @@ def _exchanged(bench: Bench, found: Found, refused: Trial) -> Iterator[Trial]:
 
 
 def plainly_better(other: Found, found: Found, settings: Settings) -> bool:
-    """Say whether another model explains both recordings better, by more than the parameters cost that it has more."""
+    """Say whether another model explains both recordings better, by more than the parameters cost that it has more, and has come to what it
+    was begun for."""
+    if other.to_ease and is_strained(other.model.fitted):
+        return False
     more = sum(len(term.parameters) for term in other.model.terms) - sum(len(term.parameters) for term in found.model.terms)
     due = settings.margin + settings.per_parameter * max(more, 0)
     fitted = other.model.score.above(found.model.score, wide=True)

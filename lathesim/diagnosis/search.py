@@ -9,6 +9,7 @@ from lathesim.diagnosis.belief import Settings, of_usual_size
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import grow, leave_out, refine, same_effects
+from lathesim.diagnosis.machine_sizes import possible_sizes
 from lathesim.diagnosis.missing_ground import put_on_ground
 from lathesim.diagnosis.needed_values import drop_needless_values
 from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
@@ -26,7 +27,7 @@ _MOST_REFUSED = 2
 
 def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell | None = None) -> Found:
     """Search the candidates of a rig; ``held_out`` judges. Stopped with Ctrl-C it gives what was found until then."""
-    chosen = settings or Settings()
+    chosen = replace(settings or Settings(), possible=possible_sizes(rig))
     say = tell or (lambda text: None)
     say("fitting the baseline")
     bench = Bench(rig, held_out, until(chosen.longest, say), least_gain=chosen.margin)
@@ -39,14 +40,15 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
     try:
         _grown(bench, found, chosen)
         for other in other_beginnings(bench, found, chosen):
-            if bench.runs > chosen.most_runs:
+            if not chosen.affords(bench.runs, len(bench.rig.candidates)):
                 found.ended_after = bench.runs
                 break
-            bench.say(f"something takes away much and is not believed: once more with {_listed(other.model.terms)}")
+            why = "values are strained" if other.to_ease else "something takes away much and is not believed"
+            bench.say(f"{why}: once more with {_listed(other.model.terms)}")
             other.model = bench.settled(other.model)
             if not all(of_usual_size(term, other.model.fitted.by_name, chosen) for term in other.model.terms):
                 continue
-            _grown(bench, other, chosen, known=found.model.terms)
+            _grown(bench, other, replace(chosen, despite_strain=other.to_ease), known=found.model.terms)
             found.tried += other.tried
             found.ended_after = found.ended_after or other.ended_after
             if plainly_better(other, found, chosen):

@@ -132,9 +132,16 @@ def spoils_something(fit: Mapping[str, ChannelFit]) -> bool:
     return any(item.after > _WORSE * item.before for item in fit.values())
 
 
+def hardly_missed(evidence: Evidence) -> bool:
+    """Say whether what was missing before any effect was found is little of all that acts, wherever it is."""
+    return all(missing.share_before < ADEQUATE for missing in evidence.missing)
+
+
 def structured(evidence: Evidence, channel: str, share: float) -> float:
     """Give the size of what is still missing behind a channel and depends on the motion, as a ``share`` of what acts there."""
     explained = max((bar.after for bar in evidence.bars if bar.channel == channel), default=0.0)
+    if explained < _NOTHING:
+        return 0.0
     return float(share * np.sqrt(explained)) if np.isfinite(share) else 0.0
 
 

@@ -53,8 +53,8 @@ def value_far_off(bench: Bench, baseline: Model, model: Model) -> FarOff | None:
         width = max(_LEAST, _BETTER * abs(best))
         if best > reached - width and best > _LEAST:
             alike = tuple(other for merit, other, _ in found[1:] if merit > best - width)
-            # effects beside which other values would have to be impossible still are no rivals of one value that is enough
-            beaten = best > reached + (0.0 if not terms and is_strained(model.fitted) else width)
+            # effects beside which other values would have to be impossible still are no rivals of one value that does as well
+            beaten = best > reached + (-width if not terms and is_strained(model.fitted) else width)
             return FarOff(loose, name, alike, beaten)
     return None
 

@@ -57,7 +57,8 @@ def standing(found: Found, settings: Settings) -> list[Standing]:
         weights = [np.exp(-max(0.0, best - merit(trial, settings)) / (0.5 * width)) for trial in others]
         probability = float(1.0 / (1.0 + sum(weights)))
         forms = tuple(found.forms.get(term.part, ()))
-        result.append(Standing(term, probability, tied, forms, chosen.share_of_all, chosen.share_of_rest, unseen))
+        share = min(chosen.share_of_all, 1.0)
+        result.append(Standing(term, probability, tied, forms, share, chosen.share_of_rest, unseen))
     return sorted(result, key=lambda item: -item.share)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.contradiction import contradicted
-from lathesim.diagnosis.controller_value import controller_value
+from lathesim.diagnosis.controller_value import controller_value, with_commands_followed
 from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.loading import Recorded
 from lathesim.diagnosis.problem import Machine, build_rigs
@@ -85,3 +85,17 @@ def test_the_answer_names_the_value_and_no_physics(controlled: tuple[Machine, Re
     assert found.location.components == ("x_controller",)
     # before is the lesson as it is written
     assert found.fit[VOLTAGE].before > 10.0 * found.fit[VOLTAGE].after
+
+
+def test_an_uncertain_value_of_an_integrating_controller_is_fitted_before_anything_is_called_wrong(
+    controlled: tuple[Machine, Record],
+) -> None:
+    """A hundredth of a gain, added up over a recording, is more than the command; within its uncertainty it is no finding."""
+    machine, record = controlled
+    lesson, true = with_value(machine, "x_controller.position_gain", 0.99)
+    known = replace(lesson, uncertain={**lesson.uncertain, "x_controller.position_gain": 0.02 * true})
+    first, second = build_rigs(known, [("fit", record), ("check", record)], [])
+    followed = with_commands_followed(first, {"x_controller.position_gain": 0.99 * true})
+    assert followed["x_controller.position_gain"] == pytest.approx(true, rel=1e-3)
+    assert controller_value(first, second, followed) is None
+    assert with_commands_followed(build_rigs(lesson, [("fit", record)], [])[0], {"x_axis.mass": 1.0}) == {"x_axis.mass": 1.0}

@@ -50,7 +50,7 @@ def test_what_may_still_do_better_is_tried(share: float, gain: float, explained:
 
 def model(score: float, held_out: float, *parameters: int) -> Any:
     terms = tuple(SimpleNamespace(name=f"effect {place}", parameters=("size",) * count) for place, count in enumerate(parameters))
-    return SimpleNamespace(terms=terms, free=[], score=Score(score, score), held_out=Score(held_out, held_out))
+    return SimpleNamespace(terms=terms, free=[], fitted=None, score=Score(score, score), held_out=Score(held_out, held_out))
 
 
 @pytest.mark.parametrize(
@@ -87,11 +87,52 @@ def found_with(share_of_rest: float, moves: float = 5.0) -> Found:
 
 def test_a_search_is_begun_otherwise_where_something_refused_takes_away_most(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lathesim.diagnosis.other_beginning._exchanged", lambda bench, found, refused: iter(()))
+    monkeypatch.setattr("lathesim.diagnosis.other_beginning.is_strained", lambda fitted: False)
     bench: Any = None
     again = list(other_beginnings(bench, found_with(0.8), SETTINGS))
     assert [term.name for other in again for term in other.model.terms] == ["another first effect"]
     assert list(other_beginnings(bench, found_with(0.3), SETTINGS)) == []
     assert list(other_beginnings(bench, found_with(0.8, moves=0.9), SETTINGS)) == []  # lost in what is left
+
+
+@pytest.mark.parametrize(
+    ("strain", "believed", "begun"),
+    [(3.5, True, ["drawn"]), (1.0, True, []), (3.5, False, [])],
+    ids=["values are strained", "none is", "nothing would be believed"],
+)
+def test_what_is_not_believed_beside_strained_values_is_taken_in_once(
+    strain: float, believed: bool, begun: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A tight spot and a cogging: the friction that is the mean of the one was taken up by the viscous coefficient, until both are in."""
+    asked: list[bool] = []
+
+    def believable(trial: Any, settings: Settings, chance: float) -> bool:
+        asked.append(settings.despite_strain)
+        return believed
+
+    monkeypatch.setattr("lathesim.diagnosis.other_beginning.is_strained", lambda fitted: strain > 2.9)
+    monkeypatch.setattr("lathesim.diagnosis.other_beginning.believable", believable)
+    monkeypatch.setattr("lathesim.diagnosis.other_beginning.is_part_of_a_wave", lambda trial, model: False)
+    monkeypatch.setattr("lathesim.diagnosis.other_beginning.simplest", lambda good, settings: good[0])
+    monkeypatch.setattr("lathesim.diagnosis.other_beginning.merit", lambda trial, settings: 1.0)
+    found = found_with(0.3)
+    found.model.fitted, found.beginnings = None, []
+    found.tried = [trial("drawn", found.model.terms, 0.3)]
+    found.tried[0].strained = True
+    bench: Any = None
+    again = list(other_beginnings(bench, found, SETTINGS))
+    assert [other.model.terms[-1].name for other in again] == begun
+    assert all(other.to_ease for other in again)
+    assert all(asked)
+
+
+def test_a_search_that_was_to_ease_the_values_counts_only_if_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = Found(model(0.0, 0.0), model(0.0, 0.0, 1))
+    other = Found(model(0.0, 0.0), model(100.0, 100.0, 1, 1), to_ease=True)
+    other.model.fitted = None
+    for strained in (True, False):
+        monkeypatch.setattr("lathesim.diagnosis.other_beginning.is_strained", lambda fitted, strained=strained: strained)
+        assert plainly_better(other, found, SETTINGS) is not strained
 
 
 def lag(part: str) -> Any:
@@ -130,6 +171,27 @@ def test_what_takes_the_place_of_an_effect_is_credited_with_its_share() -> None:
     found = Found(model(0.0, 0.0), model(0.0, 0.0), {trial.term.part: [trial] for trial in taken})
     found.take_over(bristles, plain)  # type: ignore[arg-type]
     assert found.removed_by(bristles) == pytest.approx(0.99)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("family", "gain", "held_out", "again"),
+    [
+        ("reversal", 8000.0, 16000.0, True),
+        ("reversal", 8000.0, 1000.0, True),
+        ("reversal", 8000.0, 7000.0, False),
+        ("lag", 8000.0, 1000.0, False),
+    ],
+    ids=["explains the other recording better", "or much worse", "both alike", "holds nothing still"],
+)
+def test_a_friction_that_explains_one_recording_better_is_tried_with_the_motion_it_makes(
+    family: str, gain: float, held_out: float, again: bool
+) -> None:
+    """A slide stood still in one pass of three: what its friction held there added up."""
+    term = SimpleNamespace(family=family, parameters=("try.level",))
+    fitted = SimpleNamespace(fitted=SimpleNamespace(by_name={"try.level": 150.0}))
+    made: Any = SimpleNamespace(term=term, gain=gain, held_out_gain=held_out, model=fitted)
+    asked = growth._to_be_felt([made], model(0.0, 0.0, 1))
+    assert [(one.felt, one.starts[0].tolist()) for one in asked] == ([(True, [150.0])] if again else [])
 
 
 def test_the_barest_form_of_a_friction_is_tried_with_recorded_and_with_felt_motion() -> None:

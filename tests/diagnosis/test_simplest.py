@@ -28,6 +28,7 @@ BEST = trial("BaseRocking", 1500.0, 3, 15)
         (trial("TorsionalWindUp", 1200.0, 1, 14, share=0.99), "TorsionalWindUp"),
         (trial("TorsionalWindUp", 1200.0, 2, 14, share=0.99), "BaseRocking"),
         (trial("TorsionalWindUp", 1200.0, 1, 14, share=0.985), "BaseRocking"),
+        (trial("TorsionalWindUp", 300.0, 1, 14, share=0.999), "BaseRocking"),
     ],
     ids=[
         "the commoner of equals, a value it may do without",
@@ -38,6 +39,7 @@ BEST = trial("BaseRocking", 1500.0, 3, 15)
         "far fewer values and as little left",
         "one value fewer",
         "more left",
+        "far less gained, in another channel",
     ],
 )
 def test_of_trials_that_cannot_be_told_apart_the_simplest_is_taken(other: Any, taken: str) -> None:

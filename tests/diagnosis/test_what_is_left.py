@@ -9,6 +9,7 @@ import pytest
 from lathesim.diagnosis import adequacy as judging
 from lathesim.diagnosis.adequacy import Adequacy, adequacy
 from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, FoundEffect, MissingSignal
+from lathesim.diagnosis.shortfall import hardly_missed
 from lathesim.diagnosis.what_is_left import not_determined, value_instead
 
 MAIN, PRESSURE = "dynamometer.main", "cutting.specific_force"
@@ -56,9 +57,10 @@ def judge(monkeypatch: pytest.MonkeyPatch, taken: float, after: float, *, far_of
     signal = np.ones(4)
     missing = MissingSignal(MAIN, "N", signal, signal, after * signal, 10.0 * signal, 0.13, after)
     own: Any = SimpleNamespace(fit={MAIN: ChannelFit("N", 1.7, 55.0, 25.0, "held out")})
-    rig: Any = SimpleNamespace(machine=SimpleNamespace(compare=(MAIN,), uncertain={PRESSURE: 1e7}), feeds_back=True)
+    sensed = SimpleNamespace(second_sight=())
+    rig: Any = SimpleNamespace(machine=SimpleNamespace(compare=(MAIN,), uncertain={PRESSURE: 1e7}), feeds_back=True, sensed=sensed)
     model = SimpleNamespace(terms=("an effect",) * effects, held_out_fit=None, fitted=None)
-    found: Any = SimpleNamespace(model=model, far_off=far_off)
+    found: Any = SimpleNamespace(model=model, far_off=far_off, values_off=far_off)
     return adequacy(rig, rig, found, Evidence(missing=(missing,)), own, BASELINE, taken, [], [])
 
 
@@ -77,3 +79,23 @@ def test_effects_that_need_an_impossible_machine_and_leave_much_are_credited_wit
     judged = judge(monkeypatch, taken, 0.01, effects=1)
     assert judged.strained == (PRESSURE,)
     assert judged.removed == credited
+
+
+@pytest.mark.parametrize(("floors", "told"), [(10.0, False), (1000.0, True)])
+def test_two_sensors_that_differ_by_far_more_than_both_resolve_are_told(floors: float, told: bool) -> None:
+    """A logger gave blocks of a scale twice: millimetres, and yet a small share of the way."""
+    sight = SimpleNamespace(row=1, first=0, rate=False)
+    plan = SimpleNamespace(unit=lambda name: "m")
+    sensed = SimpleNamespace(second_sight=(sight,), seen_floors=np.array([1e-7, 1e-7]), plan=plan, channels=("a", "b"))
+    rig: Any = SimpleNamespace(machine=SimpleNamespace(compare=("x_encoder.position", "x_scale.position")), sensed=sensed)
+    fitted: Any = SimpleNamespace(residual=np.array([np.zeros(100), np.full(100, floors * 1e-7)]))
+    reasons = judging._sensors_apart(rig, fitted)
+    assert bool(reasons) == told
+    assert not told or reasons == ["x_scale.position and x_encoder.position differ by 0.1 mm (root mean square)"]
+
+
+@pytest.mark.parametrize(("share", "hardly"), [(0.3, False), (0.005, True)])
+def test_what_was_little_of_all_that_acts_was_hardly_missed(share: float, hardly: bool) -> None:
+    signal = np.ones(4)
+    missing = MissingSignal(MAIN, "N", signal, signal, signal, signal, share, share)
+    assert hardly_missed(Evidence(missing=(missing,))) == hardly

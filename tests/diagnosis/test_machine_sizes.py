@@ -1,0 +1,27 @@
+"""What is beyond belief on a small lathe is usual on a large machine: bounds are taken from what acts there."""
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.belief import Settings, of_usual_size
+from lathesim.diagnosis.machine_sizes import possible_sizes
+from tests.diagnosis.pushed_table import FORCE, POSITION, Hidden, recording, rigs
+
+RUBBING = Hidden(dry=15.0)
+
+
+def test_a_friction_may_be_as_large_as_what_pushes() -> None:
+    (rig, _) = rigs(recording(RUBBING), recording(RUBBING, seed=2))
+    sizes = possible_sizes(rig)
+    level = next(name for name in sizes if name.endswith("coulomb_friction.level"))
+    assert sizes[level] == pytest.approx(float(np.max(np.abs(rig.record[FORCE]))))
+    assert not any("period" in name or "phase" in name for name in sizes)
+    assert POSITION in rig.machine.compare
+
+
+@pytest.mark.parametrize(("possible", "believed"), [(0.0, False), (1e5, True)], ids=["a small machine", "a large one"])
+def test_a_size_is_believed_where_that_much_acts(possible: float, believed: bool) -> None:
+    (rig, _) = rigs(recording(RUBBING), recording(RUBBING, seed=2))
+    term = next(term for term in rig.candidates if term.name == "CoulombFriction")
+    (level,) = term.parameters
+    assert of_usual_size(term, {level: 50_000.0}, Settings(possible={level: possible})) == believed
