@@ -163,8 +163,12 @@ def of_usual_size(term: Term, values: Mapping[str, float], settings: Settings) -
     """Say whether an effect's size is not far beyond what is met on machines: whatever it then explains, it is not that effect."""
     if math.isinf(settings.largest_size):
         return True
+    products = [(size, other) for size, others in term.effect.only_products.items() for other in others]
+    apart = {item for pair in products for item in pair}
     for name, neutral, least, points in zip(term.parameters, term.neutral, term.least, term.points.T, strict=True):
         item = name.partition(".")[2]
+        if item in apart:
+            continue
         if item in term.effect.neutral:
             usual, size, most = float(np.abs(points - neutral).max(initial=0.0)), abs(values[name] - neutral), settings.largest_size
         else:
@@ -175,7 +179,16 @@ def of_usual_size(term: Term, values: Mapping[str, float], settings: Settings) -
                 return False
         if usual > 0.0 and size >= max(most * usual, settings.possible.get(name, 0.0)):
             return False
-    return True
+    return all(_is_usual_product(term, values, settings, size, other) for size, other in products)
+
+
+def _is_usual_product(term: Term, values: Mapping[str, float], settings: Settings, size: str, other: str) -> bool:
+    """Say whether the product of two parameters is not far beyond what is met; each by itself may be anything."""
+    names = [f"{term.part}.{item}" for item in (size, other)]
+    if not set(names) <= set(term.parameters):
+        return True
+    usual = float(np.prod([term.usual[term.parameters.index(name)] for name in names]))
+    return abs(float(np.prod([values[name] for name in names]))) < settings.largest_size * usual
 
 
 def is_of_a_clock(term: Term, values: Mapping[str, float], period: float, duration: float) -> bool:

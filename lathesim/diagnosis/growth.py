@@ -39,6 +39,8 @@ _MUCH, _MORE, _MUCH_MORE = 0.5, 4, 0.2
 first ones explained."""
 _AGREES = 0.6
 """Share of its gain on one recording that a friction must gain on the other not to be tried again with the simulated motion."""
+_MUCH_BETTER = 0.5
+"""Share of the error of the lesson's own simulation that may be left, in the channel where most is, for strained values to be eased."""
 _NEAR = ((0.98, 0.85), (0.95, 0.6))
 """Once one candidate removes this share of what is left, others are fitted only where they promised that share of the best promise: what
 cannot be told from it promises as much."""
@@ -272,6 +274,7 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -
         found.tried += swaps
         good = [trial for trial in swaps if believable(trial, settings, 0.0)]
         good = [trial for trial in good if replaces(trial, term, settings) and trial.share_of_rest >= least]
+        good = good or [trial for trial in swaps if _eases(trial, settings)]
         if not good:
             # the first micrometres of a friction are felt through the noise of an encoder: promising, and yet not to be fitted
             found.unseen.setdefault(term.part, []).extend(trial.term for trial in swaps if not trial.gain > settings.margin)
@@ -284,6 +287,13 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -
             found.model = bench.settled(best.model)
             changed = True
     return changed
+
+
+def _eases(trial: Trial, settings: Settings) -> bool:
+    """Say whether with a trial no value of the lesson is strained any more and the lesson's own simulation is much better: a friction that
+    senses recorded motion explains a spring of some micrometres with a viscosity that the machine cannot have."""
+    usual = of_usual_size(trial.term, trial.model.fitted.by_name, settings)
+    return trial.relieves and usual and 0.0 < trial.spoils < _MUCH_BETTER
 
 
 def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:

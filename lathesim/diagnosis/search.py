@@ -15,6 +15,7 @@ from lathesim.diagnosis.needed_values import drop_needless_values
 from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
 from lathesim.diagnosis.other_forms import forms_of_two, two_for_one
 from lathesim.diagnosis.problem import Rig, baseline_free
+from lathesim.diagnosis.rivals_again import try_rivals_again
 from lathesim.diagnosis.simpler_relative import simpler_relatives
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.time_limit import until
@@ -68,6 +69,7 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
                 found.model, found.far_off = far.model, names
             elif found.model.terms:
                 found.values_instead = names
+        try_rivals_again(bench, found, chosen)
         found.forms = forms_of_two(bench, found.model)
         found.complete = True
     except KeyboardInterrupt:

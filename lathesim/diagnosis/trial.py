@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lathesim.diagnosis.another_recording import on_recording
+from lathesim.diagnosis.between_samples import between_samples
 from lathesim.diagnosis.fit import Fitted, Free, fit, log_likelihood, noise_of, with_start
 from lathesim.diagnosis.noise_model import NoiseModel, carried_over
 from lathesim.diagnosis.own_simulation import agreed_in_closed_loop, in_own_simulation
@@ -166,6 +167,8 @@ class Bench:
         """Fit a model anew from where it stands until nothing moves any more, with all slopes taken afresh."""
         wide, constant = is_wide(model.terms), model.fitted.constant
         settled = fit(self.rig.sensed, model.free, constant, rounds=2, wide=wide, settle=_SETTLED)
+        if moved := between_samples(self.rig, settled, model.terms, wide=wide):
+            settled = fit(self.rig.sensed, moved, constant, rounds=2, wide=wide, settle=_SETTLED)
         settled = self.feeling(settled, model.terms)
         if is_strained(settled):
             # a slow load that nobody measured draws values with it where noise is held to be white
@@ -279,11 +282,11 @@ class Bench:
         strained_before = is_strained(before.fitted)
         if strained_before:
             # what the effect explains had strained the values of the machine: from there a fit may not find its way back
-            eased = [replace(item, start=item.given) if np.isfinite(item.uncertainty) else item for item in with_start(best)]
-            other = fit(self.rig.sensed, eased, constant, rounds=2, wide=wide, tolerance=_FINE, slopes="kept")
+            other = fit(self.rig.sensed, _eased(with_start(best)), constant, rounds=2, wide=wide, tolerance=_FINE, slopes="kept")
             best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.rig, best).above(before.score, wide=is_wide((*before.terms, term)))
-        if not gain > self.least_gain:
+        relieves = strained_before and 4.0 * float(np.sum(strains(best) ** 2)) < STRAIN
+        if not (gain > self.least_gain or relieves):
             return Trial(term, replace(before, terms=terms, fitted=best), gain, -np.inf, 0.0, 0.0, 0.0)
         model = self.model(terms, best)
         held = model.held_out.above(before.held_out, wide=is_wide((*before.terms, term)))
@@ -297,11 +300,15 @@ class Bench:
                 (self.rig, before.fitted, model.fitted), (self.held_out, before.held_out_fit, model.held_out_fit)
             )
             held, wide_gains = max(held, agreed * gain), (wide_gains[0], max(wide_gains[1], agreed * wide_gains[0]))
-        relieves = strained_before and 4.0 * float(np.sum(strains(best) ** 2)) < STRAIN
         moved, spoils = in_own_simulation(self.rig, before.fitted, best, term)
         return Trial(
             term, model, gain, held, moved, *shares, relieves, is_strained(best), strains_anew(before.fitted, best), *wide_gains, spoils
         )
+
+
+def _eased(free: Sequence[Free]) -> list[Free]:
+    """Give free parameters with the values of the lesson as it gives them: from strained ones a fit may not find its way back."""
+    return [replace(item, start=item.given) if np.isfinite(item.uncertainty) else item for item in free]
 
 
 def is_strained(fitted: Fitted) -> bool:

@@ -63,6 +63,8 @@ class Effect(Component):
     """Whether whatever is recorded may have it, though it sits elsewhere by itself."""
     late_by: ClassVar[str] = ""
     """Parameter by which a reading is late [s], or by which its clock is wrong [1]; a small part of a sample is how a simulation steps."""
+    in_samples: ClassVar[str] = ""
+    """Parameter that makes what is read at the sample instants late by whole samples [s]: a fit finds no way across one."""
     resonance: ClassVar[str] = ""
     """Parameter that is the frequency of its resonance [Hz]: a search begins at several, as a fit finds back only from nearby."""
     neutral: ClassVar[dict[str, float]] = {}
@@ -78,6 +80,8 @@ class Effect(Component):
     finer_shape: ClassVar[tuple[str, ...]] = ()
     """Parameters of a finer shape (harmonics of a wave, how softly a limit sets in). At their defaults the effect has its plain shape, in
     which it is looked for; they are fitted once it was found, where they take away much of what is left."""
+    only_products: ClassVar[dict[str, tuple[str, ...]]] = {}
+    """Parameter -> others of which nothing but their product with it shows."""
     told_if_held: ClassVar[str] = ""
     """Parameter that is 1 where what the wire carries is held from one sample to the next, and 0 where it moves: set where it is put in."""
     spacing: ClassVar[str] = ""
@@ -127,11 +131,11 @@ def _check_effect(cls: type[Effect]) -> None:
     if not cls.neutral:
         remedy = 'Name the parameter values with which it vanishes, as in neutral = {"level": 0.0}.'
         raise ComponentError("the effect has no neutral values.", place=place, remedy=remedy)
-    for attribute in ("neutral", "typical", "typical_rotary", "nuisance", "finer_shape"):
+    for attribute in ("neutral", "typical", "typical_rotary", "nuisance", "finer_shape", "only_products"):
         for name in getattr(cls, attribute):
             if name not in parameters:
                 raise ComponentError(f"{attribute} names '{name}', which is no parameter.", place=place, remedy=nearest(name, parameters))
-    for attribute in ("late_by", "resonance", "spacing", "told_if_held"):
+    for attribute in ("late_by", "in_samples", "resonance", "spacing", "told_if_held"):
         name = getattr(cls, attribute)
         if name and name not in parameters:
             raise ComponentError(f"{attribute} names '{name}', which is no parameter.", place=place, remedy=nearest(name, parameters))

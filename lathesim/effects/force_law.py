@@ -7,17 +7,31 @@ import math
 from lathesim.component import DiscreteState, Input, Noise, Output, Parameter
 from lathesim.effects.effect import Effect
 
+OTHER_FORCES = {"thrust_force": ("thrust_incoming", "thrust_outgoing"), "feed_force": ("feed_incoming", "feed_outgoing")}
+"""Ports of a cut beside that of its main force."""
+
+
+def _with_edge(force: float, depth: float, feed: float, coefficient: float) -> float:
+    if coefficient == 0.0 or depth <= 0.0 or feed <= 0.0:
+        return force
+    return force + coefficient * depth
+
 
 class EdgeForce(Effect):
     """Force of the rounded edge that ploughs and rubs, in proportion to the width of the chip and not to its thickness.
 
-    F_out = F_in + coefficient depth          while depth and feed are above zero
+    F_out = F_in + coefficient depth,   Fp_out = Fp_in + thrust_coefficient depth,   Ff_out = Ff_in + feed_coefficient depth
+
+    while depth and feed are above zero. Thrust and feed force have their usual shares of the main force with that of the edge in it; an
+    edge mostly pushes away more than it cuts, and what they have beyond those shares has coefficients of its own.
     """
 
     catalogue, family, site = 38, "force law", "force"
+    also_at = OTHER_FORCES
     stage = 1
-    neutral = {"coefficient": 0.0}
-    typical = {"coefficient": (5e3, 100e3)}
+    neutral = {"coefficient": 0.0, "thrust_coefficient": 0.0, "feed_coefficient": 0.0}
+    typical = {"coefficient": (5e3, 100e3), "thrust_coefficient": (-20e3, 50e3), "feed_coefficient": (-20e3, 50e3)}
+    finer_shape = ("thrust_coefficient", "feed_coefficient")
     fingerprint = "The force over the feed has an intercept."
     confused_with = ("ChipThicknessExponent: a line with intercept and a power law are alike above 0.1 mm",)
     experiment = "Steps of feed down to 0.02 mm per turn."
@@ -27,16 +41,28 @@ class EdgeForce(Effect):
     )
 
     incoming = Input("{signal}", doc="force of the shearing")
+    thrust_incoming = Input("{signal}", doc="thrust force as a share of the main force")
+    feed_incoming = Input("{signal}", doc="feed force as a share of the main force")
     depth = Input("m", doc="depth of cut")
     feed = Input("m", doc="feed per turn")
     outgoing = Output("{signal}", doc="force with that of the edge")
+    thrust_outgoing = Output("{signal}", doc="thrust force with what the edge adds beyond its share")
+    feed_outgoing = Output("{signal}", doc="feed force with what the edge adds beyond its share")
     coefficient = Parameter("({signal})/m", 0.0, low=0.0, doc="edge force per width of the chip")
+    thrust_coefficient = Parameter("({signal})/m", 0.0, doc="the same along the depth, beyond its share of the main force")
+    feed_coefficient = Parameter("({signal})/m", 0.0, doc="the same along the feed, beyond its share of the main force")
 
     @staticmethod
-    def output(incoming: float, depth: float, feed: float, coefficient: float) -> float:
-        if coefficient == 0.0 or depth <= 0.0 or feed <= 0.0:
-            return incoming
-        return incoming + coefficient * depth
+    def output_outgoing(incoming: float, depth: float, feed: float, coefficient: float) -> float:
+        return _with_edge(incoming, depth, feed, coefficient)
+
+    @staticmethod
+    def output_thrust_outgoing(thrust_incoming: float, depth: float, feed: float, thrust_coefficient: float) -> float:
+        return _with_edge(thrust_incoming, depth, feed, thrust_coefficient)
+
+    @staticmethod
+    def output_feed_outgoing(feed_incoming: float, depth: float, feed: float, feed_coefficient: float) -> float:
+        return _with_edge(feed_incoming, depth, feed, feed_coefficient)
 
 
 class ChipThicknessExponent(Effect):

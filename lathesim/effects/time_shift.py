@@ -55,6 +55,7 @@ class TransportDelay(Effect):
     """
 
     catalogue, family, site = 24, "lag", "drive"
+    in_samples = "delay"
     neutral = {"delay": 0.0}
     typical = {"delay": (0.1e-3, 20e-3)}
     typical_rotary = {"delay": (0.1e-3, 20e-3)}

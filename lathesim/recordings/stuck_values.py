@@ -13,6 +13,8 @@ _LONG = 30
 """A channel is called frozen after this many equal samples at least."""
 _COUNTS = 2.0
 """Of its smallest steps: what a channel may stand behind its partner that goes on."""
+_DITHER = 3.5
+"""Of its smallest steps: what a channel that stands still goes to and fro."""
 _READ = ("A", "N", "N*m")
 _REPEATED, _TURNING = 0.5, 0.2
 """Share of the samples that repeat the one before, at the most, and of those at which a channel turns round, at the least, in noise."""
@@ -86,7 +88,11 @@ def _all_stand_still(channels: list[RecordedChannel], begin: int, end: int) -> b
     """Say whether the machine stands still: its command and all of its places repeat one value each. A controller then gives the same
     voltage all the time, while a table sticks within one count and a current is as noisy as ever."""
     shown = [channel for channel in channels if channel.driven or channel.unit in ("m", "rad")]
-    return any(not channel.driven for channel in shown) and all(np.ptp(channel.values[begin:end]) == 0.0 for channel in shown)
+    if all(channel.driven for channel in shown):
+        return False
+    # a second sensor, which closes no loop, may be as noisy as ever
+    room = [0.0 if channel.driven else _DITHER * _count(channel) for channel in shown]
+    return all(np.ptp(channel.values[begin:end]) <= most for channel, most in zip(shown, room, strict=True))
 
 
 def _leaves_partner(pair: Pair, channel: RecordedChannel, begin: int, end: int) -> bool:

@@ -5,6 +5,9 @@ import pytest
 
 from lathesim.diagnosis.belief import Settings, of_usual_size
 from lathesim.diagnosis.machine_sizes import possible_sizes
+from lathesim.diagnosis.terms import insert_candidates
+from lathesim.effects.force_over_time import WearForceGrowth
+from tests.diagnosis.one_cut import cut_machine
 from tests.diagnosis.pushed_table import FORCE, POSITION, Hidden, recording, rigs
 
 RUBBING = Hidden(dry=15.0)
@@ -25,3 +28,16 @@ def test_a_size_is_believed_where_that_much_acts(possible: float, believed: bool
     term = next(term for term in rig.candidates if term.name == "CoulombFriction")
     (level,) = term.parameters
     assert of_usual_size(term, {level: 50_000.0}, Settings(possible={level: possible})) == believed
+
+
+@pytest.mark.parametrize(
+    ("growth", "rate", "usual"), [(800.0, 8e-5, True), (3000.0, 1e-3, False)], ids=["a usual product", "no wear at all"]
+)
+def test_of_a_growth_and_a_rate_of_wear_only_the_product_is_judged(growth: float, rate: float, usual: bool) -> None:
+    """A rate of wear eighty times beyond any with a small growth is a usual wear that nobody can take apart."""
+    _, terms = insert_candidates(cut_machine().assembly, [WearForceGrowth])
+    (term,) = terms
+    values = {
+        f"{term.part}.{name}": value for name, value in (("growth", growth), ("rate", rate), ("break_in", 1e-5), ("break_in_time", 30.0))
+    }
+    assert of_usual_size(term, values, Settings()) == usual

@@ -187,6 +187,8 @@ def test_a_command_that_repeats_itself_while_a_table_sticks_within_one_count_is_
     paused = np.concatenate([np.arange(8180), np.full(200, 8180), np.arange(8180, 11800)])
     sticking = {name: AXIS[name][paused] for name in (REFERENCE, ENCODER, VOLTAGE)} | {TACHOMETER: AXIS[TACHOMETER]}
     assert [finding for finding in found(sticking) if finding.serious] == []
+    counts = np.round(AXIS[SCALE][paused] / 1e-7) + np.random.default_rng(2).integers(0, 2, 12000)
+    assert [finding for finding in found({**sticking, SCALE: 1e-7 * counts}) if finding.serious] == []
     (frozen,) = [finding for finding in found(with_values(sticking, REFERENCE, AXIS[REFERENCE])) if finding.serious]
     assert (frozen.kind, frozen.channel) == ("frozen", VOLTAGE)
 
