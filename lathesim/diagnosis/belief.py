@@ -61,7 +61,10 @@ class Settings:
     """An effect must move a channel by more than this many times what is left unexplained there ..."""
     small_move: float = 0.3
     almost_all: float = 0.9
-    """... or this many times, where it removes almost all of the error: effects not found yet may leave more there than it moves."""
+    """... or this many times, where it removes almost all of the error: effects not found yet may leave more there than it moves; ..."""
+    most_of_rest: float = 0.75
+    as_much: float = 0.8
+    """... or most of what others left, and gains as much on the held-out recording: what answers to a load does not."""
     most_spoilt: float = 1.5
     """Factor by which an effect may make a channel of the lesson's own simulation worse."""
     largest_size: float = 30.0
@@ -156,7 +159,8 @@ def believable(trial: Trial, settings: Settings, chance: float) -> bool:
 
 
 def _due_move(trial: Trial, settings: Settings) -> float:
-    return settings.small_move if trial.share_of_all > settings.almost_all else settings.smallest_move
+    agreed = trial.share_of_rest > settings.most_of_rest and trial.held_out_gain > settings.as_much * trial.gain
+    return settings.small_move if trial.share_of_all > settings.almost_all or agreed else settings.smallest_move
 
 
 def of_usual_size(term: Term, values: Mapping[str, float], settings: Settings) -> bool:

@@ -39,6 +39,8 @@ _MUCH, _MORE, _MUCH_MORE = 0.5, 4, 0.2
 first ones explained."""
 _AGREES = 0.6
 """Share of its gain on one recording that a friction must gain on the other not to be tried again with the simulated motion."""
+_CLEARLY_BETTER = 1.1
+"""Times by which a friction must gain more with the motion it makes."""
 _MUCH_BETTER = 0.5
 """Share of the error of the lesson's own simulation that may be left, in the channel where most is, for strained values to be eased."""
 _NEAR = ((0.98, 0.85), (0.95, 0.6))
@@ -97,7 +99,8 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
         asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.share) for item in wave]
         asked += [*_bare(wave, found.model), *_of_more_stages(wave, found.model)]
         made = side_by_side(bench, found.model, asked)
-        tried += [*made, *side_by_side(bench, found.model, _to_be_felt(made, found.model))]
+        felt = side_by_side(bench, found.model, _to_be_felt(made, found.model))
+        tried += [*made, *[trial for trial in felt if _holds_still(trial, made)]]
     found.tried += tried
     good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_part_of_a_wave(trial, found.model)]
     good = [trial for trial in good if _is_in_time(bench, trial.term, trial.model)]
@@ -152,6 +155,13 @@ def _to_be_felt(made: Sequence[Trial], model: Model) -> list[Asked]:
         start = np.array([values[name] for name in trial.term.parameters])
         found.append(Asked(trial.term, model.terms, model.free, [start], felt=True))
     return found
+
+
+def _holds_still(trial: Trial, made: Sequence[Trial]) -> bool:
+    """Say whether a friction explains the fitted recording clearly better with the motion it makes: else that is no reason to prefer it to
+    what holds nothing still."""
+    as_recorded = max(other.gain for other in made if other.term.part == trial.term.part)
+    return trial.gain > _CLEARLY_BETTER * as_recorded
 
 
 def _of_more_stages(wave: Sequence[Screened], model: Model) -> list[Asked]:

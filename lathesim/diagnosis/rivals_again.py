@@ -1,7 +1,8 @@
-"""Whether what could not be told from an effect still cannot once everything else was found.
+"""What came near an effect when it came in, held against it again once everything else was found.
 
-Ties are seen when an effect comes in, with the rest of what is missing still there: a delay and the lag of a current loop leave the same as
-long as a friction is not known. Each rival is tried again in the place of the effect, beside all others of the model.
+With the rest of what is missing still there much is alike: a delay and the lag of a current loop leave the same as long as a friction is
+not known, and a current that is shown late may do better than a drive that acts late. Each rival is tried in the place of the effect,
+beside all others of the model: one that does better takes the place, and what does as well is a tie.
 """
 
 from __future__ import annotations
@@ -10,29 +11,56 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.belief import Settings
+from lathesim.diagnosis.belief import TIE_SHARE, Settings, merit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import fewer
 from lathesim.diagnosis.side_by_side import Asked, side_by_side
-from lathesim.diagnosis.trial import Bench
-from lathesim.diagnosis.verdict import standing
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Bench, Trial, is_strained
+
+_NEAR = 0.8
+"""Share of what an effect gained that a rival must have gained to be tried again."""
+_MOST = 4
 
 
 def try_rivals_again(bench: Bench, found: Found, settings: Settings) -> None:
-    """Hold the effects of a model of several against what each was tied with, in the place of it; what does as well still stays."""
+    """Hold each effect of a model of several against what came near it, in the place of it."""
     if len(found.model.terms) < 2:
         return
-    tied = {item.term.part: item.tied for item in standing(found, settings) if item.tied}
     for term in found.model.terms:
-        rivals = [trial for trial in found.trials.get(term.part, ()) if trial.term in tied.get(term.part, ())]
+        rivals = _near(term, found, settings)
         if not rivals:
             continue
-        bench.say(f"trying again what {term.name} at {term.at} could not be told from")
+        bench.say(f"trying again what came near {term.name} at {term.at}")
         before = fewer(bench, found.model, term)
         tried = [(term, found.model.fitted.by_name), *[(trial.term, trial.model.fitted.by_name) for trial in rivals]]
         starts = [np.array([values[name] for name in one.parameters]) for one, values in tried]
         asked = [Asked(one, before.terms, before.free, [start]) for (one, _), start in zip(tried, starts, strict=True)]
         own, *others = side_by_side(bench, before, asked)
-        share = found.removed_by(term)
         # what it took away when it came in is what it is credited with
-        found.trials[term.part] = [replace(trial, share_of_all=share + trial.share_of_all - own.share_of_all) for trial in (own, *others)]
+        more = found.removed_by(term) - own.share_of_all
+        best = max(others, key=lambda trial: merit(trial, settings))
+        chosen = best if _is_better(best, own, settings) else own
+        credited = [replace(trial, share_of_all=trial.share_of_all + more) for trial in (own, *others)]
+        if chosen is not own:
+            bench.say(f"{chosen.term.name} takes the place of {term.name} beside the rest")
+            found.model = bench.settled(chosen.model)
+            del found.trials[term.part]
+        found.trials[chosen.term.part] = credited
+
+
+def _near(term: Term, found: Found, settings: Settings) -> list[Trial]:
+    """Give the trials of other effects that came near an effect of the model, the nearest first."""
+    trials = found.trials.get(term.part, [])
+    own = next((trial for trial in trials if trial.term.part == term.part), None)
+    if own is None:
+        return []
+    there = {other.part for other in found.model.terms}
+    near = [trial for trial in trials if trial.term.part not in there and merit(trial, settings) > _NEAR * merit(own, settings)]
+    return sorted(near, key=lambda trial: -merit(trial, settings))[:_MOST]
+
+
+def _is_better(trial: Trial, own: Trial, settings: Settings) -> bool:
+    """Say whether a rival does clearly better, and needs no other machine."""
+    more = merit(trial, settings) - merit(own, settings)
+    return more > max(settings.margin, TIE_SHARE * merit(own, settings)) and not is_strained(trial.model.fitted)

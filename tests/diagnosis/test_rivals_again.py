@@ -45,6 +45,20 @@ def test_a_rival_that_does_far_worse_beside_the_rest_is_no_tie(again: float, tie
     assert standing(found, Settings())[0].tied == ((lag,) if tied else ())
 
 
+def test_a_rival_that_does_better_beside_the_rest_takes_the_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A current that was shown late did better than a drive that acts late, until the friction was in."""
+    shown_late, delay, friction = term("shown_late"), term("delay"), term("friction")
+    found = Found(model(), model(shown_late, friction), {shown_late.part: [trial(shown_late, 500.0), trial(delay, 470.0)]})
+    monkeypatch.setattr(rivals_again, "fewer", lambda bench, full, one: model(friction))
+    monkeypatch.setattr(rivals_again, "is_strained", lambda fitted: False)
+    monkeypatch.setattr(rivals_again, "side_by_side", lambda bench, before, asked: [trial(shown_late, 600.0), trial(delay, 900.0)])
+    bench: Any = SimpleNamespace(say=lambda text: None, settled=lambda one: one)
+    rivals_again.try_rivals_again(bench, found, Settings())
+    assert found.model.terms == (delay,)
+    assert [trial.term for trial in found.trials[delay.part]] == [shown_late, delay]
+    assert shown_late.part not in found.trials
+
+
 def test_a_single_effect_is_not_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rivals_again, "side_by_side", lambda *given: pytest.fail("asked"))
     delay, lag = term("delay"), term("lag")
