@@ -56,4 +56,5 @@ def shown_with_unit(value: float, unit: str, digits: int = 4) -> str:
 
 def plain_number(value: float, digits: int) -> str:
     """Give a number with so many digits, large ones written out: ``130934`` rather than ``1.309e+05``."""
-    return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e9 else f"{value:.{digits}g}"
+    text = f"{value:.{digits}g}"
+    return f"{value:.0f}" if "e+" in text and abs(value) < 1e9 else text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,9 @@ from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
     from lathesim.diagnosis.compare import Comparison
+
+_NEAREST = 4
+"""Parts of a chain that are told."""
 
 
 @click.command()
@@ -100,8 +104,15 @@ def _replay_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [("channel", "made by", "missing at", "rms", "of what acts there")]
     for item in comparison.replayed:
         share = f"{item.share:.2%}" if item.share == item.share else "-"
-        rows.append((item.channel, " <- ".join(item.parts), item.at, shown_with_unit(item.missing, item.unit, 3), share))
+        rows.append((item.channel, _chain(item.parts), item.at, shown_with_unit(item.missing, item.unit, 3), share))
     return rows
+
+
+def _chain(parts: Sequence[str]) -> str:
+    """Give the parts that make a channel, the nearest first; of a whole machine only these."""
+    more = len(parts) - _NEAREST
+    shown = " <- ".join(parts[:_NEAREST] if more > 1 else parts)
+    return f"{shown} <- {more} more" if more > 1 else shown
 
 
 def _line_rows(comparison: Comparison) -> list[tuple[str, ...]]:

@@ -35,6 +35,8 @@ _MOST = 4
 _STANDING = 1e-3
 _RHYTHM = 0.003
 """Share of a motion's mean square at a line's frequency from which the line is that of the motion."""
+_ONCE, _HELD = 0.05, 0.2
+"""How far from whole repetitions a sample's way may be to make them, and the share of the way on which it does."""
 _SPREAD = 101
 """Neighbours whose median is the surroundings of an amplitude."""
 
@@ -114,9 +116,18 @@ def lines_of(
         if not found:
             break
         line, rest = max(found, key=lambda item: item[0].share)
-        if line.variable != "time" or not any(_has(motion, line, variables["time"][1]) for motion in motions):
+        of_the_motion = line.variable == "time" and any(_has(motion, line, variables["time"][1]) for motion in motions)
+        if not (of_the_motion or _is_of_the_samples(line, variables[line.variable][1])):
             lines.append(line)
     return sorted(lines, key=lambda line: -line.share)[:_MOST], spectra
+
+
+def _is_of_the_samples(line: Line, values: FloatArray) -> bool:
+    """Say whether a line repeats with the way from sample to sample, at a speed that is held long: noise there is alike once a sample."""
+    step = np.abs(np.gradient(values))
+    periods = line.frequency * step
+    once = (np.abs(periods - np.round(periods)) < _ONCE) & (periods > 1.0 - _ONCE)
+    return line.variable != "time" and float(step[once].sum()) > _HELD * float(step.sum())
 
 
 def _has(motion: FloatArray, line: Line, time: FloatArray) -> bool:

@@ -241,7 +241,7 @@ def _bridged(
     kicks = np.concatenate([np.zeros(0, dtype=np.int64), *[_spikes(placed_at[name]) for name in placed_at if name in commanded]])
     for name, values in channels.items():
         placed = placed_at[name]
-        cleaned = _without_spikes(name, placed, kicks, name in commanded, findings)
+        cleaned = _without_spikes(name, placed, kicks, grid.period, findings, is_command=name in commanded)
         bridged = _bridge_short_runs(cleaned)
         count = int(np.count_nonzero(np.isnan(placed) & ~np.isnan(bridged))) - grid.missing
         if count > 0 and np.isnan(values).any():
@@ -251,22 +251,26 @@ def _bridged(
     return on_grid
 
 
-def _without_spikes(name: str, values: FloatArray, kicks: Samples, is_command: bool, findings: list[Finding]) -> FloatArray:
+def _without_spikes(
+    name: str, values: FloatArray, kicks: Samples, period: float, findings: list[Finding], *, is_command: bool
+) -> FloatArray:
     """Take out single samples that stand far from both neighbours, which agree, and that no kick of a command explains."""
     spikes = _spikes(values)
     if is_command and len(spikes):
-        findings.append(Finding("spike", name, _far_out(len(spikes)), "taken as commanded"))
+        findings.append(Finding("spike", name, _far_out(spikes, period), "taken as commanded"))
     spikes = spikes[np.abs(spikes[:, None] - kicks).min(axis=1, initial=len(values)) > _ANSWERS]
     if is_command or not len(spikes):
         return values
-    findings.append(Finding("spike", name, _far_out(len(spikes)), "bridged by straight lines"))
+    findings.append(Finding("spike", name, _far_out(spikes, period), "bridged by straight lines"))
     mended = values.copy()
     mended[spikes] = np.nan
     return mended
 
 
-def _far_out(count: int) -> str:
-    return f"{counted(count, 'sample', 'stands', 'stand')} far from {'its' if count == 1 else 'their'} neighbours"
+def _far_out(spikes: Samples, period: float) -> str:
+    count, when = len(spikes), f"{float(spikes[0]) * period:.6g} s"
+    where = f"its neighbours, at {when}" if count == 1 else f"their neighbours, the first at {when}"
+    return f"{counted(count, 'sample', 'stands', 'stand')} far from {where}"
 
 
 def _spikes(values: FloatArray) -> Samples:

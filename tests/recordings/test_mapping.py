@@ -160,7 +160,7 @@ def test_a_single_sample_far_from_its_neighbours_is_bridged() -> None:
     found = mapped(table(t=TIME, q=spoiled))
     assert np.abs(found.record["x_encoder.position"] - 1e-3 * clean).max() < 1e-5
     assert found.findings == (
-        Finding("spike", "x_encoder.position", "2 samples stand far from their neighbours", "bridged by straight lines"),
+        Finding("spike", "x_encoder.position", "2 samples stand far from their neighbours, the first at 0.333 s", "bridged by straight lines"),
     )
 
 
@@ -175,8 +175,8 @@ def test_a_command_that_kicks_for_one_sample_is_taken_as_it_was() -> None:
     assert found.record["x_encoder.position"][102] == pytest.approx(1e3)
     assert abs(found.record["x_encoder.position"][777] - 1e-3 * PLACE[777]) < 1e-5
     assert [str(finding) for finding in found.findings] == [
-        "x_encoder.position: 1 sample stands far from its neighbours; bridged by straight lines.",
-        "x_dac.command: 1 sample stands far from its neighbours; taken as commanded.",
+        "x_encoder.position: 1 sample stands far from its neighbours, at 0.777 s; bridged by straight lines.",
+        "x_dac.command: 1 sample stands far from its neighbours, at 0.1 s; taken as commanded.",
     ]
     asked[100] = np.nan
     assert np.isfinite(mapped(table(t=TIME, q=PLACE, u=asked), ENCODER, COMMAND).record["x_dac.command"]).all()
