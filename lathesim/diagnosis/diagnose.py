@@ -126,19 +126,20 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
 
 
 def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[Term]:
-    """Give the effects whose size may be nothing: those whose sizes the recordings do not agree on; a single one whose intervals hold
-    nothing, where nothing that matters was missing; and, where the lesson's own simulation is further off with the whole model in some
-    channel, small ones beside others."""
+    """Give the effects whose size may be nothing: those whose sizes the recordings do not agree on, and such whose intervals hold nothing.
+    Of these a single one goes where nothing that matters was missing, and small ones beside others where no force that matters was missing
+    at their place or the lesson's own simulation is further off with the whole model in some channel."""
     doubtful = [term for term in found.model.terms if not is_significant(term, values)]
-    if len(found.model.terms) == 1 and not doubtful:
-        term = found.model.terms[0]
-        loose = is_open(term, values) and not hangs_together(term, values)
-        return [term] if loose and hardly_missed(gather(rig, held_out, found, _own(held_out, found, values))) else []
-    small = [term for term in found.model.terms if term not in doubtful and found.removed_by(term) < NAMED_SHARE]
-    unsure = [term for term in small if is_open(term, values) and not hangs_together(term, values)]
-    if len(found.model.terms) == 1 or not unsure:
+    unsure = [term for term in found.model.terms if term not in doubtful and is_open(term, values) and not hangs_together(term, values)]
+    single = len(found.model.terms) == 1
+    unsure = [term for term in unsure if single or found.removed_by(term) < NAMED_SHARE]
+    if not unsure:
         return doubtful
-    return doubtful + unsure if spoils_something(_own(held_out, found, values).fit) else doubtful
+    own = _own(held_out, found, values)
+    if not single and spoils_something(own.fit):
+        return doubtful + unsure
+    evidence = gather(rig, held_out, found, own)
+    return doubtful + [term for term in unsure if (hardly_missed(evidence) if single else hardly_missed(evidence, term.at))]
 
 
 def _own(held_out: Rig, found: Found, values: Estimates) -> Compared:

@@ -99,8 +99,8 @@ def _grown(bench: Bench, found: Found, settings: Settings, known: Sequence[Term]
             leave_out(found, [last], bench.rig, bench.held_out, bench.say)
             continue
         found.model = found.before[last.part]
-        if len(found.refused) <= _MOST_REFUSED and found.model.terms:
-            # what it had made needless is there again, and something else may come beside that
+        if len(found.refused) <= _MOST_REFUSED:
+            # what it had made needless is there again, and something else may come beside that or in its place
             grow(bench, found, settings)
 
 

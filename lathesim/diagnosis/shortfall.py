@@ -25,6 +25,7 @@ MOST = 0.9
 _LEFT = 0.37
 """... and share of what is missing, at the place where they do most, above which they leave more than an effect in its own form does: on
 concealed cases that left up to 0.35, names of something else from 0.39 on."""
+_FORCES = ("N", "N*m")
 _WORSE = 1.5
 _LOAD, _OFF = 0.15, 5.0
 """Share of all that acts somewhere, and floors of a channel in the lesson's own simulation, from which on what is missing there is no noise
@@ -132,9 +133,12 @@ def spoils_something(fit: Mapping[str, ChannelFit]) -> bool:
     return any(item.after > _WORSE * item.before for item in fit.values())
 
 
-def hardly_missed(evidence: Evidence) -> bool:
-    """Say whether what was missing before any effect was found is little of all that acts, wherever it is."""
-    return all(missing.share_before < ADEQUATE for missing in evidence.missing)
+def hardly_missed(evidence: Evidence, at: str = "") -> bool:
+    """Say whether what was missing before any effect was found is little of all that acts, wherever it is; with a part, what force ``at``
+    it: of a position any error is little."""
+    forces = [missing for missing in evidence.missing if missing.at.partition(".")[0] == at and missing.unit in _FORCES]
+    asked = forces if at else evidence.missing
+    return bool(asked) and all(missing.share_before < ADEQUATE for missing in asked)
 
 
 def structured(evidence: Evidence, channel: str, share: float) -> float:

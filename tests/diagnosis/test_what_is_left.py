@@ -99,3 +99,6 @@ def test_what_was_little_of_all_that_acts_was_hardly_missed(share: float, hardly
     signal = np.ones(4)
     missing = MissingSignal(MAIN, "N", signal, signal, signal, signal, share, share)
     assert hardly_missed(Evidence(missing=(missing,))) == hardly
+    assert hardly_missed(Evidence(missing=(missing,)), "dynamometer") == hardly
+    # where no force was looked at nothing is known
+    assert not hardly_missed(Evidence(missing=(missing,)), "x_axis")

@@ -160,7 +160,9 @@ def test_a_single_sample_far_from_its_neighbours_is_bridged() -> None:
     found = mapped(table(t=TIME, q=spoiled))
     assert np.abs(found.record["x_encoder.position"] - 1e-3 * clean).max() < 1e-5
     assert found.findings == (
-        Finding("spike", "x_encoder.position", "2 samples stand far from their neighbours, the first at 0.333 s", "bridged by straight lines"),
+        Finding(
+            "spike", "x_encoder.position", "2 samples stand far from their neighbours, the first at 0.333 s", "bridged by straight lines"
+        ),
     )
 
 
