@@ -193,13 +193,15 @@ def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, F
     """Give the assembly whose motion sensors look at the recorded motion, and the output that now stands for each of their channels.
 
     ``channels`` gives the output that stood for each channel before. What a sensor gets wrong is then a known function of time, and it is
-    added to the simulated motion: see :class:`CorrectedSight`. What makes a reading late acts on that sum: a recorded motion is late
-    already, and made late once more it says that of y - late(y) only what late(y) - late(late(y)) is.
+    added to the simulated motion: see :class:`CorrectedSight`. What makes a reading late acts on that sum at the sensor that the recorded
+    motion comes from: it is late already, and made late once more it says that of y - late(y) only what late(y) - late(late(y)) is. At a
+    second sensor it is one of the errors: how fast the machine was is recorded, and a replay is off by what nobody modelled.
     """
     parts = list(assembly.parts)
     by_name = {part.name: part for part in parts}
     wires = {item.target: item for item in assembly.wires}
     shown: dict[str, str] = {}
+    looked_at: set[str] = set()
     for channel, output in channels.items():
         sensor, _, reading = channel.partition(".")
         if sensor not in by_name or by_name[sensor].component.ports.get("reading") != reading:
@@ -219,7 +221,11 @@ def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, F
         sight = f"sight_{sensor}"
         parts.append(Part(sight, CorrectedSight.with_units({"signal": unit})))
         wires[target] = Wire(target, f"{signal}.value")
-        errors, lags = _errors_and_lags(by_name, wires, channel, output)
+        chain = _between(wires, channel, output)
+        late = [name for name in chain if getattr(by_name[name].component, "late_by", "")]
+        lags = [] if source in looked_at else late
+        looked_at.add(source)
+        errors = [name for name in chain if name not in lags]
         sensed = _in_line(wires, channel, errors)
         for name, feed in (("sensed", sensed), ("simulated", source), ("recorded", f"{signal}.value")):
             wires[f"{sight}.{name}"] = Wire(f"{sight}.{name}", feed)
@@ -227,15 +233,13 @@ def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, F
     return replace(assembly, parts=tuple(parts), wires=tuple(wires.values())), shown
 
 
-def _errors_and_lags(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str, output: str) -> tuple[list[str], list[str]]:
-    """Give the effects between a channel and the output that stands for it, in the order in which they act: those that add an error, and
-    those that make it late."""
+def _between(wires: Mapping[str, Wire], channel: str, output: str) -> list[str]:
+    """Give the effects between a channel and the output that stands for it, in the order in which they act."""
     chain: list[str] = []
     while output != channel:
         chain.insert(0, output.partition(".")[0])
         output = wires[f"{chain[0]}.incoming"].source
-    late = [name for name in chain if getattr(parts[name].component, "late_by", "")]
-    return [name for name in chain if name not in late], late
+    return chain
 
 
 def _in_line(wires: dict[str, Wire], feed: str, effects: Sequence[str]) -> str:

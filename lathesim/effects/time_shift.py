@@ -1,6 +1,6 @@
 """Time: signals that come late, channels that are shifted, clocks that run apart.
 
-A channel that is shifted is interpolated linearly between two samples. A command is held between them, and a late one changes inside an
+A channel that is shifted is interpolated by a cubic between two samples. A command is held between them, and a late one changes inside an
 interval: a sensor that is read at the sample still sees the old one.
 """
 
@@ -37,15 +37,20 @@ def _remembered(history: list[float], newest: float, back: int) -> float:
 
 
 def _delayed(history: list[float], newest: float, samples: float) -> float:
-    """Give the value some samples back; less than none is extrapolated by the parabola through the last three."""
-    back = min(samples, len(history) - 2.0)
+    """Give the value some samples back, on the cubic through the two samples on either side; near the newest one, and beyond it, on the
+    parabola through the last three. A straight line would be off by an eighth of the acceleration times the period squared."""
+    back = min(samples, len(history) - 4.0)
     whole = int(back)
-    if back < 0.0:
+    if back < 1.0:
         last, before = _remembered(history, newest, 0), _remembered(history, newest, 1)
         change, bend = last - before, last - 2.0 * before + _remembered(history, newest, 2)
         return last - back * change + 0.5 * back * (back - 1.0) * bend
-    near = _remembered(history, newest, whole)
-    return near + (_remembered(history, newest, whole + 1) - near) * (back - whole)
+    part = back - whole
+    later, here = _remembered(history, newest, whole - 1), _remembered(history, newest, whole)
+    sooner, first = _remembered(history, newest, whole + 1), _remembered(history, newest, whole + 2)
+    outer = later * (part - 2.0) - first * (part + 1.0)
+    inner = here * (part + 1.0) * (part - 2.0) * (part - 1.0) - sooner * (part + 1.0) * part * (part - 2.0)
+    return 0.5 * inner - part * (part - 1.0) * outer / 6.0
 
 
 class TransportDelay(Effect):

@@ -5,13 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from lathesim.components.linear_encoder import LinearEncoder
 from lathesim.diagnosis.replay import cut, drive, look, seen, sense, sensed_share
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ConverterOffset, ScaleFactorError
 from lathesim.effects.play import Backlash
 from lathesim.effects.spindle_error import Runout
 from lathesim.effects.time_shift import ChannelTimeShift
-from lathesim.engine.assembly import Assembly
+from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.lessons.insertion import insert_effect
@@ -161,3 +162,24 @@ def test_what_makes_a_reading_late_delays_the_simulated_motion() -> None:
     found = run(wire(drive(dataclasses.replace(looking, record=(shown[POSITION],)), {FORCE: pushed})), duration=time[-1])
     wanted = np.interp(time - shift, time, simulated + 0.01 * motion["x_axis.position"])
     assert found[shown[POSITION]][10:] == pytest.approx(wanted[10:], abs=2.0 * RESOLUTION)
+
+
+def test_what_makes_a_second_sensor_late_delays_the_recorded_motion() -> None:
+    """The simulated table is slower than the recorded one was by a load that nobody modelled: how far a late scale is behind is recorded."""
+    shift, speed = 3.0 * PERIOD, 0.02
+    assembly = with_second_sensor(machine().assembly)
+    assembly = insert_effect(assembly, ChannelTimeShift, "x_scale", name="late", parameters={"shift": shift})
+    time = np.arange(200) * PERIOD
+    channels = {name: seen(assembly, name) for name in (POSITION, "x_scale.position")}
+    looking, shown = look(assembly, channels, {"x_axis.position": speed * time})
+    outputs = (shown[POSITION], shown["x_scale.position"])
+    found = run(wire(drive(dataclasses.replace(looking, record=outputs), {FORCE: np.zeros(200)})), duration=time[-1])
+    behind = found[outputs[1]] - found[outputs[0]]
+    assert behind[10:] == pytest.approx(np.full(190, -speed * shift), abs=2.0 * RESOLUTION)
+
+
+def with_second_sensor(assembly: Assembly) -> Assembly:
+    scale = Part("x_scale", LinearEncoder, {"resolution": RESOLUTION})
+    return dataclasses.replace(
+        assembly, parts=(*assembly.parts, scale), wires=(*assembly.wires, Wire("x_scale.measured", "x_axis.position"))
+    )
