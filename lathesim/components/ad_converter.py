@@ -13,7 +13,7 @@ class ADConverter(Component):
     Left out: offset, conversion time, aliasing filter.
     """
 
-    ports = {"measured": "voltage", "reading": "reading"}
+    ports = {"measured": "voltage", "reading": "reading", "bits": "bits"}
 
     voltage = Input("V", doc="voltage of the sensor")
 

@@ -139,7 +139,8 @@ def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[
     if not single and spoils_something(own.fit):
         return doubtful + unsure
     evidence = gather(rig, held_out, found, own)
-    return doubtful + [term for term in unsure if (hardly_missed(evidence) if single else hardly_missed(evidence, term.at))]
+    channels = held_out.machine.compare
+    return doubtful + [term for term in unsure if hardly_missed(evidence, channels, "" if single else term.at)]
 
 
 def _own(held_out: Rig, found: Found, values: Estimates) -> Compared:

@@ -56,7 +56,7 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
     for channel, values in recorded.items():
         if not np.isfinite(values).all():
             continue
-        source = measured_output(parts, wires, channel)
+        source = _shown_through(parts, wires, channel)
         host, _, item = source.partition(".")
         ports = parts[host].component.ports if host in parts else {}
         if item == ports.get("displacement"):

@@ -254,8 +254,11 @@ def _exact_sensors(assembly: Assembly) -> Assembly:
     """Give the assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice."""
     parts = []
     for part in assembly.parts:
-        name = part.component.ports.get("resolution")
-        parts.append(replace(part, parameters={**part.parameters, name: 0.0}) if name else part)
+        ports, declared = part.component.ports, part.component.declarations
+        exact = {ports[role]: 0.0 for role in ("resolution",) if role in ports}
+        # steps of a converter hide what small changes of a value do to what it reads
+        exact |= {ports[role]: float(declared[ports[role]].high) for role in ("bits",) if role in ports}  # type: ignore[attr-defined]
+        parts.append(replace(part, parameters={**part.parameters, **exact}) if exact else part)
     return replace(assembly, parts=tuple(parts))
 
 

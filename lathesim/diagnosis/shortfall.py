@@ -133,17 +133,22 @@ def spoils_something(fit: Mapping[str, ChannelFit]) -> bool:
     return any(item.after > _WORSE * item.before for item in fit.values())
 
 
-def hardly_missed(evidence: Evidence, at: str = "") -> bool:
-    """Say whether what was missing before any effect was found is little of all that acts, wherever it is; with a part, what force ``at``
-    it: of a position any error is little."""
-    forces = [missing for missing in evidence.missing if missing.at.partition(".")[0] == at and missing.unit in _FORCES]
-    asked = forces if at else evidence.missing
-    return bool(asked) and all(missing.share_before < ADEQUATE for missing in asked)
+def hardly_missed(evidence: Evidence, channels: Sequence[str], at: str = "") -> bool:
+    """Say whether what was missing before any effect was found, and followed the motion, is little of all that acts, wherever it is; with a
+    part, what force ``at`` it: of a position any error is little."""
+    asked = [
+        structured(evidence, channel, missing.share_before, before=True)
+        for channel, missing in zip(channels, evidence.missing, strict=True)
+        if not at or (missing.at.partition(".")[0] == at and missing.unit in _FORCES)
+    ]
+    return bool(asked) and max(asked) < ADEQUATE
 
 
-def structured(evidence: Evidence, channel: str, share: float) -> float:
-    """Give the size of what is still missing behind a channel and depends on the motion, as a ``share`` of what acts there."""
-    explained = max((bar.after for bar in evidence.bars if bar.channel == channel), default=0.0)
+def structured(evidence: Evidence, channel: str, share: float, *, before: bool = False) -> float:
+    """Give the size of what is still missing behind a channel, or was ``before``, and depends on the motion, as a ``share`` of what acts
+    there."""
+    bars = (bar.before if before else bar.after for bar in evidence.bars if bar.channel == channel)
+    explained = max(bars, default=0.0)
     if explained < _NOTHING:
         return 0.0
     return float(share * np.sqrt(explained)) if np.isfinite(share) else 0.0

@@ -50,7 +50,7 @@ class PeriodicPitchError(Effect):
     between_sensors = True
     carried = ("m",)
     neutral = {"amplitude": 0.0}
-    typical = {"amplitude": (0.5e-6, 10e-6), "lead": (0.002, 0.02), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
+    typical = {"amplitude": (0.5e-6, 10e-6), "lead": (0.0005, 0.02), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
     typical_rotary = {"amplitude": (1e-5, 0.01), "lead": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
     nuisance = ("phase",)
     finer_shape = SHAPE

@@ -27,7 +27,9 @@ Samples = npt.NDArray[np.int64]
 LEAST_SAMPLES = 20
 _TOLD = 3
 _FAR = 30.0
-"""A spike stands this many times farther out than what one sample in a hundred does."""
+"""A spike stands this many times farther out than what one sample in a hundred does ..."""
+_STEEPER = 3.0
+"""... and than the steps before and after its neighbours."""
 _ANSWERS = 3
 """Samples within which a measurement may answer to a kick of a command."""
 
@@ -282,8 +284,12 @@ def _spikes(values: FloatArray) -> Samples:
     away[1:-1] = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
     apart = np.full(len(values), np.nan)
     apart[1:-1] = np.abs(values[2:] - values[:-2])
+    # a ramp that turns round goes on as steeply as it came
+    slope = np.full(len(values), np.nan)
+    slope[2:-2] = np.maximum(np.abs(values[1:-3] - values[:-4]), np.abs(values[4:] - values[3:-1]))
     usual = float(np.nanquantile(away, 0.99)) if np.isfinite(away).any() else 0.0
-    spikes = np.flatnonzero((away > _FAR * usual) & (apart < 0.2 * away)) if usual > 0.0 else none
+    alone = (apart < 0.2 * away) & ~(away < _STEEPER * slope)
+    spikes = np.flatnonzero((away > _FAR * usual) & alone) if usual > 0.0 else none
     between = np.diff(spikes)
     regular = len(spikes) > 3 and float(np.std(between)) < 0.1 * float(np.mean(between))
     return none if len(spikes) > max(3, len(values) // 1000) or regular else spikes

@@ -76,3 +76,11 @@ def test_the_volts_of_a_tachometer_are_no_speed() -> None:
         both = recorded_motion(bench, {name: values[name] for name in names})
         assert both["spindle.speed"][INSIDE] == pytest.approx(40.0)
         assert both["spindle.angle"][INSIDE] == pytest.approx(turned[INSIDE])
+
+
+def test_a_converter_behind_a_tachometer_tells_the_speed_too() -> None:
+    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "two_axis_lathe_analytical.yaml"
+    lathe = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    converter = next(part.name for part in lathe.parts if part.name == "tachometer_adc")
+    motion = recorded_motion(lathe, {f"{converter}.reading": np.full(2000, 40.0)})
+    assert motion["spindle.speed"] == pytest.approx(40.0)

@@ -165,7 +165,7 @@ def test_what_makes_a_reading_late_delays_the_simulated_motion() -> None:
 
 
 def test_what_makes_a_second_sensor_late_delays_the_recorded_motion() -> None:
-    """The simulated table is slower than the recorded one was by a load that nobody modelled: how far a late scale is behind is recorded."""
+    """The simulated table is slower than the recorded one was, by a load that nobody modelled: how far the scale is behind is recorded."""
     shift, speed = 3.0 * PERIOD, 0.02
     assembly = with_second_sensor(machine().assembly)
     assembly = insert_effect(assembly, ChannelTimeShift, "x_scale", name="late", parameters={"shift": shift})

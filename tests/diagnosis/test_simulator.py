@@ -1,9 +1,17 @@
 """A machine made ready to be held against one recording: many runs, residuals, and what a second sensor adds."""
 
+from pathlib import Path
+from textwrap import dedent
+
 import numpy as np
 import pytest
 
+from lathesim.diagnosis.problem import Machine, build_rigs
 from lathesim.diagnosis.simulator import LOST, SecondSight
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import load_registry
+from lathesim.record import Channel, Record
 from tests.diagnosis.pushed_table import FORCE, MASS, PERIOD, POSITION, VISCOUS, Hidden, machine, pair, recording, rigs
 
 NAMES = ["x_axis.mass", "x_axis.viscous"]
@@ -97,3 +105,25 @@ def test_a_rig_finds_the_second_sight_of_two_channels_of_one_motion() -> None:
     given = machine()
     both = type(given)(given.assembly, (FORCE,), (POSITION, "x_axis.position"), given.uncertain, given.resolution)
     assert [(sight.row, sight.first, sight.rate) for sight in rigs(record, of=both)[0].sensed.second_sight] == [(1, 0, False)]
+
+
+def test_small_changes_of_a_value_show_through_a_converter(tmp_path: Path) -> None:
+    """Twelve bits of a tachometer did not show how a spindle began, and a sound one was told to warm up."""
+    text = """
+    lesson: A spindle with a tachometer behind a converter
+    machine: torque_spindle
+    add: {tachometer_adc: {component: ADConverter, units: {signal: rad/s}, set: {bits: 8}}}
+    wires: {tachometer_adc.voltage: tachometer.voltage, tachometer_adc.sensor_gain: tachometer.gain}
+    """
+    file = tmp_path / "lesson.yaml"
+    file.write_text(dedent(text), encoding="utf-8")
+    assembly = prepare(load_lesson(file), load_registry(installed=False)).machinery
+    time = np.arange(400) * 1e-3
+    channels = {
+        "spindle.torque": Channel("spindle.torque", "N*m", 0.01 * np.sin(9.0 * time)),
+        "tachometer_adc.reading": Channel("tachometer_adc.reading", "rad/s", 30.0 + 0.0 * time),
+    }
+    machine = Machine(assembly, ("spindle.torque",), ("tachometer_adc.reading",), {}, {})
+    (rig,) = build_rigs(machine, [("turning", Record(time, channels, {"sample_period": 1e-3}))], [])
+    runs = rig.sensed.outputs(["spindle.rotation"], np.array([[30.0], [30.0 + 1e-4]]))
+    assert np.all(np.abs(runs[1][0] - runs[0][0] - 1e-4)[1:20] < 2e-5)

@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.diagnosis import adequacy as judging
 from lathesim.diagnosis.adequacy import Adequacy, adequacy
-from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, FoundEffect, MissingSignal
+from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, FoundEffect, MissingSignal, VariableBar
 from lathesim.diagnosis.shortfall import hardly_missed
 from lathesim.diagnosis.what_is_left import not_determined, value_instead
 
@@ -94,11 +94,16 @@ def test_two_sensors_that_differ_by_far_more_than_both_resolve_are_told(floors: 
     assert not told or reasons == ["x_scale.position and x_encoder.position differ by 0.1 mm (root mean square)"]
 
 
-@pytest.mark.parametrize(("share", "hardly"), [(0.3, False), (0.005, True)])
-def test_what_was_little_of_all_that_acts_was_hardly_missed(share: float, hardly: bool) -> None:
+@pytest.mark.parametrize(
+    ("share", "followed", "hardly"),
+    [(0.3, 0.5, False), (0.005, 0.5, True), (0.3, 0.0, True)],
+    ids=["much that follows the motion", "little", "much noise"],
+)
+def test_what_was_little_of_all_that_acts_was_hardly_missed(share: float, followed: float, hardly: bool) -> None:
     signal = np.ones(4)
     missing = MissingSignal(MAIN, "N", signal, signal, signal, signal, share, share)
-    assert hardly_missed(Evidence(missing=(missing,))) == hardly
-    assert hardly_missed(Evidence(missing=(missing,)), "dynamometer") == hardly
+    evidence = Evidence(missing=(missing,), bars=(VariableBar(MAIN, "time", followed, 0.0),))
+    assert hardly_missed(evidence, (MAIN,)) == hardly
+    assert hardly_missed(evidence, (MAIN,), "dynamometer") == hardly
     # where no force was looked at nothing is known
-    assert not hardly_missed(Evidence(missing=(missing,)), "x_axis")
+    assert not hardly_missed(evidence, (MAIN,), "x_axis")

@@ -166,6 +166,11 @@ def test_a_single_sample_far_from_its_neighbours_is_bridged() -> None:
     )
 
 
+def test_a_ramp_that_turns_round_has_no_spike() -> None:
+    ramp = np.concatenate([np.zeros(400), np.arange(0.0, 201.0), np.arange(199.0, -1.0, -1.0), np.zeros(199)])
+    assert mapped(table(t=TIME, q=ramp)).findings == ()
+
+
 def test_a_command_that_kicks_for_one_sample_is_taken_as_it_was() -> None:
     """What was commanded was done, and what is measured beside the kick answers to it; elsewhere a single sample is still bridged."""
     rng = np.random.default_rng(2)
