@@ -42,7 +42,7 @@ class Settings:
     longest: float = np.inf
     """Time after which the search ends and keeps what is known [s]."""
     most_runs: int = 5_000
-    runs_a_candidate: int = 100
+    runs_a_candidate: int = 60
     """Runs of a recording, in all or for each candidate if that is more, after which no further effect is looked for: one of 30 s at 1 kHz
     takes some 8 ms, on one core."""
     screened: int = 5

@@ -16,7 +16,7 @@ import numpy as np
 
 from lathesim.diagnosis.adequacy import Adequacy, adequacy
 from lathesim.diagnosis.another_law import AnotherLaw, another_law
-from lathesim.diagnosis.belief import Settings
+from lathesim.diagnosis.belief import Settings, is_of_a_clock
 from lathesim.diagnosis.coarse_counts import coarse_counts
 from lathesim.diagnosis.contradiction import contradicted, exchanged_with, swapped, wrong_unit
 from lathesim.diagnosis.controller_value import controller_value, with_commands_followed
@@ -126,10 +126,13 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
 
 
 def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[Term]:
-    """Give the effects whose size may be nothing: those whose sizes the recordings do not agree on, and such whose intervals hold nothing.
+    """Give the effects whose size may be nothing: those whose sizes the recordings do not agree on, lags of a small part of a sample, and
+    such whose intervals hold nothing.
     Of these a single one goes where nothing that matters was missing, and small ones beside others where no force that matters was missing
     at their place or the lesson's own simulation is further off with the whole model in some channel."""
-    doubtful = [term for term in found.model.terms if not is_significant(term, values)]
+    period, model = rig.machine.assembly.sample_period, found.model.fitted.by_name
+    in_time = [term for term in found.model.terms if is_of_a_clock(term, model, period, len(rig.record) * period)]
+    doubtful = [term for term in found.model.terms if term not in in_time or not is_significant(term, values)]
     unsure = [term for term in found.model.terms if term not in doubtful and is_open(term, values) and not hangs_together(term, values)]
     single = len(found.model.terms) == 1
     unsure = [term for term in unsure if single or found.removed_by(term) < NAMED_SHARE]

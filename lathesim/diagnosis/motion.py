@@ -59,7 +59,7 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
         source = _shown_through(parts, wires, channel)
         host, _, item = source.partition(".")
         ports = parts[host].component.ports if host in parts else {}
-        if item == ports.get("displacement"):
+        if item == ports.get("displacement") and _gain(parts, channel, source) == 1.0:
             found.setdefault(f"{host}.{item}", smooth(values, period))
             if "flow" in ports:
                 found.setdefault(f"{host}.{ports['flow']}", velocity_of(values, period))
@@ -102,11 +102,17 @@ def counted_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> di
 
 
 def _shown_through(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
-    """Give what a channel shows in the end: a converter reads a tachometer, and that a spindle."""
-    shown = measured_output(parts, wires, channel)
-    while (further := measured_output(parts, wires, shown)) != shown:
+    """Give what a channel shows in the end: a converter reads a tachometer, and that a spindle. What a controller makes of what it measures
+    shows nothing of it."""
+    shown = channel
+    while "drive" not in _ports(parts, shown) and (further := measured_output(parts, wires, shown)) != shown:
         shown = further
     return shown
+
+
+def _ports(parts: Mapping[str, Part], output: str) -> Mapping[str, str]:
+    part = parts.get(output.partition(".")[0])
+    return part.component.ports if part else {}
 
 
 def _steady_velocity(position: FloatArray, period: float) -> FloatArray:

@@ -84,3 +84,12 @@ def test_a_converter_behind_a_tachometer_tells_the_speed_too() -> None:
     converter = next(part.name for part in lathe.parts if part.name == "tachometer_adc")
     motion = recorded_motion(lathe, {f"{converter}.reading": np.full(2000, 40.0)})
     assert motion["spindle.speed"] == pytest.approx(40.0)
+
+
+def test_the_voltage_of_a_controller_is_no_place() -> None:
+    """A controller reads an encoder and gives a command: followed back through both it was taken for the way of the table."""
+    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "cascade_axis.yaml"
+    axis = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    motion = recorded_motion(axis, {"x_controller.voltage": 300.0 * SPEED, "x_encoder.position": PLACE})
+    assert motion["x_axis.position"][INSIDE] == pytest.approx(PLACE[INSIDE], abs=1e-5)
+    assert recorded_motion(axis, {"x_controller.voltage": 300.0 * SPEED}) == {}
