@@ -17,6 +17,7 @@ from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.motion import measured_output
 from lathesim.diagnosis.noise_model import taper
 from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.replay import SIGNALS
 from lathesim.diagnosis.simulator import COUNTS, KICK
 from lathesim.diagnosis.variables import ANGLE, PARTIAL, held_by_friction, samples_per_turn, variables
 from lathesim.engine.assembly import FloatArray
@@ -282,7 +283,7 @@ def passed_through(plan: Plan, channel: str) -> tuple[str, ...]:
     queue, seen = [channel.partition(".")[0]], []
     while queue:
         name = queue.pop(0)
-        if name in seen or name.startswith(("recorded_", "motion_", "sensed_")):
+        if name in seen or name.startswith(SIGNALS):
             continue
         seen.append(name)
         feeds = plan.feeds.items()

@@ -19,6 +19,9 @@ from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.wiring import wire
 from lathesim.lessons.insertion import Machinery
 
+SIGNALS = ("recorded_", "motion_", "followed_", "sensed_")
+"""How the names of parts begin that stand for what was recorded."""
+
 
 def seen(assembly: Assembly, channel: str) -> str:
     """Give the output that stands for a channel once effects sit on it."""

@@ -1,15 +1,18 @@
 """A cut is replayed where the machine was: a replayed axis drifts, and what it would cut there is another cut."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from lathesim.diagnosis.locate import passed_through
 from lathesim.diagnosis.motion import counted_motion
 from lathesim.diagnosis.replay import follow
 from lathesim.diagnosis.terms import insert_candidates
 from lathesim.engine.assembly import Assembly
+from lathesim.engine.wiring import wire
 from lathesim.lessons.lesson import load_machine
 from lathesim.lessons.simulate import check_machine
 from lathesim.plugins import Registry, load_registry
@@ -68,3 +71,13 @@ def test_a_quick_motion_is_smoothed_no_more_than_it_has_to_be() -> None:
     feed = counted_motion(machine().assembly, {POSITION: place})["x_axis.velocity"]
     speed = 0.01 * 2.0 * math.pi * 3.0 * np.cos(2.0 * math.pi * 3.0 * time)
     assert np.max(np.abs(feed - speed)[200:-200]) < 0.01 * np.max(np.abs(speed))
+
+
+def test_no_recorded_signal_is_a_suspect(registry: Registry) -> None:
+    """The chain of a force named the recorded way of the slide among the parts that make it."""
+    lathe = assembly_of("two_axis_lathe", registry)
+    after = follow(lathe, {"x_axis.position": np.zeros(10), "z_axis.velocity": np.zeros(10)})
+    parts = passed_through(wire(replace(after, finish="")), "cutting_force.cutting_force")
+    assert "cutting" in parts
+    assert not any(name.startswith("followed_") for name in parts)
+    assert any(part.name.startswith("followed_") for part in after.parts)
