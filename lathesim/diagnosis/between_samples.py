@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.diagnosis.fit import Fitted, Free, with_start
+from lathesim.diagnosis.noise_model import whitened_power
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import Term
 
@@ -31,10 +32,7 @@ def between_samples(rig: Rig, fitted: Fitted, terms: Sequence[Term], *, wide: bo
         middles = [(np.floor(ended / period) + by + 0.5) * period for by in _NEIGHBOURS]
         asked = list(fitted.by_name)
         rows = np.array([[value if one == name else fitted.by_name[one] for one in asked] for value in (ended, *middles) if value > 0.0])
-        left = [
-            sum(float(np.sum(model.whiten(row, wide=wide) ** 2)) for row, model in zip(residual, fitted.noise, strict=True))
-            for residual in rig.sensed.residuals(asked, rows)
-        ]
+        left = [whitened_power(residual, fitted.noise, wide=wide) for residual in rig.sensed.residuals(asked, rows)]
         best = int(np.argmin(left))
         if best:
             start = float(rows[best, asked.index(name)])

@@ -104,7 +104,7 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     values = estimates(found.model, rig, held_out, whole)
     doubtful = _doubtful(found, rig, held_out, values)
     if doubtful:
-        say(f"leaving out again {', '.join(term.name for term in doubtful)}: the recordings do not agree on its size")
+        say(f"leaving out again {', '.join(term.name for term in doubtful)}: its size may be nothing")
         leave_out(found, doubtful, rig, held_out, say)
         values = estimates(found.model, rig, held_out, whole)
     if found.model.terms and takes_nothing(held_out, found.baseline.held_out_fit, on_held_out(held_out, found, values.values())):

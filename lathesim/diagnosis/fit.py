@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from lathesim.diagnosis.noise_model import NoiseModel, NoiseShapes, fit_noise_model
+from lathesim.diagnosis.noise_model import NoiseModel, NoiseShapes, fit_noise_model, whitened_power
 from lathesim.diagnosis.simulator import Simulator
 from lathesim.diagnosis.standard_errors import covariance_and_misfit
 from lathesim.engine.assembly import FloatArray
@@ -237,11 +237,7 @@ class _Problem:
         return float(np.sum(self.precision * (values - self.given) ** 2))
 
     def cost(self, values: FloatArray, residual: FloatArray, models: Sequence[NoiseModel]) -> float:
-        power = 0.0
-        for row, model in zip(residual, models, strict=True):
-            white = model.whiten(row, wide=self.wide)
-            power += float(white @ white)
-        return power + self.penalty(values)
+        return whitened_power(residual, models, wide=self.wide) + self.penalty(values)
 
     def slopes(self, values: FloatArray, residual: FloatArray) -> FloatArray:
         """Give the last Jacobian while it holds, else a new one."""

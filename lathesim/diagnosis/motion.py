@@ -8,7 +8,8 @@ identification of robot dynamics, IEEE Trans. Control Systems Technology 21 (201
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -49,22 +50,16 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
     of a tachometer, is divided by the sensor's ``gain``.
     """
     parts = {part.name: part for part in assembly.parts}
-    wires = {wire.target: wire for wire in assembly.wires}
     period = assembly.sample_period
     found: dict[str, FloatArray] = {}
     gained: dict[str, FloatArray] = {}
-    for channel, values in recorded.items():
-        if not np.isfinite(values).all():
-            continue
-        source = _shown_through(parts, wires, channel)
-        host, _, item = source.partition(".")
-        ports = parts[host].component.ports if host in parts else {}
-        if item == ports.get("displacement") and _gain(parts, channel, source) == 1.0:
-            found.setdefault(f"{host}.{item}", smooth(values, period))
-            if "flow" in ports:
-                found.setdefault(f"{host}.{ports['flow']}", velocity_of(values, period))
-        elif item == ports.get("flow") and (gain := _gain(parts, channel, source)):
-            (found if gain == 1.0 else gained)[source] = smooth(values / gain, period)
+    for shown in _shown_motion(assembly, recorded):
+        if shown.is_place:
+            found.setdefault(shown.output, smooth(shown.values, period))
+            if shown.flow:
+                found.setdefault(shown.flow, velocity_of(shown.values, period))
+        else:
+            (found if shown.gain == 1.0 else gained)[shown.output] = smooth(shown.values / shown.gain, period)
     # a gain may be wrong: where something counts the way, that tells the speed as well
     velocities = {name: values for name, values in gained.items() if name not in found}
     found.update(velocities)
@@ -81,24 +76,46 @@ def counted_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> di
 
     The velocity is as steady as a feed has to be: it is smoothed until what noise and counts add to it is next to nothing.
     """
-    parts = {part.name: part for part in assembly.parts}
-    wires = {wire.target: wire for wire in assembly.wires}
+    period = assembly.sample_period
     places: dict[str, FloatArray] = {}
     velocities: dict[str, FloatArray] = {}
+    for shown in _shown_motion(assembly, recorded):
+        if shown.is_place and shown.output not in places:
+            places[shown.output] = smooth(shown.values, period)
+            if shown.flow:
+                velocities[shown.flow] = _steady_velocity(shown.values, period)
+        elif not shown.is_place and shown.gain == 1.0 and shown.output not in velocities:
+            noise = channel_floor(shown.values) / (_STEADY * _usual(shown.values))
+            velocities[shown.output] = savgol_filter(shown.values, _odd(2.25 * noise**2, len(shown.values), period), 2)
+    return {**velocities, **places}
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """A place or a velocity (``output``) that a channel shows: what it recorded, ``gain`` times as large; ``flow`` is the output of the
+    velocity that belongs to a place."""
+
+    output: str
+    values: FloatArray
+    gain: float
+    is_place: bool
+    flow: str
+
+
+def _shown_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Iterator[_Shown]:
+    """Give what whole channels show of the motion of machine parts; places only in their unit."""
+    parts = {part.name: part for part in assembly.parts}
+    wires = {wire.target: wire for wire in assembly.wires}
     for channel, values in recorded.items():
         source = _shown_through(parts, wires, channel)
         host, _, item = source.partition(".")
-        ports = parts[host].component.ports if host in parts else {}
-        if not np.isfinite(values).all() or _gain(parts, channel, source) != 1.0:
+        ports = _ports(parts, source)
+        is_place = item == ports.get("displacement")
+        if not np.isfinite(values).all() or not (is_place or item == ports.get("flow")):
             continue
-        if item == ports.get("displacement") and source not in places:
-            places[source] = smooth(values, assembly.sample_period)
-            if "flow" in ports:
-                velocities[f"{host}.{ports['flow']}"] = _steady_velocity(values, assembly.sample_period)
-        elif item == ports.get("flow") and source not in velocities:
-            noise = channel_floor(values) / (_STEADY * _usual(values))
-            velocities[source] = savgol_filter(values, _odd(2.25 * noise**2, len(values), assembly.sample_period), 2)
-    return {**velocities, **places}
+        gain = _gain(parts, channel, source)
+        if gain == 1.0 or (gain and not is_place):
+            yield _Shown(source, values, gain, is_place, f"{host}.{ports['flow']}" if is_place and "flow" in ports else "")
 
 
 def _shown_through(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:

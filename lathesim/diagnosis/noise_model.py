@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -242,3 +243,12 @@ def carried_over(model: NoiseModel, shapes: NoiseShapes) -> NoiseModel:
     if model.differences != shapes.differences or len(model.sizes) != len(shapes.shapes):
         return model
     return NoiseModel(least + model.sizes @ shapes.shapes, shapes.samples, shapes.differences, model.band, model.sizes, shapes.window)
+
+
+def whitened_power(residual: FloatArray, models: Sequence[NoiseModel], *, wide: bool) -> float:
+    """Give the squared sum of a residual (channels, samples), each channel whitened by its model."""
+    power = 0.0
+    for row, model in zip(residual, models, strict=True):
+        white = model.whiten(row, wide=wide)
+        power += float(white @ white)
+    return power

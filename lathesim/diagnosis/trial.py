@@ -10,7 +10,7 @@ import numpy as np
 from lathesim.diagnosis.another_recording import on_recording
 from lathesim.diagnosis.between_samples import between_samples
 from lathesim.diagnosis.fit import Fitted, Free, fit, log_likelihood, noise_of, with_start
-from lathesim.diagnosis.noise_model import NoiseModel, carried_over
+from lathesim.diagnosis.noise_model import NoiseModel, carried_over, whitened_power
 from lathesim.diagnosis.own_simulation import agreed_in_closed_loop, in_own_simulation
 from lathesim.diagnosis.problem import POSSIBLE, Rig
 from lathesim.diagnosis.screening import is_limit
@@ -220,10 +220,7 @@ class Bench:
         points += [np.minimum(np.where(stiffer, factor * start, start), term.high) for factor in _STIFFER if stiffer.any()]
         names = [*constant, *(item.name for item in free), *term.parameters]
         rows = np.array([[*constant.values(), *(item.start for item in free), *point] for point in points])
-        powers = [
-            sum(float(np.sum(model.whiten(row, wide=wide) ** 2)) for row, model in zip(residual, before.fitted.noise, strict=True))
-            for residual in self.rig.sensed.residuals(names, rows)
-        ]
+        powers = [whitened_power(residual, before.fitted.noise, wide=wide) for residual in self.rig.sensed.residuals(names, rows)]
         return points[int(np.argmin(powers))]
 
     def trial(
