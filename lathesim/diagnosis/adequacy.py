@@ -73,7 +73,7 @@ def adequacy(
     bands = tuple(narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted))
     left = left_over(evidence, rig.machine.compare) if effects else None
     other_form = of_another_form(left)
-    reasons = [*shortfalls(evidence, rig.machine.compare, strained, baseline, bands), *other_form, *map(str, laws)]
+    reasons = [*shortfalls(evidence, rig.machine.compare, strained, baseline, bands, own.fit), *other_form, *map(str, laws)]
     if effects:
         reasons += too_little(evidence, taken)
     elif found.far_off:

@@ -25,6 +25,8 @@ from lathesim.diagnosis.shortfall import (
 from tests.diagnosis.pushed_table import POSITION
 from tests.diagnosis.sample_diagnoses import CLEAN, NAMED
 
+FIT = {POSITION: ChannelFit("m", 1e-7, 5e-6, 2e-6, "held out")}
+
 
 def evidence(share_after: float, explained: float) -> Evidence:
     signal = np.zeros(3)
@@ -41,7 +43,15 @@ def evidence(share_after: float, explained: float) -> Evidence:
 def test_only_what_has_a_pattern_makes_a_model_inadequate(share_after: float, explained: float, told: float) -> None:
     found = evidence(share_after, explained)
     assert structured(found, POSITION, share_after) == pytest.approx(told)
-    assert bool(shortfalls(found, [POSITION], (), {}, ())) == (told > 0.025)
+    assert bool(shortfalls(found, [POSITION], (), {}, (), FIT)) == (told > 0.025)
+
+
+@pytest.mark.parametrize(("floors", "told"), [(1.1, False), (8.0, True)], ids=["at the floor", "off"])
+def test_more_than_all_that_acts_is_missing_where_noise_is_made_into_a_force(floors: float, told: bool) -> None:
+    """The noise of a tachometer, as a torque, was three times what turns the spindle of a sound lathe, and went with its acceleration."""
+    fit = {POSITION: replace(FIT[POSITION], after=floors * FIT[POSITION].floor)}
+    assert bool(shortfalls(evidence(3.0, 0.4), [POSITION], (), {}, (), fit)) == told
+    assert shortfalls(evidence(0.5, 0.4), [POSITION], (), {}, (), fit)
 
 
 @pytest.mark.parametrize(
@@ -118,12 +128,12 @@ def test_effects_with_which_every_channel_is_further_off_are_not_believed() -> N
 def test_every_reason_is_told() -> None:
     strained = {"x_drive.effort_constant": BaselineValue("N/A", 12.0, 12.0, 12.84)}
     bands = [NarrowBand(POSITION, 55.0, 1e-6, "m", 0.4, 54.0, 56.0), NarrowBand("x_scale.position", 9.0, 1e-6, "m", 0.4, 4.0, 11.0)]
-    assert not_adequate(shortfalls(evidence(0.1, 0.81), [POSITION], list(strained), strained, bands)) == (
+    assert not_adequate(shortfalls(evidence(0.1, 0.81), [POSITION], list(strained), strained, bands, FIT)) == (
         "The model is not adequate: 10.0% of what acts at x_axis.disturbance is still missing, and goes with velocity of x_axis; "
         "it needs x_drive.effort_constant at 12.84 N/A, further off than the lesson holds possible; "
         "x_encoder.position still swings at 55 Hz; x_scale.position still swings between 4 and 11 Hz."
     )
-    assert not_adequate(shortfalls(evidence(0.1, 0.0), [POSITION], [], {}, [])) == ""
+    assert not_adequate(shortfalls(evidence(0.1, 0.0), [POSITION], [], {}, [], FIT)) == ""
 
 
 def test_terminal_and_report_say_that_a_named_model_is_not_adequate() -> None:
