@@ -18,7 +18,7 @@ from lathesim.diagnosis.trial import Trial
 
 _EQUAL = 1.0
 """Nats within which two candidates are equals; of equals the one that comes first in the catalogue, the commoner one, is taken."""
-_EQUAL_SHARE = 0.01
+EQUAL_SHARE = 0.01
 """The same as a share of what they gain: a trial's fit is rough."""
 _LAST = 1000
 _NEXT_TO_NOTHING, _HARDLY_MORE = 0.02, 1.5
@@ -105,7 +105,7 @@ def simplest(good: Sequence[Trial], settings: Settings) -> Trial:
     ]
     fewest = min(len(trial.term.parameters) - len(trial.term.spare) for trial in near)
     simple = [trial for trial in near if len(trial.term.parameters) - len(trial.term.spare) == fewest]
-    equals = [trial for trial in simple if merit(simple[0], settings) - merit(trial, settings) < max(_EQUAL, _EQUAL_SHARE * reached)]
+    equals = [trial for trial in simple if merit(simple[0], settings) - merit(trial, settings) < max(_EQUAL, EQUAL_SHARE * reached)]
     return min(equals, key=lambda trial: (trial.term.effect.catalogue or _LAST, _out_of_place(trial.term)))
 
 
@@ -141,11 +141,16 @@ def merit(trial: Trial, settings: Settings) -> float:
 
 def believable(trial: Trial, settings: Settings, chance: float) -> bool:
     """Say whether a trial's effect is to be believed."""
+    return trial.moves > _due_move(trial, settings) and credible_if_it_moves(trial, settings, chance)
+
+
+def credible_if_it_moves(trial: Trial, settings: Settings, chance: float) -> bool:
+    """Say whether a trial's effect is to be believed, however little it moves: beside what is not found yet that may be next to nothing."""
     due = settings.margin + settings.per_parameter * len(trial.term.parameters) + chance
     much = trial.share_of_all > settings.share_of_all and trial.share_of_rest > settings.share_of_rest
     worth = much or trial.share_of_rest > settings.nearly_all_of_rest or trial.relieves
     agreed = trial.held_out_gain > max(settings.held_out_margin, settings.held_out_share * trial.gain)
-    judged = trial.gain > due and agreed and trial.moves > _due_move(trial, settings)
+    judged = trial.gain > due and agreed
     worth = worth and trial.spoils < settings.most_spoilt
     if trial.strained and not settings.despite_strain:
         # values that are wrong beyond belief leave an error that any wave takes a part of

@@ -17,6 +17,8 @@ class Found:
     baseline: Model
     model: Model
     trials: dict[str, list[Trial]] = field(default_factory=dict)
+    unmoved: dict[str, list[Trial]] = field(default_factory=dict)
+    """By the part of an effect: what was as good when it came in, but moved next to nothing beside what was not found yet."""
     tried: list[Trial] = field(default_factory=list)
     """Every candidate that was fitted, in order."""
     screened: tuple[Screened, ...] = ()

@@ -9,7 +9,17 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from lathesim.diagnosis.belief import Settings, believable, is_an_event, is_of_a_clock, merit, of_usual_size, replaces, simplest
+from lathesim.diagnosis.belief import (
+    Settings,
+    believable,
+    credible_if_it_moves,
+    is_an_event,
+    is_of_a_clock,
+    merit,
+    of_usual_size,
+    replaces,
+    simplest,
+)
 from lathesim.diagnosis.eligible import due, finer
 from lathesim.diagnosis.finer_shape import take_finer_shape
 from lathesim.diagnosis.fit import Fitted, fit
@@ -122,6 +132,8 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
         best = simplest(good, settings)
         settled = bench.settled(best.model)
     found.trials[best.term.part] = good
+    others = [trial for trial in tried if trial.term.part not in {known.term.part for known in good}]
+    found.unmoved[best.term.part] = [trial for trial in others if credible_if_it_moves(trial, settings, found.chance)]
     if not found.model.terms:
         found.beginnings = sorted((trial for trial in good if trial is not best), key=lambda trial: -merit(trial, settings))
     before, found.model = found.model, settled
@@ -311,7 +323,7 @@ def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:
     next to nothing beside them is."""
 
     def is_needless(term: Term) -> bool:
-        return not _is_in_time(bench, term, found.model) or _is_needless(bench, found, term, settings)
+        return not _is_in_time(bench, term, found.model) or _is_needless(bench, found.model, term, settings)
 
     while needless := next((term for term in found.model.terms[:-1] if is_needless(term)), None):
         bench.say(f"{needless.name} at {needless.at} is no longer needed")
@@ -325,10 +337,10 @@ def _is_in_time(bench: Bench, term: Term, model: Model) -> bool:
     return is_of_a_clock(term, values, period, duration) and is_an_event(instants_of(term.parameters), values, duration)
 
 
-def _is_needless(bench: Bench, found: Found, term: Term, settings: Settings) -> bool:
-    """Say whether a model without a term loses no more than the term's parameters cost."""
-    without = judged_score(bench.rig, _fitted_without(bench, found.model, term))
-    lost = found.model.score.above(without, wide=is_wide(found.model.terms))
+def _is_needless(bench: Bench, model: Model, term: Term, settings: Settings) -> bool:
+    """Say whether a model without one of its terms loses no more than the term's parameters cost."""
+    without = judged_score(bench.rig, _fitted_without(bench, model, term))
+    lost = model.score.above(without, wide=is_wide(model.terms))
     return lost < settings.margin + settings.per_parameter * len(term.parameters)
 
 

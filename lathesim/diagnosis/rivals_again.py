@@ -2,16 +2,18 @@
 
 With the rest of what is missing still there much is alike: a delay and the lag of a current loop leave the same as long as a friction is
 not known, and a current that is shown late may do better than a drive that acts late. Each rival is tried in the place of the effect,
-beside all others of the model: one that does better takes the place, and what does as well is a tie.
+beside all others of the model: one that does better takes the place, and so does one that does as well and makes another effect needless;
+what else does as well is a tie.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.belief import TIE_SHARE, Settings, merit
+from lathesim.diagnosis.belief import EQUAL_SHARE, TIE_SHARE, Settings, believable, merit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import fewer
 from lathesim.diagnosis.side_by_side import Asked, side_by_side
@@ -21,6 +23,8 @@ from lathesim.diagnosis.trial import Bench, Trial, is_strained
 _NEAR = 0.8
 """Share of what an effect gained that a rival must have gained to be tried again."""
 _MOST = 4
+_LATE = frozenset({"lag", "recording"})
+"""Families of what acts or shows late."""
 
 
 def try_rivals_again(bench: Bench, found: Found, settings: Settings) -> None:
@@ -32,6 +36,8 @@ def try_rivals_again(bench: Bench, found: Found, settings: Settings) -> None:
         if not rivals:
             continue
         bench.say(f"trying again what came near {term.name} at {term.at}")
+        if _takes_two_places(bench, found, term, rivals, settings):
+            return
         before = fewer(bench, found.model, term)
         tried = [(term, found.model.fitted.by_name), *[(trial.term, trial.model.fitted.by_name) for trial in rivals]]
         starts = [np.array([values[name] for name in one.parameters]) for one, values in tried]
@@ -39,6 +45,10 @@ def try_rivals_again(bench: Bench, found: Found, settings: Settings) -> None:
         own, *others = side_by_side(bench, before, asked)
         # what it took away when it came in is what it is credited with
         more = found.removed_by(term) - own.share_of_all
+        never_moved = {trial.term.part for trial in found.unmoved.get(term.part, [])}
+        others = [trial for trial in others if trial.term.part not in never_moved or believable(trial, settings, 0.0)]
+        if not others:
+            continue
         best = max(others, key=lambda trial: merit(trial, settings))
         chosen = best if _is_better(best, own, settings) else own
         credited = [replace(trial, share_of_all=trial.share_of_all + more) for trial in (own, *others)]
@@ -51,13 +61,38 @@ def try_rivals_again(bench: Bench, found: Found, settings: Settings) -> None:
 
 def _near(term: Term, found: Found, settings: Settings) -> list[Trial]:
     """Give the trials of other effects that came near an effect of the model, the nearest first."""
-    trials = found.trials.get(term.part, [])
+    trials = [*found.trials.get(term.part, []), *found.unmoved.get(term.part, [])]
     own = next((trial for trial in trials if trial.term.part == term.part), None)
     if own is None:
         return []
     there = {other.part for other in found.model.terms}
     near = [trial for trial in trials if trial.term.part not in there and merit(trial, settings) > _NEAR * merit(own, settings)]
     return sorted(near, key=lambda trial: -merit(trial, settings))[:_MOST]
+
+
+def _takes_two_places(bench: Bench, found: Found, term: Term, rivals: Sequence[Trial], settings: Settings) -> bool:
+    """Let a rival of a late effect take its place and that of another one, if it does as well as both: two channels that are late are one
+    drive that is. Say whether one did."""
+    both = [other for other in found.model.terms if other is not term and {other.family, term.family} <= _LATE]
+    for other in both:
+        before = fewer(bench, fewer(bench, found.model, term), other)
+        asked = [trial for trial in rivals if trial.term.family in _LATE]
+        starts = [np.array([trial.model.fitted.by_name[name] for name in trial.term.parameters]) for trial in asked]
+        tried = side_by_side(
+            bench, before, [Asked(trial.term, before.terms, before.free, [start]) for trial, start in zip(asked, starts, strict=True)]
+        )
+        for trial in sorted((trial for trial in tried if believable(trial, settings, 0.0)), key=lambda trial: -merit(trial, settings)):
+            settled = bench.settled(trial.model)
+            saved = settings.margin + settings.per_parameter * (len(term.parameters) + len(other.parameters) - len(trial.term.parameters))
+            # one delay is never simulated as well as two shifts are fitted
+            if found.model.score.above(settled.score, wide=True) < max(saved, EQUAL_SHARE * trial.gain) and not is_strained(settled.fitted):
+                bench.say(f"{trial.term.name} takes the places of {term.name} and {other.name}")
+                shared = min(found.removed_by(term) + found.removed_by(other), 1.0)
+                found.model = settled
+                del found.trials[term.part], found.trials[other.part]
+                found.trials[trial.term.part] = [replace(trial, share_of_all=shared)]
+                return True
+    return False
 
 
 def _is_better(trial: Trial, own: Trial, settings: Settings) -> bool:

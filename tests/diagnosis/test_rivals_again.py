@@ -1,5 +1,6 @@
 """What an effect was tied with when it came in is held against it again once the rest was found."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,16 +10,17 @@ import pytest
 from lathesim.diagnosis import rivals_again
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.trial import Trial
+from lathesim.diagnosis.trial import Score, Trial
 from lathesim.diagnosis.verdict import standing
 
 
-def term(name: str) -> Any:
-    return SimpleNamespace(name=name, part=f"try_{name}", at="x_drive", parameters=(f"try_{name}.size",))
+def term(name: str, family: str = "reversal") -> Any:
+    return SimpleNamespace(name=name, part=f"try_{name}", at="x_drive", parameters=(f"try_{name}.size",), family=family)
 
 
-def model(*terms: Any) -> Any:
-    return SimpleNamespace(terms=terms, free=[], fitted=SimpleNamespace(by_name={one.parameters[0]: 1.0 for one in terms}))
+def model(*terms: Any, score: float = 0.0) -> Any:
+    values = SimpleNamespace(by_name={one.parameters[0]: 1.0 for one in terms})
+    return SimpleNamespace(terms=terms, free=[], fitted=values, score=Score(score, score))
 
 
 def trial(one: Any, gain: float, share: float = 0.99) -> Trial:
@@ -66,3 +68,32 @@ def test_a_single_effect_is_not_asked_again(monkeypatch: pytest.MonkeyPatch) -> 
     bench: Any = None
     rivals_again.try_rivals_again(bench, found, Settings())
     assert standing(found, Settings())[0].tied == (lag,)
+
+
+@pytest.mark.parametrize(("lost", "taken"), [(100.0, True), (5000.0, False)], ids=["does what both do", "does much less"])
+def test_two_late_channels_are_one_late_drive(lost: float, taken: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside a friction that was not found yet the delay of a drive moved next to nothing, and two sensors were called late."""
+    delay, current, encoder = term("delay", "lag"), term("current", "recording"), term("encoder", "recording")
+    friction = term("friction")
+    both = model(friction, current, encoder, score=46000.0)
+    trials = {current.part: [trial(current, 40000.0)], encoder.part: [trial(encoder, 6000.0)]}
+    found = Found(model(), both, trials, unmoved={current.part: [trial(delay, 39500.0)]})
+
+    def side_by_side(bench: Any, before: Any, those: Any) -> list[Trial]:
+        alone = before.terms == (friction,)
+        return [replace(trial(one.term, 45900.0), model=model(*before.terms, one.term, score=46000.0 - lost)) for one in those if alone]
+
+    monkeypatch.setattr(rivals_again, "fewer", lambda bench, full, one: model(*[other for other in full.terms if other is not one]))
+    monkeypatch.setattr(rivals_again, "is_strained", lambda fitted: False)
+    monkeypatch.setattr(rivals_again, "believable", lambda trial, settings, chance: True)
+    monkeypatch.setattr(
+        rivals_again,
+        "side_by_side",
+        lambda bench, before, those: (
+            side_by_side(bench, before, those) or [trial(one.term, 40000.0 if one.term is current else 13000.0) for one in those]
+        ),
+    )
+    bench: Any = SimpleNamespace(say=lambda text: None, settled=lambda one: one)
+    rivals_again.try_rivals_again(bench, found, Settings())
+    assert found.model.terms == ((friction, delay) if taken else (friction, current, encoder))
+    assert found.removed_by(delay) == (1.0 if taken else 0.0)
