@@ -87,8 +87,8 @@ def adequacy(
         reasons.append("with it the lesson's own simulation is further off in every channel")
     weak = leaves_much(evidence, taken) if effects and not reasons else []
     weak += [f"the recordings do not determine how large {term.name} at {term.at} is" for term in unsized]
-    # a machine that cannot be and leaves much as well is no explanation
-    impossible = bool(strained) and taken < MOST
+    # a machine that cannot be is no explanation where much is left as well, or nothing beside it is sure to be there
+    impossible = bool(strained) and (taken < MOST or (effects and len(unsized) == len(found.model.terms)))
     removed = removed_in_band(found) if taken > 0.0 and not spoiled and not impossible else 0.0
     form_left = left.share if left is not None and other_form else 0.0
     return Adequacy(tuple(reasons), tuple(weak), removed, form_left, strained, bands, tuple(laws))

@@ -20,15 +20,28 @@ _FINE_TURNS = tuple(2.0 * np.pi * place / 36 for place in range(36))
 """A slot may be a twentieth of a turn."""
 _NEARBY = (-2, -1, 0, 1, 2)
 """Samples by which a step may be off where it seems to be."""
+_SOME_TIME, _LONG_AGO = 0.1, 100.0
+"""Shares of its duration that make a step of the time before a recording, and the longest."""
 _VAGUE = 0.02
 """A value whose standard error is a larger share of it than this is left open by a recording."""
 _ROUGH = 1e-4
 """A judge's descent ends when a step gains less than this share of the cost."""
 
 
+def begun_anew(rig: Rig, terms: Sequence[Term]) -> list[Free]:
+    """Give what is free at the start of another recording: the states of the machine's own parts, and what effects remember of the time
+    before, as an edge that was worn already."""
+    duration = len(rig.record) * rig.machine.assembly.sample_period
+    unit = rig.sensed.plan.unit
+    # in seconds as a share of what the recording lasts, else as a share of all that may be
+    remembered = [(name, duration if unit(name) == "s" else 1.0) for term in terms for name in term.remembered]
+    before = [Free(name, 0.0, _SOME_TIME * scale, 0.0, _LONG_AGO * scale) for name, scale in remembered]
+    return [*rig.start_states(rig.sensed.plan), *before]
+
+
 def on_recording(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
     """Give a fitted model on another recording: start values and nuisance parameters fitted anew, the rest as it is."""
-    starts = rig.start_states(rig.sensed.plan)
+    starts = begun_anew(rig, terms)
     own = {item.name for item in starts}
     nuisance = {name for term in terms for name in term.nuisance}
     values = fitted.by_name

@@ -17,8 +17,6 @@ class Found:
     baseline: Model
     model: Model
     trials: dict[str, list[Trial]] = field(default_factory=dict)
-    unmoved: dict[str, list[Trial]] = field(default_factory=dict)
-    """By the part of an effect: what was as good when it came in, but moved next to nothing beside what was not found yet."""
     tried: list[Trial] = field(default_factory=list)
     """Every candidate that was fitted, in order."""
     screened: tuple[Screened, ...] = ()
@@ -44,6 +42,8 @@ class Found:
     """A value of a controller that is another one than the lesson's."""
     to_ease: bool = False
     """Whether the search began with an effect beside which values were strained, to see whether another one eases them."""
+    unmoved: dict[str, list[Trial]] = field(default_factory=dict)
+    """By the part of an effect: what was as good when it came in, but moved next to nothing beside what was not found yet."""
     complete: bool = False
     ended_after: int = 0
     """Runs after which no further effect was looked for; 0 where the search came to its own end."""

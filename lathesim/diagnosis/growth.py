@@ -159,8 +159,8 @@ def _bare(wave: Sequence[Screened], model: Model) -> list[Asked]:
 def _to_be_felt(made: Sequence[Trial], model: Model) -> list[Asked]:
     """Give frictions that explain one recording much better than the other, to be tried with the simulated motion: where they hold a part
     still, what the recorded motion lets go adds up over each recording in its own way."""
-    frictions = [trial for trial in made if trial.term.family == STICKING and min(trial.gain, trial.held_out_gain) > 0.0]
-    doubted = [trial for trial in frictions if not _AGREES < trial.held_out_gain / trial.gain < 1.0 / _AGREES]
+    frictions = [trial for trial in made if trial.term.family == STICKING and trial.gain > 0.0]
+    doubted = [trial for trial in frictions if not _AGREES * trial.gain < trial.held_out_gain < trial.gain / _AGREES]
     found = []
     for trial in doubted:
         values = trial.model.fitted.by_name

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.component import Parameter
+from lathesim.diagnosis.another_recording import begun_anew
 from lathesim.diagnosis.diagnosis import FoundEffect
 from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.found import Found
@@ -98,7 +99,7 @@ def _residual_sizes(held_out: Rig, found: Found, values: Mapping[str, float]) ->
 def on_held_out(held_out: Rig, found: Found, values: Mapping[str, float]) -> Fitted:
     """Fit what belongs to the held-out recording beside given values: its start, its phases."""
     judged = found.model.held_out_fit
-    own = {item.name for item in held_out.start_states(held_out.sensed.plan)}
+    own = {item.name for item in begun_anew(held_out, found.model.terms)}
     own |= {name for term in found.model.terms for name in term.nuisance}
     free = [item for item in with_start(judged) if item.name in own]
     constant = {name: value for name, value in {**judged.by_name, **values}.items() if name not in own}

@@ -170,10 +170,16 @@ def _gain(parts: Mapping[str, Part], channel: str, source: str) -> float:
 
 
 def measured_output(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
-    """Give the output of the machine part that a channel shows: itself, or what its sensor is wired to, past effects in between."""
+    """Give the output of the machine part that a channel shows: itself, or what its sensor is wired to, past effects in between; of the
+    rate that an encoder makes of its counts the velocity that belongs to the place."""
     name, _, item = channel.partition(".")
     ports = parts[name].component.ports if name in parts else {}
-    if item != ports.get("reading"):
+    if item == ports.get("rate"):
+        place = measured_output(parts, wires, f"{name}.{ports['reading']}")
+        host, _, shown = place.partition(".")
+        moving = _ports(parts, place)
+        return f"{host}.{moving['flow']}" if shown == moving.get("displacement") and "flow" in moving else channel
+    if item != ports.get("reading") or "measured" not in ports:
         return channel
     target = f"{name}.{ports['measured']}"
     while target in wires and wires[target].source:

@@ -29,6 +29,9 @@ _CORNERS = (3.0, 30.0)
 """Frequencies from which on a slow load falls off [Hz]."""
 _UPDATES = 25
 _SHARE_IN_BAND = 0.99
+_OF_COUNTS = 70.0 / 252.0
+"""Power of the noise of counts that were differenced, over that which the fourth differences of them make of it: the sum of the squares of
+the binomial coefficients of four over that of five."""
 _FLAT = 1.5
 """Ratio of the powers at the lowest two frequencies below which a noise is white there."""
 
@@ -156,12 +159,17 @@ class NoiseModel:
         return of_spectrum - float(np.log(self.mean_spread) + 0.5 * (self.mean_of(residual) / self.mean_spread) ** 2)
 
 
-def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: float, *, coloured: bool, rate: bool = False) -> NoiseShapes:
+WHITE, RATE, DIFFERENCED = "white", "rate", "differenced"
+"""How the noise of a sensor is: white; that of a speed, held against a place that was differenced; that of counts that were."""
+
+
+def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: float, *, coloured: bool, sensor: str = WHITE) -> NoiseShapes:
     """Give the shapes for a channel; ``kicks`` (states, samples) is its response to a kick of each state, ``motion`` (samples,) itself.
 
     Without ``coloured`` the sensor's noise and the forces on the machine are white: the equation error at every frequency counts alike, as
     in least squares of the inverse dynamics. With it the forces may be slow: nobody measures what hangs on a table. A sensor's noise stays
-    white; were it slow, a zero that drifts would be noise. A ``rate`` has the noise of a position that was differenced as well.
+    white; were it slow, a zero that drifts would be noise. A rate has the noise of a position that was differenced as well, and one that
+    was made of counts hardly any other.
     """
     samples = kicks.shape[-1]
     frequency = rfftfreq(samples, period)
@@ -170,12 +178,14 @@ def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: fl
     gains = [gain for gain in (_kick_gain(kick, frequency, period) for kick in kicks) if gain.max(initial=0.0) > 0.0]
     times = _differences(gains, differencing)
     corners = _CORNERS if coloured else ()
-    sensor = [np.ones_like(frequency)]
-    if rate:
-        sensor.append(differencing)
+    own = {
+        WHITE: [np.ones_like(frequency)],
+        RATE: [np.ones_like(frequency), differencing],
+        DIFFERENCED: [_OF_COUNTS * differencing, np.ones_like(frequency)],
+    }[sensor]
     forces = list(gains)
     forces += [gain / (1.0 + (frequency / corner) ** 2) for gain in forces for corner in corners]
-    return NoiseShapes(np.array(sensor + forces) * differencing**times, floor, samples, times, _band(motion, times))
+    return NoiseShapes(np.array(own + forces) * differencing**times, floor, samples, times, _band(motion, times))
 
 
 def _differencing(frequency: FloatArray | float) -> FloatArray:

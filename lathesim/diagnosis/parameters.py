@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.stats import chi2, norm
 
+from lathesim.diagnosis.another_recording import begun_anew
 from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.own_simulation import own_error
 from lathesim.diagnosis.problem import Rig
@@ -84,7 +85,7 @@ def _estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Esti
     wide = is_wide(model.terms)
     first = fit(rig.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, wide=wide, coloured=True, slopes="central")
     second = _same_way_round(_refitted(model, held_out, held_out, wide), first, model.terms)
-    of_recording = {item.name for item in held_out.start_states(held_out.sensed.plan)}
+    of_recording = {item.name for item in begun_anew(held_out, model.terms)}
     of_recording |= {name for term in model.terms for name in term.nuisance}
     names = [name for name in first.names if name not in of_recording]
     pull = [
@@ -194,17 +195,19 @@ def _learned(covariance: FloatArray, known: FloatArray) -> FloatArray:
 
 def _refitted(model: Model, rig: Rig, held_out: Rig, wide: bool) -> Fitted:
     """Fit everything that is free in the model to another recording."""
-    starts = rig.start_states(rig.sensed.plan)
+    judges = rig.record is held_out.record
+    starts = begun_anew(rig, model.terms if judges else ())
     states = {item.name for item in starts}
+    remembered = {name for term in model.terms for name in term.remembered}
     # a phase belongs to its recording: on another one the search starts from where that one was found to have it
     nuisance = {name for term in model.terms for name in term.nuisance}
-    there = model.held_out_fit.by_name if rig.record is held_out.record else {}
+    there = model.held_out_fit.by_name if judges else {}
     free = [
         replace(item, start=there.get(item.name, item.start)) if item.name in nuisance else item
         for item in with_start(model.fitted)
         if item.name not in states
     ]
-    free = [*starts, *free]
+    free = [*(replace(item, start=there.get(item.name, item.start)) if item.name in remembered else item for item in starts), *free]
     return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide, coloured=True, slopes="central")
 
 

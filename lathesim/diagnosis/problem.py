@@ -88,7 +88,10 @@ class Rig:
         plan = wire(replace(assembly, record=(*channels, *beside), finish="", step=self._step(assembly)))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
         floors = np.array([self.floors[name] for name in self.machine.compare])
-        return Simulator(plan, channels, recorded, floors, self.name, self._second_sight(recorded), self.weights, self.machine.white)
+        parts = {part.name: part.component for part in self.machine.assembly.parts}
+        names = [name.partition(".")[::2] for name in self.machine.compare]
+        rates = frozenset(row for row, (host, item) in enumerate(names) if item == parts[host].ports.get("rate"))
+        return Simulator(plan, channels, recorded, floors, self.name, self._second_sight(recorded), self.weights, self.machine.white, rates)
 
     def _telling(self, assembly: Assembly) -> tuple[str, ...]:
         """Give the outputs that tell what the machine does where no sensor does: in the cut or not, the spindle angle, a velocity."""

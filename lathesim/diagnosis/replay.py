@@ -19,7 +19,8 @@ from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.wiring import wire
 from lathesim.lessons.insertion import Machinery
 
-SIGNALS = ("recorded_", "motion_", "followed_", "sensed_")
+_SENSED = "sensed_"
+SIGNALS = ("recorded_", "motion_", "followed_", _SENSED)
 """How the names of parts begin that stand for what was recorded."""
 
 
@@ -189,7 +190,13 @@ def _sensing_for(wires: Mapping[str, Wire], target: str) -> str:
 
 def sensed_share(target: str) -> str:
     """Give the parameter that says how much of the recorded motion an input of a candidate (``part.input``) senses."""
-    return f"sensed_{target.replace('.', '_')}.share"
+    return f"{_SENSED}{target.replace('.', '_')}.share"
+
+
+def as_recorded(values: Mapping[str, float]) -> dict[str, float]:
+    """Give values with which every effect senses the recorded motion, where there is any: what a kick does to a table that a friction holds
+    says nothing of what a load does to one that moves."""
+    return {name: value for name, value in values.items() if not name.startswith(_SENSED)}
 
 
 def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, FloatArray]) -> tuple[Assembly, dict[str, str]]:

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from lathesim.diagnosis.motion import velocity_of
-from lathesim.diagnosis.noise_model import NoiseShapes, noise_shapes, window_of
+from lathesim.diagnosis.noise_model import DIFFERENCED, RATE, WHITE, NoiseShapes, noise_shapes, window_of
 from lathesim.diagnosis.remembered import Remembered
+from lathesim.diagnosis.replay import as_recorded
 from lathesim.diagnosis.run_count import RunCount
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
@@ -75,6 +76,8 @@ class Simulator:
     second_sight: tuple[SecondSight, ...] = ()
     weights: FloatArray | None = None
     white: bool = False
+    differenced: frozenset[int] = frozenset()
+    """Rows of the channels that an encoder makes of its counts as their rate."""
     runs: RunCount = field(default_factory=RunCount, init=False, repr=False)
     _kicked: Remembered[_Kicks] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
     _shaped: Remembered[tuple[NoiseShapes, ...]] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
@@ -159,13 +162,15 @@ class Simulator:
         if self.white:
             flat = np.ones((1, self.samples // 2 + 1))
             return tuple(NoiseShapes(flat, floor, self.samples, window=window) for floor in self.seen_floors)
-        _, kicks, motion = self.kicks(values)
+        _, kicks, motion = self.kicks(as_recorded(values))
         period = self.plan.assembly.sample_period
         bounded, rates = _within_bounds(motion), {sight.row for sight in self.second_sight if sight.rate}
-        return tuple(
-            replace(noise_shapes(kicks[:, row], bounded[row], floor, period, coloured=coloured, rate=row in rates), window=window)
+        sensors = [RATE if row in rates else DIFFERENCED if row in self.differenced else WHITE for row in range(len(bounded))]
+        shapes = [
+            noise_shapes(kicks[:, row], bounded[row], floor, period, coloured=coloured, sensor=sensors[row])
             for row, floor in enumerate(self.seen_floors)
-        )
+        ]
+        return tuple(replace(shape, window=window) for shape in shapes)
 
     def kicks(self, values: Mapping[str, float]) -> _Kicks:
         """Give the machine's own states, the response to a kick of each (states, channels, samples), and the channels themselves."""

@@ -56,12 +56,14 @@ def _late_points(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> dict[str, F
     simulated = rig.sensed.seen - fitted.residual
     found: dict[str, FloatArray] = {}
     for term in terms:
-        late = f"{term.part}.{term.effect.late_by}"
+        late = f"{term.part}.{term.effect.late_by or term.effect.in_samples}"
         if late not in term.parameters or rig.sensed.plan.unit(late) != "s" or not len(term.points):
             continue
         rows = [row for row, name in enumerate(rig.machine.compare) if term.at in (name, name.partition(".")[0]) and row not in seconds]
         column = term.parameters.index(late)
-        lags = [period * behind(rig.sensed.seen[row], simulated[row], round(_LATEST / period)) for row in rows]
+        samples = np.array([behind(rig.sensed.seen[row], simulated[row], round(_LATEST / period)) for row in rows])
+        # what is held and then delayed is read that many samples late from one sample less on
+        lags = period * (samples - 0.5 * np.sign(samples) if term.effect.in_samples else samples)
         points = np.tile(np.median(term.points, axis=0), (len(lags), 1))
         points[:, column] = lags
         points = points[points[:, column] != 0.0]

@@ -97,6 +97,11 @@ class Term:
         return tuple(f"{self.part}.{name}" for name in self.effect.nuisance)
 
     @property
+    def remembered(self) -> tuple[str, ...]:
+        """The names of what had happened before a recording began."""
+        return tuple(f"{self.part}.{name}" for name in self.effect.remembers)
+
+    @property
     def waves(self) -> dict[str, tuple[str, ...]]:
         """The phases (free names), each with the sizes that change their sign where it is turned by pi: those that may be below 0."""
         signed = {name for name, low in zip(self.parameters, self.low, strict=True) if low < 0.0}

@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from lathesim.component import Component, Input, Output, Parameter
+from lathesim.component import Component, Input, Output, Parameter, State
 from lathesim.errors import ComponentError, nearest
 
 
@@ -75,6 +75,9 @@ class Effect(Component):
     """The same where the host turns: torque, angle, angular velocity instead of force, position, velocity. Empty: as ``typical``."""
     nuisance: ClassVar[tuple[str, ...]] = ()
     """Parameters that belong to one recording and not to the machine (a phase moves when an encoder's zero moves)."""
+    remembers: ClassVar[tuple[str, ...]] = ()
+    """Parameters or states that tell what had happened before a recording began (how long an edge had cut, how long a screw had been
+    warming up), from zero on: zero on the fitted recording, which shows only what changes from then on, and fitted anew on another one."""
     bare: ClassVar[tuple[str, ...]] = ()
     """Parameters of its simplest form, where the others may be left at their defaults: tried beside the whole form."""
     finer_shape: ClassVar[tuple[str, ...]] = ()
@@ -139,6 +142,11 @@ def _check_effect(cls: type[Effect]) -> None:
         name = getattr(cls, attribute)
         if name and name not in parameters:
             raise ComponentError(f"{attribute} names '{name}', which is no parameter.", place=place, remedy=nearest(name, parameters))
+    for name in cls.remembers:
+        if name not in parameters and name not in cls.declared(State):
+            raise ComponentError(
+                f"remembers names '{name}', which is no parameter and no state.", place=place, remedy=nearest(name, parameters)
+            )
     if cls.along and type(cls.declarations.get(cls.along)) is not Output:
         remedy = nearest(cls.along, cls.declared(Output))
         raise ComponentError(f"along names '{cls.along}', which is no output.", place=place, remedy=remedy)

@@ -80,6 +80,7 @@ class WearForceGrowth(Effect):
     }
     finer_shape = ("thrust_growth", "feed_growth")
     only_products = {"growth": ("rate", "break_in"), "thrust_growth": ("rate", "break_in"), "feed_growth": ("rate", "break_in")}
+    remembers = ("cutting_time",)
     fingerprint = "The force rises slowly over the time of cutting, the thrust more than the main force, and falls back with a new edge."
     confused_with = ("TemperatureSoftening", "SpindleGrowth", "DynamometerDrift")
     experiment = "Cut again with a new edge."

@@ -223,7 +223,7 @@ class PositionDependentFriction(Effect):
 class ViscousWarmUp(Effect):
     """Viscous friction that changes as grease and bearings warm up.
 
-    F_out = F_in + change (1 - exp(-t / time_constant)) v
+    F_out = F_in + change (1 - exp(-(t + warmed_before) / time_constant)) v
 
     Time counts from the start of the recording; the change is negative for grease that thins.
     """
@@ -232,6 +232,7 @@ class ViscousWarmUp(Effect):
     neutral = {"change": 0.0}
     typical = {"change": (-500.0, 100.0), "time_constant": (10.0, 3600.0)}
     typical_rotary = {"change": (-0.01, 0.01), "time_constant": (10.0, 3600.0)}
+    remembers = ("warmed_before",)
     fingerprint = "The missing force scales with the speed and drifts slowly over the recording, the same way in both directions."
     confused_with = ("ThermalScrewGrowth", "WearForceGrowth", "ClockSkew")
     experiment = "Repeat one lap after 0, 10, 30 and 60 minutes; cut and do not cut."
@@ -245,9 +246,10 @@ class ViscousWarmUp(Effect):
     outgoing = Output("{signal}", doc="disturbance with the warm-up")
     change = Parameter("{signal}/({flow})", 0.0, doc="change of the viscous friction once warm")
     time_constant = Parameter("s", 600.0, low=1e-3, doc="time to warm up to 63 %")
+    warmed_before = Parameter("s", 0.0, low=0.0, doc="how long it had been warming up when the recording began")
 
     @staticmethod
-    def output(incoming: float, flow: float, time: float, change: float, time_constant: float) -> float:
+    def output(incoming: float, flow: float, time: float, change: float, time_constant: float, warmed_before: float) -> float:
         if change == 0.0:
             return incoming
-        return incoming + change * (1.0 - math.exp(-time / time_constant)) * flow
+        return incoming + change * (1.0 - math.exp(-(time + warmed_before) / time_constant)) * flow

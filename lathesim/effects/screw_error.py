@@ -88,7 +88,7 @@ class PeriodicPitchError(Effect):
 class ThermalScrewGrowth(Effect):
     """A screw that grows as its nut and bearings warm it.
 
-    x_out = x_in + strain (1 - exp(-t / time_constant)) (x_in - fixed_end)
+    x_out = x_in + strain (1 - exp(-(t + warmed_before) / time_constant)) (x_in - fixed_end)
 
     strain = 11 to 12 um/m/K times the final rise of temperature. Time counts from the start of the recording.
     Left out: a rise that is local to the stroke.
@@ -100,6 +100,7 @@ class ThermalScrewGrowth(Effect):
     neutral = {"strain": 0.0}
     typical = {"strain": (10e-6, 300e-6), "time_constant": (10.0, 3600.0), "fixed_end": (-1.0, 1.0)}
     typical_rotary = {"strain": (10e-6, 300e-6), "time_constant": (10.0, 3600.0), "fixed_end": (-1.0, 1.0)}
+    remembers = ("warmed_before",)
     fingerprint = "Table scale less motor encoder drifts slowly, in proportion to the distance from the fixed bearing."
     confused_with = ("WearForceGrowth, in the diameter", "SpindleGrowth", "ClockSkew", "CumulativePitchError")
     experiment = "Visit two positions in turn while warming; then let the machine cool and watch it return."
@@ -110,12 +111,13 @@ class ThermalScrewGrowth(Effect):
     strain = Parameter("1", 0.0, low=-0.01, high=0.01, doc="thermal strain of the warm screw")
     time_constant = Parameter("s", 1800.0, low=1e-3, doc="time to 63 % of the growth")
     fixed_end = Parameter("{signal}", 0.0, doc="position of the fixed bearing")
+    warmed_before = Parameter("s", 0.0, low=0.0, doc="how long it had been warming up when the recording began")
 
     @staticmethod
-    def output(incoming: float, time: float, strain: float, time_constant: float, fixed_end: float) -> float:
+    def output(incoming: float, time: float, strain: float, time_constant: float, fixed_end: float, warmed_before: float) -> float:
         if strain == 0.0:
             return incoming
-        return incoming + strain * (1.0 - math.exp(-time / time_constant)) * (incoming - fixed_end)
+        return incoming + strain * (1.0 - math.exp(-(time + warmed_before) / time_constant)) * (incoming - fixed_end)
 
 
 class SquarenessError(Effect):

@@ -159,6 +159,7 @@ class SpindleGrowth(Effect):
     carried = ("m",)
     neutral = {"growth": 0.0}
     typical = {"growth": (10e-6, 40e-6), "time_constant": (60.0, 5400.0)}
+    remembers = ("warmth",)
     fingerprint = "A slow drift that is the same at every position and follows the history of the spindle speed."
     confused_with = ("ThermalScrewGrowth, which grows with the position", "ToolCompliance")
     experiment = "Steps of spindle speed without a cut."

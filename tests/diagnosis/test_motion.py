@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.components.contour_error import ContourError
 from lathesim.diagnosis.motion import measured_output, recorded_motion, smooth, velocity_of
 from lathesim.effects.play import Backlash
 from lathesim.lessons.insertion import insert_effect
@@ -93,3 +94,22 @@ def test_the_voltage_of_a_controller_is_no_place() -> None:
     motion = recorded_motion(axis, {"x_controller.voltage": 300.0 * SPEED, "x_encoder.position": PLACE})
     assert motion["x_axis.position"][INSIDE] == pytest.approx(PLACE[INSIDE], abs=1e-5)
     assert recorded_motion(axis, {"x_controller.voltage": 300.0 * SPEED}) == {}
+
+
+def test_the_rate_that_an_encoder_makes_of_its_counts_is_the_speed() -> None:
+    """A log of a drive often has nothing else: as long as nobody knew whose speed it was, no friction could sense the recorded motion."""
+    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "torque_spindle.yaml"
+    bench = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    motion = recorded_motion(bench, {"spindle_encoder.rate": np.full(2000, 40.0)})
+    assert motion["spindle.speed"] == pytest.approx(40.0)
+
+
+def test_a_part_that_measures_nothing_shows_itself() -> None:
+    """The contour error of a lathe is worked out of two axes: no machine part stands behind it."""
+    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "two_axis_lathe_analytical.yaml"
+    lathe = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    parts = {part.name: part for part in lathe.parts}
+    wires = {wire.target: wire for wire in lathe.wires}
+    names = [f"{part.name}.{part.component.ports['reading']}" for part in lathe.parts if part.component is ContourError]
+    assert names
+    assert [measured_output(parts, wires, name) for name in names] == names

@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.noise_model import carried_over, effective_share, fit_noise_model, noise_shapes, spectrum, taper, white_noise
+from lathesim.diagnosis import noise_model
+from lathesim.diagnosis.floor import channel_floor
+from lathesim.diagnosis.noise_model import (
+    carried_over,
+    effective_share,
+    fit_noise_model,
+    noise_shapes,
+    spectrum,
+    taper,
+    white_noise,
+)
 from lathesim.engine.assembly import FloatArray
 
 SAMPLES, PERIOD = 4000, 2e-3
@@ -33,6 +43,18 @@ def test_white_noise_beyond_the_floor_is_told_from_a_line() -> None:
     line = 1e-4 * np.sin(2.0 * np.pi * 7.0 * PERIOD * np.arange(SAMPLES))
     assert white_noise(white(3e-6) + line, shapes) == pytest.approx(8e-12, rel=0.1)
     assert white_noise(white(0.5e-6), shapes) == 0.0
+
+
+def test_counts_that_were_differenced_hide_little_of_what_is_slow() -> None:
+    """The rate of an encoder is as rough as its counts allow, and a slow error far below that shows all the same."""
+    rate = np.diff(white(1e-6), prepend=0.0)
+    floor = channel_floor(rate)
+    wave = 0.1 * floor * np.sin(2.0 * np.pi * 0.5 * PERIOD * np.arange(SAMPLES))
+    for sensor, hidden in ((noise_model.WHITE, True), (noise_model.DIFFERENCED, False)):
+        shapes = noise_shapes(NO_KICK, NO_KICK[0], floor, PERIOD, coloured=False, sensor=sensor)
+        power = fit_noise_model(rate, shapes).power
+        found = float(np.max(np.abs(spectrum(rate + wave)) ** 2 / power))
+        assert (found < 20.0) == hidden
 
 
 def test_noise_is_never_smaller_than_the_floor() -> None:

@@ -5,13 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lathesim.components.force_axis import ForceAxis
+from lathesim.components.voltage_drive import VoltageDrive
 from lathesim.diagnosis.fit import fit
-from lathesim.diagnosis.problem import baseline_free, build_rigs
+from lathesim.diagnosis.problem import Machine, baseline_free, build_rigs
 from lathesim.diagnosis.starting_points import behind, instants_of, limit_points, starting_points, strongest_jumps
 from lathesim.effects.drive_range import DriveSaturation
 from lathesim.effects.structure import AxialResonance
-from lathesim.effects.time_shift import ChannelTimeShift
-from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, machine, recording
+from lathesim.effects.time_shift import ChannelTimeShift, TransportDelay
+from lathesim.engine.assembly import Assembly, Part, Wire
+from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, as_record, machine, recording
 
 
 @pytest.mark.parametrize("instant", [0.31, 1.5, 2.9])
@@ -82,3 +85,22 @@ def test_a_late_reading_is_looked_for_where_the_recording_has_it() -> None:
     points = starting_points(rig, fitted, list(rig.candidates))[rig.candidates[0].part]
     assert points[0, 0] == pytest.approx(6.0 * PERIOD)
     assert len(points) == 1 + len(rig.candidates[0].points)
+
+
+def test_a_delay_is_looked_for_between_the_samples_that_hold_it() -> None:
+    """A command that is held and acts 2.4 samples late is read from the third sample on: at a whole one a fit would stand at a wall."""
+    rng = np.random.default_rng(2)
+    command = np.repeat(rng.uniform(-5.0, 5.0, 50), 20)
+    current = 2.0 * np.r_[np.zeros(3), command[:-3]] + 0.01 * rng.standard_normal(1000)
+    parts = (
+        Part("drive", VoltageDrive.with_units({"effort": "N", "flow": "m/s"}), {"conductance": 2.0}),
+        Part("motor", ForceAxis, {"mass": 5.0, "viscous": 10.0}),
+    )
+    fed = {"drive.velocity": "motor.velocity", "motor.force": "drive.effort"}
+    wires = (Wire("drive.voltage", constant=0.0), *[Wire(target, source) for target, source in fed.items()])
+    held = Machine(Assembly(parts, wires, PERIOD, 0.5 * PERIOD), ("drive.voltage",), ("drive.current",), {"drive.conductance": 0.1}, {})
+    record = as_record({"drive.voltage": ("V", command), "drive.current": ("A", current)})
+    rig, _ = build_rigs(held, [("a", record), ("b", record)], [TransportDelay])
+    (term,) = (candidate for candidate in rig.candidates if candidate.at == "drive")
+    points = starting_points(rig, fit(rig.sensed, baseline_free(rig.machine)), [term])[term.part]
+    assert points[0, 0] == pytest.approx(2.5 * PERIOD)

@@ -98,7 +98,7 @@ def test_positional_friction_below_the_mean_takes_from_it_while_the_body_moves_a
 
 
 def test_warm_up_reaches_63_percent_after_its_time_constant() -> None:
-    assert ViscousWarmUp.output(0.0, 0.1, 600.0, -100.0, 600.0) == pytest.approx(-10.0 * (1.0 - 1.0 / math.e))
+    assert ViscousWarmUp.output(0.0, 0.1, 600.0, -100.0, 600.0, 0.0) == pytest.approx(-10.0 * (1.0 - 1.0 / math.e))
 
 
 def test_presliding_is_a_spring_of_level_over_distance() -> None:
