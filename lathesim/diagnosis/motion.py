@@ -72,7 +72,7 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
 
 
 def counted_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Give places and velocities of machine parts (``part.position``, ``part.velocity``) as far as sensors show them in their unit.
+    """Give places and velocities of machine parts (``part.position``, ``part.velocity``) as sensors show them, by the gains that they have.
 
     The velocity is as steady as a feed has to be: it is smoothed until what noise and counts add to it is next to nothing.
     """
@@ -84,9 +84,10 @@ def counted_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> di
             places[shown.output] = smooth(shown.values, period)
             if shown.flow:
                 velocities[shown.flow] = _steady_velocity(shown.values, period)
-        elif not shown.is_place and shown.gain == 1.0 and shown.output not in velocities:
-            noise = channel_floor(shown.values) / (_STEADY * _usual(shown.values))
-            velocities[shown.output] = savgol_filter(shown.values, _odd(2.25 * noise**2, len(shown.values), period), 2)
+        elif not shown.is_place and shown.output not in velocities:
+            values = shown.values / shown.gain
+            noise = channel_floor(values) / (_STEADY * _usual(values))
+            velocities[shown.output] = savgol_filter(values, _odd(2.25 * noise**2, len(values), period), 2)
     return {**velocities, **places}
 
 

@@ -16,9 +16,10 @@ from lathesim.diagnosis.motion import counted_motion, measured_output, recorded_
 from lathesim.diagnosis.moving_start import remembered_at_start, with_memory
 from lathesim.diagnosis.replay import cut, drive, follow, look, seen, sense, sensed_share
 from lathesim.diagnosis.simulator import SecondSight, Simulator
+from lathesim.diagnosis.start_motion import start_from
 from lathesim.diagnosis.terms import Term, insert_candidates
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, FloatArray, Part
+from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.engine.wiring import Plan, wire
 from lathesim.record import Record
 
@@ -201,7 +202,7 @@ class Rig:
             part = plan.parts[name.partition(".")[0]]
             if issubclass(part.component, Effect):
                 continue
-            seen_start = _start_from(part, name.partition(".")[2], motion)
+            seen_start = start_from(part, name.partition(".")[2], motion)
             if seen_start is None:
                 start = plan.start_states[position]
                 free.append(Free(name, start, max(abs(start), 1e-2)))
@@ -233,24 +234,6 @@ def commands(assembly: Assembly) -> dict[str, str]:
         if source and not issubclass(part.component, Effect) and "measured" not in ports:
             found[part.name] = source
     return found
-
-
-_START_SPREAD = 0.01
-"""How far the smoothed recording may be off at its first sample, as a share of the motion's standard deviation (its end effect)."""
-
-
-def _start_from(part: Part, state: str, motion: Mapping[str, FloatArray]) -> tuple[float, float] | None:
-    """Give the recorded start of a state that an output shows as it is (``position`` showing ``travel``), and how sure it is."""
-    component = part.component
-    unit = component.declarations[state].unit
-    for role in ("displacement", "flow"):
-        output = component.ports.get(role)
-        if output is None or component.declarations[output].unit != unit:
-            continue
-        values = motion.get(f"{part.name}.{output}")
-        if values is not None:
-            return float(values[0]), _START_SPREAD * float(np.std(values)) + 1e-12
-    return None
 
 
 def _exact_sensors(assembly: Assembly) -> Assembly:

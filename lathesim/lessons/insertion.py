@@ -163,9 +163,11 @@ def _places(bench: _Bench, effect: type[Effect], at: str, host: Part) -> dict[st
 def _ports(bench: _Bench, host: Part, places: Mapping[str, tuple[str, str]]) -> dict[str, str]:
     """Give role -> ``part.name`` of what an effect can sense: the ports of its host, and of the part that feeds the place it sits on.
 
-    A scale knows no driving force, but the table it measures does.
+    A scale knows no driving force, but the table it measures does. Where one part of the machine turns, its angle and speed are those of
+    the spindle for all others.
     """
     ports = {role: f"{host.name}.{item}" for role, item in host.component.ports.items()}
+    ports = _of_the_spindle(bench) | ports
     place = next(place for place, pair in places.items() if pair[0] == "incoming")
     wire = bench.wires.get(place)
     while wire is not None and wire.source:
@@ -177,6 +179,16 @@ def _ports(bench: _Bench, host: Part, places: Mapping[str, tuple[str, str]]) -> 
             break
         wire = bench.wires.get(f"{feeding.name}.incoming")
     return ports
+
+
+def _of_the_spindle(bench: _Bench) -> dict[str, str]:
+    """Give angle and speed of the only part of the machine that is driven and turns; nothing where there is none, or more than one."""
+    found = []
+    for part in bench.parts.values():
+        ports = part.component.ports
+        if {"effort", "flow", "displacement"} <= set(ports) and part.component.declarations[ports["displacement"]].unit == "rad":
+            found.append({"angle": f"{part.name}.{ports['displacement']}", "spindle_speed": f"{part.name}.{ports['flow']}"})
+    return found[0] if len(found) == 1 else {}
 
 
 def _sensed(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lathesim.components.contour_error import ContourError
-from lathesim.diagnosis.motion import measured_output, recorded_motion, smooth, velocity_of
+from lathesim.diagnosis.motion import counted_motion, measured_output, recorded_motion, smooth, velocity_of
 from lathesim.effects.play import Backlash
 from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import load_machine
@@ -77,6 +77,14 @@ def test_the_volts_of_a_tachometer_are_no_speed() -> None:
         both = recorded_motion(bench, {name: values[name] for name in names})
         assert both["spindle.speed"][INSIDE] == pytest.approx(40.0)
         assert both["spindle.angle"][INSIDE] == pytest.approx(turned[INSIDE])
+
+
+def test_a_cut_goes_on_at_the_speed_that_a_tachometer_showed() -> None:
+    """The force of a lathe drifted away with the speed of its replayed spindle."""
+    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "torque_spindle.yaml"
+    bench = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    gain = next(part.component for part in bench.parts if part.name == "tachometer").declarations["gain"].default  # type: ignore[attr-defined]
+    assert counted_motion(bench, {"tachometer.voltage": np.full(2000, 40.0 * gain)})["spindle.speed"] == pytest.approx(40.0)
 
 
 def test_a_converter_behind_a_tachometer_tells_the_speed_too() -> None:

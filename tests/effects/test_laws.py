@@ -27,7 +27,11 @@ NUMBERS: list[tuple[str, dict[str, float], float]] = [
         0.0012514,
     ),
     # a steel screw 10 K warmer: 11.5 um/m/K * 10 K * 0.5 m = 57.5 um
-    ("ThermalScrewGrowth", {"incoming": 0.5, "time": 1e9, "strain": 115e-6, "time_constant": 600.0, "fixed_end": 0.0, "warmed_before": 0.0}, 0.5000575),
+    (
+        "ThermalScrewGrowth",
+        {"incoming": 0.5, "time": 1e9, "strain": 115e-6, "time_constant": 600.0, "fixed_end": 0.0, "warmed_before": 0.0},
+        0.5000575,
+    ),
     ("SquarenessError", {"incoming": 0.0, "other_position": 0.2, "slope": 20e-6, "bow": 0.0}, 4e-6),
     # 100 N/um pushed with 100 N
     ("TorsionalWindUp", {"incoming": 0.0, "twist": 1e-6, "compliance": 1e-8}, -1e-6),

@@ -1,0 +1,57 @@
+"""Where the states of a machine part start, as the recorded motion shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from lathesim.component import Parameter, State
+from lathesim.engine.assembly import FloatArray, Part
+
+_SPREAD = 0.01
+"""How far the smoothed recording may be off at its first sample, as a share of the motion's standard deviation (its end effect)."""
+_LINEAR = 1e-9
+
+
+def start_from(part: Part, state: str, motion: Mapping[str, FloatArray]) -> tuple[float, float] | None:
+    """Give the recorded start of a state, and how sure it is; none where no recorded output of the part (``part.output`` -> values) tells.
+
+    An output shows a state as it is (``position`` showing ``travel``), or in proportion, output = a + b state: the speed of a table that of
+    its motor.
+    """
+    component = part.component
+    unit = component.declarations[state].unit
+    shown = [component.ports[role] for role in ("displacement", "flow") if role in component.ports]
+    for output in (name for name in shown if component.declarations[name].unit == unit):
+        values = motion.get(f"{part.name}.{output}")
+        if values is not None:
+            return float(values[0]), _SPREAD * float(np.std(values)) + 1e-12
+    for output in shown:
+        values, line = motion.get(f"{part.name}.{output}"), _line(part, output, state)
+        if values is not None and line is not None:
+            constant, slope = line
+            return (float(values[0]) - constant) / slope, _SPREAD * float(np.std(values)) / abs(slope) + 1e-12
+    return None
+
+
+def _line(part: Part, output: str, state: str) -> tuple[float, float] | None:
+    """Give a and b of an output that is a + b times a state and nothing else that moves; none of any other one."""
+    component = part.component
+    law = component.law_of(output)
+    parameters, states = component.declared(Parameter), component.declared(State)
+    arguments = component.arguments[law]
+    if state not in arguments or any(name not in parameters and name not in states for name in arguments):
+        return None
+    place = component.output_laws()[law].index(output)
+    given = {name: item.default for name, item in parameters.items()} | dict(part.parameters)
+
+    def output_at(value: float, others: float) -> float:
+        values = given | dict.fromkeys(states, others) | {state: value}
+        found = component.laws[law](*[values[name] for name in arguments])
+        return float(found[place] if isinstance(found, tuple) else found)
+
+    at = [output_at(value, 0.0) for value in (0.0, 1.0, 2.0)]
+    slope = at[1] - at[0]
+    straight = abs(at[2] - at[1] - slope) <= _LINEAR * abs(slope) and output_at(1.0, 1.0) == at[1]
+    return (at[0], slope) if slope and straight else None
