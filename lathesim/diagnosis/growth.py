@@ -279,14 +279,17 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -
         forms = [other for other in forms if other.part not in found.refused]
         kept = [item for item in found.model.free if item.name not in term.parameters]
         asked = []
+        # a form of a friction that feels the simulated motion feels it too
+        felt = any(found.model.fitted.constant.get(name) == 0.0 for name in bench.rig.feeling_their_motion([term]))
         for other in forms:
             starts = form_starts(term, other, found.model)
-            promise = screened_instead(bench.rig.sensed, found.model.fitted, term, other, starts[1:])
+            motion = bench.rig.feeling_their_motion([other]) if felt else {}
+            promise = screened_instead(bench.rig.sensed, found.model.fitted, term, other, starts[1:], motion)
             cost = settings.margin + settings.per_parameter * len(other.parameters)
             if least_shown(bench.rig.sensed, found.model.fitted, term, other) < cost:
                 found.unseen.setdefault(term.part, []).append(other)
             if promise.gain > 0.5 * settings.margin and _may_be_worth(bench, found.model, promise, settings):
-                asked.append(Asked(other, rest, kept, starts))
+                asked.append(Asked(other, rest, kept, starts, felt=felt))
                 if other.bare:
                     plain = form_starts(term, other.bare, found.model)
                     asked += [Asked(other.bare, rest, kept, plain, felt=felt) for felt in (False, True)]

@@ -82,10 +82,17 @@ def screen(simulator: Simulator, fitted: Fitted, terms: Sequence[Term], points: 
     return Screening(tuple(ranked), max((chance for _, chance in result), default=0.0))
 
 
-def screened_instead(simulator: Simulator, fitted: Fitted, term: Term, finer: Term, starts: Sequence[FloatArray]) -> Screened:
-    """Say what a finer form promises in the place of a term of the model."""
+def screened_instead(
+    simulator: Simulator,
+    fitted: Fitted,
+    term: Term,
+    finer: Term,
+    starts: Sequence[FloatArray],
+    motion: Mapping[str, float] | None = None,
+) -> Screened:
+    """Say what a finer form promises in the place of a term of the model, sensing the ``motion`` as its settings say."""
     absorb = _Absorber(simulator, fitted)
-    without = dict(zip(term.parameters, term.neutral.tolist(), strict=True))
+    without = dict(zip(term.parameters, term.neutral.tolist(), strict=True)) | dict(motion or {})
     tried = _responses(simulator, fitted, absorb, finer, np.array(starts), without)
     if not tried:
         return Screened(finer, 0.0, tuple(starts), np.zeros(1))
