@@ -17,6 +17,7 @@ import numpy as np
 from lathesim.diagnosis.adequacy import Adequacy, adequacy
 from lathesim.diagnosis.another_law import AnotherLaw, another_law
 from lathesim.diagnosis.belief import Settings, is_of_a_clock
+from lathesim.diagnosis.clipped_reading import clipped_reading
 from lathesim.diagnosis.coarse_counts import coarse_counts
 from lathesim.diagnosis.contradiction import contradicted, exchanged_with, swapped, wrong_unit
 from lathesim.diagnosis.controller_value import controller_value, with_commands_followed
@@ -100,6 +101,9 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     found.controller = other
     if question.held_out is not None and (stranger := another_machine(found.model, rig, held_out)):
         return _recording_fault(question, [stranger], findings, began)
+    judged = ((rig, found.baseline.fitted), (held_out, found.baseline.held_out_fit))
+    if clipped := next((told for one, fitted in judged if (told := clipped_reading(one, fitted))), ""):
+        return _recording_fault(question, [clipped], findings, began)
     say("fitting the found model to everything")
     values = estimates(found.model, rig, held_out, whole)
     doubtful = _doubtful(found, rig, held_out, values)
