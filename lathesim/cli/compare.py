@@ -81,7 +81,9 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     lines += ["", "Every part with the inputs that were recorded:", *_table(_replay_rows(comparison))]
     sits = " and in ".join(comparison.suspects)
     lines += ["", f"The mismatch sits in {sits}." if sits else "No part is off by itself."]
-    if comparison.depends_on:
+    if comparison.adds_up:
+        lines.append("What is next to nothing in every part adds up in a simulation that nothing recorded holds.")
+    if comparison.suspects and comparison.depends_on:
         lines += ["", "What is missing depends on (learned on one half, scored on the other):"]
         lines += [f"  {_bar(item.share)} {item.share:4.0%}  {item.variable}" for item in comparison.depends_on]
     found = _line_rows(comparison)

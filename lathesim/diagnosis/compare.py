@@ -33,6 +33,10 @@ from lathesim.plugins import Registry
 SCHEMA = "lathesim-compare/1"
 OFF = 3.0
 """Floors from which on a channel, or a part in the replay, counts as off."""
+_FORCES, _NEXT_TO_NOTHING = ("N", "N*m"), 0.002
+"""Share of all that acts somewhere below which a force that is missing there is how finely a simulation steps."""
+_AS_TIME = 1.05
+"""Times by which a variable must tell more than the time alone: else what is missing comes once, and goes with all that changed then."""
 _WINDOWS = 50
 """Stretches of a recording of which the worst is told."""
 _LEAST_BAR = 0.05
@@ -131,7 +135,13 @@ class Comparison:
 
     @property
     def _off(self) -> list[Replayed]:
-        return [item for item in self.replayed if item.over_floor > OFF and item.parts]
+        far = [item for item in self.replayed if item.over_floor > OFF and item.parts]
+        return [item for item in far if item.unit not in _FORCES or not item.share < _NEXT_TO_NOTHING]
+
+    @property
+    def adds_up(self) -> bool:
+        """Whether a channel is off though no part is: what is next to nothing in each of them adds up where nothing recorded holds it."""
+        return not self.suspects and any(item.over_floor > OFF for item in self.channels)
 
     def _read_by(self, part: str) -> str:
         """Give what several readings of one sensor have in common where they are off: what they measure."""
@@ -219,10 +229,13 @@ def _replayed(rig: Rig, fitted: Fitted) -> tuple[Replayed, ...]:
 
 
 def _depends_on(first: Rig, fitted: Fitted, second: Rig, judged: Fitted) -> tuple[Dependence, ...]:
-    """Give the variables that explain most, each where it explains most."""
+    """Give the variables that explain most, each where it explains most, as far as they tell more than the time does there."""
     tallest: dict[str, Dependence] = {}
-    for bar in bars(first, fitted, second, judged):
-        if bar.share > _LEAST_BAR:
+    found = bars(first, fitted, second, judged)
+    by_time = {bar.channel: bar.share for bar in found if bar.variable == "time"}
+    for bar in found:
+        least = max(_LEAST_BAR, _AS_TIME * by_time.get(bar.channel, 0.0) if bar.variable != "time" else 0.0)
+        if bar.share > least:
             tallest.setdefault(bar.variable, Dependence(bar.channel, bar.variable, bar.share))
     return tuple(tallest.values())[:_MOST_BARS]
 

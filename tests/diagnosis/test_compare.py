@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import lathesim.diagnosis.compare as comparing
 from lathesim.cli.compare import comparison_lines
 from lathesim.diagnosis.class_folder import answer_place, publish
 from lathesim.diagnosis.compare import SCHEMA, Comparison, Replayed, as_json, compare, load_recording
@@ -14,6 +15,7 @@ from lathesim.diagnosis.compare_figure import compare_figure, line_text
 from lathesim.diagnosis.conceal import Situation, conceal
 from lathesim.diagnosis.hidden_effect import read_wish
 from lathesim.diagnosis.loading import Recorded
+from lathesim.diagnosis.locate import Bar
 from lathesim.diagnosis.logged_column import logged_columns
 from lathesim.diagnosis.spectral_lines import Line, lines_of, spectrum_against
 from lathesim.errors import LessonError, RecordingError
@@ -131,6 +133,26 @@ def test_each_part_that_is_off_is_named_and_that_in_which_most_of_what_acts_is_m
     assert "The mismatch sits in x_axis and in x_scale." in comparison_lines(both)
     assert replace(friction, replayed=(replace(table, over_floor=0.4), scale)).suspects == ("x_scale",)
     assert replace(friction, replayed=(replace(table, over_floor=0.4),)).suspect == ""
+
+
+def test_a_force_that_is_next_to_nothing_of_what_acts_is_nowhere(friction: Comparison) -> None:
+    """Steps of half a millisecond leave a millinewton, which adds up to floors of a place that nothing holds."""
+    table = Replayed("x_encoder.position", ("x_encoder", "x_axis"), 157.0, "x_axis.disturbance", "N", 0.04, 1e-4)
+    stepped = replace(friction, replayed=(table,))
+    assert (stepped.suspects, stepped.adds_up) == ((), True)
+    lines = comparison_lines(stepped)
+    assert "What is next to nothing in every part adds up in a simulation that nothing recorded holds." in lines
+    assert not any(line.startswith("What is missing depends on") for line in lines)
+    assert replace(stepped, replayed=(replace(table, share=0.01),)).suspects == ("x_axis",)
+
+
+def test_what_goes_with_everything_as_much_as_with_the_time_is_told_of_the_time_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A table that sticks once is explained by whatever was different then."""
+    told = [
+        Bar("x_encoder.position", name, share, share) for name, share in (("velocity of x_axis", 0.83), ("time", 0.82), ("position", 0.9))
+    ]
+    monkeypatch.setattr(comparing, "bars", lambda *given: told)
+    assert [item.variable for item in comparing._depends_on(*[None] * 4)] == ["time", "position"]  # type: ignore[arg-type]
 
 
 def test_friction_is_off_by_many_floors_in_the_axis_and_goes_with_the_velocity(friction: Comparison) -> None:
