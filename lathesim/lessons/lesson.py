@@ -77,6 +77,10 @@ def find_lesson(path_or_name: str | Path) -> Path:
     name = given.stem if given.suffix in (".yaml", ".yml") else given.name
     if str(given.parent) in (".", "lesson_configs") and name in known:
         return known[name]
+    if given.suffix in (".yaml", ".yml") and str(given.parent) != ".":
+        there = {path.name for path in given.parent.glob("*.y*ml")} if given.parent.is_dir() else set()
+        remedy = nearest(given.name, there) or ("" if given.parent.is_dir() else f"There is no folder '{given.parent}' either.")
+        raise LessonError(f"there is no file '{path_or_name}'.", remedy=remedy or "Check the path.")
     raise LessonError(f"there is no lesson '{path_or_name}'.", remedy=nearest(name, known) or "See 'lathesim lessons'.")
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from lathesim.errors import LatheSimError
 from lathesim.lessons.assemble import assemble
-from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.lesson import find_lesson, load_lesson
 from tests.lessons.small_machine import small_registry, write_lesson
 
 WRONG = {
@@ -170,3 +170,19 @@ def test_a_lesson_that_is_not_there_names_the_nearest() -> None:
     with pytest.raises(LatheSimError) as refused:
         load_lesson("01_contour_eror")
     assert str(refused.value) == "there is no lesson '01_contour_eror'. Did you mean '01_contour_error'?"
+
+
+@pytest.mark.parametrize(
+    ("asked", "remedy"),
+    [
+        ("mine/case_1/lessen.yaml", "Did you mean 'lesson.yaml'?"),
+        ("mine/case_2/lesson.yaml", "There is no folder 'mine/case_2' either."),
+    ],
+)
+def test_a_path_that_leads_nowhere_is_called_a_file(asked: str, remedy: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "mine" / "case_1").mkdir(parents=True)
+    (tmp_path / "mine" / "case_1" / "lesson.yaml").write_text("lesson: mine\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(LatheSimError) as refused:
+        find_lesson(asked)
+    assert str(refused.value) == f"there is no file '{asked}'. {remedy}"
