@@ -60,18 +60,29 @@ class Estimates:
 def estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estimates:
     """Give the machine's values, where frictions sense the simulated motion with the recorded one instead if that explains as much.
 
-    A replay in which a friction holds by its own motion jumps where a value moves a little: its slopes tell more than is there. Whether the
-    values are as good the lesson's own simulation says.
+    A replay in which a friction holds by its own motion jumps where a value moves a little: its slopes tell more than is there, and what
+    the recorded motion tells of the errors holds for it too. Whether the values are as good the lesson's own simulation says.
     """
     found = _estimates(model, rig, held_out, whole)
     motion = rig.feeling_their_motion(model.terms)
     given = {name: value for name, value in model.fitted.constant.items() if name not in motion}
-    if given == model.fitted.constant or not rig.feeds_back:
+    if given == model.fitted.constant:
         return found
     other = _estimates(replace(model, fitted=replace(model.fitted, constant=given)), rig, held_out, whole)
     there = model.held_out_fit.by_name
     left, left_with_other = (own_error(held_out, {**there, **one.values()}) for one in (found, other))
-    return other if left_with_other < _AS_GOOD * left else found
+    return other if rig.feeds_back and left_with_other < _AS_GOOD * left else _no_surer(found, other)
+
+
+def _no_surer(found: Estimates, other: Estimates) -> Estimates:
+    """Give the values of one fit with the larger of its errors and those of another one."""
+    by_name = {
+        name: replace(
+            item, **{error: max(getattr(item, error), getattr(other.by_name[name], error)) for error in ("error", "by_noise", "alone")}
+        )
+        for name, item in found.by_name.items()
+    }
+    return replace(found, by_name=by_name, apart={part: min(size, other.apart[part]) for part, size in found.apart.items()})
 
 
 def _estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estimates:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lathesim.diagnosis import parameters
 from lathesim.diagnosis.fit import Fitted, Free, fit
 from lathesim.diagnosis.parameters import (
     Estimate,
@@ -174,3 +175,12 @@ def test_what_recordings_tell_by_themselves_is_known_better_by_two_of_them() -> 
     one = Fitted(free, np.ones(1), np.array([[0.04]]), np.zeros((0, 0)), (), 0.0, 0.0)
     assert np.sqrt(joint_covariance([one, one], ["size"], 1.0)) == pytest.approx(0.2 / np.sqrt(2.0), rel=1e-2)
     assert np.sqrt(joint_covariance([one, one], ["size"], 3.0)) == pytest.approx(0.6 / np.sqrt(2.0), rel=1e-2)
+
+
+def test_a_friction_that_feels_its_own_motion_makes_no_value_surer() -> None:
+    """Where a table sticks, a replay jumps with each value: a level that only the known mass tells was sure to a part in ten thousand."""
+    felt = Estimates({"level": Estimate(24.4, 0.002, 0.002, 0.001), "lead": Estimate(1.0, 0.1, 0.1)}, 1.0, {"friction": 9000.0})
+    sensed = Estimates({"level": Estimate(23.1, 0.35, 0.3, 0.2), "lead": Estimate(1.1, 0.05, 0.05)}, 1.2, {"friction": 70.0})
+    found = parameters._no_surer(felt, sensed)
+    assert found.by_name == {"level": Estimate(24.4, 0.35, 0.3, 0.2), "lead": Estimate(1.0, 0.1, 0.1)}
+    assert (found.inflation, found.apart) == (1.0, {"friction": 70.0})
