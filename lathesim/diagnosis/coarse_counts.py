@@ -34,17 +34,24 @@ def coarse_counts(rigs: Sequence[Rig], known: Collection[Term] = ()) -> list[tup
 
 
 def _on_grids(rig: Rig) -> dict[str, float]:
-    found = {}
-    for term in rig.candidates:
-        channel = next((name for name in rig.machine.compare if name.partition(".")[0] == term.at), "")
-        counts = _declared(rig, channel) if term.effect.spacing and channel else 0.0
-        if counts > 0.0 and (spacing := grid_spacing(rig.record[channel])) > _COARSER * counts:
-            found[term.part] = spacing
+    found: dict[str, float] = {}
+    period = rig.machine.assembly.sample_period
+    components = {part.name: part.component for part in rig.machine.assembly.parts}
+    for term in (term for term in rig.candidates if term.effect.spacing):
+        ports = components[term.at.partition(".")[0]].ports
+        # the rate of an encoder is one count a sample, or several
+        for role, counts in (("reading", 1.0), ("rate", period)):
+            channel = f"{term.at}.{ports.get(role, '')}"
+            if channel in rig.machine.compare and (known := _declared(rig, channel, counts)) > 0.0:
+                spacing = counts * grid_spacing(rig.record[channel])
+                if spacing > _COARSER * known:
+                    found.setdefault(term.part, spacing)
     return found
 
 
-def _declared(rig: Rig, channel: str) -> float:
-    """Give the counts [SI] in which a channel reads as far as the lesson tells, 0 where it does not."""
+def _declared(rig: Rig, channel: str, counts: float) -> float:
+    """Give the counts [SI] in which a sensor reads as far as the lesson tells, 0 where it does not; ``counts`` make one unit of the
+    channel."""
     part = next(part for part in rig.machine.assembly.parts if part.name == channel.partition(".")[0])
     name = part.component.ports.get("resolution", "")
-    return max(rig.own.given(f"{part.name}.{name}") if name else 0.0, rig.machine.resolution.get(channel, 0.0))
+    return max(rig.own.given(f"{part.name}.{name}") if name else 0.0, counts * rig.machine.resolution.get(channel, 0.0))

@@ -11,6 +11,8 @@ from lathesim.engine.assembly import FloatArray
 FEWEST_LEVELS = 20
 OFF_GRID = 0.02
 """How far, in spacings, a value may lie beside the grid: the recording's last digit."""
+_ROUNDED = 1e-12
+"""Share of the largest value by which two may differ where they are the same."""
 _FOURTH_DIFFERENCE = math.sqrt(70.0)
 """Standard deviation of the fourth difference of white noise of standard deviation one."""
 
@@ -32,9 +34,15 @@ def channel_floor(values: FloatArray, resolution: float = 0.0) -> float:
     return max(step / math.sqrt(12.0), noise, 1e-9 * scale, 1e-300)
 
 
+def _levels(values: FloatArray) -> FloatArray:
+    """Give the different values, those once that differ by how a computer rounds."""
+    levels = np.unique(values)
+    return levels[np.r_[True, np.diff(levels) > _ROUNDED * float(np.max(np.abs(levels)))]] if len(levels) else levels
+
+
 def smallest_step(values: FloatArray) -> float:
     """Give the step between levels where a channel has few of them, else 0."""
-    levels = np.unique(values)
+    levels = _levels(values)
     if len(levels) < 2 or len(levels) > 0.5 * len(values):
         return 0.0
     return float(np.min(np.diff(levels)))
@@ -43,7 +51,7 @@ def smallest_step(values: FloatArray) -> float:
 def grid_spacing(values: FloatArray) -> float:
     """Give the spacing of a grid on which all values (samples,) lie; 0 where there is none, or too few levels to tell."""
     finite = values[np.isfinite(values)]
-    levels = np.unique(finite)
+    levels = _levels(finite)
     if len(levels) < FEWEST_LEVELS:
         return 0.0
     gaps = np.diff(levels)

@@ -288,7 +288,8 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -
             cost = settings.margin + settings.per_parameter * len(other.parameters)
             if least_shown(bench.rig.sensed, found.model.fitted, term, other) < cost:
                 found.unseen.setdefault(term.part, []).append(other)
-            if promise.gain > 0.5 * settings.margin and _may_be_worth(bench, found.model, promise, settings):
+            # where a friction holds by its own motion a promise says little of how much
+            if promise.gain > 0.5 * settings.margin and (felt or _may_be_worth(bench, found.model, promise, settings)):
                 asked.append(Asked(other, rest, kept, starts, felt=felt))
                 if other.bare:
                     plain = form_starts(term, other.bare, found.model)

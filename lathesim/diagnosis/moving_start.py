@@ -28,21 +28,41 @@ _BY_MEMORY = 0.5
 """Share of that which may be left with it."""
 _STEP = 1e-6
 """By how much a memory is moved for its slope: a micrometre, a microvolt; commands answer to it in proportion."""
+_BEGINNING, _FEWEST = 0.1, 200
+"""Share of a recording, and samples at the least, in which the memory is looked for."""
 _TIMES = 3
 _FORGOTTEN = 1e-9
 """Share of the largest slope below which a command does not answer to a memory."""
 
 
 def remembered_at_start(assembly: Assembly, compared: Sequence[str], replay: Simulator) -> dict[str, float]:
-    """Give what the controllers of the compared commands remember at the first sample: ``part.name`` -> value [SI]; nothing where their
-    commands follow without, or do not follow with it either."""
-    parts = {part.name: part for part in assembly.parts}
+    """Give what the controllers remember at the first sample whose commands are compared, or what a drive makes of them: ``part.name`` ->
+    value [SI]; nothing where these follow without, or do not follow with it either."""
     found: dict[str, float] = {}
-    for row, channel in enumerate(compared):
-        part = parts[channel.partition(".")[0]]
+    for part in assembly.parts:
         if decides(part.component) and "displacement" not in part.component.ports:
-            found |= _memory(part, row, _start_speeds(assembly, part, compared, replay), replay)
+            for row in _shown_by(assembly, part, compared)[:1]:
+                found |= _memory(part, row, _start_speeds(assembly, part, compared, replay), replay)
     return found
+
+
+def _shown_by(assembly: Assembly, controller: Part, compared: Sequence[str]) -> list[int]:
+    """Give the compared channels (rows) that show the command of a controller: its own, or those of what passes it on to a part that moves,
+    as a converter's voltage or a drive's current; the nearest first."""
+    parts = {part.name: part for part in assembly.parts}
+    rows: list[int] = []
+    waiting, seen = [controller.name], {controller.name}
+    while waiting:
+        name = waiting.pop(0)
+        rows += [row for row, channel in enumerate(compared) if channel.partition(".")[0] == name]
+        for wire in assembly.wires:
+            target, port = wire.target.partition(".")[::2]
+            ports = parts[target].component.ports if target in parts else {}
+            passed_on = wire.source.partition(".")[0] == name and port == ports.get("drive") and "effort" not in ports
+            if passed_on and target not in seen and ports.get("measured") in (None, port):
+                seen.add(target)
+                waiting.append(target)
+    return rows
 
 
 def _start_speeds(assembly: Assembly, part: Part, compared: Sequence[str], replay: Simulator) -> dict[str, float]:
@@ -81,11 +101,13 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
     if not memories:
         return {}
     size = float(np.std(np.nan_to_num(replay.recorded[row])))
+    # later on an integral holds what rounding added up to as well
+    begins = max(_FEWEST, int(_BEGINNING * replay.samples))
     given = np.array([plan.start_discrete[plan.discrete[name]] if name in plan.discrete else replay.given(name) for name in memories])
 
     def left(values: FloatArray) -> FloatArray:
-        """Give what of the command does not follow, (runs, samples), with some rows of memories."""
-        found: FloatArray = np.nan_to_num(np.array([run[row] for run in replay.residuals(memories, values)]))
+        """Give what of the command does not follow at first, (runs, samples), with some rows of memories."""
+        found: FloatArray = np.nan_to_num(np.array([run[row, :begins] for run in replay.residuals(memories, values)]))
         return found
 
     before = left(given[None])[0]

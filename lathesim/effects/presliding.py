@@ -7,6 +7,9 @@ import math
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
 
+_MOVED_BEFORE = 0.05
+"""For how long a host that starts in motion has moved already [s]: what creeps has hardly bent the bristles."""
+
 
 def _sliding_level(flow: float, level: float, excess: float, stribeck_velocity: float) -> float:
     return level + excess * math.exp(-abs(flow) / stribeck_velocity)
@@ -27,7 +30,8 @@ class PreslidingFriction(Effect):
     dz/dt = v - sigma0 |v| z / g(v),   F_out = F_in + sigma0 z + sigma1 dz/dt,   g(v) = level + excess exp(-|v| / stribeck_velocity)
 
     with sigma0 = level / distance and sigma1 = bristle_damping. The bristle state is integrated exactly over each sample interval, as a
-    function of the distance travelled, so a stiff contact needs no short step; a reversal inside one interval is seen at its end.
+    function of the distance travelled, so a stiff contact needs no short step; a reversal inside one interval is seen at its end. A host
+    that starts in motion has moved for 50 ms.
     Left out: the stiffness of a contact that has rested for long, and the lag of the lubricant film.
     """
 
@@ -84,13 +88,8 @@ class PreslidingFriction(Effect):
         time: float,
     ) -> tuple[float, float]:
         sliding = _sliding_level(flow, level, excess, stribeck_velocity)
-        if time > 0.0:
-            return _spring_force(displacement - bristle_position, bristle_force, sliding, distance), displacement
-        if flow > 0.0:
-            return sliding, displacement
-        if flow < 0.0:
-            return -sliding, displacement
-        return bristle_force, displacement
+        travelled = displacement - bristle_position if time > 0.0 else _MOVED_BEFORE * flow
+        return _spring_force(travelled, bristle_force, sliding, distance), displacement
 
     @staticmethod
     def output(

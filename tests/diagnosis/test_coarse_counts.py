@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from lathesim.diagnosis.coarse_counts import coarse_counts, grid_spacing
-from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.problem import Machine, Rig, build_rigs
 from lathesim.effects.encoder_error import Quantisation
 from lathesim.effects.offset_and_gain import ForceOffset
+from lathesim.lessons.lesson import load_machine
+from lathesim.lessons.simulate import check_machine
+from lathesim.plugins import load_registry
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import FORCE, POSITION, as_record, recording, rigs
 from tests.diagnosis.test_mistakes import diagnosed
@@ -78,3 +84,23 @@ def test_recordings_that_disagree_tell_nothing() -> None:
 def test_what_is_known_is_not_told_again() -> None:
     rig = read_in_counts(8e-6)
     assert coarse_counts([rig], rig.candidates) == []
+
+
+@pytest.mark.parametrize(("counts", "named"), [(1, False), (4, True)])
+def test_the_rate_of_an_encoder_goes_in_counts_a_sample(counts: int, named: bool) -> None:
+    """A speed in whole counts a sample was held against the counts of the angle, a five-hundredth of it."""
+    resolution, period = 1.5e-6, 2e-3
+    angle = np.round(np.cumsum(0.5 * np.sin(np.linspace(0.0, 20.0, 4000))) * period / (counts * resolution)) * counts * resolution
+    rate = np.diff(angle, prepend=0.0) / period
+    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "torque_spindle.yaml"
+    bench = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    parts = tuple(
+        replace(part, parameters={**part.parameters, "resolution": resolution}) if part.name == "spindle_encoder" else part
+        for part in bench.parts
+    )
+    machine = Machine(
+        replace(bench, parts=parts, sample_period=period, step=period), ("spindle.torque",), ("spindle_encoder.rate",), {}, {}
+    )
+    record = as_record({"spindle.torque": ("N*m", np.zeros(4000)), "spindle_encoder.rate": ("rad/s", rate)})
+    (rig,) = build_rigs(machine, [("fit", record)], [Quantisation])
+    assert [count.value for _, count in coarse_counts([rig, rig])] == ([pytest.approx(4.0 * resolution, rel=1e-3)] if named else [])

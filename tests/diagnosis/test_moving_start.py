@@ -1,6 +1,7 @@
 """A recording that begins in the middle of a motion is no contradiction: its controllers remember what they did before."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from lathesim.record import Record
 from tests.diagnosis.small_case import write_lesson
 
 REFERENCE, POSITION, VOLTAGE = "x_controller.reference", "x_encoder.position", "x_controller.voltage"
+CURRENT = "x_drive.current"
 CONTROLLERS = {
     "P-PI": "set: {x_controller.integral_rate: 20 1/s, x_controller.mean_share: 0}\n",
     "P-P": "",
@@ -68,3 +70,16 @@ def test_a_command_that_is_not_this_controllers_is_not_explained_by_memory(recor
     turned = record.with_channel(VOLTAGE, "V", -record[VOLTAGE])
     (rig,) = build_rigs(machine, [("turned.csv", from_sample(turned, 700))], [])
     assert "does not follow from what its controller was given" in contradicted(rig, {})
+
+
+def test_the_current_of_a_drive_tells_what_its_controller_remembers(tmp_path: Path) -> None:
+    """Without the command a friction of steady sliding, which the integral held, was missing twice: at the drive and at the table."""
+    load = "insert: [{effect: ForceOffset, at: x_axis, offset: 60 N}]\n"
+    prepared = prepare(load_lesson(write_lesson(tmp_path, extra=CONTROLLERS["P-PI"] + load)), load_registry(installed=False))
+    run = run_prepared(prepared)
+    asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
+    record = Record(run.time, {REFERENCE: asked, POSITION: run.channels[POSITION], CURRENT: run.channels[CURRENT]}, dict(run.meta))
+    machine = Machine(prepared.machinery, (REFERENCE,), (POSITION, CURRENT), {}, {})
+    (rig,) = build_rigs(machine, [("late.csv", from_sample(record, 700))], [])
+    row = rig.machine.compare.index(CURRENT)
+    assert np.std(rig.sensed.one({})[row]) < 0.02 * np.std(rig.record[CURRENT])
