@@ -152,6 +152,9 @@ def credible_if_it_moves(trial: Trial, settings: Settings, chance: float) -> boo
     agreed = trial.held_out_gain > max(settings.held_out_margin, settings.held_out_share * trial.gain)
     judged = trial.gain > due and agreed
     worth = worth and trial.spoils < settings.most_spoilt
+    if trial.term.effect.told_of_one:
+        # what may be another one on each recording takes a part of any wander
+        worth = worth and trial.share_of_rest > settings.nearly_all_of_rest
     if trial.strained and not settings.despite_strain:
         # values that are wrong beyond belief leave an error that any wave takes a part of
         worth = worth and trial.share_of_rest > settings.nearly_all_of_rest

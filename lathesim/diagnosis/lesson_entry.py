@@ -102,5 +102,8 @@ def on_held_out(held_out: Rig, found: Found, values: Mapping[str, float]) -> Fit
     own = {item.name for item in begun_anew(held_out, found.model.terms)}
     own |= {name for term in found.model.terms for name in term.nuisance}
     free = [item for item in with_start(judged) if item.name in own]
-    constant = {name: value for name, value in {**judged.by_name, **values}.items() if name not in own}
+    freed = {item.name for item in free}
+    # an instant is known to the sample there, and no longer free
+    known = {**judged.by_name, **{name: value for name, value in values.items() if name not in own}}
+    constant = {name: value for name, value in known.items() if name not in freed}
     return fit(held_out.sensed, free, constant, rounds=2, iterations=6, wide=is_wide(found.model.terms), slopes="kept")

@@ -115,7 +115,11 @@ def _estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Esti
     for term in model.terms:
         for name, share in _held(fits[0], [name for name in term.parameters if name in found]).items():
             found[name] = replace(found[name], alone=share * found[name].by_noise)
-    return Estimates(found, inflation, {term.part: _apart(term, names, found, together) for term in model.terms})
+    apart = {term.part: _apart(term, names, found, together) for term in model.terms}
+    of_one = [f"{term.part}.{name}" for term in model.terms for name in term.effect.told_of_one]
+    told = fits[0]
+    found |= {name: Estimate(told.by_name[name], told.error(name), told.error_by_noise(name)) for name in of_one if name in told.names}
+    return Estimates(found, inflation, apart)
 
 
 def _apart(term: Term, names: Sequence[str], found: Mapping[str, Estimate], covariance: FloatArray) -> float:

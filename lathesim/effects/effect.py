@@ -75,6 +75,8 @@ class Effect(Component):
     """The same where the host turns: torque, angle, angular velocity instead of force, position, velocity. Empty: as ``typical``."""
     nuisance: ClassVar[tuple[str, ...]] = ()
     """Parameters that belong to one recording and not to the machine (a phase moves when an encoder's zero moves)."""
+    told_of_one: ClassVar[tuple[str, ...]] = ()
+    """Those of the ``nuisance`` that are sizes, and so are told as they were on the fitted recording: no two losses of counts are alike."""
     remembers: ClassVar[tuple[str, ...]] = ()
     """Parameters or states that tell what had happened before a recording began (how long an edge had cut, how long a screw had been
     warming up), from zero on: zero on the fitted recording, which shows only what changes from then on, and fitted anew on another one."""
@@ -138,6 +140,8 @@ def _check_effect(cls: type[Effect]) -> None:
         for name in getattr(cls, attribute):
             if name not in parameters:
                 raise ComponentError(f"{attribute} names '{name}', which is no parameter.", place=place, remedy=nearest(name, parameters))
+    if not set(cls.told_of_one) <= set(cls.nuisance):
+        raise ComponentError("told_of_one names what is not among the nuisance.", place=place, remedy="Name it in nuisance too.")
     for attribute in ("late_by", "in_samples", "resonance", "spacing", "told_if_held"):
         name = getattr(cls, attribute)
         if name and name not in parameters:

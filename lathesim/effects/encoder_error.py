@@ -114,7 +114,8 @@ class LostCounts(Effect):
         "third_instant": (0.0, 60.0),
     }
     finer_shape = ("second_jump", "second_instant", "third_jump", "third_instant")
-    nuisance = ("instant", *finer_shape)
+    nuisance = ("jump", "instant", *finer_shape)
+    told_of_one = ("jump",)
     fingerprint = "A step of the position difference that never comes back."
     confused_with = ("Backlash, whose step comes back with the next reversal",)
     experiment = "Return to the index mark."

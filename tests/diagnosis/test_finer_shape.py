@@ -65,5 +65,22 @@ def test_counts_may_be_lost_more_than_once() -> None:
     assert [events[instant] for instant in sorted(events)] == pytest.approx(list(losses.values()), rel=0.1)
 
 
+def test_no_two_losses_of_counts_are_alike() -> None:
+    """What one recording lost is no size of the machine: the other one lost more, and the other way."""
+    losses = iter([(0.9, 150e-6), (2.1, -240e-6)])
+
+    def lost(place: FloatArray, time: FloatArray) -> FloatArray:
+        instant, size = next(losses)
+        return np.where(time >= instant, size, 0.0)
+
+    found = seen_with(lost)
+    assert [term.name for term in found.model.terms] == ["LostCounts"]
+    on_both = [
+        next(value for name, value in fitted.by_name.items() if name.endswith(".jump"))
+        for fitted in (found.model.fitted, found.model.held_out_fit)
+    ]
+    assert on_both == pytest.approx([150e-6, -240e-6], rel=0.05)
+
+
 def test_where_an_encoder_has_its_zero_is_no_loss_of_counts() -> None:
     assert "LostCounts" not in [term.name for term in seen_with(lambda q, t: np.where(t > 2 * PERIOD, 60e-6, 0.0)).model.terms]
