@@ -47,6 +47,9 @@ _NEARLY_ALL, _FAR_FROM_ALL = 0.95, 0.8
 _MUCH, _MORE, _MUCH_MORE = 0.5, 4, 0.2
 """Share of the error that further candidates, at most so many, must promise to be fitted, and by how much that must be more than what the
 first ones explained."""
+_PUSHED = "effort"
+_KEPT = 0.5
+"""Share of what it promised that an effect must keep not to be tried again with the simulated motion."""
 _AGREES = 0.6
 """Share of its gain on one recording that a friction must gain on the other not to be tried again with the simulated motion."""
 _CLEARLY_BETTER = 1.1
@@ -109,7 +112,7 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
         asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.share) for item in wave]
         asked += [*_bare(wave, found.model), *_of_more_stages(wave, found.model)]
         made = side_by_side(bench, found.model, asked)
-        felt = side_by_side(bench, found.model, _to_be_felt(made, found.model))
+        felt = side_by_side(bench, found.model, [*_to_be_felt(made, found.model), *_held_at_rest(bench.rig, wave, made, found.model)])
         tried += [*made, *[trial for trial in felt if _holds_still(trial, made)]]
     found.tried += tried
     good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_part_of_a_wave(trial, found.model)]
@@ -166,6 +169,18 @@ def _to_be_felt(made: Sequence[Trial], model: Model) -> list[Asked]:
         values = trial.model.fitted.by_name
         start = np.array([values[name] for name in trial.term.parameters])
         found.append(Asked(trial.term, model.terms, model.free, [start], felt=True))
+    return found
+
+
+def _held_at_rest(rig: Rig, wave: Sequence[Screened], made: Sequence[Trial], model: Model) -> list[Asked]:
+    """Give pushing effects that kept little of what they promised, to be tried with frictions that feel the simulated motion: at rest these
+    hold whatever pushes, and one that senses the recorded motion lets go."""
+    found = []
+    for item in wave:
+        kept = max((trial.share_of_rest for trial in made if trial.term.part == item.term.part), default=1.0)
+        pushes = item.term.effect.site == _PUSHED and item.term.family != STICKING
+        if pushes and item.share > _MUCH and kept < _KEPT * item.share and rig.feeling_their_motion(model.terms):
+            found.append(Asked(item.term, model.terms, model.free, item.starts[:1], felt=True))
     return found
 
 

@@ -12,6 +12,7 @@ from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import _may_add, in_turn
 from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
+from lathesim.diagnosis.problem import STICKING
 from lathesim.diagnosis.trial import Score, Trial
 
 SETTINGS = Settings()
@@ -192,6 +193,26 @@ def test_a_friction_that_explains_one_recording_better_is_tried_with_the_motion_
     made: Any = SimpleNamespace(term=term, gain=gain, held_out_gain=held_out, model=fitted)
     asked = growth._to_be_felt([made], model(0.0, 0.0, 1))
     assert [(one.felt, one.starts[0].tolist()) for one in asked] == ([(True, [150.0])] if again else [])
+
+
+@pytest.mark.parametrize(
+    ("kept", "frictions", "family", "again"),
+    [
+        (0.24, True, "once per turn", True),
+        (0.9, True, "once per turn", False),
+        (0.24, False, "once per turn", False),
+        (0.24, True, STICKING, False),
+    ],
+    ids=["kept little", "kept most", "nothing holds", "holds by itself"],
+)
+def test_what_pushes_a_table_at_rest_is_tried_with_frictions_that_hold_it(kept: float, frictions: bool, family: str, again: bool) -> None:
+    """A cogging promised nearly all and kept a quarter: a friction that senses a recorded rest lets the spindle go."""
+    term = SimpleNamespace(part="try_cogging", family=family, effect=SimpleNamespace(site="effort"))
+    item: Any = SimpleNamespace(term=term, share=0.99, starts=(np.array([3.0, 0.14]), np.array([3.0, 0.07])))
+    made: Any = SimpleNamespace(term=term, share_of_rest=kept)
+    rig: Any = SimpleNamespace(feeling_their_motion=lambda terms: {"sensed_bearing_flow.share": 0.0} if frictions else {})
+    asked = growth._held_at_rest(rig, [item], [made], model(0.0, 0.0, 1))
+    assert [(one.felt, one.starts[0].tolist()) for one in asked] == ([(True, [3.0, 0.14])] if again else [])
 
 
 @pytest.mark.parametrize(("gain", "kept"), [(9700.0, True), (4200.0, False)], ids=["far better", "no better"])
