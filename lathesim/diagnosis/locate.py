@@ -17,7 +17,7 @@ from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.motion import measured_output
 from lathesim.diagnosis.noise_model import taper
 from lathesim.diagnosis.problem import Rig
-from lathesim.diagnosis.replay import SIGNALS
+from lathesim.diagnosis.replay import SIGNALS, as_recorded
 from lathesim.diagnosis.simulator import COUNTS, KICK
 from lathesim.diagnosis.variables import ANGLE, PARTIAL, held_by_friction, samples_per_turn, variables
 from lathesim.engine.assembly import FloatArray
@@ -79,7 +79,7 @@ def missing_signal(rig: Rig, fitted: Fitted, channel: int) -> Missing:
     residual = fitted.residual[channel]
     plan = rig.sensed.plan
     shapes = rig.sensed.noise_shapes(fitted.by_name)[channel]
-    states, kicks, _ = rig.sensed.kicks(fitted.by_name)
+    states, kicks, _ = rig.sensed.kicks(as_recorded(fitted.by_name))
     moved = [
         (row, part)
         for row, state in enumerate(states)
