@@ -33,9 +33,11 @@ def begun_anew(rig: Rig, terms: Sequence[Term]) -> list[Free]:
     before, as an edge that was worn already."""
     duration = len(rig.record) * rig.machine.assembly.sample_period
     unit = rig.sensed.plan.unit
-    # in seconds as a share of what the recording lasts, else as a share of all that may be
-    remembered = [(name, duration if unit(name) == "s" else 1.0) for term in terms for name in term.remembered]
-    before = [Free(name, 0.0, _SOME_TIME * scale, 0.0, _LONG_AGO * scale) for name, scale in remembered]
+    before = []
+    for name in (name for term in terms for name in term.remembered):
+        # in seconds as a share of what the recording lasts, else as a share of all that may be
+        step, most = (_SOME_TIME * duration, _LONG_AGO * duration) if unit(name) == "s" else (_SOME_TIME, 1.0)
+        before.append(Free(name, 0.0, step, 0.0, most))
     return [*rig.start_states(rig.sensed.plan), *before]
 
 

@@ -32,6 +32,7 @@ class TemperatureSoftening(Effect):
     catalogue, family, site = 41, "slow", "force"
     neutral = {"softening": 0.0}
     typical = {"softening": (0.02, 0.3), "time_constant": (0.5, 10.0)}
+    remembers = ("warmth",)
     fingerprint = "The force decays after each entry, and starts anew with the next."
     confused_with = ("WearForceGrowth, which does not start anew", "DynamometerDrift", "SpeedDependence")
     experiment = "Repeat a cut with interruptions of several lengths."
