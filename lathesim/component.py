@@ -171,8 +171,9 @@ class Component:
     arguments: ClassVar[dict[str, tuple[str, ...]]] = {}
     ports: ClassVar[dict[str, str]] = {}
     """Role -> declared name, for effects that attach to this part: ``effort`` (input that takes a disturbance), ``flow``, ``displacement``
-    (outputs), ``drive`` (command input), ``inertia`` (parameter), ``reading`` (output of a sensor), ``resolution``, ``bits`` (parameters:
-    how finely it reads), ``gain`` (parameter: by what a reading is divided to be what is measured) ..."""
+    (outputs), ``drive`` (command input), ``inertia`` (parameter), ``reading`` (output of a sensor), ``rate`` (output: what it makes of its
+    counts), ``resolution``, ``bits`` (parameters: how finely it reads), ``gain`` (parameter: by what a reading is divided to be what is
+    measured) ..."""
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)

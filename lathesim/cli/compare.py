@@ -83,9 +83,9 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     lines += ["", f"The mismatch sits in {sits}." if sits else "No part is off by itself."]
     if comparison.adds_up:
         lines.append("What is next to nothing in every part adds up in a simulation that nothing recorded holds.")
-    if comparison.suspects and comparison.depends_on:
+    if comparison.explained_by:
         lines += ["", "What is missing depends on (learned on one half, scored on the other):"]
-        lines += [f"  {_bar(item.share)} {item.share:4.0%}  {item.variable}" for item in comparison.depends_on]
+        lines += [f"  {_bar(item.share)} {item.share:4.0%}  {item.variable}" for item in comparison.explained_by]
     found = _line_rows(comparison)
     return lines + (["", "Lines of the residual:", *_table(found)] if len(found) > 1 else [])
 

@@ -134,6 +134,11 @@ class Comparison:
         return next(iter(self.suspects), "")
 
     @property
+    def explained_by(self) -> tuple[Dependence, ...]:
+        """What the mismatch depends on, where there is one in some part."""
+        return self.depends_on if self.suspects else ()
+
+    @property
     def _off(self) -> list[Replayed]:
         far = [item for item in self.replayed if item.over_floor > OFF and item.parts]
         return [item for item in far if item.unit not in _FORCES or not item.share < _NEXT_TO_NOTHING]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,19 +24,24 @@ from lathesim.analysis.figure_style import (
     new_figure,
     thinned,
 )
-from lathesim.diagnosis.compare import ChannelLines, ChannelResidual, Comparison
+from lathesim.diagnosis.compare import ChannelLines, ChannelResidual, Comparison, Dependence
 from lathesim.diagnosis.spectral_lines import Line, Spectrum
 
 _CHANNELS, _SPECTRA, _BARS = 3, 2, 6
+_TITLES, _CHANNEL, _SPECTRUM, _BAR, _FRAME = 1.0, 2.3, 1.7, 0.34, 1.0
+"""Heights of what is drawn [inch]; the bars have a frame around them."""
 
 
 def compare_figure(comparison: Comparison) -> Any:
     """Draw a comparison on one page: channels at the left, what explains them at the right."""
     shown = comparison.channels[:_CHANNELS]
-    worst = comparison.spectra[0] if comparison.spectra else None
+    # the channel that lines tell most of; where there is none, that which is off most
+    worst = max(comparison.spectra, key=lambda item: max((line.share for line in item.lines), default=0.0), default=None)
     spectra = _chosen(worst) if worst is not None else []
-    right = int(bool(comparison.depends_on)) + len(spectra)
-    figure = new_figure(11.0 if right else 8.0, 1.0 + 2.3 * len(shown))
+    bars = comparison.explained_by[:_BARS]
+    heights = [_FRAME + _BAR * len(bars)] * bool(bars) + [_SPECTRUM] * len(spectra)
+    right = len(heights)
+    figure = new_figure(11.0 if right else 8.0, _TITLES + max(_CHANNEL * len(shown), sum(heights)))
     if right:
         left_part, right_part = figure.subfigures(1, 2, width_ratios=[1.55, 1.0])
     else:
@@ -47,9 +53,9 @@ def compare_figure(comparison: Comparison) -> Any:
     title = f"{comparison.lesson} against {comparison.recording}"
     figure.suptitle(title, fontsize=11, color=INK, x=0.01, ha="left", fontweight="bold")
     if right_part is not None and worst is not None:
-        drawn = list(np.atleast_1d(right_part.subplots(right, 1)))
-        if comparison.depends_on:
-            _draw_bars(drawn.pop(0), comparison)
+        drawn = list(np.atleast_1d(right_part.subplots(right, 1, gridspec_kw={"height_ratios": heights})))
+        if bars:
+            _draw_bars(drawn.pop(0), bars)
         for panel, spectrum in zip(drawn, spectra, strict=True):
             _draw_spectrum(panel, spectrum, worst, next(item.unit for item in comparison.channels if item.channel == worst.channel))
     return figure
@@ -80,8 +86,7 @@ def _draw_channel(upper: Any, lower: Any, item: ChannelResidual) -> None:
     )  # fmt: skip
 
 
-def _draw_bars(panel: Any, comparison: Comparison) -> None:
-    chosen = comparison.depends_on[:_BARS]
+def _draw_bars(panel: Any, chosen: Sequence[Dependence]) -> None:
     places = np.arange(len(chosen))
     panel.barh(places + 0.2, [100.0 * item.share for item in chosen], height=0.32, color=ALERT)
     for place, item in zip(places, chosen, strict=True):

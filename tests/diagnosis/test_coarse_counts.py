@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,12 +11,10 @@ from lathesim.diagnosis.coarse_counts import coarse_counts, grid_spacing
 from lathesim.diagnosis.problem import Machine, Rig, build_rigs
 from lathesim.effects.encoder_error import Quantisation
 from lathesim.effects.offset_and_gain import ForceOffset
-from lathesim.lessons.lesson import load_machine
-from lathesim.lessons.simulate import check_machine
-from lathesim.plugins import load_registry
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import FORCE, POSITION, as_record, recording, rigs
 from tests.diagnosis.test_mistakes import diagnosed
+from tests.shipped_machine import shipped_machine
 
 
 def wander(samples: int = 5000) -> np.ndarray:
@@ -92,8 +89,7 @@ def test_the_rate_of_an_encoder_goes_in_counts_a_sample(counts: int, named: bool
     resolution, period = 1.5e-6, 2e-3
     angle = np.round(np.cumsum(0.5 * np.sin(np.linspace(0.0, 20.0, 4000))) * period / (counts * resolution)) * counts * resolution
     rate = np.diff(angle, prepend=0.0) / period
-    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "torque_spindle.yaml"
-    bench = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    bench = shipped_machine("torque_spindle")
     parts = tuple(
         replace(part, parameters={**part.parameters, "resolution": resolution}) if part.name == "spindle_encoder" else part
         for part in bench.parts

@@ -1,5 +1,6 @@
 """A recording held against a lesson: how far off, in which part, on what it depends, and which lines the residual has."""
 
+import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 import lathesim.diagnosis.compare as comparing
 from lathesim.cli.compare import comparison_lines
 from lathesim.diagnosis.class_folder import answer_place, publish
-from lathesim.diagnosis.compare import SCHEMA, Comparison, Replayed, as_json, compare, load_recording
+from lathesim.diagnosis.compare import SCHEMA, Comparison, Dependence, Replayed, as_json, compare, load_recording
 from lathesim.diagnosis.compare_figure import compare_figure, line_text
 from lathesim.diagnosis.conceal import Situation, conceal
 from lathesim.diagnosis.hidden_effect import read_wish
@@ -200,6 +201,30 @@ def test_the_figure_shows_channels_bars_and_spectra(friction: Comparison, tmp_pa
     assert f"amplitude [{unit}]" in [panel.get_ylabel() for panel in figure.get_axes()]
     save_figure(figure, tmp_path / "compared.png")
     assert (tmp_path / "compared.png").stat().st_size > 20_000
+
+
+def test_the_bars_of_one_channel_have_room_for_their_names(friction: Comparison) -> None:
+    """On the low page of a single channel the names lay on each other."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    named = [Dependence("x_encoder.position", f"variable {place}", 0.7) for place in range(6)]
+    figure = compare_figure(replace(friction, channels=friction.channels[:1], depends_on=tuple(named)))
+    figure.draw_without_rendering()
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    texts = [text for panel in figure.get_axes() for text in panel.texts if text.get_text().startswith("variable")]
+    boxes = sorted((text.get_window_extent(renderer) for text in texts), key=lambda box: box.y0)
+    assert len(boxes) == 6
+    assert all(lower.y1 < upper.y0 for lower, upper in itertools.pairwise(boxes))
+
+
+def test_the_spectra_are_of_the_channel_that_lines_tell_most_of(friction: Comparison) -> None:
+    first, *others = friction.spectra
+    told = replace(others[0], lines=(Line("time", "s", 38.3, 1e-3, 0.2),))
+    silent = replace(first, lines=())
+    figure = compare_figure(replace(friction, spectra=(silent, told)))
+    titles = [panel._left_title.get_text() for panel in figure.get_axes()]
+    assert f"Spectrum, {told.channel}" in titles
+    assert f"Spectrum, {silent.channel}" not in titles
 
 
 # ---- what cannot be compared -----------------------------------------------------------------------------------------------------

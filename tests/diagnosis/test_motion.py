@@ -1,7 +1,6 @@
 """How a part really moved, from what its sensor recorded: without lag, and with the velocity of the position."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,10 +9,8 @@ from lathesim.components.contour_error import ContourError
 from lathesim.diagnosis.motion import counted_motion, measured_output, recorded_motion, smooth, velocity_of
 from lathesim.effects.play import Backlash
 from lathesim.lessons.insertion import insert_effect
-from lathesim.lessons.lesson import load_machine
-from lathesim.lessons.simulate import check_machine
-from lathesim.plugins import load_registry
 from tests.diagnosis.pushed_table import PERIOD, POSITION, machine
+from tests.shipped_machine import shipped_machine
 
 TIME = np.arange(2000) * PERIOD
 PLACE = 0.05 * np.sin(2.0 * math.pi * 1.5 * TIME)
@@ -64,8 +61,7 @@ def test_a_sensor_shows_its_host_past_effects_in_between() -> None:
 
 def test_the_volts_of_a_tachometer_are_no_speed() -> None:
     """A bench recorded while it turned began at the volts of its tachometer, taken for radians a second."""
-    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "torque_spindle.yaml"
-    bench = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    bench = shipped_machine("torque_spindle")
     gain = next(part.component for part in bench.parts if part.name == "tachometer").declarations["gain"].default  # type: ignore[attr-defined]
     turned = 40.0 * np.arange(2000) * bench.sample_period
     alone = recorded_motion(bench, {"tachometer.voltage": np.full(2000, 40.0 * gain)})
@@ -81,15 +77,13 @@ def test_the_volts_of_a_tachometer_are_no_speed() -> None:
 
 def test_a_cut_goes_on_at_the_speed_that_a_tachometer_showed() -> None:
     """The force of a lathe drifted away with the speed of its replayed spindle."""
-    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "torque_spindle.yaml"
-    bench = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    bench = shipped_machine("torque_spindle")
     gain = next(part.component for part in bench.parts if part.name == "tachometer").declarations["gain"].default  # type: ignore[attr-defined]
     assert counted_motion(bench, {"tachometer.voltage": np.full(2000, 40.0 * gain)})["spindle.speed"] == pytest.approx(40.0)
 
 
 def test_a_converter_behind_a_tachometer_tells_the_speed_too() -> None:
-    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "two_axis_lathe_analytical.yaml"
-    lathe = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    lathe = shipped_machine("two_axis_lathe_analytical")
     converter = next(part.name for part in lathe.parts if part.name == "tachometer_adc")
     motion = recorded_motion(lathe, {f"{converter}.reading": np.full(2000, 40.0)})
     assert motion["spindle.speed"] == pytest.approx(40.0)
@@ -97,8 +91,7 @@ def test_a_converter_behind_a_tachometer_tells_the_speed_too() -> None:
 
 def test_the_voltage_of_a_controller_is_no_place() -> None:
     """A controller reads an encoder and gives a command: followed back through both it was taken for the way of the table."""
-    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "cascade_axis.yaml"
-    axis = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    axis = shipped_machine("cascade_axis")
     motion = recorded_motion(axis, {"x_controller.voltage": 300.0 * SPEED, "x_encoder.position": PLACE})
     assert motion["x_axis.position"][INSIDE] == pytest.approx(PLACE[INSIDE], abs=1e-5)
     assert recorded_motion(axis, {"x_controller.voltage": 300.0 * SPEED}) == {}
@@ -106,16 +99,14 @@ def test_the_voltage_of_a_controller_is_no_place() -> None:
 
 def test_the_rate_that_an_encoder_makes_of_its_counts_is_the_speed() -> None:
     """A log of a drive often has nothing else: as long as nobody knew whose speed it was, no friction could sense the recorded motion."""
-    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "torque_spindle.yaml"
-    bench = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    bench = shipped_machine("torque_spindle")
     motion = recorded_motion(bench, {"spindle_encoder.rate": np.full(2000, 40.0)})
     assert motion["spindle.speed"] == pytest.approx(40.0)
 
 
 def test_a_part_that_measures_nothing_shows_itself() -> None:
     """The contour error of a lathe is worked out of two axes: no machine part stands behind it."""
-    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "two_axis_lathe_analytical.yaml"
-    lathe = check_machine(load_machine(template), load_registry(installed=False)).assembly
+    lathe = shipped_machine("two_axis_lathe_analytical")
     parts = {part.name: part for part in lathe.parts}
     wires = {wire.target: wire for wire in lathe.wires}
     names = [f"{part.name}.{part.component.ports['reading']}" for part in lathe.parts if part.component is ContourError]

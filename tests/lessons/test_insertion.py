@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from lathesim.effects.force_over_turn import HardSpot
-from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import wire
 from lathesim.errors import WiringError
 from lathesim.lessons.assemble import assemble
 from lathesim.lessons.insertion import Machinery, effect_part_name, insert_effect
-from lathesim.lessons.lesson import load_lesson, load_machine
-from lathesim.lessons.simulate import check_machine
-from lathesim.plugins import load_registry
+from lathesim.lessons.lesson import load_lesson
 from tests.lessons.small_machine import Drag, Shift, small_registry, write_lesson
+from tests.shipped_machine import shipped_machine
+
+LATHE = "two_axis_lathe_analytical"
 
 
 def feeds(machinery: Machinery) -> dict[str, str | float]:
@@ -100,19 +100,14 @@ def test_the_outputs_of_an_effect_are_recorded_too(tmp_path: Path) -> None:
     assert wire(machinery).channels == ("table.position", "table_drag.outgoing")
 
 
-def lathe(name: str = "two_axis_lathe_analytical") -> Assembly:
-    template = Path(__file__).parents[2] / "lesson_configs" / "machines" / f"{name}.yaml"
-    return check_machine(load_machine(template), load_registry(installed=False)).assembly
-
-
 def test_an_effect_that_repeats_with_the_turn_senses_the_only_spindle() -> None:
     """The cut of a whole lathe knows no angle of its own: a hard spot could not even be looked for there."""
-    wires = feeds(insert_effect(lathe(), HardSpot, "cutting_force", name="spot"))
+    wires = feeds(insert_effect(shipped_machine(LATHE), HardSpot, "cutting_force", name="spot"))
     assert wires["spot.angle"] == "spindle.angle"
 
 
 def test_of_two_parts_that_turn_neither_is_the_spindle() -> None:
-    machine = lathe()
+    machine = shipped_machine(LATHE)
     spindle = next(part for part in machine.parts if part.name == "spindle")
     fed = [replace(item, target=item.target.replace("spindle.", "second.")) for item in machine.wires if item.target.startswith("spindle.")]
     both = replace(machine, parts=(*machine.parts, replace(spindle, name="second")), wires=(*machine.wires, *fed))
