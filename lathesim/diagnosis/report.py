@@ -46,6 +46,9 @@ _LEAST_MARK = 1.5
 _MOVED = 3.0
 """Standard deviations by which a given value must move to be a finding of its own."""
 
+_NEAR = 3.0
+"""Floors up to which a channel is at its floor."""
+
 
 def write_report(diagnosis: Diagnosis, path: str | Path) -> Path:
     """Write the report of a diagnosis as one HTML file and give its path; :class:`RecordError` where it cannot be written."""
@@ -146,12 +149,20 @@ def _figures(diagnosis: Diagnosis, modelled: bool, changed: bool) -> list[tuple[
     if changed:
         found.append(("removed on held-out data", percent(diagnosis.removed_share)))
     if modelled:
-        found.append(("explains the recording", "down to the floor" if diagnosis.adequate else "not yet: see what is left"))
+        found.append(("explains the recording", _how_far(diagnosis)))
     if diagnosis.fit:
         worst = diagnosis.fit[_by_size(diagnosis.fit)[0]]
         before, after = times(_over(worst.before, worst.floor)), times(_over(worst.after, worst.floor))
         found.append(("worst channel", f"{before.removesuffix(TIMES).rstrip()} → {after} floor" if changed else f"{before} floor"))
     return found
+
+
+def _how_far(diagnosis: Diagnosis) -> str:
+    """Say how far an answer explains the recording: where nothing feeds back, what nobody modelled adds up to many floors."""
+    if not diagnosis.adequate:
+        return "not yet: see what is left"
+    at_floor = all(_over(item.after, item.floor) <= _NEAR for item in diagnosis.fit.values())
+    return "down to the floor" if at_floor else "all that follows the motion"
 
 
 def _effect(effect: FoundEffect) -> dict[str, Any]:

@@ -210,3 +210,15 @@ def test_a_value_that_is_told_to_be_far_off_lies_in_its_interval() -> None:
 def test_a_discovery_without_parameters_to_paste_shows_no_lines() -> None:
     assert insert_lines(()) == ""
     assert insert_lines(({"effect": "A", "at": "b"},)) == "insert:\n  - {effect: A, at: b}"
+
+
+@pytest.mark.parametrize(
+    ("adequate", "floors", "told"),
+    [(True, 1.2, "down to the floor"), (True, 378.0, "all that follows the motion"), (False, 1.2, "not yet: see what is left")],
+)
+def test_the_page_claims_the_floor_only_where_every_channel_is_there(adequate: bool, floors: float, told: str) -> None:
+    """A table that nothing feeds back was a millimetre off at the end, and explained down to the floor."""
+    fit = {name: replace(item, after=floors * item.floor) for name, item in NAMED.fit.items()}
+    page = report_html(replace(NAMED, fit=fit, adequate=adequate))
+    assert told in page
+    assert ("down to the floor" in page) == (told == "down to the floor")
