@@ -8,7 +8,7 @@ spectra against time and against the way of each part. Only the starting values 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from lathesim.diagnosis.locate import bars, missing_signal, places
 from lathesim.diagnosis.own_simulation import SETTLING
 from lathesim.diagnosis.problem import Machine, Rig
 from lathesim.diagnosis.sensor_zero import zeros_told
+from lathesim.diagnosis.shortfall import NEXT_TO_NOTHING
 from lathesim.diagnosis.spectral_lines import Line, Spectrum, lines_of
 from lathesim.diagnosis.variables import direction_of, variables
 from lathesim.engine.assembly import FloatArray
@@ -33,8 +34,7 @@ from lathesim.plugins import Registry
 SCHEMA = "lathesim-compare/1"
 OFF = 3.0
 """Floors from which on a channel, or a part in the replay, counts as off."""
-_FORCES, _NEXT_TO_NOTHING = ("N", "N*m"), 0.002
-"""Share of all that acts somewhere below which a force that is missing there is how finely a simulation steps."""
+_FORCES = ("N", "N*m")
 _AS_TIME = 1.05
 """Times by which a variable must tell more than the time alone: else what is missing comes once, and goes with all that changed then."""
 _WINDOWS = 50
@@ -141,7 +141,7 @@ class Comparison:
     @property
     def _off(self) -> list[Replayed]:
         far = [item for item in self.replayed if item.over_floor > OFF and item.parts]
-        return [item for item in far if item.unit not in _FORCES or not item.share < _NEXT_TO_NOTHING]
+        return [item for item in far if item.unit not in _FORCES or not item.share < NEXT_TO_NOTHING]
 
     @property
     def adds_up(self) -> bool:
@@ -163,7 +163,7 @@ def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
     """Hold a recording against a machine."""
     first, second, rig = parted(machine, recorded.name, recorded.record, ())
     fitted, *pieces = [_started(item) for item in (rig, first, second)]
-    channels = _channels(rig, fitted)
+    channels, replayed = _channels(rig, fitted), _replayed(rig, fitted)
     wires = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in machine.assembly.wires if wire.source]
     return Comparison(
         lesson,
@@ -171,9 +171,9 @@ def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
         len(recorded.record),
         recorded.record.sample_period,
         tuple(sorted(channels, key=lambda item: -item.over_floor)),
-        _replayed(rig, fitted),
+        replayed,
         _depends_on(first, pieces[0], second, pieces[1]),
-        _spectra(rig, channels),
+        _spectra(rig, channels, {item.channel: item.parts for item in replayed}),
         (*(str(item) for item in recorded.findings), *zeros_told(rig)),
         tuple(dict.fromkeys(wires)),
     )
@@ -245,7 +245,9 @@ def _depends_on(first: Rig, fitted: Fitted, second: Rig, judged: Fitted) -> tupl
     return tuple(tallest.values())[:_MOST_BARS]
 
 
-def _spectra(rig: Rig, channels: Sequence[ChannelResidual]) -> tuple[ChannelLines, ...]:
+def _spectra(rig: Rig, channels: Sequence[ChannelResidual], made_by: Mapping[str, Sequence[str]]) -> tuple[ChannelLines, ...]:
+    """Look for lines of each channel, along the ways of the parts that it is ``made_by`` (channel -> parts, the nearest first) before
+    others."""
     begin = int(SETTLING * rig.own.samples)
     ways, motions = _ways(rig, begin)
     ordered = sorted(channels, key=lambda item: -item.over_floor)
@@ -253,7 +255,9 @@ def _spectra(rig: Rig, channels: Sequence[ChannelResidual]) -> tuple[ChannelLine
     for item in ordered:
         residual = item.residual[begin:]
         if np.isfinite(residual).all():
-            lines, spectra = lines_of(residual, ways, motions)
+            parts = list(made_by.get(item.channel, ()))
+            nearest = sorted(ways, key=lambda way: parts.index(host) if (host := way.partition(" of ")[2]) in parts else len(parts))
+            lines, spectra = lines_of(residual, {"time": ways["time"], **{way: ways[way] for way in nearest}}, motions)
             found.append(ChannelLines(item.channel, tuple(lines), tuple(spectra)))
     return tuple(found)
 

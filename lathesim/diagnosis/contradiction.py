@@ -60,14 +60,6 @@ def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Mapping[
     for row, share in unexplained_share(rig, values):
         if share > CONTROLLED:
             name = rig.machine.compare[row]
-            period = rig.machine.assembly.sample_period
-            for factor in _PERIODS:
-                if dict(unexplained_share(_at_period(rig, factor), values))[row] < _FOLLOWS:
-                    return (
-                        f"With a sample period of {1e3 * factor * period:.4g} ms {name} follows from what its controller was given, with "
-                        f"{1e3 * period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of "
-                        f"{1.0 / factor:.4g}."
-                    )
             if told := _late_channel(rig, values, row, share) or _other_zero(rig, values, row, share):
                 return told
             if name in laws and (share < _LAW or laws[name]):
@@ -76,6 +68,21 @@ def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Mapping[
                 f"{share:.0%} of {name} does not follow from what its controller was given: a channel is shifted, swapped or in another "
                 "unit, the sample period is another, or the controller is not that of the lesson."
             )
+    return ""
+
+
+def of_another_period(rig: Rig, values: Mapping[str, float]) -> str:
+    """Give a sentence where a recorded command follows from what its controller was given with another sample period only; empty where it
+    does so as recorded, with no other, or nothing was replayed."""
+    period = 1e3 * rig.machine.assembly.sample_period
+    for row, share in unexplained_share(rig, values) if rig.machine.replay else ():
+        name = rig.machine.compare[row]
+        for factor in _PERIODS if share > CONTROLLED else ():
+            if dict(unexplained_share(_at_period(rig, factor), values))[row] < _FOLLOWS:
+                return (
+                    f"With a sample period of {factor * period:.4g} ms {name} follows from what its controller was given, with "
+                    f"{period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of {1.0 / factor:.4g}."
+                )
     return ""
 
 
@@ -221,10 +228,11 @@ def _commands(component: type[Component]) -> bool:
 
 
 def _at_period(rig: Rig, factor: float) -> Rig:
-    """Give the same recording with every period ``factor`` times as long."""
+    """Give the same recording with every period ``factor`` times as long; controllers that decide more often do so at their own rate."""
+    decisions = max(1, round(factor * rig.machine.decisions)) if rig.machine.decisions > 1 else 1
     return replace(
         rig,
-        machine=replace(rig.machine, assembly=_slower(rig.machine.assembly, factor)),
+        machine=replace(rig.machine, assembly=_slower(rig.machine.assembly, factor), decisions=decisions),
         with_candidates=_slower(rig.with_candidates, factor),
         record=Record(factor * rig.record.time, rig.record.channels, dict(rig.record.meta)),
     )

@@ -19,11 +19,11 @@ from lathesim.diagnosis.another_law import AnotherLaw, another_law
 from lathesim.diagnosis.belief import Settings, is_of_a_clock
 from lathesim.diagnosis.clipped_reading import clipped_reading
 from lathesim.diagnosis.coarse_counts import coarse_counts
-from lathesim.diagnosis.contradiction import contradicted, exchanged_with, swapped, wrong_unit
+from lathesim.diagnosis.contradiction import contradicted, exchanged_with, of_another_period, swapped, wrong_unit
 from lathesim.diagnosis.controller_value import controller_value, with_commands_followed
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
-from lathesim.diagnosis.evidence import Compared, compared, gather, located, strongest_variables
+from lathesim.diagnosis.evidence import Compared, compared, gather, located, missing_signals, strongest_variables
 from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import leave_out
@@ -45,13 +45,13 @@ from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import search
 from lathesim.diagnosis.sensor_zero import zeros_told
-from lathesim.diagnosis.shortfall import hardly_missed, not_adequate, spoils_something
+from lathesim.diagnosis.shortfall import hardly_missed, next_to_nothing, not_adequate, spoils_something
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, is_strained, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
 from lathesim.diagnosis.variables import resting
 from lathesim.diagnosis.verdict import NAMED_SHARE, Standing, removed_share, standing, takes_nothing
-from lathesim.diagnosis.what_is_left import not_determined, still_missing, strained_values, unseen_forms, value_instead
+from lathesim.diagnosis.what_is_left import not_determined, not_shown, still_missing, strained_values, unseen_forms, value_instead
 from lathesim.effects.effect import Effect
 
 Tell = Callable[[str], None]
@@ -86,6 +86,9 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
         faults = [sentence for one in (rig, held_out) if (sentence := exchanged_with(one, _as_given(one)))]
     if not faults:
         given = with_commands_followed(rig, _as_given(rig))
+        # before any value of a controller is doubted: all of them would make up for a clock
+        faults = [sentence for one in (rig, held_out) if (sentence := of_another_period(one, given))]
+    if not faults:
         if other := controller_value(rig, held_out, given):
             findings = (*findings, str(other))
             question = replace(question, machine=other.in_machine(question.machine))
@@ -132,8 +135,11 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
 def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[Term]:
     """Give the effects whose size may be nothing: those whose sizes the recordings do not agree on, lags of a small part of a sample, and
     such whose intervals hold nothing.
+    All go that act at moving parts and take away next to nothing of what acts there.
     Of these a single one goes where nothing that matters was missing, and small ones beside others where no force that matters was missing
     at their place or the lesson's own simulation is further off with the whole model in some channel."""
+    if _all_push(rig, found.model.terms) and next_to_nothing(missing_signals(held_out, found.baseline, found.model)):
+        return list(found.model.terms)
     period, model = rig.machine.assembly.sample_period, found.model.fitted.by_name
     in_time = [term for term in found.model.terms if is_of_a_clock(term, model, period, len(rig.record) * period)]
     doubtful = [term for term in found.model.terms if term not in in_time or not is_significant(term, values)]
@@ -148,6 +154,12 @@ def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[
     evidence = gather(rig, held_out, found, own)
     channels = held_out.machine.compare
     return doubtful + [term for term in unsure if hardly_missed(evidence, channels, "" if single else term.at)]
+
+
+def _all_push(rig: Rig, terms: Sequence[Term]) -> bool:
+    """Say whether all terms act at parts that a force moves: what is small as a force may be a large error of a sensor."""
+    pushed = {part.name for part in rig.machine.assembly.parts if "effort" in part.component.ports}
+    return bool(terms) and all(term.at.partition(".")[0] in pushed for term in terms)
 
 
 def _own(held_out: Rig, found: Found, values: Estimates) -> Compared:
@@ -193,9 +205,9 @@ def _answer(
     taken = removed_share(held_out, before, reported_fit)
     unsized = [term for term in found.model.terms if is_open(term, values)]
     judged = adequacy(rig, held_out, found, evidence, own, baseline, taken, _other_laws(question, found, rig, held_out), unsized)
-    verdict = _verdict(found, standings, moved, judged)
-    names = verdict in ("named", "tied")
     sure = with_error_of_form(values, found.model.terms, judged.form_left) if judged.form_left else values
+    verdict = _verdict(found, standings, moved, judged, sure)
+    names = verdict in ("named", "tied")
     told_of = replace(sure, by_name={**sure.by_name, **read})
     terms = [item.term for item in standings]
     effects = tuple(reported(item, told_of, rig) for item in standings)
@@ -239,7 +251,8 @@ def _answer(
             *map(str, judged.bands),
             *told(turn_lines(held_out, found.model.held_out_fit), {name: item.unit for name, item in own.fit.items()}),
             *strained_values(judged.strained, baseline),
-            *value_instead(found.far_off, baseline, whole=judged.adequate or names),
+            *not_shown(found.baseline.fitted, rig.machine.uncertain, rig.sensed.seen_floors),
+            *value_instead(found.far_off, baseline, found.factor_instead, whole=judged.adequate or names),
         ),
         not_told=(*not_determined(effects), *unseen_forms(standings)) if names else (),
         discovered=f"{term.formula}, which explains {term.share:.0%} of what is left at {term.at}" if term else "",
@@ -250,7 +263,7 @@ def _answer(
 
 def _other_laws(question: Question, found: Found, rig: Rig, held_out: Rig) -> list[AnotherLaw]:
     """Give the controllers that have another law; a slower log, or a reading that is late, makes another one of the lesson's own."""
-    slow_log = any(finding.kind == "coarse" for finding in question.fitted.findings)
+    slow_log = any(finding.kind in ("coarse", "interpolated") for finding in question.fitted.findings)
     if slow_log or any(term.effect.late_by for term in found.model.terms):
         return []
     return another_law(rig, held_out, with_commands_followed(rig, _as_given(rig)))
@@ -279,12 +292,15 @@ def _values_are_off(rig: Rig, found: Found, given: dict[str, float]) -> bool:
     return bool(gain > 10.0 and np.max((error - refitted) / error) > MOVED)
 
 
-def _verdict(found: Found, standings: list[Standing], moved: bool, judged: Adequacy) -> Verdict:
+def _verdict(found: Found, standings: list[Standing], moved: bool, judged: Adequacy, sure: Estimates) -> Verdict:
+    """Say what comes of it. A model that leaves something is a name as far as it takes most of the error away, and no error of its form
+    makes its first effect nothing."""
     if not standings:
         if judged.reasons:
             return "unknown"
         return "parameters_only" if moved or found.values_off else "no_mismatch"
-    if judged.reasons and judged.removed < NAMED_SHARE:
+    first = standings[0].term
+    if judged.reasons and (judged.removed < NAMED_SHARE or (first in found.model.terms and is_open(first, sure))):
         return "unknown"
     return "tied" if standings[0].tied or found.values_instead else "named"
 

@@ -8,6 +8,7 @@ from typing import cast
 
 import numpy as np
 
+from lathesim.diagnosis.controller_rate import at_controllers_rate
 from lathesim.diagnosis.loading import Recorded, read_for
 from lathesim.diagnosis.problem import Machine, build_rigs
 from lathesim.diagnosis.replay import drive
@@ -41,7 +42,7 @@ def driven_by(prepared: Prepared, file: Path, registry: Registry) -> Driven:
         remedy = "Run it without --recording, or add drive: {x_controller.reference: {...}}."
         raise LessonError("the recording drives nothing in this lesson.", place=place, remedy=remedy)
     driven = drive(machine.assembly, {name: recorded.record[name] for name in machine.drive})
-    assembly = replace(cast("Machinery", driven), finish="")
+    assembly = replace(cast("Machinery", at_controllers_rate(driven, machine.decisions)), finish="")
     starts = _recorded_starts(machine, recorded, wire(assembly))
     for name, given in prepared.case.set.items():
         if given.place.startswith("--set"):

@@ -87,7 +87,7 @@ def gather(rig: Rig, held_out: Rig, found: Found, own: Compared) -> Evidence:
     before, after = found.baseline, found.model
     return Evidence(
         bars=tuple(_bars(rig, held_out, before, after)),
-        missing=tuple(_missing(held_out, before, after)),
+        missing=missing_signals(held_out, before, after),
         traces=tuple(_traces(held_out, own)),
         wires=_wires(held_out),
         tried=tuple(_best_of_each(found.tried)),
@@ -141,7 +141,8 @@ def _bars(rig: Rig, held_out: Rig, before: Model, after: Model) -> list[Variable
     return [VariableBar(bar.channel, bar.variable, bar.share, other.share, bar.within, other.within) for bar, other in pairs]
 
 
-def _missing(held_out: Rig, before: Model, after: Model) -> list[MissingSignal]:
+def missing_signals(held_out: Rig, before: Model, after: Model) -> tuple[MissingSignal, ...]:
+    """Give what is missing behind each channel on the recording that judges, before and after."""
     result: list[MissingSignal] = []
     for row in range(len(held_out.machine.compare)):
         first = missing_signal(held_out, before.held_out_fit, row)
@@ -153,7 +154,7 @@ def _missing(held_out: Rig, before: Model, after: Model) -> list[MissingSignal]:
         left = float(np.sqrt(np.mean(np.square(second.values))))
         counted = share_after * float(np.sqrt(np.mean(np.square(unheld)))) / left if left > 0.0 else share_after
         result.append(MissingSignal(first.at, first.unit, time, first.values, second.values, total, share_before, share_after, counted))
-    return result
+    return tuple(result)
 
 
 def _traces(held_out: Rig, own: Compared) -> list[ChannelTrace]:

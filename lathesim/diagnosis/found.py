@@ -36,6 +36,8 @@ class Found:
     """Parts of effects that were taken out again as they need a machine that is not there."""
     far_off: tuple[str, ...] = ()
     """A value of the lesson that is further off than it holds possible and explains more than effects do, and others that would."""
+    factor_instead: str = ""
+    """The factor of a reading that would explain as much as that value."""
     values_instead: tuple[str, ...] = ()
     """Values of the lesson that would explain as much as what was found, were they so far off."""
     controller: ControllerValue | None = None

@@ -33,6 +33,7 @@ from lathesim.diagnosis.starting_points import instants_of, starting_points
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.together import TOGETHER
 from lathesim.diagnosis.trial import Bench, Model, Tell, Trial, is_strained, is_wide, judged_score, strains_anew
+from lathesim.diagnosis.waves import is_a_wave
 from lathesim.engine.assembly import FloatArray
 
 _ALIKE = 0.1
@@ -77,11 +78,13 @@ def grow(bench: Bench, found: Found, settings: Settings, known: Collection[Term]
         found.chance = screening.chance if settings.against_chance else 0.0
         promised = max((item.gain for item in screening.ranked), default=0.0)
         if take_finer_shape(bench, found, settings, _AS_MUCH * promised):
+            _leave_out_unworthy(bench, found, settings)
             continue
         if any(_add(bench, found, settings, ranked, screening.ranked) for ranked in in_turn(screening.ranked, simple)):
             continue
         if not take_finer_shape(bench, found, settings):
             return
+        _leave_out_unworthy(bench, found, settings)
 
 
 def same_effects(terms: Collection[Term], others: Collection[Term]) -> bool:
@@ -112,11 +115,13 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
         asked = [Asked(item.term, found.model.terms, found.model.free, _starts(item), item.share) for item in wave]
         asked += [*_bare(wave, found.model), *_of_more_stages(wave, found.model)]
         made = side_by_side(bench, found.model, asked)
-        felt = side_by_side(bench, found.model, [*_to_be_felt(made, found.model), *_held_at_rest(bench.rig, wave, made, found.model)])
+        to_feel = [*_to_be_felt(made, tried, found.model), *_held_at_rest(bench.rig, wave, made, found.model)]
+        felt = side_by_side(bench, found.model, to_feel)
         tried += [*made, *[trial for trial in felt if _holds_still(trial, made)]]
     found.tried += tried
     good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_part_of_a_wave(trial, found.model)]
     good = [trial for trial in good if _is_in_time(bench, trial.term, trial.model)]
+    good = [trial for trial in good if is_a_wave(bench.rig, trial.term, trial.model.fitted.by_name)]
     if not good:
         return False
     good.sort(key=lambda trial: -merit(trial, settings))
@@ -159,11 +164,19 @@ def _bare(wave: Sequence[Screened], model: Model) -> list[Asked]:
     return found
 
 
-def _to_be_felt(made: Sequence[Trial], model: Model) -> list[Asked]:
+def _to_be_felt(made: Sequence[Trial], before: Sequence[Trial], model: Model) -> list[Asked]:
     """Give frictions that explain one recording much better than the other, to be tried with the simulated motion: where they hold a part
-    still, what the recorded motion lets go adds up over each recording in its own way."""
+    still, what the recorded motion lets go adds up over each recording in its own way. So are such that take away nearly all, where
+    something else of which that is true as well gains more: a dead zone holds a part still too."""
     frictions = [trial for trial in made if trial.term.family == STICKING and trial.gain > 0.0]
-    doubted = [trial for trial in frictions if not _AGREES * trial.gain < trial.held_out_gain < trial.gain / _AGREES]
+    others = [trial.gain for trial in (*before, *made) if trial.term.family != STICKING and trial.share_of_rest > _NEARLY_ALL]
+    most = max(others, default=0.0)
+    doubted = [
+        trial
+        for trial in frictions
+        if not _AGREES * trial.gain < trial.held_out_gain < trial.gain / _AGREES
+        or (trial.share_of_rest > _NEARLY_ALL and most > _CLEARLY_BETTER * trial.gain)
+    ]
     found = []
     for trial in doubted:
         values = trial.model.fitted.by_name
@@ -348,6 +361,20 @@ def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:
         bench.say(f"{needless.name} at {needless.at} is no longer needed")
         found.model = fewer(bench, found.model, needless)
         found.take_over(found.model.terms[-1], needless)
+
+
+def _leave_out_unworthy(bench: Bench, found: Found, settings: Settings) -> None:
+    """Take out effects that were a part of the finer shape of the last one, and with that take away too little to be worth a name."""
+    for term in found.model.terms[:-1]:
+        without = fewer(bench, found.model, term)
+        lost = without.error - found.model.error
+        rest = without.error + np.maximum(bench.everything - bench.baseline_error, 0.0)
+        of_all, of_rest = float(np.max(lost / bench.everything)), float(np.max(lost / rest))
+        much = of_all > settings.share_of_all and of_rest > settings.share_of_rest
+        if not (much or of_rest > settings.nearly_all_of_rest):
+            bench.say(f"{term.name} at {term.at} was a part of the shape of {found.model.terms[-1].name}")
+            found.model = without
+            found.trials.pop(term.part, None)
 
 
 def _is_in_time(bench: Bench, term: Term, model: Model) -> bool:

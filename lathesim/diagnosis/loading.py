@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lathesim.component import Output
+from lathesim.diagnosis.controller_rate import closes_a_loop, decisions_for_each, dividing
 from lathesim.diagnosis.problem import Machine
-from lathesim.diagnosis.terms import decides
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, RecordingError
@@ -68,7 +67,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
     mapping = mapping_of(lesson, prepared.machinery)
     recordings = []
     resolution: dict[str, float] = {}
-    period = prepared.machinery.sample_period
+    period, decisions = prepared.machinery.sample_period, 1
     for file in files:
         mapped: MappedRecording = map_recording(read_recording(file, registry.readers), mapping)
         if len(mapped.record) > MOST_SAMPLES:
@@ -80,16 +79,18 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
                 f"the recording has {len(mapped.record)} usable samples.", place=str(file), remedy=f"Record at least {LEAST_SAMPLES}."
             )
         _refuse_without_overlap(file, mapped, prepared)
-        found += _coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
+        period = mapped.record.sample_period
+        decisions = decisions_for_each(period, prepared.machinery)
+        found += _coarser_than_decided(period, prepared.machinery, mapping.targets("compare"))
         recordings.append(Recorded(file.name, mapped.record, tuple(found)))
         resolution |= mapped.resolution
-        period = mapped.record.sample_period
     machine = Machine(
         at_period(prepared.machinery, period),
         tuple(lesson.settings.recordings.drive) if lesson.settings.recordings else (),
         tuple(lesson.settings.recordings.compare) if lesson.settings.recordings else (),
         uncertainties(lesson, prepared.plan),
         resolution,
+        decisions=decisions,
     )
     return LoadedCase(lesson, prepared, machine, tuple(recordings))
 
@@ -104,7 +105,8 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
     coarse = _coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
     findings = (*mapped.findings, *recording_faults(mapped.record, mapping), *coarse)
     assembly = at_period(prepared.machinery, mapped.record.sample_period)
-    machine = Machine(assembly, mapping.targets("drive"), mapping.targets("compare"), {}, mapped.resolution)
+    decisions = decisions_for_each(mapped.record.sample_period, prepared.machinery)
+    machine = Machine(assembly, mapping.targets("drive"), mapping.targets("compare"), {}, mapped.resolution, decisions=decisions)
     return machine, Recorded(file.name, mapped.record, tuple(findings))
 
 
@@ -118,15 +120,15 @@ def _refuse_without_overlap(file: Path, mapped: MappedRecording, prepared: Prepa
 
 
 def _coarser_than_decided(period: float, assembly: Assembly, compared: Collection[str]) -> list[Finding]:
-    """Say where a controller decides more often than the recording shows: at the recorder's rate it would be another, slower one, and what
-    it decided is known only if that was recorded."""
+    """Say where a controller decides more often than the recording shows. Where that is no whole number of times, or too many, it is
+    another one at the recorder's rate, a slower one, and what it decided is known only if that was recorded."""
     found = []
-    for part in assembly.parts:
+    for part in (part for part in assembly.parts if period > _COARSER * assembly.sample_period and closes_a_loop(part)):
         outputs = {f"{part.name}.{name}" for name in part.component.declared(Output)}
-        ports = part.component.ports
-        closes_a_loop = decides(part.component) and ports["drive"] != ports["measured"]
-        if period > _COARSER * assembly.sample_period and closes_a_loop:
-            fact = f"one sample every {period * 1e3:g} ms, and {part.name} decides every {assembly.sample_period * 1e3:g} ms"
+        fact = f"one sample every {period * 1e3:g} ms, and {part.name} decides every {assembly.sample_period * 1e3:g} ms"
+        if decisions_for_each(period, assembly) > 1:
+            found.append(Finding("interpolated", "", fact, "simulated at the controller's rate, with what was recorded interpolated"))
+        else:
             known = bool(outputs & set(compared))
             done = "it is simulated at the recorder's rate, a slower loop than the real one; record as often as it decides"
             if not known:
@@ -137,8 +139,7 @@ def _coarser_than_decided(period: float, assembly: Assembly, compared: Collectio
 
 def at_period(assembly: Assembly, period: float) -> Assembly:
     """Give the assembly sampled as the recording is, with a step that divides the period and is no longer than before."""
-    steps = max(1, math.ceil(period / assembly.step - 1e-6))
-    return replace(assembly, sample_period=period, step=period / steps)
+    return replace(assembly, sample_period=period, step=dividing(period, assembly.step))
 
 
 def uncertainties(lesson: Lesson, plan: Plan) -> dict[str, float]:

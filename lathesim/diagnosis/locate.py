@@ -92,7 +92,7 @@ def missing_signal(rig: Rig, fitted: Fitted, channel: int) -> Missing:
     if showing and name not in showing:
         # the motion shows better elsewhere: what is off here is the channel's own, a drive that gives another force than it says
         return Missing(name, plan.unit(rig.sensed.channels[channel]), residual)
-    period = plan.assembly.sample_period
+    period = rig.sensed.period
     response, error = kicks[row, channel], residual
     for _ in range(shapes.differences):
         response, error = np.diff(response, prepend=0.0), np.diff(error, prepend=error[:1])

@@ -8,6 +8,7 @@ identification of robot dynamics, IEEE Trans. Control Systems Technology 21 (201
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -33,8 +34,13 @@ def smooth(values: FloatArray, period: float) -> FloatArray:
     """Give values filtered forwards and backwards (no lag), cut off at 100 Hz or at a fifth of the sampling rate [unit of the values]."""
     rate = 1.0 / period
     cutoff = min(_CUTOFF, _CUTOFF_SHARE * rate)
-    sections = butter(2, cutoff / (0.5 * rate), output="sos")
-    return np.asarray(sosfiltfilt(sections, values, padlen=min(len(values) - 2, int(3 * rate / cutoff))))
+    return np.asarray(sosfiltfilt(_low_pass(cutoff / (0.5 * rate)), values, padlen=min(len(values) - 2, int(3 * rate / cutoff))))
+
+
+@functools.lru_cache(maxsize=16)
+def _low_pass(cutoff: float) -> FloatArray:
+    """Give the sections of a filter that cuts off at a share of half the sampling rate."""
+    return np.asarray(butter(2, cutoff, output="sos"))
 
 
 def velocity_of(position: FloatArray, period: float) -> FloatArray:

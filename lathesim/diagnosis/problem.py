@@ -10,6 +10,7 @@ import numpy as np
 from scipy.fft import prev_fast_len
 
 from lathesim.component import Input, Output
+from lathesim.diagnosis.controller_rate import at_controllers_rate
 from lathesim.diagnosis.fit import Free
 from lathesim.diagnosis.floor import channel_floor
 from lathesim.diagnosis.motion import counted_motion, measured_output, recorded_motion, velocity_of
@@ -30,7 +31,8 @@ class Machine:
 
     ``uncertain`` gives one standard deviation of given values [SI] by ``part.parameter``; ``resolution`` that of a recorded channel.
     Without ``replay`` the search works in the lesson's own simulation, and with ``white`` it takes every residual for white noise: see
-    :mod:`lathesim.diagnosis.left_out_step`.
+    :mod:`lathesim.diagnosis.left_out_step`. The ``assembly`` is sampled as the recordings are; controllers make so many ``decisions`` for
+    each of their samples.
     """
 
     assembly: Assembly
@@ -40,6 +42,7 @@ class Machine:
     resolution: Mapping[str, float]
     replay: bool = True
     white: bool = False
+    decisions: int = 1
 
 
 TELLING = ("in_cut", "angle", "flow")
@@ -86,13 +89,16 @@ class Rig:
         beside = (*[source for _, source in acting(assembly)], *commands(assembly).values(), *self._telling(assembly))
         beside += tuple(f"{term.part}.{term.effect.along}" for term in self.candidates if term.effect.along)
         beside = tuple(name for name in dict.fromkeys(beside) if name not in channels)
-        plan = wire(replace(assembly, record=(*channels, *beside), finish="", step=self._step(assembly)))
+        finer = at_controllers_rate(assembly, self.machine.decisions)
+        plan = wire(replace(finer, record=(*channels, *beside), finish="", step=self._step(finer)))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
         floors = np.array([self.floors[name] for name in self.machine.compare])
         parts = {part.name: part.component for part in self.machine.assembly.parts}
         names = [name.partition(".")[::2] for name in self.machine.compare]
         rates = frozenset(row for row, (host, item) in enumerate(names) if item == parts[host].ports.get("rate"))
-        return Simulator(plan, channels, recorded, floors, self.name, self._second_sight(recorded), self.weights, self.machine.white, rates)
+        again = self._second_sight(recorded)
+        every = self.machine.decisions
+        return Simulator(plan, channels, recorded, floors, self.name, again, self.weights, self.machine.white, every, rates)
 
     def _telling(self, assembly: Assembly) -> tuple[str, ...]:
         """Give the outputs that tell what the machine does where no sensor does: in the cut or not, the spindle angle, a velocity."""
@@ -182,10 +188,10 @@ class Rig:
         """The lesson's own simulation, with its own step and its own sensors."""
         driven = self._driven()
         channels = tuple(seen(self.with_candidates, name) for name in self.machine.compare)
-        plan = wire(replace(driven, record=channels, finish=""))
+        plan = wire(replace(at_controllers_rate(driven, self.machine.decisions), record=channels, finish=""))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
         floors = np.array([self.floors[name] for name in self.machine.compare])
-        return Simulator(plan, channels, recorded, floors, self.name, weights=self.weights)
+        return Simulator(plan, channels, recorded, floors, self.name, weights=self.weights, every=self.machine.decisions)
 
     def _step(self, assembly: Assembly) -> float:
         """Give the step of a replay: half a sample period, or the lesson's where that is longer already."""

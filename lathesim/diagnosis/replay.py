@@ -204,8 +204,9 @@ def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, F
 
     ``channels`` gives the output that stood for each channel before. What a sensor gets wrong is then a known function of time, and it is
     added to the simulated motion: see :class:`CorrectedSight`. What makes a reading late acts on that sum at the sensor that the recorded
-    motion comes from: it is late already, and made late once more it says that of y - late(y) only what late(y) - late(late(y)) is. At a
-    second sensor it is one of the errors: how fast the machine was is recorded, and a replay is off by what nobody modelled.
+    motion comes from: it is late already, and made late once more it says that of y - late(y) only what late(y) - late(late(y)) is. So does
+    a factor: on the recorded motion alone it would explain all of it with a machine that stands. At a second sensor both are errors: how
+    fast the machine was is recorded, and a replay is off by what nobody modelled.
     """
     parts = list(assembly.parts)
     by_name = {part.name: part for part in parts}
@@ -231,16 +232,33 @@ def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, F
         sight = f"sight_{sensor}"
         parts.append(Part(sight, CorrectedSight.with_units({"signal": unit})))
         wires[target] = Wire(target, f"{signal}.value")
-        chain = _between(wires, channel, output)
-        late = [name for name in chain if getattr(by_name[name].component, "late_by", "")]
-        lags = [] if source in looked_at else late
+        behind = _between(wires, channel, output)
+        after = [] if source in looked_at else [name for name in behind if getattr(by_name[name].component, "late_by", "")]
+        errors = [name for name in behind if name not in after]
+        if source not in looked_at:
+            after = [*_taken_out(by_name, wires, sensor), *after]
         looked_at.add(source)
-        errors = [name for name in chain if name not in lags]
         sensed = _in_line(wires, channel, errors)
         for name, feed in (("sensed", sensed), ("simulated", source), ("recorded", f"{signal}.value")):
             wires[f"{sight}.{name}"] = Wire(f"{sight}.{name}", feed)
-        shown[channel] = _in_line(wires, f"{sight}.reading", lags)
+        shown[channel] = _in_line(wires, f"{sight}.reading", after)
     return replace(assembly, parts=tuple(parts), wires=tuple(wires.values())), shown
+
+
+def _taken_out(parts: Mapping[str, Part], wires: dict[str, Wire], sensor: str) -> list[str]:
+    """Take the effects that multiply a reading out of the line before a sensor that resolves everything, and give them: behind it they do
+    the same."""
+    found = []
+    target = f"{sensor}.{parts[sensor].component.ports['measured']}"
+    while wires[target].source.endswith(".outgoing"):
+        before = wires[target].source.partition(".")[0]
+        component, incoming = parts[before].component, f"{before}.incoming"
+        if issubclass(component, Effect) and component.proportional:
+            found.append(before)
+            wires[target] = replace(wires[incoming], target=target)
+        else:
+            target = incoming
+    return found
 
 
 def _between(wires: Mapping[str, Wire], channel: str, output: str) -> list[str]:

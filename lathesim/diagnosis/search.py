@@ -66,7 +66,7 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
             names = (far.name, *far.instead)
             if far.better:
                 bench.say(f"better than any effect: {far.name} is further off than the lesson holds possible")
-                found.model, found.far_off = far.model, names
+                found.model, found.far_off, found.factor_instead = far.model, names, far.factor
             elif found.model.terms:
                 found.values_instead = names
         try_rivals_again(bench, found, chosen)

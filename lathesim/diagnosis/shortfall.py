@@ -26,7 +26,11 @@ _LEFT = 0.37
 """... and share of what is missing, at the place where they do most, above which they leave more than an effect in its own form does: on
 concealed cases that left up to 0.35, names of something else from 0.39 on."""
 _FORCES = ("N", "N*m")
+NEXT_TO_NOTHING = 0.002
+"""Share of all that acts somewhere below which a force that is missing there is how finely a simulation steps."""
 _WORSE = 1.5
+_FURTHER_OFF = 1.05
+"""On concealed cases right names made some channel of the lesson's own simulation better, to 0.9 of what it was at the most."""
 _LOAD, _OFF = 0.15, 5.0
 """Share of all that acts somewhere, and floors of a channel in the lesson's own simulation, from which on what is missing there is no noise
 and no small load: on concealed cases sound machines left up to a tenth."""
@@ -128,8 +132,9 @@ def _counted(missing: MissingSignal) -> float:
 
 def spoils_everything(fit: Mapping[str, ChannelFit]) -> bool:
     """Say whether the lesson's own simulation is further off with the effects than without them in every channel: effects that only
-    together are like what is missing, each far larger than it, drift away from it as soon as nothing recorded holds them."""
-    return bool(fit) and all(item.after > _WORSE * item.before for item in fit.values())
+    together are like what is missing, each far larger than it, drift away from it as soon as nothing recorded holds them, and a replay that
+    runs away is held by whatever keeps the machine at rest."""
+    return bool(fit) and all(item.after > _FURTHER_OFF * item.before for item in fit.values())
 
 
 def spoils_something(fit: Mapping[str, ChannelFit]) -> bool:
@@ -146,6 +151,18 @@ def hardly_missed(evidence: Evidence, channels: Sequence[str], at: str = "") -> 
         if not at or (missing.at.partition(".")[0] == at and missing.unit in _FORCES)
     ]
     return bool(asked) and max(asked) < ADEQUATE
+
+
+def next_to_nothing(signals: Sequence[MissingSignal]) -> bool:
+    """Say whether effects take away less of what acts than stepping and time stamps leave, wherever a force is missing, and nothing of what
+    is missing in a reading."""
+    for missing in signals:
+        before, after = missing.sizes
+        if missing.unit not in _FORCES and after < _TAKEN * before:
+            return False
+        if missing.unit in _FORCES and not missing.share_before**2 - missing.share_after**2 < NEXT_TO_NOTHING**2:
+            return False
+    return any(missing.unit in _FORCES for missing in signals)
 
 
 def structured(evidence: Evidence, channel: str, share: float, *, before: bool = False) -> float:

@@ -76,6 +76,8 @@ class Simulator:
     second_sight: tuple[SecondSight, ...] = ()
     weights: FloatArray | None = None
     white: bool = False
+    every: int = 1
+    """Samples of the plan for each one of the recording."""
     differenced: frozenset[int] = frozenset()
     """Rows of the channels that an encoder makes of its counts as their rate."""
     runs: RunCount = field(default_factory=RunCount, init=False, repr=False)
@@ -103,7 +105,7 @@ class Simulator:
         counts = np.random.Generator(np.random.Philox(0)).standard_normal(self.samples)
         for sight in self.second_sight:
             if sight.rate:
-                made = np.std(sight.expected(self.floors[sight.first] * counts, self.plan.assembly.sample_period))
+                made = np.std(sight.expected(self.floors[sight.first] * counts, self.period))
                 floors[sight.row] = np.hypot(floors[sight.row], made)
         return floors
 
@@ -116,7 +118,7 @@ class Simulator:
         for sight in self.second_sight:
             # a lost run is infinite in both, and their difference no number: residual_of takes it for lost
             with np.errstate(invalid="ignore", over="ignore"):
-                found[sight.row] -= sight.expected(channels[sight.first], self.plan.assembly.sample_period)
+                found[sight.row] -= sight.expected(channels[sight.first], self.period)
                 if not sight.rate:
                     found[sight.row] -= self._mean(sight, found[sight.row])
         return found
@@ -148,6 +150,15 @@ class Simulator:
         """Number of samples of the recording."""
         return int(self.recorded.shape[1])
 
+    @property
+    def period(self) -> float:
+        """Time between two samples of the recording [s]."""
+        return self.every * self.plan.assembly.sample_period
+
+    @property
+    def _simulated(self) -> int:
+        return (self.samples - 1) * self.every + 1
+
     def noise_shapes(self, values: Mapping[str, float], *, coloured: bool = False) -> tuple[NoiseShapes, ...]:
         """Give the shapes of the noise in each channel, with the machine at ``values``.
 
@@ -163,7 +174,7 @@ class Simulator:
             flat = np.ones((1, self.samples // 2 + 1))
             return tuple(NoiseShapes(flat, floor, self.samples, window=window) for floor in self.seen_floors)
         _, kicks, motion = self.kicks(as_recorded(values))
-        period = self.plan.assembly.sample_period
+        period = self.period
         bounded, rates = _within_bounds(motion), {sight.row for sight in self.second_sight if sight.rate}
         sensors = [RATE if row in rates else DIFFERENCED if row in self.differenced else WHITE for row in range(len(bounded))]
         shapes = [
@@ -216,8 +227,8 @@ class Simulator:
 
     def channel(self, names: Sequence[str], values: Sequence[float], position: int) -> FloatArray:
         """Give one recorded output of the plan by its position, shape (samples,)."""
-        pick: Callable[[FloatArray], FloatArray] = lambda record: record[position].copy()  # noqa: E731 - one expression, named for the reader
-        found: FloatArray = Batch(self.plan, self.samples, noisy=False).run(list(names), np.array([values], dtype=float), pick)[0]
+        pick: Callable[[FloatArray], FloatArray] = lambda record: record[position, :: self.every].copy()  # noqa: E731 - one expression, named for the reader
+        found: FloatArray = Batch(self.plan, self._simulated, noisy=False).run(list(names), np.array([values], dtype=float), pick)[0]
         return found
 
     def residuals(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
@@ -265,8 +276,8 @@ class Simulator:
         self, names: Sequence[str], values: FloatArray, reduce: Callable[[FloatArray], Any], steps: int = 0, threads: int = 0
     ) -> list[Any]:
         positions = [self.plan.channels.index(channel) for channel in self.channels]
-        batch = Batch(self.plan, self.samples, threads=threads, noisy=False, steps_per_sample=steps)
-        found: list[Any] = batch.run(list(names), values, lambda record: reduce(self.as_seen(record[positions])))
+        batch = Batch(self.plan, self._simulated, threads=threads, noisy=False, steps_per_sample=steps)
+        found: list[Any] = batch.run(list(names), values, lambda record: reduce(self.as_seen(record[positions, :: self.every])))
         return found
 
     def residual_of(self, output: FloatArray) -> FloatArray:

@@ -35,6 +35,9 @@ _MOST = 4
 _STANDING = 1e-3
 _RHYTHM = 0.003
 """Share of a motion's mean square at a line's frequency from which the line is that of the motion."""
+_AS_WELL = 0.9
+"""Share of what the strongest line against a way takes out that one against another way must take out to be as good: two axes that move
+together show it alike."""
 _ONCE, _HELD = 0.05, 0.2
 """How far from whole repetitions a sample's way may be to make them, and the share of the way on which it does."""
 _SPREAD = 101
@@ -103,8 +106,9 @@ def lines_of(
 ) -> tuple[list[Line], list[Spectrum]]:
     """Give the lines of a residual, the strongest first, and its spectra; ``variables`` maps names to unit and values (samples,).
 
-    The strongest line against any variable is taken out before the next is looked for: a line of the way leaves none in time behind. A
-    line in time that one of the ``motions`` (speeds, directions) has too is the rhythm of the motion and is not told.
+    The strongest line against any variable is taken out before the next is looked for: a line of the way leaves none in time behind. Of
+    ways that tell it as well the first is taken. A line in time that one of the ``motions`` (speeds, directions) has too is the rhythm of
+    the motion and is not told.
     """
     spectra = _spectra(residual, variables)
     power = float(np.mean((residual - residual.mean()) ** 2))
@@ -115,11 +119,19 @@ def lines_of(
         found = [item for item in tried if item is not None and item[0].share > _WORTH]
         if not found:
             break
-        line, rest = max(found, key=lambda item: item[0].share)
+        line, rest = _first_of_the_strongest(found)
         of_the_motion = line.variable == "time" and any(_has(motion, line, variables["time"][1]) for motion in motions)
         if not (of_the_motion or _is_of_the_samples(line, variables[line.variable][1])):
             lines.append(line)
     return sorted(lines, key=lambda line: -line.share)[:_MOST], spectra
+
+
+def _first_of_the_strongest(found: Sequence[tuple[Line, FloatArray]]) -> tuple[Line, FloatArray]:
+    strongest = max(found, key=lambda item: item[0].share)
+    if strongest[0].variable == "time":
+        return strongest
+    ways = (item for item in found if item[0].variable != "time")
+    return next(item for item in ways if item[0].share >= _AS_WELL * strongest[0].share)
 
 
 def _is_of_the_samples(line: Line, values: FloatArray) -> bool:

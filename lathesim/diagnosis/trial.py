@@ -27,6 +27,8 @@ STRAIN = 16.0
 _ROUGH = 1e-4
 """A trial's descent ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
 
+_LEFT_AT_ALL, _NO_MORE = 40.0, 1.1
+"""Whitened power from which on something is left in a channel, and times by which it may be more without being so."""
 _HELD_STILL = 0.15
 """Share of the error that may be left for frictions to sense the simulated motion."""
 _CLEARLY = 2.0
@@ -194,8 +196,7 @@ class Bench:
         def share(other: Fitted) -> float:
             """Give what is left where the simulated motion is sensed, over what is left where the recorded one is."""
             recorded, simulated = (other, fitted) if felt else (fitted, other)
-            left, left_felt = (float(np.sum(self.error(self.rig, one)[::2])) for one in (recorded, simulated))
-            return left_felt / left
+            return _share_left(*(self.error(self.rig, one)[::2] for one in (recorded, simulated)))
 
         rough = fit(self.rig.sensed, with_start(fitted), constant, rounds=1, wide=wide, tolerance=_ROUGH, slopes="kept")
         if share(rough) < _HELD_STILL / _CLEARLY if felt else share(rough) > _HELD_STILL * _CLEARLY:
@@ -314,6 +315,15 @@ class Bench:
         return Trial(
             term, model, gain, held, moved, *shares, relieves, is_strained(best), strains_anew(before.fitted, best), *wide_gains, spoils
         )
+
+
+def _share_left(before: FloatArray, after: FloatArray) -> float:
+    """Give what is left ``after`` over what was ``before``, (channels,): in the channel where that is least, if none is left with more, as
+    what is missing in others has nothing to do with it; else in all."""
+    telling = before > _LEFT_AT_ALL
+    if not telling.any() or np.any(after > _NO_MORE * np.maximum(before, _LEFT_AT_ALL)):
+        return float(after.sum() / before.sum())
+    return float(np.min(after[telling] / before[telling]))
 
 
 def _eased(free: Sequence[Free]) -> list[Free]:

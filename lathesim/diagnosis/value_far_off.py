@@ -35,6 +35,8 @@ class FarOff:
     instead: tuple[str, ...]
     better: bool
     """Whether it explains clearly more than what was found; else it explains as much."""
+    factor: str = ""
+    """The factor of a sensor that would do as well, and by which it is better only as the likelier of two numbers."""
 
 
 def value_far_off(bench: Bench, baseline: Model, model: Model) -> FarOff | None:
@@ -53,10 +55,20 @@ def value_far_off(bench: Bench, baseline: Model, model: Model) -> FarOff | None:
         width = max(_LEAST, _BETTER * abs(best))
         if best > reached - width and best > _LEAST:
             alike = tuple(other for merit, other, _ in found[1:] if merit > best - width)
-            # effects beside which other values would have to be impossible still are no rivals of one value that does as well
-            beaten = best > reached + (-width if not terms and is_strained(model.fitted) else width)
-            return FarOff(loose, name, alike, beaten)
+            # effects beside which other values would have to be impossible still are no rivals of one value that does as well, and a
+            # sensor that is off by any factor is one number too, and the stranger one
+            factor = _factor(model)
+            beaten = best > reached + (-width if not terms and (factor or is_strained(model.fitted)) else width)
+            return FarOff(loose, name, alike, beaten, factor if beaten and best < reached + width else "")
     return None
+
+
+def _factor(model: Model) -> str:
+    """Tell the one effect of a model that makes a reading a multiple of what is read; empty where that is not all there is."""
+    if len(model.terms) != 1 or not model.terms[0].effect.proportional:
+        return ""
+    (term,) = model.terms
+    return f"{model.fitted.by_name[term.parameters[0]]:.4g} times the true value at {term.at}"
 
 
 def _each(bench: Bench, baseline: Model, terms: tuple[Term, ...], start: Model, reached: float) -> list[tuple[float, str, Model]]:
@@ -69,7 +81,8 @@ def _each(bench: Bench, baseline: Model, terms: tuple[Term, ...], start: Model, 
         rough = fit(bench.rig.sensed, free, constant, rounds=1, wide=wide, slopes="kept")
         if judged_score(bench.rig, rough).above(baseline.score, wide=True) < _HOPELESS * reached:
             return None
-        loose = bench.model(terms, fit(bench.rig.sensed, with_start(rough), constant, rounds=3, wide=wide))
+        fitted = fit(bench.rig.sensed, with_start(rough), constant, rounds=3, wide=wide)
+        loose = bench.model(terms, bench.feeling(fitted, terms))
         return None if is_strained(loose.fitted) else (_merit(loose, baseline), item.name, loose)
 
     loose_ones = [_of_a_machine(item) for item in baseline_free(bench.rig.machine, _WIDER)]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft, rfftfreq
@@ -34,6 +35,9 @@ _SHORTEST_STRETCH, _STRETCHES = 64, 40
 _PHASES = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
 """As few as tell the best one."""
 _MOST_BINS = 1 << 18
+_LEAST_TURNS, _LEAST_TURNS_OF_A_FORCE = 2.0, 5.0
+_NO_WAVE = 3.0
+"""Ways of a recording beyond which what is told of a wave's length is a constant, or a slope."""
 _LONGER = 10.0
 """By what factor the wave of a geometry may be longer than usual."""
 _ALONG_ALL = (1.0, 1.5, 2.0, 3.0)
@@ -64,9 +68,11 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
         low, high = float(term.points[:, column].min()), float(term.usual[column])
         if wave == _ORDER:
             low, high = (2.0 * math.pi / order for order in reversed(term.effect.typical[_ORDER]))
-        elif term.effect.site == "measured":
-            # a belt's pulley turns once in a tenth of a metre; two turns of it must be there to be one
-            high = max(high, min(0.5 * float(np.ptp(place)), _LONGER * high))
+        else:
+            # a belt's pulley turns once in a tenth of a metre, a geared shaft once in some turns of its motor; a force must be there more
+            # often, as other slow ones are there too
+            least = _LEAST_TURNS if term.effect.site == "measured" else _LEAST_TURNS_OF_A_FORCE
+            high = max(high, min(float(np.ptp(place)) / least, _LONGER * high))
         low = max(low, 2.0 * _BEYOND * _way_per_sample(place))
         points = []
         # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
@@ -92,6 +98,15 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
             # whole numbers a turn are tried besides
             found[term.part] = np.vstack([points, term.points]) if wave == _ORDER else np.array(points)
     return found
+
+
+def is_a_wave(rig: Rig, term: Term, values: Mapping[str, float]) -> bool:
+    """Say whether enough of a wave is there for it to be one, if a term is a wave at all."""
+    length = next((values[name] for name in term.parameters if name.partition(".")[2] in PERIODS), 0.0)
+    if not length:
+        return True
+    seen = _places(rig).get(term.part if term.effect.along else term.at)
+    return seen is None or length < _NO_WAVE * float(np.ptp(seen[1]))
 
 
 def _places(rig: Rig) -> dict[str, tuple[str, FloatArray, FloatArray]]:

@@ -9,13 +9,18 @@ import numpy as np
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.diagnosis import BaselineValue, Evidence, FoundEffect, listed, with_unit
+from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.problem import POSSIBLE
 from lathesim.diagnosis.verdict import Standing
+from lathesim.engine.assembly import FloatArray
 
 _TOLD_SHARE = 5e-4
 """Share of what acts at a place from which on the share of it that is missing is told."""
 _MUCH = 0.05
 """Share of what acts at a place from which on it is said that nothing explains what is missing there."""
+_HARDLY_SHOWN = 0.01
+"""Floors of a channel by which a value must move it for some ten thousand samples to show that."""
 
 
 def still_missing(evidence: Evidence, variables: tuple[str, ...], found: Found, settings: Settings) -> tuple[str, ...]:
@@ -53,9 +58,19 @@ def strained_values(strained: tuple[str, ...], baseline: Mapping[str, BaselineVa
     return sentences
 
 
-def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue], *, whole: bool) -> list[str]:
+def not_shown(fitted: Fitted, uncertain: Mapping[str, float], floors: FloatArray) -> list[str]:
+    """Say which ``uncertain`` values (name -> standard deviation) move no channel by a hundredth of its floor (channels,), even as far
+    off as possible."""
+    found = []
+    for name, slope in zip(fitted.names, fitted.sensitivity if fitted.sensitivity is not None else (), strict=False):
+        if name in uncertain and not np.any(np.abs(slope) * POSSIBLE * uncertain[name] > _HARDLY_SHOWN * floors[:, None]):
+            found.append(f"{name} moves nothing that is compared: whether it is another one, these recordings cannot tell.")
+    return found
+
+
+def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue], factor: str = "", *, whole: bool) -> list[str]:
     """Say which value explains the recordings by itself, or takes a part of it away where it does not do the ``whole``, and which others
-    would as well."""
+    would as well, or a reading that is off by a ``factor``."""
     if not names:
         return []
     item = baseline[names[0]]
@@ -63,7 +78,8 @@ def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue],
     does = "explains by itself what is missing" if whole else "takes away a part of what is missing, and not the whole"
     told = f"{names[0]} of {with_unit(f'{item.refit_with:.4g}', item.unit)}{off} {does}, though the lesson holds it impossible"
     others = f"; so would another value of {' or of '.join(names[1:])}" if len(names) > 1 else ""
-    return [f"{told}{others}. Measure it, and say in the lesson how sure it is."]
+    read = f"; so would a reading of {factor}" if factor else ""
+    return [f"{told}{others}{read}. Measure it, and say in the lesson how sure it is."]
 
 
 def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:

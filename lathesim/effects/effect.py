@@ -47,6 +47,8 @@ class Effect(Component):
     spring; what takes the place of ``flow`` is added to it."""
     between_sensors: ClassVar[bool] = False
     """Whether it sits between two sensors of one motion: where they cannot tell which of them is wrong it is told at the second."""
+    proportional: ClassVar[bool] = False
+    """Whether what leaves it is a multiple of what enters: of a reading that is true a share, and so nothing of a table that stands."""
     along: ClassVar[str] = ""
     """Output that tells the way along which it repeats, where no sensor of the host shows it: the length that was cut."""
     elsewhere: ClassVar[dict[str, str]] = {}

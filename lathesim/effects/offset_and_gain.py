@@ -126,6 +126,7 @@ class ScaleFactorError(Effect):
     catalogue, family, site = 33, "constants", "measured"
     between_sensors = True
     of_any_reading = True
+    proportional = True
     neutral = {"factor": 1.0}
     typical = {"factor": (0.5, 2.0)}
     typical_rotary = {"factor": (0.5, 2.0)}

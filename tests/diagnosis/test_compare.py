@@ -47,6 +47,15 @@ def test_a_swing_stays_in_hertz_and_a_screw_along_the_way() -> None:
     assert told(screw) == [("position of x_axis", pytest.approx(100.0, rel=2e-3))]
 
 
+def test_of_two_axes_that_move_together_the_first_has_the_line() -> None:
+    """On a cone the cross slide moves a quarter of what the carriage does, and shows the carriage's screw at a quarter of its lead."""
+    screw = np.sin(2.0 * np.pi * WAY / 0.008)
+    cross = 0.25 * WAY + 1e-7 * np.sin(TIME)
+    for ways in ({"z": WAY, "x": cross}, {"x": cross, "z": WAY}):
+        found, _ = lines_of(screw, {"time": ("s", TIME), **{f"position of {name}_axis": ("m", way) for name, way in ways.items()}})
+        assert found[0].variable == f"position of {next(iter(ways))}_axis"
+
+
 def test_both_at_once_in_noise_are_both_found_with_their_sizes() -> None:
     noise = np.random.default_rng(0).standard_normal(len(TIME))
     residual = np.sin(2.0 * np.pi * WAY / 0.01) + 0.5 * np.sin(2.0 * np.pi * 38.3 * TIME) + 0.5 * noise

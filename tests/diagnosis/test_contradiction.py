@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.contradiction import contradicted, exchanged_with, swapped, wrong_unit
+from lathesim.diagnosis.contradiction import contradicted, exchanged_with, of_another_period, swapped, wrong_unit
 from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.problem import Machine, Rig, build_rigs
 from lathesim.diagnosis.terms import insert_candidates
@@ -49,11 +49,13 @@ def with_period(rig: Rig, factor: float) -> Rig:
 
 def test_a_recording_of_the_machine_contradicts_nothing(controlled: Rig) -> None:
     assert contradicted(controlled, {}) == ""
+    assert of_another_period(controlled, {}) == ""
 
 
-@pytest.mark.parametrize(("factor", "told"), [(0.5, "0.5"), (2.0, "2")])
+@pytest.mark.parametrize(("factor", "told"), [(0.5, "0.5"), (2.0, "2"), (1.25, "1.25")])
 def test_a_wrong_period_is_told_with_the_right_one(controlled: Rig, factor: float, told: str) -> None:
-    sentence = contradicted(with_period(controlled, factor), {})
+    """Whatever value of the controller would make up for it: at 1.25 times the period a gain of 0.8 times nearly does."""
+    sentence = of_another_period(with_period(controlled, factor), {})
     right = 1e3 * controlled.machine.assembly.sample_period
     assert sentence.startswith(f"With a sample period of {right:.4g} ms x_controller.voltage follows")
     assert sentence.endswith(f"the time column, or its unit, is off by a factor of {told}.")

@@ -190,9 +190,22 @@ def test_a_friction_that_explains_one_recording_better_is_tried_with_the_motion_
     """A slide stood still in one pass of three: what its friction held there added up."""
     term = SimpleNamespace(family=family, parameters=("try.level",))
     fitted = SimpleNamespace(fitted=SimpleNamespace(by_name={"try.level": 150.0}))
-    made: Any = SimpleNamespace(term=term, gain=gain, held_out_gain=held_out, model=fitted)
-    asked = growth._to_be_felt([made], model(0.0, 0.0, 1))
+    made: Any = SimpleNamespace(term=term, gain=gain, held_out_gain=held_out, model=fitted, share_of_rest=0.99)
+    asked = growth._to_be_felt([made], [], model(0.0, 0.0, 1))
     assert [(one.felt, one.starts[0].tolist()) for one in asked] == ([(True, [150.0])] if again else [])
+
+
+@pytest.mark.parametrize(
+    ("gain", "share", "again"),
+    [(14000.0, 0.99, True), (14000.0, 0.5, False), (8100.0, 0.99, False)],
+    ids=["holds still as well", "does something else", "does no better"],
+)
+def test_a_friction_beside_which_a_dead_zone_gains_more_is_tried_with_the_motion_it_makes(gain: float, share: float, again: bool) -> None:
+    friction = SimpleNamespace(family=STICKING, parameters=("try.level",))
+    fitted = SimpleNamespace(fitted=SimpleNamespace(by_name={"try.level": 140.0}))
+    made: Any = SimpleNamespace(term=friction, gain=8000.0, held_out_gain=7000.0, model=fitted, share_of_rest=0.99)
+    dead_zone: Any = SimpleNamespace(term=SimpleNamespace(family="drive range"), gain=gain, share_of_rest=share)
+    assert bool(growth._to_be_felt([made], [dead_zone], model(0.0, 0.0, 1))) == again
 
 
 @pytest.mark.parametrize(
@@ -246,3 +259,16 @@ def test_the_barest_form_of_a_friction_is_tried_with_recorded_and_with_felt_moti
     asked = growth._bare([plain, item], model(0.0, 0.0))
     assert [(one.term, one.felt) for one in asked] == [(bare, False), (bare, True)]
     assert asked[0].starts[0].tolist() == [20.0, 5e-6]
+
+
+@pytest.mark.parametrize(("without", "kept"), [((0.10,), True), ((0.021,), False)], ids=["takes away much", "was a part of the shape"])
+def test_what_was_a_part_of_a_finer_shape_goes(without: tuple[float, ...], kept: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ripple at half the wavelength of a friction, once the friction has its second harmonic."""
+    ripple, friction = (SimpleNamespace(name=name, at="x_axis", part=name) for name in ("ripple", "friction"))
+    whole: Any = SimpleNamespace(terms=(ripple, friction), error=np.array([0.02]))
+    fewer: Any = SimpleNamespace(terms=(friction,), error=np.array(without))
+    monkeypatch.setattr(growth, "fewer", lambda bench, model, term: fewer)
+    bench: Any = SimpleNamespace(everything=np.ones(1), baseline_error=np.ones(1), say=lambda text: None)
+    found = Found(whole, whole)
+    growth._leave_out_unworthy(bench, found, SETTINGS)
+    assert (ripple in found.model.terms) == kept

@@ -45,16 +45,19 @@ def test_a_recording_at_another_rate_sets_the_rate(registry: Registry, tmp_path:
 
 
 def test_a_servo_that_decides_more_often_than_it_was_logged_cannot_be_replayed(registry: Registry) -> None:
-    """Unless what it commanded was logged too."""
+    """Unless what it commanded was logged too, or the log holds every so many-th decision."""
     template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "cascade_axis.yaml"
     assembly = check_machine(load_machine(template), registry).assembly
-    (finding,) = _coarser_than_decided(4.0 * assembly.sample_period, assembly, [])
+    (finding,) = _coarser_than_decided(2.5 * assembly.sample_period, assembly, [])
     assert finding.serious
     assert "x_controller decides every" in finding.fact
     assert _coarser_than_decided(assembly.sample_period, assembly, []) == []
-    (known,) = _coarser_than_decided(4.0 * assembly.sample_period, assembly, ["x_controller.voltage"])
+    (known,) = _coarser_than_decided(2.5 * assembly.sample_period, assembly, ["x_controller.voltage"])
     assert not known.serious
     assert "a slower loop than the real one" in known.done
+    (between,) = _coarser_than_decided(4.0 * assembly.sample_period, assembly, [])
+    assert not between.serious
+    assert "simulated at the controller's rate" in between.done
 
 
 def test_a_short_recording_is_refused(registry: Registry, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from lathesim.diagnosis.replay import cut, drive, look, seen, sense, sensed_shar
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ConverterOffset, ScaleFactorError
 from lathesim.effects.play import Backlash
+from lathesim.effects.screw_error import CumulativePitchError
 from lathesim.effects.spindle_error import Runout
 from lathesim.effects.time_shift import ChannelTimeShift
 from lathesim.engine.assembly import Assembly, Part, Wire
@@ -138,8 +139,8 @@ def test_a_candidate_senses_as_much_of_the_recorded_motion_as_it_is_told() -> No
 
 
 def test_a_sensor_is_wrong_where_the_machine_was_and_not_where_the_simulation_drifted_to() -> None:
-    """The simulated table rests at zero; the scale's error of 1 % is that of the recorded place."""
-    assembly = insert_effect(machine().assembly, ScaleFactorError, "x_encoder", name="scale", parameters={"factor": 1.01})
+    """The simulated table rests at zero; the screw's error of 1 % is that of the recorded place."""
+    assembly = insert_effect(machine().assembly, CumulativePitchError, "x_encoder", name="screw", parameters={"slope": 0.01})
     motion = {"x_axis.position": 0.1 * np.arange(20.0)}
     looking, shown = look(assembly, {POSITION: seen(assembly, POSITION)}, motion)
     looking = drive(dataclasses.replace(looking, record=(shown[POSITION], "x_axis.position")), {FORCE: np.zeros(20)})
@@ -148,11 +149,22 @@ def test_a_sensor_is_wrong_where_the_machine_was_and_not_where_the_simulation_dr
     assert found[shown[POSITION]] == pytest.approx(0.01 * motion["x_axis.position"], abs=RESOLUTION)
 
 
+def test_a_factor_on_a_reading_is_one_on_the_simulated_place() -> None:
+    """Twice the recorded place less once would be all of it: a machine that stands, and a factor of two, would explain everything."""
+    assembly = insert_effect(machine().assembly, CumulativePitchError, "x_encoder", name="screw", parameters={"slope": 0.01})
+    assembly = insert_effect(assembly, ScaleFactorError, "x_encoder", name="scale", parameters={"factor": 2.0})
+    motion = {"x_axis.position": 0.1 * np.arange(20.0)}
+    looking, shown = look(assembly, {POSITION: seen(assembly, POSITION)}, motion)
+    looking = drive(dataclasses.replace(looking, record=(shown[POSITION],)), {FORCE: np.zeros(20)})
+    found = run(wire(looking), duration=19 * PERIOD)
+    assert found[shown[POSITION]] == pytest.approx(2.0 * 0.01 * motion["x_axis.position"], abs=2.0 * RESOLUTION)
+
+
 def test_what_makes_a_reading_late_delays_the_simulated_motion() -> None:
     """The recorded motion is late already: made late once more it would give y - 2 late(y) + late(late(y))."""
     shift = 3.0 * PERIOD
     assembly = insert_effect(machine().assembly, ChannelTimeShift, "x_encoder", name="late", parameters={"shift": shift})
-    assembly = insert_effect(assembly, ScaleFactorError, "x_encoder", name="scale", parameters={"factor": 1.01})
+    assembly = insert_effect(assembly, CumulativePitchError, "x_encoder", name="screw", parameters={"slope": 0.01})
     time = np.arange(200) * PERIOD
     pushed = 40.0 * np.sin(2.0 * np.pi * 2.0 * time)
     bare = run(wire(drive(dataclasses.replace(machine().assembly, record=("x_axis.position",)), {FORCE: pushed})), duration=time[-1])

@@ -14,6 +14,7 @@ from lathesim.diagnosis.shortfall import (
     is_missing_for_sure,
     leaves_much,
     left_over,
+    next_to_nothing,
     not_adequate,
     of_another_form,
     shortfalls,
@@ -120,9 +121,27 @@ def test_effects_with_which_every_channel_is_further_off_are_not_believed() -> N
     worse, better = (ChannelFit("m", 1e-7, 1e-5, after, "held out") for after in (3e-5, 1e-6))
     assert spoils_everything({POSITION: worse})
     assert not spoils_everything({POSITION: worse, "x_scale.position": better})
+    hardly = ChannelFit("m", 1e-7, 1e-5, 1.1e-5, "held out")
+    assert spoils_everything({POSITION: worse, "x_scale.position": hardly})
+    assert not spoils_everything({POSITION: worse, "x_scale.position": replace(hardly, after=1.01e-5)})
     assert not spoils_everything({})
     assert spoils_something({POSITION: worse, "x_scale.position": better})
     assert not spoils_something({POSITION: better})
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "read", "nothing"),
+    [(0.0015, 0.0005, 1.0, True), (0.02, 0.0005, 1.0, False), (0.0015, 0.0005, 0.5, False), (0.02, 0.02, 1.0, True)],
+    ids=["uneven time stamps", "a small friction", "a spring that a scale shows", "nothing is taken away"],
+)
+def test_what_takes_away_less_of_what_acts_than_a_simulation_leaves_is_next_to_nothing(
+    before: float, after: float, read: float, nothing: bool
+) -> None:
+    signal = np.ones(4)
+    force = MissingSignal("q_axis.disturbance", "N*m", signal, signal, signal, signal, before, after)
+    current = MissingSignal("q_drive.current", "A", signal, signal, read * signal, signal, 0.7, 0.7 * read)
+    assert next_to_nothing([force, current]) == nothing
+    assert not next_to_nothing([current])
 
 
 def test_every_reason_is_told() -> None:

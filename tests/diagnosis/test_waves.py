@@ -5,11 +5,11 @@ import pytest
 
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.problem import baseline_free, build_rigs
-from lathesim.diagnosis.waves import wave_points
+from lathesim.diagnosis.waves import is_a_wave, wave_points
 from lathesim.effects.force_over_turn import ChipSegmentation
 from lathesim.effects.friction import PositionDependentFriction
 from tests.diagnosis.one_cut import CHIP, cut_machine, cut_record
-from tests.diagnosis.pushed_table import Hidden, baselines, machine, pair, recording
+from tests.diagnosis.pushed_table import POSITION, Hidden, baselines, machine, pair, recording
 
 
 def ripple(size: float, period: float) -> Hidden:
@@ -44,6 +44,17 @@ def test_wavelengths_stay_where_the_effect_may_have_them() -> None:
     low, high = term.effect.typical["period"]
     for point in wave_points(rig, fitted, [term])[term.part]:
         assert low / 1.3 <= point[column] <= 1.3 * high
+
+
+def test_what_is_longer_than_the_way_is_no_wave() -> None:
+    rig = pair(Hidden())[0]
+    way = float(np.ptp(rig.record[POSITION]))
+    term = next(term for term in rig.candidates if term.name == "TorqueRipple")
+    length = f"{term.part}.period"
+    assert is_a_wave(rig, term, {length: way})
+    assert not is_a_wave(rig, term, {length: 10.0 * way})
+    other = next(term for term in rig.candidates if term.name == "CoulombFriction")
+    assert is_a_wave(rig, other, {})
 
 
 def test_chips_are_looked_for_over_the_length_that_was_cut() -> None:

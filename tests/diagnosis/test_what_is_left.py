@@ -10,7 +10,7 @@ from lathesim.diagnosis import adequacy as judging
 from lathesim.diagnosis.adequacy import Adequacy, adequacy
 from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, FoundEffect, MissingSignal, VariableBar
 from lathesim.diagnosis.shortfall import hardly_missed
-from lathesim.diagnosis.what_is_left import not_determined, value_instead
+from lathesim.diagnosis.what_is_left import not_determined, not_shown, value_instead
 
 MAIN, PRESSURE = "dynamometer.main", "cutting.specific_force"
 BASELINE = {PRESSURE: BaselineValue("N/m^2", 8.5e8, 1.05e9, 1.05e9)}
@@ -48,6 +48,13 @@ def test_an_effect_that_is_tied_with_itself_at_another_sensor_is_told_with_its_p
         "LostCounts at x_scale cannot be told from LostCounts at x_encoder here; the lines to paste hold LostCounts at x_scale. "
         "Return to the index mark."
     )
+
+
+def test_a_value_that_no_channel_shows_is_said_to_be_one() -> None:
+    slopes = np.array([[[0.0, 1e-5]], [[0.0, 1e-2]], [[0.0, 0.0]]])
+    fitted: Any = SimpleNamespace(names=["tachometer.gain", "spindle.inertia", "spindle.speed"], sensitivity=slopes)
+    (sentence,) = not_shown(fitted, {"tachometer.gain": 1.0, "spindle.inertia": 1.0}, np.array([0.1]))
+    assert sentence.startswith("tachometer.gain moves nothing that is compared")
 
 
 def judge(monkeypatch: pytest.MonkeyPatch, taken: float, after: float, *, far_off: tuple[str, ...] = (), effects: int = 0) -> Adequacy:

@@ -1,0 +1,65 @@
+"""A recording that holds every k-th decision of its controllers: simulated at their rate, and held against the samples that are there.
+
+At the recorder's rate a loop would be another, slower one. What was recorded is interpolated in between: by Akima's splines, which follow
+a smooth motion to the third order and hardly overshoot beside a step.
+Source: Akima, A new method of interpolation and smooth curve fitting based on local procedures, Journal of the ACM 17 (1970), 589-602.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import Akima1DInterpolator
+
+from lathesim.diagnosis.signals import HeldSignal, LinearSignal, SplineTerm
+from lathesim.diagnosis.terms import decides
+from lathesim.engine.assembly import Assembly, FloatArray, Part
+
+MOST = 10
+"""Decisions for each sample up to which what happens in between is interpolated."""
+_WHOLE = 0.01
+"""How far a ratio of two periods may lie beside a whole number, as a share of it."""
+_SIGNALS = (HeldSignal, LinearSignal, SplineTerm)
+
+
+def closes_a_loop(part: Part) -> bool:
+    """Say whether a part decides on what it measures of what it drives."""
+    return decides(part.component) and part.component.ports["drive"] != part.component.ports["measured"]
+
+
+def decisions_for_each(period: float, assembly: Assembly) -> int:
+    """Give how often the controllers of an assembly decide for each recorded sample, where they do so more than once and on the same
+    clock; 1 where they do not."""
+    ratio = period / assembly.sample_period
+    whole = round(ratio)
+    slower = 1 < whole <= MOST and abs(ratio - whole) < _WHOLE * whole
+    return whole if slower and any(closes_a_loop(part) for part in assembly.parts) else 1
+
+
+def at_controllers_rate(assembly: Assembly, decisions: int) -> Assembly:
+    """Give an assembly that is sampled as a recording is with so many ``decisions`` for each of its samples."""
+    if decisions == 1:
+        return assembly
+    parts = tuple(_finer(part, decisions) for part in assembly.parts)
+    period = assembly.sample_period / decisions
+    return replace(assembly, parts=parts, sample_period=period, step=dividing(period, assembly.step))
+
+
+def dividing(period: float, step: float) -> float:
+    """Give the longest step that divides a period and is no longer than ``step`` [s]."""
+    return period / max(1, math.ceil(period / step - 1e-6))
+
+
+def _finer(part: Part, decisions: int) -> Part:
+    if not issubclass(part.component, _SIGNALS):
+        return part
+    return replace(part, tables={name: _between(rows, decisions) for name, rows in part.tables.items()})
+
+
+def _between(rows: FloatArray, decisions: int) -> FloatArray:
+    """Give rows (samples, values) with ``decisions`` - 1 between any two of them."""
+    known = np.arange(len(rows))
+    found = Akima1DInterpolator(known, rows)(np.arange((len(rows) - 1) * decisions + 1) / decisions)
+    return np.ascontiguousarray(found)
