@@ -27,8 +27,8 @@ STRAIN = 16.0
 _ROUGH = 1e-4
 """A trial's descent ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
 
-_LEFT_AT_ALL, _NO_MORE = 40.0, 1.1
-"""Whitened power from which on something is left in a channel, and times by which it may be more without being so."""
+_LEFT_AT_ALL, _ADDED = 40.0, 0.1
+"""Whitened power from which on something is left in a channel, and share of what is taken away in some that may be added in others."""
 _HELD_STILL = 0.15
 """Share of the error that may be left for frictions to sense the simulated motion."""
 _CLEARLY = 2.0
@@ -318,10 +318,11 @@ class Bench:
 
 
 def _share_left(before: FloatArray, after: FloatArray) -> float:
-    """Give what is left ``after`` over what was ``before``, (channels,): in the channel where that is least, if none is left with more, as
-    what is missing in others has nothing to do with it; else in all."""
-    telling = before > _LEFT_AT_ALL
-    if not telling.any() or np.any(after > _NO_MORE * np.maximum(before, _LEFT_AT_ALL)):
+    """Give what is left ``after`` over what was ``before``, (channels,): in the channel where that is least, as what is missing in others has
+    nothing to do with it; in all where others are left with more, by a part of what is taken away."""
+    telling, change = before > _LEFT_AT_ALL, before - after
+    taken, added = float(change.clip(min=0.0).sum()), float(-change.clip(max=0.0).sum())
+    if not telling.any() or added > _ADDED * taken:
         return float(after.sum() / before.sum())
     return float(np.min(after[telling] / before[telling]))
 

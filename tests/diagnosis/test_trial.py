@@ -12,7 +12,7 @@ from lathesim.diagnosis.trial import _share_left
         ([4000.0], [400.0], 0.1),
         ([4000.0, 90000.0], [400.0, 90000.0], 0.1),
         ([4000.0, 90000.0], [400.0, 120000.0], 120400.0 / 94000.0),
-        ([4000.0, 1.0], [400.0, 3.0], 0.1),
+        ([4000.0, 41.0], [400.0, 50.0], 0.1),
         ([4000.0, 1.0], [400.0, 900.0], 1300.0 / 4001.0),
     ],
     ids=["one channel", "a screw that has nothing to do with it", "another is worse", "hardly anything in one", "and much there after"],
