@@ -81,6 +81,10 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     lines += ["", "Every part with the inputs that were recorded:", *_table(_replay_rows(comparison))]
     sits = " and in ".join(comparison.suspects)
     lines += ["", f"The mismatch sits in {sits}." if sits else "No part is off by itself."]
+    if sits:
+        lines.append(
+            "Values are as the lesson has them: a load that nobody measured, or another of its uncertain values, may be all of it."
+        )
     if comparison.adds_up:
         lines.append("What is next to nothing in every part adds up in a simulation that nothing recorded holds.")
     if comparison.explained_by:

@@ -34,6 +34,8 @@ _FURTHER_OFF = 1.05
 _LOAD, _OFF = 0.15, 5.0
 """Share of all that acts somewhere, and floors of a channel in the lesson's own simulation, from which on what is missing there is no noise
 and no small load: on concealed cases sound machines left up to a tenth."""
+_ALIKE = 0.8
+"""Ratio of what is missing while little acts and while much does from which on it is the same."""
 _FOLLOWED, _NOTHING = 0.1, 0.01
 """Shares of what is missing behind a channel from which on it followed the motion, and up to which nothing of it does."""
 
@@ -104,11 +106,21 @@ def too_little(evidence: Evidence, taken: float) -> list[str]:
 
 
 def is_missing_for_sure(evidence: Evidence, fit: Mapping[str, ChannelFit]) -> list[str]:
-    """Give the reason where so much is missing that something is, though it follows nothing that the machine was doing."""
+    """Give the reason where so much is missing that something is, though it follows nothing that the machine was doing. What is as large
+    whether little acts or much is a load that nobody measured: physics of the machine grows with what acts."""
     pairs = zip(fit.values(), evidence.missing, strict=True)
     large = [missing for channel, missing in pairs if missing.share_after > _LOAD and channel.after > _OFF * channel.floor]
+    large = [missing for missing in large if not _is_a_load(missing)]
     worst = max(large, key=lambda missing: missing.share_after, default=None)
     return [f"{worst.share_after:.0%} of what acts at {worst.at} is still missing"] if worst else []
+
+
+def _is_a_load(missing: MissingSignal) -> bool:
+    """Say whether what is missing is as large in the third of the samples in which least acts as in that in which most does."""
+    least, most = np.quantile(np.abs(missing.total), (1.0 / 3.0, 2.0 / 3.0))
+    thirds = (np.abs(missing.total) <= least, np.abs(missing.total) > most)
+    little, much = (float(np.sqrt(np.mean(np.square(missing.after[third])))) if third.any() else 0.0 for third in thirds)
+    return missing.unit in _FORCES and most > least and min(little, much) > _ALIKE * max(little, much)
 
 
 def _is_all_that_followed(evidence: Evidence) -> bool:

@@ -318,8 +318,8 @@ class Bench:
 
 
 def _share_left(before: FloatArray, after: FloatArray) -> float:
-    """Give what is left ``after`` over what was ``before``, (channels,): in the channel where that is least, as what is missing in others has
-    nothing to do with it; in all where others are left with more, by a part of what is taken away."""
+    """Give what is left ``after`` over what was ``before``, (channels,): in the channel where that is least, as what is missing in others
+    has nothing to do with it; in all where others are left with more, by a part of what is taken away."""
     telling, change = before > _LEFT_AT_ALL, before - after
     taken, added = float(change.clip(min=0.0).sum()), float(-change.clip(max=0.0).sum())
     if not telling.any() or added > _ADDED * taken:

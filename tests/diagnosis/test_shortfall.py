@@ -90,6 +90,17 @@ def test_where_much_is_missing_something_is_though_it_follows_nothing(share: flo
     assert reasons == (["31% of what acts at x_axis.disturbance is still missing"] if told else [])
 
 
+@pytest.mark.parametrize(("grows", "told"), [(0.0, False), (0.5, True)], ids=["a load that nobody measured", "physics"])
+def test_what_is_as_large_whatever_acts_is_a_load(grows: float, told: bool) -> None:
+    """A sound slide was pushed by 30 N that came and went, of 150 N that acted."""
+    draw = np.random.default_rng(4)
+    acts = draw.uniform(-200.0, 200.0, 6000)
+    missing = draw.standard_normal(6000) * (30.0 + grows * np.abs(acts))
+    signal = MissingSignal("x_axis.disturbance", "N", np.arange(6000.0), missing, missing, acts, 0.2, 0.2)
+    off = {POSITION: ChannelFit("m", 1e-6, 2e-5, 2e-5, "held out")}
+    assert bool(is_missing_for_sure(Evidence(missing=(signal,)), off)) == told
+
+
 @pytest.mark.parametrize(
     ("share_after", "counted", "taken", "told"),
     [(0.2, math.nan, 0.86, True), (0.15, math.nan, 0.86, False), (0.2, 0.15, 0.86, False), (0.2, math.nan, 0.95, False)],
