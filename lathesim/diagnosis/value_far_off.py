@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from lathesim.diagnosis.controller_value import FURTHEST
 from lathesim.diagnosis.fit import Free, fit, with_start
-from lathesim.diagnosis.problem import baseline_free
+from lathesim.diagnosis.problem import Rig, baseline_free
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.together import together
 from lathesim.diagnosis.trial import Bench, Model, is_strained, is_wide, judged_score
@@ -56,18 +56,21 @@ def value_far_off(bench: Bench, baseline: Model, model: Model) -> FarOff | None:
         if best > reached - width and best > _LEAST:
             alike = tuple(other for merit, other, _ in found[1:] if merit > best - width)
             # effects beside which other values would have to be impossible still are no rivals of one value that does as well, and a
-            # sensor that is off by any factor is one number too, and the stranger one
-            factor = _factor(model)
+            # encoder that is off by any factor is one number too, and the stranger one
+            factor = _factor(model, bench.rig)
             beaten = best > reached + (-width if not terms and (factor or is_strained(model.fitted)) else width)
             return FarOff(loose, name, alike, beaten, factor if beaten and best < reached + width else "")
     return None
 
 
-def _factor(model: Model) -> str:
-    """Tell the one effect of a model that makes a reading a multiple of what is read; empty where that is not all there is."""
+def _factor(model: Model, rig: Rig) -> str:
+    """Tell the one effect of a model that makes what an encoder counts a multiple of the way; empty where that is not all there is, and at
+    other sensors, whose gains are adjusted by hand."""
     if len(model.terms) != 1 or not model.terms[0].effect.proportional:
         return ""
     (term,) = model.terms
+    if not any(part.name == term.at and "resolution" in part.component.ports for part in rig.machine.assembly.parts):
+        return ""
     return f"{model.fitted.by_name[term.parameters[0]]:.4g} times the true value at {term.at}"
 
 
