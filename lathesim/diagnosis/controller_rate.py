@@ -59,7 +59,9 @@ def _finer(part: Part, decisions: int) -> Part:
 
 
 def _between(rows: FloatArray, decisions: int) -> FloatArray:
-    """Give rows (samples, values) with ``decisions`` - 1 between any two of them."""
-    known = np.arange(len(rows))
-    found = Akima1DInterpolator(known, rows)(np.arange((len(rows) - 1) * decisions + 1) / decisions)
+    """Give rows (samples, values) with ``decisions`` - 1 between any two of them; each is held where some of them were not recorded."""
+    last = (len(rows) - 1) * decisions + 1
+    if not np.isfinite(rows).all():
+        return np.ascontiguousarray(np.repeat(rows, decisions, axis=0)[:last])
+    found = Akima1DInterpolator(np.arange(len(rows)), rows)(np.arange(last) / decisions)
     return np.ascontiguousarray(found)

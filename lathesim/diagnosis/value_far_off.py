@@ -55,7 +55,7 @@ def value_far_off(bench: Bench, baseline: Model, model: Model) -> FarOff | None:
         width = max(_LEAST, _BETTER * abs(best))
         if best > reached - width and best > _LEAST:
             alike = tuple(other for merit, other, _ in found[1:] if merit > best - width)
-            # effects beside which other values would have to be impossible still are no rivals of one value that does as well, and a
+            # effects beside which other values would have to be impossible still are no rivals of one value that does as well, and an
             # encoder that is off by any factor is one number too, and the stranger one
             factor = _factor(model, bench.rig)
             beaten = best > reached + (-width if not terms and (factor or is_strained(model.fitted)) else width)

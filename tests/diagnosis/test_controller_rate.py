@@ -71,4 +71,8 @@ def test_what_was_recorded_is_interpolated_between_the_samples() -> None:
     assert (finer.sample_period, finer.step) == (0.05, 0.025)
     (part,) = finer.parts
     assert part.tables["recorded"][::2, 0] == pytest.approx(np.sin(time), abs=1e-15)
+    gap = np.sin(time)
+    gap[20:30] = np.nan
+    (held,) = at_controllers_rate(Assembly((replace(part, tables={"recorded": gap[:, None]}),), (), 0.1, 0.03), 2).parts
+    assert held.tables["recorded"][:, 0] == pytest.approx(np.repeat(gap, 2)[:-1], nan_ok=True)
     assert part.tables["recorded"][11:-11, 0] == pytest.approx(np.sin(0.05 * np.arange(11, 108)), abs=1e-4)
