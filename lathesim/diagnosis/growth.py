@@ -55,6 +55,9 @@ _AGREES = 0.6
 """Share of its gain on one recording that a friction must gain on the other not to be tried again with the simulated motion."""
 _CLEARLY_BETTER = 1.1
 """Times by which a friction must gain more with the motion it makes."""
+_SPOILT, _NEARLY_AS_MUCH = 1.05, 0.9
+"""Factor by which an effect may make the lesson's own simulation worse, and share of what it takes away that another one must that does
+not."""
 _MUCH_BETTER = 0.5
 """Share of the error of the lesson's own simulation that may be left, in the channel where most is, for strained values to be eased."""
 _NEAR = ((0.98, 0.85), (0.95, 0.6))
@@ -122,6 +125,7 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
     good = [trial for trial in tried if believable(trial, settings, found.chance) and not is_part_of_a_wave(trial, found.model)]
     good = [trial for trial in good if _is_in_time(bench, trial.term, trial.model)]
     good = [trial for trial in good if is_a_wave(bench.rig, trial.term, trial.model.fitted.by_name)]
+    good = _unspoilt(good)
     if not good:
         return False
     good.sort(key=lambda trial: -merit(trial, settings))
@@ -151,6 +155,13 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
     bench.say(f"{best.term.name} at {best.term.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
     _eliminate(bench, found, settings)
     return True
+
+
+def _unspoilt(good: Sequence[Trial]) -> list[Trial]:
+    """Give the trials without those with which the lesson's own simulation is further off, where another one takes away nearly as much and
+    that is no further off: a replay that runs away is held by whatever keeps the machine at rest, and a controller would not have it."""
+    kept = max((trial.share_of_rest for trial in good if trial.spoils <= 1.0), default=0.0)
+    return [trial for trial in good if trial.spoils < _SPOILT or kept < _NEARLY_AS_MUCH * trial.share_of_rest]
 
 
 def _bare(wave: Sequence[Screened], model: Model) -> list[Asked]:

@@ -272,3 +272,19 @@ def test_what_was_a_part_of_a_finer_shape_goes(without: tuple[float, ...], kept:
     found = Found(whole, whole)
     growth._leave_out_unworthy(bench, found, SETTINGS)
     assert (ripple in found.model.terms) == kept
+
+
+@pytest.mark.parametrize(
+    ("spoils", "share", "other", "kept"),
+    [(1.34, 0.985, 0.994, ["friction"]), (1.34, 0.985, 1.2, ["friction", "dead zone"]), (0.8, 0.985, 0.994, ["friction", "dead zone"])],
+    ids=["a controller would not have it", "both spoil", "none does"],
+)
+def test_what_holds_a_replay_that_runs_away_has_to_do_so_in_the_loop_as_well(
+    spoils: float, share: float, other: float, kept: list[str]
+) -> None:
+    """A light slide stood still as often as it moved: with a dead zone its replay hardly moved at all, and that was near to the place."""
+    trials: Any = [
+        SimpleNamespace(term=SimpleNamespace(name=name), share_of_rest=of_rest, spoils=worse)
+        for name, of_rest, worse in (("friction", 0.938, other), ("dead zone", share, spoils))
+    ]
+    assert [trial.term.name for trial in growth._unspoilt(trials)] == kept
