@@ -19,7 +19,7 @@ from lathesim.diagnosis.trial import Bench, Model, is_wide
 
 _SURELY = 3.0
 """Standard errors from which on a value of a finer shape is there."""
-_AS_GOOD = 3.0
+AS_GOOD = 3.0
 """Nats that a value must be worth on the fitted or on the held-out recording."""
 
 
@@ -46,7 +46,7 @@ def _without_the_most_needless(bench: Bench, model: Model, term: Term) -> tuple[
         leaner, names = _held(bench, model, term, name, nothing)
         wide = is_wide(model.terms)
         lost = max(model.score.above(leaner.score, wide=wide), model.held_out.above(leaner.held_out, wide=wide))
-        if lost < _AS_GOOD and (best is None or leaner.score.above(best[0].score, wide=wide) > 0.0):
+        if lost < AS_GOOD and (best is None or leaner.score.above(best[0].score, wide=wide) > 0.0):
             best = leaner, names
     return best
 

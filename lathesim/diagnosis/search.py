@@ -14,6 +14,7 @@ from lathesim.diagnosis.missing_ground import put_on_ground
 from lathesim.diagnosis.needed_values import drop_needless_values
 from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
 from lathesim.diagnosis.other_forms import forms_of_two, two_for_one
+from lathesim.diagnosis.plain_form import plain_forms
 from lathesim.diagnosis.problem import Rig, baseline_free
 from lathesim.diagnosis.rivals_again import try_rivals_again
 from lathesim.diagnosis.simpler_relative import simpler_relatives
@@ -62,6 +63,7 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
             bench.say(f"as good and simpler: {' and '.join(trial.term.name for trial in simpler[1])}")
         simpler_relatives(bench, found)
         drop_needless_values(bench, found)
+        plain_forms(bench, found)
         if far := value_far_off(bench, baseline, found.model):
             names = (far.name, *far.instead)
             if far.better:

@@ -1,0 +1,53 @@
+"""A finer form whose own values may be nothing gives way to what it refines: a friction that differs by nothing between the directions is
+a plain one.
+
+Nested models, held against each other at the same values of all else. Source: Ljung, System Identification, 2nd ed. 1999, section 16.4
+(the smallest of the models that fit as well).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lathesim.diagnosis.fit import fit, with_start
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.needed_values import AS_GOOD
+from lathesim.diagnosis.other_forms import form_starts
+from lathesim.diagnosis.terms import Term
+from lathesim.diagnosis.trial import Bench, Model, is_wide, term_free
+
+
+def plain_forms(bench: Bench, found: Found) -> None:
+    """Put what an effect refines in its place where both recordings are explained as well by it; the effect is then told to be a form that
+    shows too little here."""
+    for finer in found.model.terms:
+        for plain in bench.rig.candidates:
+            if plain.at != finer.at or plain.name not in finer.effect.refines:
+                continue
+            model = None if plain in found.model.terms else _in_its_place(bench, found.model, finer, plain)
+            if model is not None and _as_good(model, found.model):
+                bench.say(f"{finer.name} at {finer.at} is a plain {plain.name}")
+                trials = found.trials.get(finer.part, [])
+                found.trials[plain.part] = [
+                    replace(trial, term=plain) if trial.term.part == finer.part else trial for trial in trials if trial.term.part != plain.part
+                ]
+                found.unseen.setdefault(plain.part, []).append(finer)
+                found.model = bench.settled(model)
+                break
+
+
+def _in_its_place(bench: Bench, model: Model, finer: Term, plain: Term) -> Model:
+    """Give the model with a plain form in the place of a finer one, from the values that both have."""
+    felt = any(model.fitted.constant.get(name) == 0.0 for name in bench.rig.feeling_their_motion([finer]))
+    motion = bench.rig.feeling_their_motion([plain]) if felt else {}
+    terms = tuple(plain if term is finer else term for term in model.terms)
+    (start,) = form_starts(finer, plain, model, most=0)
+    rest = [item for item in with_start(model.fitted) if item.name not in finer.parameters]
+    constant = {name: value for name, value in model.fitted.constant.items() if not name.startswith(f"{finer.part}.")}
+    return bench.model(terms, fit(bench.rig.sensed, [*rest, *term_free(plain, start)], constant | motion, rounds=1, wide=is_wide(terms)))
+
+
+def _as_good(model: Model, other: Model) -> bool:
+    wide = is_wide(other.terms)
+    lost = max(other.score.above(model.score, wide=wide), other.held_out.above(model.held_out, wide=wide))
+    return lost < AS_GOOD

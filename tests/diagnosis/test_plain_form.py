@@ -1,0 +1,42 @@
+"""A finer form whose own values are nothing gives way to the plain one."""
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.fit import fit
+from lathesim.diagnosis.found import Found
+from lathesim.diagnosis.plain_form import plain_forms
+from lathesim.diagnosis.trial import Bench
+from lathesim.effects.friction import AsymmetricFriction, CoulombFriction
+from tests.diagnosis.pushed_table import Hidden, baseline, recording, rigs
+
+LEVEL, UNEVEN = 8.0, 0.3
+
+
+def uneven(v: float, q: float, t: float) -> float:
+    """A friction that is larger in one direction."""
+    turn = float(np.tanh(v / 1e-4))
+    return LEVEL * (1.0 + UNEVEN * turn) * turn
+
+
+@pytest.mark.parametrize(
+    ("hidden", "named"),
+    [(Hidden(dry=LEVEL), "CoulombFriction"), (Hidden(law=uneven), "AsymmetricFriction")],
+    ids=["alike both ways", "larger in one direction"],
+)
+def test_only_what_differs_between_the_directions_keeps_its_name(hidden: Hidden, named: str) -> None:
+    first, second = rigs(recording(hidden, seed=1), recording(hidden, seed=2), effects=(CoulombFriction, AsymmetricFriction))
+    bench = Bench(first, second, lambda text: None)
+    fitted = fit(first.sensed, baseline(first))
+    bench.weigh(fitted)
+    before = bench.model((), fitted)
+    finer = next(term for term in first.candidates if term.name == "AsymmetricFriction")
+    trial = bench.trial(before, finer, (), before.free, list(finer.points[:2]))
+    found = Found(before, trial.model, {finer.part: [trial]})
+    plain_forms(bench, found)
+    (friction,) = found.model.terms
+    assert friction.name == named
+    assert found.model.fitted.by_name[f"{friction.part}.level"] == pytest.approx(LEVEL, rel=0.05)
+    # how much it took away when it came in is still known
+    assert found.removed_by(friction) == trial.share_of_all
+    assert [term.name for term in found.unseen.get(friction.part, [])] == (["AsymmetricFriction"] if named == "CoulombFriction" else [])
