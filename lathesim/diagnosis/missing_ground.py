@@ -1,7 +1,8 @@
 """An effect that stands on another one which is not there: what takes the other's place in the model was a wrong beginning.
 
 A spindle that hardly ever turns the other way has a constant torque as well as dry friction; taken for it, what is left at low speed
-is called the excess of a friction that is not there. The friction is then tried in the place of either, and of both.
+is called the excess of a friction that is not there. The friction is then tried in the place of either, of both, and beside them: a peak
+that is far wider than any takes so much of the friction that this promises little.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from lathesim.diagnosis.trial import Bench, Model, Trial, is_wide
 
 
 def put_on_ground(bench: Bench, found: Found, settings: Settings) -> bool:
-    """Put what an effect of the model stands on into it, in the place of the effect, of another one at the same part, or of both, where
-    that explains both recordings as well for what its values cost; say whether that was done."""
+    """Put what an effect of the model stands on into it, in the place of the effect, of another one at the same part, of both, or of
+    none, where that explains both recordings as well for what its values cost; say whether that was done."""
     for term in found.model.terms:
         if stands(term, found.model, bench.rig):
             continue
@@ -36,6 +37,14 @@ def put_on_ground(bench: Bench, found: Found, settings: Settings) -> bool:
                 found.trials[trial.term.part] = [trial]
                 found.model = model
                 return True
+            if gone == (term,):
+                again = _on_top(bench, trial.model, term)
+                both = bench.settled(again.model)
+                if _is_as_good(both, found.model, settings):
+                    bench.say(f"{trial.term.name} at {trial.term.at} is there too")
+                    found.trials |= {trial.term.part: [trial], term.part: [again]}
+                    found.model = both
+                    return True
     return False
 
 
@@ -48,6 +57,12 @@ def _instead(bench: Bench, model: Model, term: Term, others: list[Term], grounds
         points = starting_points(bench.rig, before.fitted, grounds)
         for item in screen(bench.rig.sensed, before.fitted, grounds, points).ranked:
             yield gone, bench.trial(before, item.term, before.terms, before.free, item.starts[:1])
+
+
+def _on_top(bench: Bench, before: Model, term: Term) -> Trial:
+    """Try an effect anew on the ground that it needs: from what it was without it, a way to both may be long."""
+    (item,) = screen(bench.rig.sensed, before.fitted, [term], starting_points(bench.rig, before.fitted, [term])).ranked
+    return bench.trial(before, term, before.terms, before.free, item.starts)
 
 
 def _is_as_good(model: Model, other: Model, settings: Settings) -> bool:

@@ -27,10 +27,8 @@ def plain_forms(bench: Bench, found: Found) -> None:
             model = None if plain in found.model.terms else _in_its_place(bench, found.model, finer, plain)
             if model is not None and _as_good(model, found.model):
                 bench.say(f"{finer.name} at {finer.at} is a plain {plain.name}")
-                trials = found.trials.get(finer.part, [])
-                found.trials[plain.part] = [
-                    replace(trial, term=plain) if trial.term.part == finer.part else trial for trial in trials if trial.term.part != plain.part
-                ]
+                others = [trial for trial in found.trials.get(finer.part, ()) if trial.term.part != plain.part]
+                found.trials[plain.part] = [replace(trial, term=plain) if trial.term.part == finer.part else trial for trial in others]
                 found.unseen.setdefault(plain.part, []).append(finer)
                 found.model = bench.settled(model)
                 break
