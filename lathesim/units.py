@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,18 @@ def si_factor(unit: str) -> tuple[float, str]:
         base = registry().Quantity(1.0, unit).to_base_units()
     except Exception as error:
         raise UnitError(f"'{unit}' is no unit.", remedy="Write units as in 'mm', 'm/s', 'N*s/m', 'V/mm', 'rpm'.") from error
-    return float(base.magnitude), str(base.dimensionality)
+    return float(base.magnitude), dimension_text(base.dimensionality)
+
+
+def dimension_text(dimensionality: Mapping[str, float]) -> str:
+    """Give a dimension as text, alike for all units of one kind: ``[length] * [mass] / [time] ** 2`` for N as for lbf."""
+    above, below = (
+        [f"{name} ** {abs(power):g}" if abs(power) != 1 else name for name, power in sorted(dimensionality.items()) if power * sign > 0]
+        for sign in (1, -1)
+    )
+    if not (above or below):
+        return "dimensionless"
+    return " / ".join([" * ".join(above) or "1", *below])
 
 
 def same_dimension(first: str, second: str) -> bool:

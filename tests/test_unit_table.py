@@ -3,16 +3,25 @@
 import pytest
 
 from lathesim.unit_table import KNOWN_UNITS, known_unit
-from lathesim.units import registry
+from lathesim.units import dimension_text, registry, same_dimension
 
 
 @pytest.mark.parametrize("unit", KNOWN_UNITS)
 def test_every_unit_of_the_table_is_what_pint_says(unit: str) -> None:
     base = registry().Quantity(1.0, unit).to_base_units()
-    assert KNOWN_UNITS[unit] == (float(base.magnitude), str(base.dimensionality))
+    assert KNOWN_UNITS[unit] == (float(base.magnitude), dimension_text(base.dimensionality))
 
 
 def test_brackets_of_replaced_placeholders_do_not_matter() -> None:
     assert known_unit("V/((N))") == KNOWN_UNITS["V/N"]
     assert known_unit("V/((rad/s))") == KNOWN_UNITS["V/(rad/s)"]
     assert known_unit("furlong") is None
+
+
+@pytest.mark.parametrize(
+    ("unit", "usual"),
+    [("lbf", "N"), ("kgf", "N"), ("lbf*in", "N*m"), ("ozf*in", "N*m"), ("kgf*cm", "N*m"), ("in/min", "m/s"), ("psi", "Pa")],
+)
+def test_a_unit_that_is_put_together_another_way_measures_the_same(unit: str, usual: str) -> None:
+    """Whether it stands in the table or not, and whatever was asked before."""
+    assert same_dimension(unit, usual)

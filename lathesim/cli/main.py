@@ -153,3 +153,7 @@ def _program_fault(error: BaseException) -> int:
         where = text
     click.echo(f"This is a fault of the program, not of your input: {told}. {where}", err=True)
     return PROGRAM_FAULT
+
+
+if __name__ == "__main__":
+    main()

@@ -37,6 +37,8 @@ _FURTHEST = 3.0
 """Samples by which a channel is looked for earlier or later."""
 _BY_SHIFT = 0.35
 """Share of what is unexplained that may stay so with a shift for that to be the fault."""
+_BY_CLOCK = 0.01
+"""Share of a command that must stay unexplained for a clock that is a little off to be the fault."""
 _STEP = 1e-6
 """By how much a zero is moved for its slope [SI]; commands answer in proportion."""
 _PLAINLY_OFF = 0.1
@@ -74,16 +76,27 @@ def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Mapping[
 def of_another_period(rig: Rig, values: Mapping[str, float]) -> str:
     """Give a sentence where a recorded command follows from what its controller was given with another sample period only; empty where it
     does so as recorded, with no other, or nothing was replayed."""
-    period = 1e3 * rig.machine.assembly.sample_period
+    period, clock = 1e3 * rig.machine.assembly.sample_period, rig.machine.clock
     for row, share in unexplained_share(rig, values) if rig.machine.replay else ():
         name = rig.machine.compare[row]
+        if clock != 1.0 and share > _BY_CLOCK and _unexplained_at(rig, 1.0 / clock, values, row) < min(_FOLLOWS, _BY_SHIFT * share):
+            decides_every, how = period / rig.machine.decisions, "fast" if clock > 1.0 else "slow"
+            return (
+                f"{name.partition('.')[0]} decides every {decides_every / clock:.4g} ms, and by the recording's clock every "
+                f"{decides_every:.4g} ms: that runs {abs(clock - 1.0):.2%} {how}. With the lesson's period {name} follows from what its "
+                f"controller was given, with the recorded one {share:.0%} of it does not."
+            )
         for factor in _PERIODS if share > CONTROLLED else ():
-            if dict(unexplained_share(_at_period(rig, factor), values))[row] < _FOLLOWS:
+            if _unexplained_at(rig, factor, values, row) < _FOLLOWS:
                 return (
                     f"With a sample period of {factor * period:.4g} ms {name} follows from what its controller was given, with "
                     f"{period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of {1.0 / factor:.4g}."
                 )
     return ""
+
+
+def _unexplained_at(rig: Rig, factor: float, values: Mapping[str, float], row: int) -> float:
+    return dict(unexplained_share(_at_period(rig, factor), values))[row]
 
 
 def _late_channel(rig: Rig, values: Mapping[str, float], row: int, share: float) -> str:

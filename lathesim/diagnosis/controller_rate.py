@@ -21,6 +21,8 @@ MOST = 10
 """Decisions for each sample up to which what happens in between is interpolated."""
 _WHOLE = 0.01
 """How far a ratio of two periods may lie beside a whole number, as a share of it."""
+_CLOCK = 5e-4
+"""Share by which the clocks of two devices may differ."""
 _SIGNALS = (HeldSignal, LinearSignal, SplineTerm)
 
 
@@ -36,6 +38,15 @@ def decisions_for_each(period: float, assembly: Assembly) -> int:
     whole = round(ratio)
     slower = 1 < whole <= MOST and abs(ratio - whole) < _WHOLE * whole
     return whole if slower and any(closes_a_loop(part) for part in assembly.parts) else 1
+
+
+def clock_beside(period: float, assembly: Assembly) -> float:
+    """Give how many times as long as the lesson says the periods of its controllers are by the recording's clock, where that holds each or
+    every k-th of their decisions; 1 where it is no further off than a clock, or holds something else."""
+    ratio = period / assembly.sample_period
+    beside = ratio / max(1, round(ratio))
+    alike = _CLOCK < abs(beside - 1.0) < _WHOLE
+    return beside if alike and any(closes_a_loop(part) for part in assembly.parts) else 1.0
 
 
 def at_controllers_rate(assembly: Assembly, decisions: int) -> Assembly:

@@ -173,7 +173,7 @@ def _recording_fault(question: Question, faults: list[str], findings: tuple[str,
         question.lesson,
         question.fitted.name,
         question.held_out.name if question.held_out else question.fitted.name,
-        findings=(*findings, *[fault for fault in faults if fault not in findings]),
+        findings=tuple(dict.fromkeys((*findings, *faults))),
         wall_time=time.perf_counter() - began,
     )
 

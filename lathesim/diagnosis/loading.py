@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lathesim.component import Output
-from lathesim.diagnosis.controller_rate import closes_a_loop, decisions_for_each, dividing
+from lathesim.diagnosis.controller_rate import clock_beside, closes_a_loop, decisions_for_each, dividing
 from lathesim.diagnosis.problem import Machine
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import Plan
@@ -67,7 +67,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
     mapping = mapping_of(lesson, prepared.machinery)
     recordings = []
     resolution: dict[str, float] = {}
-    period, decisions = prepared.machinery.sample_period, 1
+    period = prepared.machinery.sample_period
     for file in files:
         mapped: MappedRecording = map_recording(read_recording(file, registry.readers), mapping)
         if len(mapped.record) > MOST_SAMPLES:
@@ -80,7 +80,6 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
             )
         _refuse_without_overlap(file, mapped, prepared)
         period = mapped.record.sample_period
-        decisions = decisions_for_each(period, prepared.machinery)
         found += _coarser_than_decided(period, prepared.machinery, mapping.targets("compare"))
         recordings.append(Recorded(file.name, mapped.record, tuple(found)))
         resolution |= mapped.resolution
@@ -90,7 +89,8 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
         tuple(lesson.settings.recordings.compare) if lesson.settings.recordings else (),
         uncertainties(lesson, prepared.plan),
         resolution,
-        decisions=decisions,
+        decisions=decisions_for_each(period, prepared.machinery),
+        clock=clock_beside(period, prepared.machinery),
     )
     return LoadedCase(lesson, prepared, machine, tuple(recordings))
 
@@ -104,9 +104,16 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
         raise RecordingError(fact, place=str(file), remedy=f"Record at least {LEAST_SAMPLES}.")
     coarse = _coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
     findings = (*mapped.findings, *recording_faults(mapped.record, mapping), *coarse)
-    assembly = at_period(prepared.machinery, mapped.record.sample_period)
-    decisions = decisions_for_each(mapped.record.sample_period, prepared.machinery)
-    machine = Machine(assembly, mapping.targets("drive"), mapping.targets("compare"), {}, mapped.resolution, decisions=decisions)
+    period = mapped.record.sample_period
+    machine = Machine(
+        at_period(prepared.machinery, period),
+        mapping.targets("drive"),
+        mapping.targets("compare"),
+        {},
+        mapped.resolution,
+        decisions=decisions_for_each(period, prepared.machinery),
+        clock=clock_beside(period, prepared.machinery),
+    )
     return machine, Recorded(file.name, mapped.record, tuple(findings))
 
 

@@ -32,7 +32,7 @@ class Machine:
     ``uncertain`` gives one standard deviation of given values [SI] by ``part.parameter``; ``resolution`` that of a recorded channel.
     Without ``replay`` the search works in the lesson's own simulation, and with ``white`` it takes every residual for white noise: see
     :mod:`lathesim.diagnosis.left_out_step`. The ``assembly`` is sampled as the recordings are; controllers make so many ``decisions`` for
-    each of their samples.
+    each of their samples. By the recording's ``clock`` these take so many times as long as the lesson says.
     """
 
     assembly: Assembly
@@ -43,6 +43,7 @@ class Machine:
     replay: bool = True
     white: bool = False
     decisions: int = 1
+    clock: float = 1.0
 
 
 TELLING = ("in_cut", "angle", "flow")

@@ -15,6 +15,8 @@ SHORT_GAP = 5
 """Fewer missing samples than this are bridged by a straight line."""
 _ON_GRID = 0.05
 """Times this close to the even clock [periods] count as on it: loggers round their time stamps."""
+_NEARLY_WHOLE = 0.2
+"""Periods that a step may be away from a whole number of them for the steps to be counted one by one."""
 _LONGEST = 40_000_000
 """Samples of a grid; a clock with holes cannot ask for more."""
 
@@ -166,7 +168,7 @@ def _without_repeats(time: FloatArray, rows: npt.NDArray[np.int64], findings: li
 
 def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Finding]) -> SampleGrid:
     start = float(time[0])
-    period = float(np.median(np.diff(time)))
+    period = _first_period(np.diff(time))
     slots = _slots(time, period)
     if len(np.unique(slots)) == len(slots):
         period = _rounded(_slope(slots, time), _ON_GRID * period / max(slots[-1], 1))
@@ -195,6 +197,16 @@ def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Findin
     findings.append(Finding("jitter", "time", fact, "the channels are interpolated onto an even clock"))
     moments = (time - start) / period
     return SampleGrid(start, period, int(moments[-1] + 1e-9) + 1, rows, times=moments)
+
+
+def _first_period(steps: FloatArray) -> float:
+    """Give the usual step; where each step is nearly a whole number of them, the mean one: seconds since 1970 resolve no step better than
+    a quarter of a microsecond, which adds up over the rows."""
+    usual = float(np.median(steps))
+    number = np.round(steps / usual)
+    if np.all(number >= 1.0) and np.all(np.abs(steps / usual - number) < _NEARLY_WHOLE):
+        return float(steps.sum() / number.sum())
+    return usual
 
 
 def _slots(time: FloatArray, period: float) -> npt.NDArray[np.int64]:

@@ -9,23 +9,14 @@ from scipy.signal import lfilter
 from lathesim.diagnosis.another_law import another_law
 from lathesim.diagnosis.problem import Machine, Rig, build_rigs
 from lathesim.engine.assembly import FloatArray
-from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.simulate import prepare, run_prepared
-from lathesim.plugins import load_registry
 from lathesim.record import Record
-from tests.diagnosis.small_case import write_lesson
-
-REFERENCE, POSITION, VOLTAGE = "x_controller.reference", "x_encoder.position", "x_controller.voltage"
+from tests.diagnosis.controlled_axis import REFERENCE, VOLTAGE, controlled_axis
 
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]:
     """An axis under cascade control, with a run of it."""
-    prepared = prepare(load_lesson(write_lesson(tmp_path_factory.mktemp("lesson"))), load_registry(installed=False))
-    run = run_prepared(prepared)
-    asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
-    record = Record(run.time, {**{name: run.channels[name] for name in (POSITION, VOLTAGE)}, REFERENCE: asked}, dict(run.meta))
-    return Machine(prepared.machinery, (REFERENCE,), (POSITION, VOLTAGE), {}, {}), record
+    return controlled_axis(tmp_path_factory.mktemp("lesson"))
 
 
 def rigs(machine: Machine, record: Record, command: FloatArray) -> list[Rig]:

@@ -11,38 +11,31 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.contradiction import contradicted, exchanged_with, of_another_period, swapped, wrong_unit
+from lathesim.diagnosis.controller_rate import clock_beside
 from lathesim.diagnosis.held_out import parted
+from lathesim.diagnosis.loading import at_period
 from lathesim.diagnosis.problem import Machine, Rig, build_rigs
 from lathesim.diagnosis.terms import insert_candidates
 from lathesim.effects.offset_and_gain import ScaleFactorError
 from lathesim.engine.assembly import FloatArray
-from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.simulate import prepare, run_prepared
-from lathesim.plugins import load_registry
 from lathesim.record import Record
+from tests.diagnosis.controlled_axis import CURRENT, POSITION, REFERENCE, VOLTAGE, controlled_axis
 from tests.diagnosis.one_cut import cut_machine, cut_record
 from tests.diagnosis.pushed_table import machine
-from tests.diagnosis.small_case import write_lesson
-
-REFERENCE, POSITION, VOLTAGE, CURRENT = "x_controller.reference", "x_encoder.position", "x_controller.voltage", "x_drive.current"
 
 
 @pytest.fixture(scope="module")
 def controlled(tmp_path_factory: pytest.TempPathFactory) -> Rig:
     """An axis under cascade control, with a run of it as its recording."""
-    prepared = prepare(load_lesson(write_lesson(tmp_path_factory.mktemp("lesson"))), load_registry(installed=False))
-    run = run_prepared(prepared)
-    channels = {name: run.channels[name] for name in (POSITION, VOLTAGE)}
-    asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
-    record = Record(run.time, {**channels, REFERENCE: asked}, dict(run.meta))
-    (rig,) = build_rigs(Machine(prepared.machinery, (REFERENCE,), (POSITION, VOLTAGE), {}, {}), [("run.csv", record)], [])
+    machine, record = controlled_axis(tmp_path_factory.mktemp("lesson"))
+    (rig,) = build_rigs(machine, [("run.csv", record)], [])
     return rig
 
 
 def with_period(rig: Rig, factor: float) -> Rig:
     """Give the rig of one who takes the sample period for ``factor`` times as long as it is."""
     wrong = Record(factor * rig.record.time, rig.record.channels, dict(rig.record.meta))
-    assembly = replace(rig.machine.assembly, sample_period=factor * rig.machine.assembly.sample_period)
+    assembly = at_period(rig.machine.assembly, factor * rig.machine.assembly.sample_period)
     (found,) = build_rigs(Machine(assembly, rig.machine.drive, rig.machine.compare, {}, {}), [("run.csv", wrong)], [])
     return found
 
@@ -59,6 +52,23 @@ def test_a_wrong_period_is_told_with_the_right_one(controlled: Rig, factor: floa
     right = 1e3 * controlled.machine.assembly.sample_period
     assert sentence.startswith(f"With a sample period of {right:.4g} ms x_controller.voltage follows")
     assert sentence.endswith(f"the time column, or its unit, is off by a factor of {told}.")
+
+
+def test_a_clock_that_is_half_a_percent_off_is_told(controlled: Rig) -> None:
+    """A gain of the controller would make up for most of that; the lesson says how often it decides."""
+    off = with_period(controlled, 1.005)
+    assert of_another_period(off, {}) == ""
+    clock = clock_beside(off.machine.assembly.sample_period, controlled.machine.assembly)
+    assert clock == pytest.approx(1.005)
+    sentence = of_another_period(replace(off, machine=replace(off.machine, clock=clock)), {})
+    assert sentence.startswith("x_controller decides every 1 ms, and by the recording's clock every 1.005 ms: that runs 0.50% fast.")
+
+
+@pytest.mark.parametrize(("factor", "clock"), [(1.0001, 1.0), (1.25, 1.0), (2.01, 1.005), (0.995, 0.995)])
+def test_a_clock_a_little_beside_that_of_the_controller(controlled: Rig, factor: float, clock: float) -> None:
+    assembly = controlled.machine.assembly
+    assert clock_beside(factor * assembly.sample_period, assembly) == pytest.approx(clock)
+    assert clock_beside(factor * assembly.sample_period, machine().assembly) == 1.0
 
 
 @pytest.mark.parametrize(("factor", "told"), [(6.27, "turns and radians"), (1e-3, "milli"), (-0.999, "its sign"), (1.2, ""), (4.3, "")])
@@ -88,15 +98,11 @@ def test_a_command_of_another_law_is_no_fault_unless_most_of_it_is_another_and_n
 
 def test_a_command_and_a_current_that_are_exchanged_are_told(tmp_path: Path) -> None:
     """A drive of 0.25 A/V. The current is no input of the controller: what that makes of its inputs is in the current's column."""
-    prepared = prepare(load_lesson(write_lesson(tmp_path)), load_registry(installed=False))
-    run = run_prepared(prepared)
-    asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
-    columns = {name: run.channels[name] for name in (POSITION, VOLTAGE, CURRENT)}
+    whole, right = controlled_axis(tmp_path, (POSITION, VOLTAGE, CURRENT))
     for exchanged in (False, True):
-        record = Record(run.time, {**columns, REFERENCE: asked}, dict(run.meta))
+        record = right
         if exchanged:
-            record = record.with_channel(VOLTAGE, "V", 0.25 * columns[CURRENT].values).with_channel(CURRENT, "A", columns[VOLTAGE].values)
-        whole = Machine(prepared.machinery, (REFERENCE,), tuple(columns), {}, {})
+            record = right.with_channel(VOLTAGE, "V", 0.25 * right[CURRENT]).with_channel(CURRENT, "A", right[VOLTAGE])
         (rig,) = build_rigs(whole, [("run.csv", record)], [])
         assert exchanged_with(rig, {}).startswith(f"{CURRENT} is what the lesson's controller makes") == exchanged
 

@@ -13,24 +13,16 @@ from lathesim.diagnosis.loading import at_period
 from lathesim.diagnosis.problem import Machine, Rig, build_rigs
 from lathesim.diagnosis.signals import LinearSignal
 from lathesim.engine.assembly import Assembly, Part
-from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.simulate import prepare, run_prepared
-from lathesim.plugins import load_registry
 from lathesim.record import Record
+from tests.diagnosis.controlled_axis import POSITION, REFERENCE, VOLTAGE, controlled_axis
 from tests.diagnosis.pushed_table import machine
-from tests.diagnosis.small_case import write_lesson
-
-REFERENCE, POSITION, VOLTAGE = "x_controller.reference", "x_encoder.position", "x_controller.voltage"
 
 
 @pytest.fixture(scope="module")
 def axis(tmp_path_factory: pytest.TempPathFactory) -> tuple[Assembly, Record]:
     """An axis under cascade control, and a run of it that holds every decision."""
-    prepared = prepare(load_lesson(write_lesson(tmp_path_factory.mktemp("lesson"))), load_registry(installed=False))
-    run = run_prepared(prepared)
-    asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
-    channels = {name: run.channels[name] for name in (POSITION, VOLTAGE)} | {REFERENCE: asked}
-    return prepared.machinery, Record(run.time, channels, dict(run.meta))
+    machine, record = controlled_axis(tmp_path_factory.mktemp("lesson"))
+    return machine.assembly, record
 
 
 def every_second(axis: tuple[Assembly, Record], decisions: int) -> Rig:

@@ -12,25 +12,17 @@ from lathesim.diagnosis.controller_value import controller_value, with_commands_
 from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.loading import Recorded
 from lathesim.diagnosis.problem import Machine, build_rigs
-from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.simulate import prepare, run_prepared
-from lathesim.plugins import load_registry
 from lathesim.record import Record
-from tests.diagnosis.small_case import write_lesson
-
-REFERENCE, POSITION, VOLTAGE = "x_controller.reference", "x_encoder.position", "x_controller.voltage"
+from tests.diagnosis.controlled_axis import VOLTAGE, controlled_axis
 
 
 @pytest.fixture(scope="module")
 def controlled(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]:
     """An axis under cascade control as a lesson has it, and a run of it with a little noise on the command."""
-    prepared = prepare(load_lesson(write_lesson(tmp_path_factory.mktemp("lesson"))), load_registry(installed=False))
-    run = run_prepared(prepared)
-    voltage = run[VOLTAGE] + 1e-3 * np.random.default_rng(1).standard_normal(len(run.time))
-    asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
-    record = Record(run.time, {POSITION: run.channels[POSITION], REFERENCE: asked}, dict(run.meta)).with_channel(VOLTAGE, "V", voltage)
-    mass = next(part for part in prepared.machinery.parts if part.name == "x_axis").parameters["mass"]
-    return Machine(prepared.machinery, (REFERENCE,), (POSITION, VOLTAGE), {"x_axis.mass": 0.05 * mass}, {}), record
+    machine, record = controlled_axis(tmp_path_factory.mktemp("lesson"))
+    voltage = record[VOLTAGE] + 1e-3 * np.random.default_rng(1).standard_normal(len(record))
+    mass = next(part for part in machine.assembly.parts if part.name == "x_axis").parameters["mass"]
+    return replace(machine, uncertain={"x_axis.mass": 0.05 * mass}), record.with_channel(VOLTAGE, "V", voltage)
 
 
 def with_value(machine: Machine, name: str, factor: float) -> tuple[Machine, float]:

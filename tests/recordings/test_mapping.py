@@ -52,6 +52,15 @@ def test_milliseconds_since_1970_are_as_even_as_any() -> None:
     assert found.record.meta["original_start"] == pytest.approx(1717000123.456, abs=1e-6)
 
 
+def test_seconds_since_1970_are_as_even_as_any() -> None:
+    """A float counts them in quarters of a microsecond, and no single step is the period."""
+    count = 30_000
+    found = mapped(table(t=1748959507.25 + 1e-3 * np.arange(count), q=np.resize(PLACE, count)))
+    assert found.findings == ()
+    assert found.record.sample_period == 1e-3
+    assert len(found.record) == count
+
+
 def test_a_rate_instead_of_times() -> None:
     found = mapped(table(q=PLACE), time=None, rate=10.0)
     assert found.record.sample_period == 0.1
