@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.another_law import AnotherLaw
-from lathesim.diagnosis.diagnosis import BaselineValue, Evidence
+from lathesim.diagnosis.diagnosis import BaselineValue, Evidence, listed
 from lathesim.diagnosis.evidence import Compared
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.found import Found
@@ -28,6 +28,7 @@ from lathesim.diagnosis.shortfall import (
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED
 from lathesim.diagnosis.verdict import removed_in_band
+from lathesim.diagnosis.waves import drawn_by_waves
 
 _APART = 20.0
 """Times what both can resolve by which two sensors of one motion may differ without a reason: less is in their interpolation."""
@@ -69,6 +70,7 @@ def adequacy(
     """Say what speaks against a model that takes away the share ``taken`` of the error; ``laws`` are controllers that have another one,
     ``unsized`` the effects whose size may be nothing."""
     effects = bool(found.model.terms)
+    drawn = drawn_by_waves(rig, found.model.terms, found.model.fitted.by_name)
     strained = _strained(rig, found, baseline)
     bands = tuple(narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted))
     left = left_over(evidence, rig.machine.compare) if effects else None
@@ -89,7 +91,10 @@ def adequacy(
     weak += [f"the recordings do not determine how large {term.name} at {term.at} is" for term in unsized]
     # a machine that cannot be is no explanation where much is left as well, or nothing beside it is sure to be there
     impossible = bool(strained) and (taken < MOST or (effects and len(unsized) == len(found.model.terms)))
-    removed = removed_in_band(found) if taken > 0.0 and not spoiled and not impossible else 0.0
+    if drawn:
+        names = listed([f"{term.name} at {term.at}" for term in drawn])
+        reasons.append(f"{names} are there so few times that together they may be anything that goes with the place")
+    removed = removed_in_band(found) if taken > 0.0 and not spoiled and not impossible and not drawn else 0.0
     form_left = left.share if left is not None and other_form else 0.0
     return Adequacy(tuple(reasons), tuple(weak), removed, form_left, strained, bands, tuple(laws))
 

@@ -23,7 +23,7 @@ from lathesim.diagnosis.locate import bars, missing_signal, places
 from lathesim.diagnosis.own_simulation import SETTLING
 from lathesim.diagnosis.problem import Machine, Rig
 from lathesim.diagnosis.sensor_zero import zeros_told
-from lathesim.diagnosis.shortfall import NEXT_TO_NOTHING
+from lathesim.diagnosis.shortfall import FORCES, NEXT_TO_NOTHING
 from lathesim.diagnosis.spectral_lines import Line, Spectrum, lines_of
 from lathesim.diagnosis.variables import direction_of, variables
 from lathesim.engine.assembly import FloatArray
@@ -34,7 +34,6 @@ from lathesim.plugins import Registry
 SCHEMA = "lathesim-compare/1"
 OFF = 3.0
 """Floors from which on a channel, or a part in the replay, counts as off."""
-_FORCES = ("N", "N*m")
 _AS_TIME = 1.05
 """Times by which a variable must tell more than the time alone: else what is missing comes once, and goes with all that changed then."""
 _WINDOWS = 50
@@ -141,7 +140,7 @@ class Comparison:
     @property
     def _off(self) -> list[Replayed]:
         far = [item for item in self.replayed if item.over_floor > OFF and item.parts]
-        return [item for item in far if item.unit not in _FORCES or not item.share < NEXT_TO_NOTHING]
+        return [item for item in far if item.unit not in FORCES or not item.share < NEXT_TO_NOTHING]
 
     @property
     def adds_up(self) -> bool:

@@ -18,6 +18,7 @@ from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.component import Component, Input
 from lathesim.diagnosis.own_simulation import SETTLING, root_mean_square
 from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.shortfall import FORCES
 from lathesim.diagnosis.terms import Term, decides
 from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.record import Record
@@ -42,6 +43,10 @@ _BY_CLOCK = 0.01
 _STEP = 1e-6
 """By how much a zero is moved for its slope [SI]; commands answer in proportion."""
 _PLAINLY_OFF = 0.1
+_UNIT_FROM = (0.4, 2.5)
+"""Factors between which a force may be another one: twice as much is no unit."""
+_BESIDE_A_UNIT, _NEARLY_A_UNIT = 0.1, 0.06
+"""Share of a channel that a mistaken unit may leave, and by how much its factor may be another one: values of the machine are uncertain."""
 _EXCHANGED = 0.1
 """Two channels are swapped where together they are off by more than the first, as a share of their squares, and exchanged by less than the
 second share of that."""
@@ -203,6 +208,26 @@ def swapped(rig: Rig, values: Mapping[str, float]) -> str:
                 f"{np.sqrt(0.5 * exchanged):.0%}. Exchange their columns in the lesson."
             )
     return ""
+
+
+def in_another_unit(rig: Rig, values: Mapping[str, float]) -> str:
+    """Give a sentence where one force is what the machine with ``values`` makes times the factor of a mistaken unit, and hardly anything
+    else, and all others are nearly what it makes; empty where none is. Another effect may do the same: of a force that is a share of
+    another one, a part of that other one. Where all are off the machine is another one; of motions the mapping asks."""
+    begin = int(SETTLING * rig.sensed.samples)
+    recorded = np.nan_to_num(rig.sensed.recorded)[:, begin:]
+    simulated = recorded - np.nan_to_num(rig.sensed.one(values))[:, begin:]
+    factors = [float(one @ other) / max(float(other @ other), 1e-300) for one, other in zip(recorded, simulated, strict=True)]
+    off = [row for row, factor in enumerate(factors) if not _GAINS[0] < factor < _GAINS[1]]
+    if len(off) != 1 or len(factors) == 1 or rig.record.unit(rig.machine.compare[off[0]]) not in FORCES:
+        return ""
+    (row,) = off
+    factor, name = factors[row], rig.machine.compare[row]
+    beside = root_mean_square(recorded[row] - factor * simulated[row])
+    unit = known_factor(factor, _NEARLY_A_UNIT) if not _UNIT_FROM[0] < abs(factor) < _UNIT_FROM[1] else ""
+    if not unit or not beside < _BESIDE_A_UNIT * root_mean_square(recorded[row]):
+        return ""
+    return f"{name} is {factor:.4g} times what the machine makes, which is the factor of a mistaken unit: {unit}."
 
 
 def wrong_unit(terms: Iterable[Term], values: Mapping[str, float]) -> str:

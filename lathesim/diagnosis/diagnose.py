@@ -19,7 +19,7 @@ from lathesim.diagnosis.another_law import AnotherLaw, another_law
 from lathesim.diagnosis.belief import Settings, is_of_a_clock
 from lathesim.diagnosis.clipped_reading import clipped_reading
 from lathesim.diagnosis.coarse_counts import coarse_counts
-from lathesim.diagnosis.contradiction import contradicted, exchanged_with, of_another_period, swapped, wrong_unit
+from lathesim.diagnosis.contradiction import contradicted, exchanged_with, in_another_unit, of_another_period, swapped, wrong_unit
 from lathesim.diagnosis.controller_value import controller_value, with_commands_followed
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
@@ -41,6 +41,7 @@ from lathesim.diagnosis.parameters import (
     with_error_of_form,
 )
 from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
+from lathesim.diagnosis.refusal import all_push
 from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import search
@@ -96,7 +97,7 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
             given = with_commands_followed(rig, _as_given(rig))
         # a feed-forward may be more than all that the lesson's controller does
         laws = {law.channel: law.feed_forward for law in another_law(rig, held_out, given)}
-        checks = [(contradicted(one, given, laws), swapped(one, given)) for one in (rig, held_out)]
+        checks = [(contradicted(one, given, laws), swapped(one, given), in_another_unit(one, given)) for one in (rig, held_out)]
         faults = [sentence for pair in checks for sentence in pair if sentence]
     if faults:
         return _recording_fault(question, faults, findings, began)
@@ -138,7 +139,7 @@ def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[
     All go that act at moving parts and take away next to nothing of what acts there.
     Of these a single one goes where nothing that matters was missing, and small ones beside others where no force that matters was missing
     at their place or the lesson's own simulation is further off with the whole model in some channel."""
-    if _all_push(rig, found.model.terms) and next_to_nothing(missing_signals(held_out, found.baseline, found.model)):
+    if found.model.terms and all_push(rig, found.model.terms) and next_to_nothing(missing_signals(held_out, found.baseline, found.model)):
         return list(found.model.terms)
     period, model = rig.machine.assembly.sample_period, found.model.fitted.by_name
     in_time = [term for term in found.model.terms if is_of_a_clock(term, model, period, len(rig.record) * period)]
@@ -154,12 +155,6 @@ def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[
     evidence = gather(rig, held_out, found, own)
     channels = held_out.machine.compare
     return doubtful + [term for term in unsure if hardly_missed(evidence, channels, "" if single else term.at)]
-
-
-def _all_push(rig: Rig, terms: Sequence[Term]) -> bool:
-    """Say whether all terms act at parts that a force moves: what is small as a force may be a large error of a sensor."""
-    pushed = {part.name for part in rig.machine.assembly.parts if "effort" in part.component.ports}
-    return bool(terms) and all(term.at.partition(".")[0] in pushed for term in terms)
 
 
 def _own(held_out: Rig, found: Found, values: Estimates) -> Compared:

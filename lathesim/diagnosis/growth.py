@@ -16,18 +16,17 @@ from lathesim.diagnosis.belief import (
     is_an_event,
     is_of_a_clock,
     merit,
-    of_usual_size,
-    replaces,
     simplest,
 )
 from lathesim.diagnosis.eligible import due, finer
 from lathesim.diagnosis.finer_shape import take_finer_shape
 from lathesim.diagnosis.fit import Fitted, fit
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.other_forms import form_starts
 from lathesim.diagnosis.part_of_a_wave import is_part_of_a_wave
 from lathesim.diagnosis.problem import STICKING, Rig
-from lathesim.diagnosis.screening import Screened, is_limit, least_shown, screen, screened_instead
+from lathesim.diagnosis.refinement import may_be_worth, refine
+from lathesim.diagnosis.refusal import pushes_at, quiet_parts, refusal
+from lathesim.diagnosis.screening import Screened, is_limit, screen
 from lathesim.diagnosis.side_by_side import Asked, side_by_side
 from lathesim.diagnosis.starting_points import instants_of, starting_points
 from lathesim.diagnosis.terms import Term
@@ -58,8 +57,6 @@ _CLEARLY_BETTER = 1.1
 _SPOILT, _NEARLY_AS_MUCH = 1.05, 0.9
 """Factor by which an effect may make the lesson's own simulation worse, and share of what it takes away that another one must that does
 not."""
-_MUCH_BETTER = 0.5
-"""Share of the error of the lesson's own simulation that may be left, in the channel where most is, for strained values to be eased."""
 _NEAR = ((0.98, 0.85), (0.95, 0.6))
 """Once one candidate removes this share of what is left, others are fitted only where they promised that share of the best promise: what
 cannot be told from it promises as much."""
@@ -74,7 +71,11 @@ def grow(bench: Bench, found: Found, settings: Settings, known: Collection[Term]
         if not settings.affords(bench.runs, len(bench.rig.candidates)):
             found.ended_after = bench.runs
             return
-        simple, refined = ([term for term in asked(found.model, bench.rig) if term.part not in found.refused] for asked in (due, finer))
+        quiet = quiet_parts(bench, found.model)
+        simple, refined = (
+            [term for term in asked(found.model, bench.rig) if term.part not in found.refused and not pushes_at(term, quiet)]
+            for asked in (due, finer)
+        )
         bench.say(f"screening {len(simple) + len(refined)} candidates")
         points = starting_points(bench.rig, found.model.fitted, [*simple, *refined])
         screening = screen(bench.rig.sensed, found.model.fitted, [*simple, *refined], points)
@@ -136,8 +137,8 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
         # what is so small beside the effects that were found is rather a finer form of one of them
         return True
     settled = bench.settled(best.model)
-    while not of_usual_size(best.term, settled.fitted.by_name, settings):
-        bench.say(f"  {best.term.name} at {best.term.at} is refused: fitted to the end it is no such effect")
+    while why := refusal(bench, found.model, best, settled, settings):
+        bench.say(f"  {best.term.name} at {best.term.at} is refused: {why}")
         good = [trial for trial in good if trial is not best]
         if not good:
             return False
@@ -249,7 +250,7 @@ def _wave(bench: Bench, found: Found, waiting: list[Screened], best: float, trie
             waiting.clear()
         elif not _may_add(item, *((explained, near) if item in first else (explained + _MUCH_MORE, np.inf))):
             continue
-        elif _may_be_worth(bench, found.model, item, settings):
+        elif may_be_worth(bench, found.model, item, settings):
             wave.append(item)
     return wave
 
@@ -263,20 +264,6 @@ def _may_add(item: Screened, explained: float, near: float) -> bool:
 def _starts(item: Screened) -> Sequence[FloatArray]:
     """Give the starting values of a fit: of an effect that is linear in its one size, one is enough."""
     return item.starts[: 1 if len(item.term.parameters) == 1 and not is_limit(item.term).any() else 2]
-
-
-def _may_be_worth(bench: Bench, model: Model, item: Screened, settings: Settings) -> bool:
-    """Say whether what a candidate promises may come to the shares of the error that an effect must remove."""
-    if is_strained(model.fitted):
-        return True
-    # beside effects that were found already the noise is known well, and what is promised is hardly ever surpassed
-    share = 1.0 if model.terms else settings.worth_a_fit
-    if item.share < share * settings.share_of_rest:
-        return False
-    if item.share > settings.nearly_worth * settings.nearly_all_of_rest:
-        return True
-    rest = model.error + np.maximum(bench.everything - bench.baseline_error, 0.0)
-    return float(np.max(item.shares * rest / bench.everything)) > share * settings.share_of_all
 
 
 def _rivals(
@@ -307,58 +294,6 @@ def _is_relative(term: Term, other: Term, promising: bool) -> bool:
     if term.at != other.at or len(term.parameters) > len(other.parameters):
         return False
     return term.name in other.effect.refines or (term.family == other.family and promising)
-
-
-def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -> bool:
-    """Let a refined form take the place of an effect where it removes much of what is left, or ``least`` of it; say whether one did."""
-    changed = False
-    for term in found.model.terms:
-        rest = tuple(other for other in found.model.terms if other is not term)
-        forms = [other for other in bench.rig.candidates if other.at == term.at and term.name in other.effect.refines]
-        forms = [other for other in forms if other.part not in found.refused]
-        kept = [item for item in found.model.free if item.name not in term.parameters]
-        asked = []
-        # a form of a friction that feels the simulated motion feels it too
-        felt = any(found.model.fitted.constant.get(name) == 0.0 for name in bench.rig.feeling_their_motion([term]))
-        for other in forms:
-            starts = form_starts(term, other, found.model)
-            motion = bench.rig.feeling_their_motion([other]) if felt else {}
-            promise = screened_instead(bench.rig.sensed, found.model.fitted, term, other, starts[1:], motion)
-            cost = settings.margin + settings.per_parameter * len(other.parameters)
-            if least_shown(bench.rig.sensed, found.model.fitted, term, other) < cost:
-                found.unseen.setdefault(term.part, []).append(other)
-            # where a friction holds by its own motion a promise says little of how much
-            if promise.gain > 0.5 * settings.margin and (felt or _may_be_worth(bench, found.model, promise, settings)):
-                asked.append(Asked(other, rest, kept, starts, felt=felt))
-                if other.bare:
-                    plain = form_starts(term, other.bare, found.model)
-                    asked += [Asked(other.bare, rest, kept, plain, felt=felt) for felt in (False, True)]
-        if asked:
-            bench.say(f"asking whether {term.name} at {term.at} has a finer form")
-        swaps = side_by_side(bench, found.model, asked)
-        found.tried += swaps
-        good = [trial for trial in swaps if believable(trial, settings, 0.0)]
-        good = [trial for trial in good if replaces(trial, term, settings) and trial.share_of_rest >= least]
-        good = good or [trial for trial in swaps if _eases(trial, settings)]
-        if not good:
-            # the first micrometres of a friction are felt through the noise of an encoder: promising, and yet not to be fitted
-            found.unseen.setdefault(term.part, []).extend(trial.term for trial in swaps if not trial.gain > settings.margin)
-        if good:
-            best = max(good, key=lambda trial: merit(trial, settings))
-            bench.say(f"{best.term.name} takes the place of {term.name}: {best.gain:.0f} nats")
-            found.trials[best.term.part] = good
-            found.take_over(best.term, term)
-            found.before[best.term.part] = found.model
-            found.model = bench.settled(best.model)
-            changed = True
-    return changed
-
-
-def _eases(trial: Trial, settings: Settings) -> bool:
-    """Say whether with a trial no value of the lesson is strained any more and the lesson's own simulation is much better: a friction that
-    senses recorded motion explains a spring of some micrometres with a viscosity that the machine cannot have."""
-    usual = of_usual_size(trial.term, trial.model.fitted.by_name, settings)
-    return trial.relieves and usual and 0.0 < trial.spoils < _MUCH_BETTER
 
 
 def _eliminate(bench: Bench, found: Found, settings: Settings) -> None:

@@ -2,7 +2,7 @@
 
 Usual sizes are those of a small lathe. A press or a rotary table has a hundred times as much of everything, and what is beyond belief on
 the one is usual on the other. The bound is taken from the recording: the largest effort that acts on the host, and that over its largest
-speed for what grows with the speed.
+speed for what grows with the speed; the smaller the machine the more a belt may slip for each newton metre.
 """
 
 from __future__ import annotations
@@ -13,9 +13,13 @@ from lathesim.diagnosis.motion import recorded_motion
 from lathesim.diagnosis.problem import Rig, acting
 from lathesim.units import same_dimension
 
+_MOST_LOST = 0.3
+"""Share of the largest speed that could be lost under the largest load."""
+
 
 def possible_sizes(rig: Rig) -> dict[str, float]:
-    """Give how large parameters of the candidates (free name -> size) could be, as far as they are efforts or grow with a speed."""
+    """Give how large parameters of the candidates (free name -> size) could be, as far as they are efforts, grow with a speed, or are
+    losses for each effort."""
     found: dict[str, float] = {}
     for host, bounds in _bounds(rig).items():
         for term in (term.shaped or term for term in rig.candidates if term.at == host and term.part in rig.sensed.plan.parts):
@@ -28,7 +32,8 @@ def possible_sizes(rig: Rig) -> dict[str, float]:
 
 
 def _bounds(rig: Rig) -> dict[str, dict[str, float]]:
-    """Give for each part that is pushed the units of an effort and of one over a speed, with the largest of each: part -> unit -> size."""
+    """Give for each part that is pushed the units of an effort, of one over a speed, and of a loss for each effort, with the largest of
+    each: part -> unit -> size."""
     channels = rig.sensed.plan.channels
     motion = recorded_motion(rig.with_candidates, {name: rig.record[name] for name in rig.machine.compare})
     sources = dict(acting(rig.machine.assembly))
@@ -47,5 +52,9 @@ def _bounds(rig: Rig) -> dict[str, dict[str, float]]:
         unit, flow = (declarations[ports[role]].unit for role in ("effort", "flow"))
         effort = float(np.max(np.abs(np.nan_to_num(pushing)), initial=0.0))
         speed = float(np.max(np.abs(motion.get(f"{part.name}.{ports['flow']}", np.zeros(1)))))
-        found[part.name] = {unit: effort, **({f"({unit})/({flow})": effort / speed} if speed > 0.0 else {})}
+        found[part.name] = {unit: effort}
+        if speed > 0.0 and effort > 0.0:
+            found[part.name] |= {f"({unit})/({flow})": effort / speed, f"({flow})/({unit})": _MOST_LOST * speed / effort}
+        if effort > 0.0:
+            found[part.name] |= {f"1/({unit})": _MOST_LOST / effort}
     return found

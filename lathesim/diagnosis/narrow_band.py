@@ -47,6 +47,8 @@ _DRIVEN = 12.0
 """Times the median around it that a drive must have at a frequency to be what swings there."""
 _OF_FLOOR = 0.5
 """Share of what a channel cannot resolve by which it must swing."""
+_OF_STEP = 0.41
+"""Share of its resolution by which a channel must swing: a sawtooth of one step has 0.29 of it (rms), the difference of two 0.41."""
 _HIGHEST = 0.9
 """Share of the resolved frequencies above which a difference of two samples rings by itself."""
 
@@ -131,7 +133,7 @@ def narrow_bands(rig: Rig, fitted: Fitted) -> list[NarrowBand]:
             stands_out = stands_out and peak >= _LEAST_CYCLES and prominence[peak] > prominent
             if stands_out and not _is_low_pass(power - around, peak):
                 size = math.sqrt(2.0 * float(np.sum(raw[near])) / rig.sensed.samples)
-                if size < _OF_FLOOR * rig.floors[name]:
+                if size < max(_OF_FLOOR * rig.floors[name], _OF_STEP * rig.machine.resolution.get(name, 0.0)):
                     # a staircase that is climbed steadily swings, by less than a step, once for each of them
                     break
                 low, high = (edge / seconds for edge in _edges(power - around, peak, width))

@@ -27,6 +27,8 @@ SIGNIFICANT = 3.0
 _LARGEST_INFLATION = 10.0
 _AS_GOOD = 1.2
 """Times the error of a simulation within which another one is as good."""
+_FAR_BEYOND = 100.0
+"""Times a limit that its neutral value is at least."""
 _HANG_TOGETHER = 0.1
 """Share of a standard error that is left where the other values of an effect are held, below which only a mixture of them is known."""
 _RAREST = 1e-300
@@ -248,7 +250,7 @@ def is_significant(term: Term, values: Estimates) -> bool:
             estimate = values.by_name[name]
             # of a growth and a rate of wear only the product is known: each is open, and yet the wear is there
             error = estimate.alone if estimate.alone < _HANG_TOGETHER * estimate.by_noise else estimate.by_noise
-            if abs(estimate.value - neutral) > SIGNIFICANT * error:
+            if _away(estimate.value, neutral) > SIGNIFICANT * error:
                 return True
     return False
 
@@ -258,7 +260,13 @@ def is_open(term: Term, values: Estimates) -> bool:
     that is a little wrong, recordings that disagree."""
     sizes = [(name, neutral) for name, neutral in zip(term.parameters, term.neutral, strict=True) if name in values.by_name]
     sizes = [(name, neutral) for name, neutral in sizes if name.partition(".")[2] in term.effect.neutral]
-    return all(abs(values.by_name[name].value - neutral) < CONFIDENCE * values.by_name[name].error for name, neutral in sizes)
+    return all(_away(values.by_name[name].value, neutral) < CONFIDENCE * values.by_name[name].error for name, neutral in sizes)
+
+
+def _away(value: float, neutral: float) -> float:
+    """Give how far a value is from where its effect vanishes; of a limit that does so far beyond all that acts, how large it is: one that
+    may be twice as large or none at all is not known."""
+    return min(abs(value - neutral), abs(value)) if abs(neutral) > _FAR_BEYOND * abs(value) else abs(value - neutral)
 
 
 def hangs_together(term: Term, values: Estimates) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from lathesim.diagnosis.belief import Settings, of_usual_size
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.growth import grow, leave_out, refine, same_effects
+from lathesim.diagnosis.growth import grow, leave_out, same_effects
 from lathesim.diagnosis.machine_sizes import possible_sizes
 from lathesim.diagnosis.missing_ground import put_on_ground
 from lathesim.diagnosis.needed_values import drop_needless_values
@@ -16,6 +16,7 @@ from lathesim.diagnosis.other_beginning import other_beginnings, plainly_better
 from lathesim.diagnosis.other_forms import forms_of_two, two_for_one
 from lathesim.diagnosis.plain_form import plain_forms
 from lathesim.diagnosis.problem import Rig, baseline_free
+from lathesim.diagnosis.refinement import refine
 from lathesim.diagnosis.rivals_again import try_rivals_again
 from lathesim.diagnosis.simpler_relative import simpler_relatives
 from lathesim.diagnosis.terms import Term

@@ -25,7 +25,8 @@ MOST = 0.9
 _LEFT = 0.37
 """... and share of what is missing, at the place where they do most, above which they leave more than an effect in its own form does: on
 concealed cases that left up to 0.35, names of something else from 0.39 on."""
-_FORCES = ("N", "N*m")
+FORCES = ("N", "N*m")
+"""Units in which what is missing at a part is a force."""
 NEXT_TO_NOTHING = 0.002
 """Share of all that acts somewhere below which a force that is missing there is how finely a simulation steps."""
 _WORSE = 1.5
@@ -120,7 +121,7 @@ def _is_a_load(missing: MissingSignal) -> bool:
     least, most = np.quantile(np.abs(missing.total), (1.0 / 3.0, 2.0 / 3.0))
     thirds = (np.abs(missing.total) <= least, np.abs(missing.total) > most)
     little, much = (float(np.sqrt(np.mean(np.square(missing.after[third])))) if third.any() else 0.0 for third in thirds)
-    return missing.unit in _FORCES and most > least and min(little, much) > _ALIKE * max(little, much)
+    return missing.unit in FORCES and most > least and min(little, much) > _ALIKE * max(little, much)
 
 
 def _is_all_that_followed(evidence: Evidence) -> bool:
@@ -160,7 +161,7 @@ def hardly_missed(evidence: Evidence, channels: Sequence[str], at: str = "") -> 
     asked = [
         structured(evidence, channel, missing.share_before, before=True)
         for channel, missing in zip(channels, evidence.missing, strict=True)
-        if not at or (missing.at.partition(".")[0] == at and missing.unit in _FORCES)
+        if not at or (missing.at.partition(".")[0] == at and missing.unit in FORCES)
     ]
     return bool(asked) and max(asked) < ADEQUATE
 
@@ -170,11 +171,11 @@ def next_to_nothing(signals: Sequence[MissingSignal]) -> bool:
     is missing in a reading."""
     for missing in signals:
         before, after = missing.sizes
-        if missing.unit not in _FORCES and after < _TAKEN * before:
+        if missing.unit not in FORCES and after < _TAKEN * before:
             return False
-        if missing.unit in _FORCES and not missing.share_before**2 - missing.share_after**2 < NEXT_TO_NOTHING**2:
+        if missing.unit in FORCES and not missing.share_before**2 - missing.share_after**2 < NEXT_TO_NOTHING**2:
             return False
-    return any(missing.unit in _FORCES for missing in signals)
+    return any(missing.unit in FORCES for missing in signals)
 
 
 def structured(evidence: Evidence, channel: str, share: float, *, before: bool = False) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft, rfftfreq
@@ -42,6 +42,8 @@ _LONGER = 10.0
 """By what factor the wave of a geometry may be longer than usual."""
 _ALONG_ALL = (1.0, 1.5, 2.0, 3.0)
 """Waves in the whole way that are tried besides: so few are no line of a periodogram, and its trend takes a part of them."""
+_OFTEN = 3.0
+"""Times that each of several waves must be there."""
 _SLOWLY = 0.25
 _BEYOND = 1.3
 """By how much a wavelength may lie outside the typical range."""
@@ -107,6 +109,22 @@ def is_a_wave(rig: Rig, term: Term, values: Mapping[str, float]) -> bool:
         return True
     seen = _places(rig).get(term.part if term.effect.along else term.at)
     return seen is None or length < _NO_WAVE * float(np.ptp(seen[1]))
+
+
+def drawn_by_waves(rig: Rig, terms: Sequence[Term], values: Mapping[str, float]) -> tuple[Term, ...]:
+    """Give the waves at one part of which several act on one port and some are there so few times that together they may draw anything that
+    goes with the place: a bump is the sum of a wave that fits into the way and of one half as long."""
+    places = _places(rig)
+    lengths: dict[tuple[str, str], list[tuple[float, Term]]] = {}
+    for term in terms:
+        length = next((values[name] for name in term.parameters if name.partition(".")[2] in PERIODS), 0.0)
+        if length and term.part in rig.sensed.plan.parts and not term.effect.along and term.at in places:
+            lengths.setdefault((term.at, term.effect.site), []).append((length, term))
+    for (at, _), found in lengths.items():
+        longest = max(length for length, _ in found)
+        if len(found) > 1 and longest * _OFTEN > float(np.ptp(places[at][1])):
+            return tuple(term for _, term in found)
+    return ()
 
 
 def _places(rig: Rig) -> dict[str, tuple[str, FloatArray, FloatArray]]:

@@ -20,6 +20,7 @@ _FACTORS: tuple[tuple[float, str], ...] = (
     (6e4, "mm/min and m/s"),
     (30.0 / math.pi, "turns a minute and rad/s"),
     (9.80665, "kilograms and newtons"),
+    (4.4482216, "pounds and newtons"),
 )
 _NEAR = 0.03
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.contradiction import contradicted, exchanged_with, of_another_period, swapped, wrong_unit
+from lathesim.diagnosis.contradiction import contradicted, exchanged_with, in_another_unit, of_another_period, swapped, wrong_unit
 from lathesim.diagnosis.controller_rate import clock_beside
 from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.loading import at_period
@@ -79,6 +79,23 @@ def test_a_gain_that_a_mistaken_unit_leaves_is_a_fault_of_the_recording(factor: 
     assert told in sentence
     assert bool(sentence) == bool(told)
     assert not sentence or sentence.startswith("x_encoder reads ")
+
+
+@pytest.mark.parametrize(
+    ("factors", "told"),
+    [((1.02, 0.218), True), ((1.02, 0.97), False), ((1.02, 0.5), False), ((1.02, 0.3), False), ((0.22, 0.22), False)],
+    ids=["pounds", "newtons", "half of it", "no unit", "another machine"],
+)
+def test_a_force_in_pounds_beside_one_in_newtons_is_told(factors: tuple[float, float], told: bool) -> None:
+    """A part of the main force that the thrust reads would make up for it, were it not for the factor."""
+    simulated = np.abs(np.random.default_rng(1).standard_normal((2, 500)))
+    recorded = np.array(factors)[:, None] * simulated
+    sensed = SimpleNamespace(recorded=recorded, samples=500, one=lambda values: recorded - simulated)
+    forces = SimpleNamespace(unit=lambda name: "N")
+    rig: Any = SimpleNamespace(sensed=sensed, record=forces, machine=SimpleNamespace(compare=("dynamometer.main", "dynamometer.thrust")))
+    sentence = in_another_unit(rig, {})
+    assert sentence.startswith("dynamometer.thrust is 0.218 times what the machine makes") == told
+    assert sentence.endswith("the factor of a mistaken unit: pounds and newtons.") == told
 
 
 def test_a_command_of_the_wrong_sign_is_told_as_one_of_several_faults(controlled: Rig) -> None:

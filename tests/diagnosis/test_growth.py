@@ -237,20 +237,6 @@ def test_a_friction_with_the_motion_it_makes_counts_where_it_explains_more(gain:
     assert growth._holds_still(felt, made) == kept
 
 
-@pytest.mark.parametrize(
-    ("relieves", "spoils", "eases"),
-    [(True, 0.3, True), (False, 0.3, False), (True, 0.8, False), (True, 0.0, False)],
-    ids=["much better", "values are strained still", "hardly better", "nothing feeds back"],
-)
-def test_a_finer_form_that_eases_strained_values_needs_no_gain(
-    relieves: bool, spoils: float, eases: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Springs of some micrometres were explained by a viscosity that the machine cannot have."""
-    monkeypatch.setattr(growth, "of_usual_size", lambda term, values, settings: True)
-    made: Any = SimpleNamespace(term=None, model=SimpleNamespace(fitted=SimpleNamespace(by_name={})), relieves=relieves, spoils=spoils)
-    assert growth._eases(made, SETTINGS) == eases
-
-
 def test_the_barest_form_of_a_friction_is_tried_with_recorded_and_with_felt_motion() -> None:
     names = ("friction.level", "friction.distance", "friction.excess")
     bare = SimpleNamespace(parameters=names[:2])

@@ -5,11 +5,14 @@ import pytest
 
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.problem import baseline_free, build_rigs
-from lathesim.diagnosis.waves import is_a_wave, wave_points
+from lathesim.diagnosis.waves import drawn_by_waves, is_a_wave, wave_points
+from lathesim.effects.effect import Effect
 from lathesim.effects.force_over_turn import ChipSegmentation
 from lathesim.effects.friction import PositionDependentFriction
+from lathesim.effects.motor_ripple import Cogging, TorqueRipple
+from lathesim.effects.offset_and_gain import ForceOffset
 from tests.diagnosis.one_cut import CHIP, cut_machine, cut_record
-from tests.diagnosis.pushed_table import POSITION, Hidden, baselines, machine, pair, recording
+from tests.diagnosis.pushed_table import POSITION, Hidden, baselines, machine, pair, recording, rigs
 
 
 def ripple(size: float, period: float) -> Hidden:
@@ -55,6 +58,23 @@ def test_what_is_longer_than_the_way_is_no_wave() -> None:
     assert not is_a_wave(rig, term, {length: 10.0 * way})
     other = next(term for term in rig.candidates if term.name == "CoulombFriction")
     assert is_a_wave(rig, other, {})
+
+
+@pytest.mark.parametrize(
+    ("share", "effects", "drawn"),
+    [
+        (0.8, (TorqueRipple, Cogging), 2),
+        (0.2, (TorqueRipple, Cogging), 0),
+        (0.8, (TorqueRipple,), 0),
+        (0.8, (TorqueRipple, ForceOffset), 0),
+    ],
+    ids=["a bump", "two ripples", "one wave", "a wave beside something else"],
+)
+def test_two_waves_that_are_hardly_there_may_draw_anything(share: float, effects: tuple[type[Effect], ...], drawn: int) -> None:
+    (rig, _) = rigs(recording(Hidden()), recording(Hidden(), seed=2), effects=effects)
+    way = float(np.ptp(rig.record[POSITION]))
+    lengths = {name: share * way for term in rig.candidates for name in term.parameters if name.endswith("period")}
+    assert len(drawn_by_waves(rig, rig.candidates, lengths)) == drawn
 
 
 def test_chips_are_looked_for_over_the_length_that_was_cut() -> None:
