@@ -79,12 +79,7 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     lines += [""] * bool(lines)
     lines += _table(_channel_rows(comparison))
     lines += ["", "Every part with the inputs that were recorded:", *_table(_replay_rows(comparison))]
-    sits = " and in ".join(comparison.suspects)
-    lines += ["", f"The mismatch sits in {sits}." if sits else "No part is off by itself."]
-    if sits:
-        lines.append(
-            "Values are as the lesson has them: a load that nobody measured, or another of its uncertain values, may be all of it."
-        )
+    lines += ["", *_where(comparison)]
     if comparison.adds_up:
         lines.append("What is next to nothing in every part adds up in a simulation that nothing recorded holds.")
     if comparison.explained_by:
@@ -92,6 +87,21 @@ def comparison_lines(comparison: Comparison) -> list[str]:
         lines += [f"  {_bar(item.share)} {item.share:4.0%}  {item.variable}" for item in comparison.explained_by]
     found = _line_rows(comparison)
     return lines + (["", "Lines of the residual:", *_table(found)] if len(found) > 1 else [])
+
+
+def _where(comparison: Comparison) -> list[str]:
+    """Say where the mismatch sits, and how much that means."""
+    from lathesim.diagnosis.compare import OFF
+
+    sits = " and in ".join(comparison.suspects)
+    if comparison.faults:
+        return ["The recording itself is at fault; until that is mended the rest says little of the machine."]
+    if not sits:
+        return ["No part is off by itself."]
+    if comparison.within_floors:
+        return [f"The lesson's own simulation is within {OFF:g} floors of every channel. What there is of a mismatch sits in {sits}."]
+    because = "a load that nobody measured, or another of its uncertain values, may be all of it."
+    return [f"The mismatch sits in {sits}.", f"Values are as the lesson has them: {because}"]
 
 
 def _channel_rows(comparison: Comparison) -> list[tuple[str, ...]]:

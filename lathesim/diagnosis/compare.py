@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.diagnosis.contradiction import at_odds
 from lathesim.diagnosis.evidence import missing_share
 from lathesim.diagnosis.fit import Fitted, fit
 from lathesim.diagnosis.held_out import parted
@@ -117,6 +118,8 @@ class Comparison:
     spectra: tuple[ChannelLines, ...]
     findings: tuple[str, ...]
     wires: tuple[tuple[str, str], ...]
+    faults: tuple[str, ...] = ()
+    """What makes the recording unfit to say anything of the machine; each is among the findings too."""
 
     @property
     def suspects(self) -> tuple[str, ...]:
@@ -143,6 +146,11 @@ class Comparison:
         return [item for item in far if item.unit not in FORCES or not item.share < NEXT_TO_NOTHING]
 
     @property
+    def within_floors(self) -> bool:
+        """Whether the lesson's own simulation is hardly off in any channel."""
+        return all(item.over_floor <= OFF for item in self.channels)
+
+    @property
     def adds_up(self) -> bool:
         """Whether a channel is off though no part is: what is next to nothing in each of them adds up where nothing recorded holds it."""
         return not self.suspects and any(item.over_floor > OFF for item in self.channels)
@@ -163,6 +171,8 @@ def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
     first, second, rig = parted(machine, recorded.name, recorded.record, ())
     fitted, *pieces = [_started(item) for item in (rig, first, second)]
     channels, replayed = _channels(rig, fitted), _replayed(rig, fitted)
+    faults = (*(str(item) for item in recorded.faults), *at_odds(rig, {}))
+    findings = (*(str(item) for item in recorded.findings), *zeros_told(rig), *faults)
     wires = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in machine.assembly.wires if wire.source]
     return Comparison(
         lesson,
@@ -173,8 +183,9 @@ def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
         replayed,
         _depends_on(first, pieces[0], second, pieces[1]),
         _spectra(rig, channels, {item.channel: item.parts for item in replayed}),
-        (*(str(item) for item in recorded.findings), *zeros_told(rig)),
+        tuple(dict.fromkeys(findings)),
         tuple(dict.fromkeys(wires)),
+        faults,
     )
 
 
@@ -307,6 +318,7 @@ def as_json(comparison: Comparison) -> dict[str, Any]:
             for item in comparison.spectra for line in item.lines
         ],
         "recording_findings": list(comparison.findings),
+        "recording_faults": list(comparison.faults),
     }  # fmt: skip
 
 

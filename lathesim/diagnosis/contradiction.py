@@ -54,6 +54,13 @@ _PERIODS = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
 """Factors between the true period and the recorded one: clocks of other devices, and seconds for milliseconds."""
 
 
+def at_odds(rig: Rig, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Give the sentences in which a recording contradicts itself with the machine at ``values``, as far as no other law of a controller
+    would be behind that."""
+    asked = (exchanged_with, of_another_period, swapped, in_another_unit)
+    return tuple(sentence for one in asked if (sentence := one(rig, values)))
+
+
 def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Mapping[str, bool] | None = None) -> str:
     """Give a sentence where a recorded command does not follow from what its controller was given, with the machine at ``values``.
 

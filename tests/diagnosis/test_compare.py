@@ -145,6 +145,19 @@ def test_each_part_that_is_off_is_named_and_that_in_which_most_of_what_acts_is_m
     assert replace(friction, replayed=(replace(table, over_floor=0.4),)).suspect == ""
 
 
+def test_what_a_faulty_recording_shows_is_said_to_mean_little(friction: Comparison) -> None:
+    lines = comparison_lines(replace(friction, faults=("x_scale.position: it counts in inches.",)))
+    assert "The recording itself is at fault; until that is mended the rest says little of the machine." in lines
+    assert not any(line.startswith("The mismatch sits") for line in lines)
+
+
+def test_a_simulation_that_is_hardly_off_is_said_to_be(friction: Comparison) -> None:
+    close = replace(friction, channels=tuple(replace(item, rms=2.0 * item.floor) for item in friction.channels))
+    told = "The lesson's own simulation is within 3 floors of every channel. What there is of a mismatch sits in x_axis."
+    assert told in comparison_lines(close)
+    assert not any(line.startswith("The mismatch sits") for line in comparison_lines(close))
+
+
 def test_a_force_that_is_next_to_nothing_of_what_acts_is_nowhere(friction: Comparison) -> None:
     """Steps of half a millisecond leave a millinewton, which adds up to floors of a place that nothing holds."""
     table = Replayed("x_encoder.position", ("x_encoder", "x_axis"), 157.0, "x_axis.disturbance", "N", 0.04, 1e-4)
