@@ -70,7 +70,7 @@ def adequacy(
     """Say what speaks against a model that takes away the share ``taken`` of the error; ``laws`` are controllers that have another one,
     ``unsized`` the effects whose size may be nothing."""
     effects = bool(found.model.terms)
-    drawn = drawn_by_waves(rig, found.model.terms, found.model.fitted.by_name)
+    drawn = drawn_by_waves(rig, found.model.terms, found.model.fitted.by_name) if len(found.model.terms) > 1 else ()
     strained = _strained(rig, found, baseline)
     bands = tuple(narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted))
     left = left_over(evidence, rig.machine.compare) if effects else None
