@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lathesim.diagnosis.loading import at_period
+from lathesim.diagnosis.controller_rate import decisions_for_each
+from lathesim.diagnosis.loading import at_period, coarser_than_decided
 from lathesim.diagnosis.parameter_fit import FreeParameter, free_parameters
 from lathesim.diagnosis.replay_misfit import Misfit, replay_misfit
 from lathesim.errors import LessonError
@@ -46,12 +47,14 @@ def ask_fit(
     prepared = prepare(lesson, registry, variant, overrides)
     mapping = mapping_of(lesson, prepared.machinery)
     mapped = map_recording(read_recording(recording, registry.readers), mapping)
-    assembly = at_period(prepared.machinery, mapped.record.sample_period)
+    period = mapped.record.sample_period
+    assembly, decisions = at_period(prepared.machinery, period), decisions_for_each(period, prepared.machinery)
     driven, compared = mapping.targets("drive"), mapping.targets("compare")
-    misfit = replay_misfit(assembly, mapped.record, driven, compared, mapped.resolution, closed=closed)
+    misfit = replay_misfit(assembly, mapped.record, driven, compared, mapped.resolution, closed=closed, decisions=decisions)
     for name in names:
         known = name in prepared.plan.parameters or name in prepared.plan.states
         if known and name not in misfit.plan.parameters and name not in misfit.plan.states:
             raise LessonError(f"no compared channel depends on {name}.", place="--free", remedy="Compare more channels, or leave it out.")
-    findings = (*mapped.findings, *recording_faults(mapped.record, mapping))
+    coarse = coarser_than_decided(period, prepared.machinery, compared)
+    findings = (*mapped.findings, *recording_faults(mapped.record, mapping), *coarse)
     return FitQuestion(misfit, tuple(free_parameters(misfit.plan, names)), findings)

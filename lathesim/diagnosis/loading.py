@@ -80,7 +80,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
             )
         _refuse_without_overlap(file, mapped, prepared)
         period = mapped.record.sample_period
-        found += _coarser_than_decided(period, prepared.machinery, mapping.targets("compare"))
+        found += coarser_than_decided(period, prepared.machinery, mapping.targets("compare"))
         recordings.append(Recorded(file.name, mapped.record, tuple(found)))
         resolution |= mapped.resolution
     machine = Machine(
@@ -102,7 +102,7 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
     if len(mapped.record) < LEAST_SAMPLES:
         fact = f"the recording has {len(mapped.record)} usable samples."
         raise RecordingError(fact, place=str(file), remedy=f"Record at least {LEAST_SAMPLES}.")
-    coarse = _coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
+    coarse = coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
     findings = (*mapped.findings, *recording_faults(mapped.record, mapping), *coarse)
     period = mapped.record.sample_period
     machine = Machine(
@@ -126,7 +126,7 @@ def _refuse_without_overlap(file: Path, mapped: MappedRecording, prepared: Prepa
         raise RecordingError(fact, place=str(file), remedy="Shift the times of the recording, or drive the reference with a recorded one.")
 
 
-def _coarser_than_decided(period: float, assembly: Assembly, compared: Collection[str]) -> list[Finding]:
+def coarser_than_decided(period: float, assembly: Assembly, compared: Collection[str]) -> list[Finding]:
     """Say where a controller decides more often than the recording shows. Where that is no whole number of times, or too many, it is
     another one at the recorder's rate, a slower one, and what it decided is known only if that was recorded."""
     found = []

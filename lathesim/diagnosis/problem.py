@@ -277,7 +277,7 @@ _SPARED = 0.02
 def quickly_transformed(record: Record) -> Record:
     """Give the record without the last samples, under one in fifty, beyond a length that a Fourier transform takes quickly."""
     samples = len(record)
-    # a length of the factors 2, 3 and 5 is quickest, one with 7 or 11 besides nearly so and never far; a large prime takes ten times as long
+    # a length of the factors 2, 3 and 5 is quickest, one with 7 or 11 nearly so and never far; a large prime takes ten times as long
     kept = next((fast for real in (True, False) if samples - (fast := prev_fast_len(samples, real=real)) <= _SPARED * samples), samples)
     if kept == samples:
         return record

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lathesim.component import Parameter
+from lathesim.diagnosis.controller_rate import at_controllers_rate
 from lathesim.diagnosis.floor import channel_floor
 from lathesim.diagnosis.motion import recorded_motion
 from lathesim.diagnosis.replay import cut, drive, seen, sense
@@ -33,7 +34,8 @@ _START_SPREAD = 1e-3
 class Misfit:
     """A plan and the recording it is held against; ``floors`` [SI] and ``weights`` (channels, samples) say what each sample counts.
 
-    ``starts`` are the states whose value at the first sample the recording shows, with that value.
+    ``starts`` are the states whose value at the first sample the recording shows, with that value. The plan is sampled ``every`` so many
+    times for each sample of the recording.
     """
 
     plan: Plan
@@ -43,6 +45,7 @@ class Misfit:
     floors: FloatArray
     weights: FloatArray
     starts: Mapping[str, float]
+    every: int = 1
 
     @property
     def samples(self) -> int:
@@ -52,7 +55,8 @@ class Misfit:
     def outputs(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
         """Give the simulated channels (channels, samples) for each row of ``values`` [SI]; the rows run at the same time."""
         rows = [self.plan.channels.index(channel) for channel in self.channels]
-        return Batch(self.plan, self.samples, noisy=False).run(list(names), np.atleast_2d(values), lambda record: record[rows].copy())
+        batch = Batch(self.plan, (self.samples - 1) * self.every + 1, noisy=False)
+        return batch.run(list(names), np.atleast_2d(values), lambda record: record[rows, :: self.every].copy())
 
     def misfits(self, names: Sequence[str], values: FloatArray) -> FloatArray:
         """Give the misfit in floors, (rows, channels, samples); what was not recorded counts nothing."""
@@ -71,8 +75,9 @@ def replay_misfit(
     resolution: Mapping[str, float],
     *,
     closed: bool = False,
+    decisions: int = 1,
 ) -> Misfit:
-    """Give the misfit of an assembly against a recording on its sample grid.
+    """Give the misfit of an assembly, sampled as a recording is, against that; its controllers make so many ``decisions`` for each sample.
 
     ``closed`` leaves the machine's own loops closed: only the inputs the lesson calls driven are recorded ones, and sensors round.
     """
@@ -83,13 +88,13 @@ def replay_misfit(
     if not closed:
         machine = _shown_places(sense(cut(_exact_sensors(machine), whole), motion), motion)
     channels = tuple(seen(assembly, name) for name in compared)
-    machine = _needed(machine, channels)
+    machine = at_controllers_rate(_needed(machine, channels), decisions)
     step = machine.step if closed else max(machine.step, 0.5 * machine.sample_period)
     plan = wire(replace(machine, record=channels, finish="", step=step))
     floors = np.array([channel_floor(values, resolution.get(name, 0.0)) for name, values in recorded.items()])
     rows = np.array(list(recorded.values()))
     weights = np.array([_weights(row, floor) for row, floor in zip(rows, floors, strict=True)])
-    return Misfit(plan, tuple(compared), channels, rows, floors, weights, _starts(plan, motion))
+    return Misfit(plan, tuple(compared), channels, rows, floors, weights, _starts(plan, motion), decisions)
 
 
 def _needed(assembly: Assembly, channels: Sequence[str]) -> Assembly:

@@ -32,8 +32,17 @@ Quantity = Annotated[
     PlainValidator(_quantity),
     WithJsonSchema({"type": ["string", "number"], "description": "number and unit, e.g. '5 ms'; a pure number only where the unit is 1"}),
 ]
+
+
+def _unit(value: Any) -> str:
+    """Take a unit; the 1 of a pure number needs no quotes."""
+    return "1" if type(value) is int and value == 1 else _text(value)
+
+
 Text = Annotated[str, PlainValidator(_text), WithJsonSchema({"type": "string"})]
 PartItem = Annotated[str, Field(pattern=r"^[A-Za-z_]\w*\.[A-Za-z_]\w*$")]
+Unit = Annotated[str, PlainValidator(_unit), WithJsonSchema({"anyOf": [{"type": "string"}, {"const": 1}]})]
+"""A unit, as 'mm/s'; 1 for a pure number."""
 Count = Annotated[int, Field(strict=True, ge=1)]
 
 
@@ -131,7 +140,7 @@ class RecordedSignal(_Model):
     """A column of a recording and what it means."""
 
     column: Text
-    unit: Text
+    unit: Unit
     scale: float = 1.0
     resolution: Quantity | None = None
 

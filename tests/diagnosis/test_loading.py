@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.loading import LEAST_SAMPLES, Recorded, _coarser_than_decided, at_period, load_case
+from lathesim.diagnosis.loading import LEAST_SAMPLES, Recorded, at_period, coarser_than_decided, load_case
 from lathesim.errors import LatheSimError, LessonError, RecordingError
 from lathesim.lessons.lesson import load_lesson, load_machine
 from lathesim.lessons.simulate import check_machine
@@ -48,14 +48,14 @@ def test_a_servo_that_decides_more_often_than_it_was_logged_cannot_be_replayed(r
     """Unless what it commanded was logged too, or the log holds every so many-th decision."""
     template = Path(__file__).parents[2] / "lesson_configs" / "machines" / "cascade_axis.yaml"
     assembly = check_machine(load_machine(template), registry).assembly
-    (finding,) = _coarser_than_decided(2.5 * assembly.sample_period, assembly, [])
+    (finding,) = coarser_than_decided(2.5 * assembly.sample_period, assembly, [])
     assert finding.serious
     assert "x_controller decides every" in finding.fact
-    assert _coarser_than_decided(assembly.sample_period, assembly, []) == []
-    (known,) = _coarser_than_decided(2.5 * assembly.sample_period, assembly, ["x_controller.voltage"])
+    assert coarser_than_decided(assembly.sample_period, assembly, []) == []
+    (known,) = coarser_than_decided(2.5 * assembly.sample_period, assembly, ["x_controller.voltage"])
     assert not known.serious
     assert "a slower loop than the real one" in known.done
-    (between,) = _coarser_than_decided(4.0 * assembly.sample_period, assembly, [])
+    (between,) = coarser_than_decided(4.0 * assembly.sample_period, assembly, [])
     assert not between.serious
     assert "simulated at the controller's rate" in between.done
 

@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.fit_question import ask_fit
-from lathesim.diagnosis.parameter_fit import ParameterFit, fit_parameters
+from lathesim.diagnosis.loading import at_period
+from lathesim.diagnosis.parameter_fit import ParameterFit, fit_parameters, free_parameters
+from lathesim.diagnosis.replay_misfit import replay_misfit
 from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry, load_registry
 from lathesim.record import Record, save
+from tests.diagnosis.controlled_axis import controlled_axis
 from tests.diagnosis.driven_axis import MASS, VISCOUS, write_recording
 from tests.shared_data import SHARED, needs_shared
 
@@ -38,6 +41,20 @@ def test_mass_and_friction_of_an_axis(registry: Registry, tmp_path: Path) -> Non
     assert found.undetermined == ()
     channel = found.channels[0]
     assert channel.after < 1.2 * channel.floor < channel.before
+
+
+def test_a_log_of_every_second_decision_is_held_against_the_loop_at_its_own_rate(tmp_path: Path) -> None:
+    """Sampled as the recorder does, the loop would be another one, and the gain that fits another gain."""
+    machine, record = controlled_axis(tmp_path)
+    channels = {name: dataclasses.replace(channel, values=channel.values[::2]) for name, channel in record.channels.items()}
+    slow = Record(record.time[::2], channels)
+    assembly, name = at_period(machine.assembly, slow.sample_period), "x_controller.velocity_gain"
+    off = {}
+    for decisions in (1, 2):
+        misfit = replay_misfit(assembly, slow, machine.drive, machine.compare, {}, closed=True, decisions=decisions)
+        (free,) = free_parameters(misfit.plan, [name])
+        off[decisions] = abs(fit_parameters(misfit, [free], starts=1).values[name] / free.given - 1.0)
+    assert off[2] < 0.01 < off[1]
 
 
 def test_errors_cover_the_truth(registry: Registry, tmp_path: Path) -> None:

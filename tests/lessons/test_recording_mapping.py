@@ -4,10 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
+from lathesim.lessons.schema import RecordedSignal
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
 from lathesim.record import save
@@ -50,6 +52,12 @@ def test_units_come_from_the_machine(tmp_path: Path) -> None:
         ),
         f"{path}:5:18",
     )
+
+
+def test_the_unit_of_a_pure_number_needs_no_quotes() -> None:
+    assert [RecordedSignal.model_validate({"column": "feed", "unit": unit}).unit for unit in (1, "1", "mm")] == ["1", "1", "mm"]
+    with pytest.raises(ValidationError, match="the number 2 stands here, and a text is due"):
+        RecordedSignal.model_validate({"column": "feed", "unit": 2})
 
 
 def test_a_rate_instead_of_a_time_column(tmp_path: Path) -> None:
