@@ -20,6 +20,7 @@ from lathesim.diagnosis.belief import Settings, is_of_a_clock
 from lathesim.diagnosis.clipped_reading import clipped_reading
 from lathesim.diagnosis.coarse_counts import coarse_counts
 from lathesim.diagnosis.contradiction import contradicted, exchanged_with, in_another_unit, of_another_period, swapped, wrong_unit
+from lathesim.diagnosis.controller_rate import closes_a_loop
 from lathesim.diagnosis.controller_value import controller_value, with_commands_followed
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
@@ -124,8 +125,11 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     if mistaken := wrong_unit([term for term in credible if found.removed_by(term) > NAMED_SHARE], values.values()):
         return _recording_fault(question, [mistaken], findings, began)
     counts = coarse_counts((rig, held_out), found.model.terms)
+    answer = _answer(question, found, rig, held_out, values, counts, say)
+    if slow := _of_a_slow_log(question, answer):
+        return _recording_fault(question, [slow], findings, began)
     return replace(
-        _answer(question, found, rig, held_out, values, counts, say),
+        answer,
         held_out=held_name,
         findings=findings,
         wall_time=time.perf_counter() - began,
@@ -262,6 +266,18 @@ def _other_laws(question: Question, found: Found, rig: Rig, held_out: Rig) -> li
     if slow_log or any(term.effect.late_by for term in found.model.terms):
         return []
     return another_law(rig, held_out, with_commands_followed(rig, _as_given(rig)))
+
+
+def _of_a_slow_log(question: Question, answer: Diagnosis) -> str:
+    """Give a sentence where what nothing explains sits in a controller that decided more often than was recorded; empty where it does
+    not."""
+    slow = next((finding for finding in question.fitted.findings if finding.kind == "coarse"), None)
+    suspect = next(iter(answer.location.components), "")
+    part = next((part for part in question.machine.assembly.parts if part.name == suspect), None)
+    if answer.verdict != "unknown" or slow is None or part is None or not closes_a_loop(part):
+        return ""
+    fact = f"{slow.fact[:1].upper()}{slow.fact[1:]}"
+    return f"{fact}: what nothing explains of {suspect} may be what happened between two samples. Record each decision, or every k-th."
 
 
 def _given(rig: Rig, found: Found) -> Fitted:

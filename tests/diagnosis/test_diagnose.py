@@ -2,6 +2,8 @@
 
 import functools
 import math
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,6 +15,7 @@ from lathesim.diagnosis.diagnosis import Diagnosis, as_json
 from lathesim.diagnosis.loading import Recorded
 from lathesim.record import Record
 from lathesim.recordings.finding import Finding
+from tests.diagnosis.controlled_axis import controlled_axis
 from tests.diagnosis.pushed_table import EFFECTS, MASS, POSITION, Hidden, Law, machine, recording
 
 
@@ -125,6 +128,28 @@ def test_a_recording_at_fault_names_no_physics() -> None:
     assert (found.verdict, found.effects) == ("recording_fault", ())
     assert "it stands still for 0.5 s" in found.sentence
     assert found.findings == (str(fault),)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "suspect", "kind", "told"),
+    [
+        ("unknown", "x_controller", "coarse", True),
+        ("unknown", "x_axis", "coarse", False),
+        ("unknown", "x_controller", "interpolated", False),
+        ("named", "x_controller", "coarse", False),
+    ],
+)
+def test_what_a_controller_did_between_two_samples_is_no_missing_physics(
+    verdict: str, suspect: str, kind: str, told: bool, tmp_path: Path
+) -> None:
+    """A log of 400 Hz beside a loop of 1 kHz, for which no whole number of decisions can be simulated."""
+    controlled, record = controlled_axis(tmp_path)
+    slow = Finding(kind, "", "one sample every 2.5 ms, and x_controller decides every 1 ms", "")
+    asked = ask("An axis", controlled, (Recorded("fit.csv", record, (slow,)),), EFFECTS)
+    answer: Any = SimpleNamespace(verdict=verdict, location=SimpleNamespace(components=(suspect, "x_encoder")))
+    sentence = diagnosing._of_a_slow_log(asked, answer)
+    assert sentence.startswith("One sample every 2.5 ms, and x_controller decides every 1 ms: what nothing explains") == told
+    assert bool(sentence) == told
 
 
 def test_one_recording_is_judged_on_its_second_half() -> None:
