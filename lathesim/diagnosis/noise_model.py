@@ -163,8 +163,11 @@ WHITE, RATE, DIFFERENCED = "white", "rate", "differenced"
 """How the noise of a sensor is: white; that of a speed, held against a place that was differenced; that of counts that were."""
 
 
-def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: float, *, coloured: bool, sensor: str = WHITE) -> NoiseShapes:
+def noise_shapes(
+    kicks: FloatArray, motion: FloatArray, floor: float, period: float, times: int, *, coloured: bool, sensor: str = WHITE
+) -> NoiseShapes:
     """Give the shapes for a channel; ``kicks`` (states, samples) is its response to a kick of each state, ``motion`` (samples,) itself.
+    It is differenced so many ``times``.
 
     Without ``coloured`` the sensor's noise and the forces on the machine are white: the equation error at every frequency counts alike, as
     in least squares of the inverse dynamics. With it the forces may be slow: nobody measures what hangs on a table. A sensor's noise stays
@@ -175,8 +178,7 @@ def noise_shapes(kicks: FloatArray, motion: FloatArray, floor: float, period: fl
     frequency = rfftfreq(samples, period)
     differencing = _differencing(frequency * period)
     differencing[0] = differencing[1] if len(frequency) > 1 else 1.0
-    gains = [gain for gain in (_kick_gain(kick, frequency, period) for kick in kicks) if gain.max(initial=0.0) > 0.0]
-    times = _differences(gains, differencing)
+    gains = _gains(kicks, frequency, period)
     corners = _CORNERS if coloured else ()
     own = {
         WHITE: [np.ones_like(frequency)],
@@ -203,10 +205,23 @@ def _band(motion: FloatArray, differences: int) -> int:
     return int(np.searchsorted(np.cumsum(power), _SHARE_IN_BAND * total)) + 1 if total > 0.0 else 1 << 62
 
 
-def _differences(gains: list[FloatArray], differencing: FloatArray) -> int:
-    """Give how often a channel is to be differenced so that the response to forces spans the fewest decades."""
+def _gains(kicks: FloatArray, frequency: FloatArray, period: float) -> list[FloatArray]:
+    """Give |G|^2 of each response to a kick (states, samples) that there is."""
+    return [gain for gain in (_kick_gain(kick, frequency, period) for kick in kicks) if gain.max(initial=0.0) > 0.0]
+
+
+def differences(kicks: FloatArray, period: float) -> int:
+    """Give how often a channel is to be differenced so that its response to kicks (states, samples) spans the fewest decades.
+
+    Asked of a machine without effects, and kept for all: likelihoods of a channel that was differenced once and of one that was twice are
+    those of other numbers.
+    """
+    frequency = rfftfreq(kicks.shape[-1], period)
+    gains = _gains(kicks, frequency, period)
     if not gains:
         return 0
+    differencing = _differencing(frequency * period)
+    differencing[0] = differencing[1] if len(frequency) > 1 else 1.0
     return int(np.argmin([max(_decades(gain * differencing**times) for gain in gains) for times in range(3)]))
 
 

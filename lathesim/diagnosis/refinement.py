@@ -20,7 +20,7 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -
     """Let a refined form take the place of an effect where it removes much of what is left, or ``least`` of it; say whether one did."""
     changed = False
     quiet = quiet_parts(bench, found.model)
-    for term in (term for term in found.model.terms if not pushes_at(term, quiet)):
+    for term in found.model.terms:
         rest = tuple(other for other in found.model.terms if other is not term)
         forms = [other for other in bench.rig.candidates if other.at == term.at and term.name in other.effect.refines]
         forms = [other for other in forms if other.part not in found.refused]
@@ -36,7 +36,8 @@ def refine(bench: Bench, found: Found, settings: Settings, least: float = 0.0) -
             if least_shown(bench.rig.sensed, found.model.fitted, term, other) < cost:
                 found.unseen.setdefault(term.part, []).append(other)
             # where a friction holds by its own motion a promise says little of how much
-            if promise.gain > 0.5 * settings.margin and (felt or may_be_worth(bench, found.model, promise, settings)):
+            promising = promise.gain > 0.5 * settings.margin and (felt or may_be_worth(bench, found.model, promise, settings))
+            if promising and not pushes_at(term, quiet):
                 asked.append(Asked(other, rest, kept, starts, felt=felt))
                 if other.bare:
                     plain = form_starts(term, other.bare, found.model)

@@ -9,6 +9,7 @@ from lathesim.diagnosis.belief import Settings, of_usual_size
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import grow, leave_out, same_effects
+from lathesim.diagnosis.late_rivals import ties_of_late_effects
 from lathesim.diagnosis.machine_sizes import possible_sizes
 from lathesim.diagnosis.missing_ground import put_on_ground
 from lathesim.diagnosis.needed_values import drop_needless_values
@@ -73,6 +74,7 @@ def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell
             elif found.model.terms:
                 found.values_instead = names
         try_rivals_again(bench, found, chosen)
+        ties_of_late_effects(bench, found, chosen)
         found.forms = forms_of_two(bench, found.model)
         found.complete = True
     except KeyboardInterrupt:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.diagnosis.motion import velocity_of
-from lathesim.diagnosis.noise_model import DIFFERENCED, RATE, WHITE, NoiseShapes, noise_shapes, window_of
+from lathesim.diagnosis.noise_model import DIFFERENCED, RATE, WHITE, NoiseShapes, differences, noise_shapes, window_of
 from lathesim.diagnosis.remembered import Remembered
 from lathesim.diagnosis.replay import as_recorded
 from lathesim.diagnosis.run_count import RunCount
@@ -178,7 +178,7 @@ class Simulator:
         bounded, rates = _within_bounds(motion), {sight.row for sight in self.second_sight if sight.rate}
         sensors = [RATE if row in rates else DIFFERENCED if row in self.differenced else WHITE for row in range(len(bounded))]
         shapes = [
-            noise_shapes(kicks[:, row], bounded[row], floor, period, coloured=coloured, sensor=sensors[row])
+            noise_shapes(kicks[:, row], bounded[row], floor, period, self._times[row], coloured=coloured, sensor=sensors[row])
             for row, floor in enumerate(self.seen_floors)
         ]
         return tuple(replace(shape, window=window) for shape in shapes)
@@ -186,6 +186,12 @@ class Simulator:
     def kicks(self, values: Mapping[str, float]) -> _Kicks:
         """Give the machine's own states, the response to a kick of each (states, channels, samples), and the channels themselves."""
         return self._kicked.get(tuple(sorted(values.items())), lambda: self._kicks_of(self._felt, values))
+
+    @cached_property
+    def _times(self) -> list[int]:
+        """How often each channel is differenced."""
+        _, kicks, _ = self._kicks_of(self._felt, {})
+        return [differences(kicks[:, row], self.period) for row in range(len(self.seen_floors))]
 
     @cached_property
     def _felt(self) -> list[str]:

@@ -1,12 +1,16 @@
 """The noise of a residual: known shapes, sizes from the residual, and numbers of variance one after whitening."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from lathesim.diagnosis import noise_model
 from lathesim.diagnosis.floor import channel_floor
 from lathesim.diagnosis.noise_model import (
+    NoiseShapes,
     carried_over,
+    differences,
     effective_share,
     fit_noise_model,
     noise_shapes,
@@ -23,6 +27,11 @@ MASS_KICK = (0.2 * (1.0 - FADING ** np.arange(SAMPLES)))[None, :]
 """Response of the place of a braked mass to a kick of its speed: it comes to rest within a fifth of a second or so."""
 
 
+def shaped(kicks: FloatArray, motion: FloatArray, floor: float, period: float, **kinds: Any) -> NoiseShapes:
+    """Give the shapes of a channel that is differenced as often as suits its response."""
+    return noise_shapes(kicks, motion, floor, period, differences(kicks, period), **kinds)
+
+
 def white(size: float, seed: int = 0) -> FloatArray:
     return np.asarray(size * np.random.default_rng(seed).standard_normal(SAMPLES))
 
@@ -33,13 +42,13 @@ def wandering(size: float, seed: int = 0) -> FloatArray:
 
 
 def test_white_noise_is_found_with_its_size() -> None:
-    shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=False)
+    shapes = shaped(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=False)
     model = fit_noise_model(white(2e-6), shapes)
     assert np.sqrt(np.mean(model.power)) == pytest.approx(2e-6, rel=0.05)
 
 
 def test_white_noise_beyond_the_floor_is_told_from_a_line() -> None:
-    shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-6, PERIOD, coloured=False)
+    shapes = shaped(NO_KICK, NO_KICK[0], 1e-6, PERIOD, coloured=False)
     line = 1e-4 * np.sin(2.0 * np.pi * 7.0 * PERIOD * np.arange(SAMPLES))
     assert white_noise(white(3e-6) + line, shapes) == pytest.approx(8e-12, rel=0.1)
     assert white_noise(white(0.5e-6), shapes) == 0.0
@@ -51,14 +60,14 @@ def test_counts_that_were_differenced_hide_little_of_what_is_slow() -> None:
     floor = channel_floor(rate)
     wave = 0.1 * floor * np.sin(2.0 * np.pi * 0.5 * PERIOD * np.arange(SAMPLES))
     for sensor, hidden in ((noise_model.WHITE, True), (noise_model.DIFFERENCED, False)):
-        shapes = noise_shapes(NO_KICK, NO_KICK[0], floor, PERIOD, coloured=False, sensor=sensor)
+        shapes = shaped(NO_KICK, NO_KICK[0], floor, PERIOD, coloured=False, sensor=sensor)
         power = fit_noise_model(rate, shapes).power
         found = float(np.max(np.abs(spectrum(rate + wave)) ** 2 / power))
         assert (found < 20.0) == hidden
 
 
 def test_noise_is_never_smaller_than_the_floor() -> None:
-    shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-6, PERIOD, coloured=True)
+    shapes = shaped(NO_KICK, NO_KICK[0], 1e-6, PERIOD, coloured=True)
     model = fit_noise_model(white(1e-9), shapes)
     assert np.min(model.power) >= 1e-12
     assert np.sqrt(np.mean(model.power)) == pytest.approx(1e-6, rel=0.01)
@@ -73,14 +82,14 @@ def test_a_load_that_is_slow_is_told_from_a_white_one_and_a_zero_that_drifts_fro
         rate += load[now] * PERIOD
         place[now] = place[now - 1] + rate * PERIOD
     residual = 1e-4 * place + white(1e-7)
-    plain, slow = (noise_shapes(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=coloured) for coloured in (False, True))
+    plain, slow = (shaped(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=coloured) for coloured in (False, True))
     as_white, as_slow = (fit_noise_model(residual, shapes).log_likelihood(residual) for shapes in (plain, slow))
     assert as_slow > as_white + 100.0
-    assert len(noise_shapes(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=True).shapes) == 1
+    assert len(shaped(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=True).shapes) == 1
 
 
 def test_forces_on_the_machine_are_told_from_noise_of_the_sensor() -> None:
-    shapes = noise_shapes(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
+    shapes = shaped(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
     quiet, pushed = (fit_noise_model(residual, shapes) for residual in (white(2e-6), white(2e-6) + wandering(0.5)))
     assert quiet.sizes is not None
     assert pushed.sizes is not None
@@ -89,7 +98,7 @@ def test_forces_on_the_machine_are_told_from_noise_of_the_sensor() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_whitened_noise_has_variance_one(seed: int) -> None:
-    shapes = noise_shapes(MASS_KICK, MASS_KICK[0] ** 2, 1e-7, PERIOD, coloured=True)
+    shapes = shaped(MASS_KICK, MASS_KICK[0] ** 2, 1e-7, PERIOD, coloured=True)
     residual = white(2e-6, seed) + wandering(0.5, seed + 10)
     model = fit_noise_model(residual, shapes)
     whitened = model.whiten(residual, wide=True)
@@ -102,7 +111,7 @@ def test_whitened_noise_has_variance_one(seed: int) -> None:
 def test_only_the_band_of_the_motion_counts_unless_asked_otherwise() -> None:
     time = np.arange(SAMPLES) * PERIOD
     motion = 0.05 * np.sin(2.0 * np.pi * 2.0 * time)
-    shapes = noise_shapes(MASS_KICK, motion, 1e-7, PERIOD, coloured=False)
+    shapes = shaped(MASS_KICK, motion, 1e-7, PERIOD, coloured=False)
     frequencies = np.arange(SAMPLES // 2 + 1) / (SAMPLES * PERIOD)
     assert 2.0 < frequencies[shapes.band] < 4.0
     model = fit_noise_model(white(2e-6), shapes)
@@ -111,7 +120,7 @@ def test_only_the_band_of_the_motion_counts_unless_asked_otherwise() -> None:
     assert np.count_nonzero(model.whiten(white(2e-6), wide=True)) > 0.9 * len(kept)
 
 
-DIFFERENCED = noise_shapes(np.gradient(MASS_KICK, axis=1), MASS_KICK[0], 1e-9, PERIOD, coloured=False)
+DIFFERENCED = shaped(np.gradient(MASS_KICK, axis=1), MASS_KICK[0], 1e-9, PERIOD, coloured=False)
 """A channel that is held against forces by its differences, and shows more of its sensor than of them."""
 
 
@@ -128,7 +137,7 @@ def test_a_constant_counts_where_the_differences_do_not_show_it() -> None:
 
 
 def test_a_constant_tells_nothing_where_forces_make_a_channel_wander() -> None:
-    shapes = noise_shapes(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
+    shapes = shaped(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
     model = fit_noise_model(white(1e-9) + wandering(0.5), shapes)
     assert shapes.differences > 0
     assert model.mean_spread == np.inf
@@ -139,13 +148,13 @@ def test_a_response_that_is_nothing_at_some_frequency_has_no_say_there() -> None
     """A jolt forth and back has no mean."""
     jolt = np.zeros_like(NO_KICK)
     jolt[0, :2] = 1.0, -1.0
-    shapes = noise_shapes(jolt, jolt[0], 1e-9, PERIOD, coloured=False)
+    shapes = shaped(jolt, jolt[0], 1e-9, PERIOD, coloured=False)
     assert shapes.differences == 0
     assert np.isfinite(shapes.shapes).all()
 
 
 def test_the_likelihood_is_greatest_at_the_size_that_is_there() -> None:
-    shapes = noise_shapes(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=False)
+    shapes = shaped(NO_KICK, NO_KICK[0], 1e-9, PERIOD, coloured=False)
     residual = white(2e-6)
     sizes = [0.5e-6, 1e-6, 2e-6, 4e-6, 8e-6]
     likelihoods = [fit_noise_model(white(size, 5), shapes).log_likelihood(residual) for size in sizes]
@@ -153,8 +162,8 @@ def test_the_likelihood_is_greatest_at_the_size_that_is_there() -> None:
 
 
 def test_the_noise_of_another_machine_keeps_sensor_and_forces() -> None:
-    shapes = noise_shapes(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
-    heavier = noise_shapes(0.5 * MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
+    shapes = shaped(MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
+    heavier = shaped(0.5 * MASS_KICK, MASS_KICK[0] ** 2, 1e-9, PERIOD, coloured=False)
     model = fit_noise_model(white(1e-9) + wandering(0.5), shapes)
     moved = carried_over(model, heavier)
     assert moved.sizes is model.sizes
