@@ -19,8 +19,9 @@ from lathesim.diagnosis.belief import (
     simplest,
 )
 from lathesim.diagnosis.eligible import due, finer
+from lathesim.diagnosis.fewer import fewer, fitted_without
 from lathesim.diagnosis.finer_shape import take_finer_shape
-from lathesim.diagnosis.fit import Fitted, fit
+from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.part_of_a_wave import is_part_of_a_wave
 from lathesim.diagnosis.problem import STICKING, Rig
@@ -33,6 +34,7 @@ from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.together import TOGETHER
 from lathesim.diagnosis.trial import Bench, Model, Tell, Trial, is_strained, is_wide, judged_score, strains_anew
 from lathesim.diagnosis.waves import is_a_wave
+from lathesim.diagnosis.whole_wave import take_whole_wave
 from lathesim.engine.assembly import FloatArray
 
 _ALIKE = 0.1
@@ -128,7 +130,7 @@ def _add(bench: Bench, found: Found, settings: Settings, ranked: tuple[Screened,
     good = [trial for trial in good if is_a_wave(bench.rig, trial.term, trial.model.fitted.by_name)]
     good = _unspoilt(good)
     if not good:
-        return False
+        return take_whole_wave(bench, found, settings, [trial for trial in tried if believable(trial, settings, found.chance)])
     good.sort(key=lambda trial: -merit(trial, settings))
     best = simplest(good, settings)
     good += [trial for trial in _rivals(bench, found, ranked, screened, best, tried) if believable(trial, settings, found.chance)]
@@ -331,23 +333,9 @@ def _is_in_time(bench: Bench, term: Term, model: Model) -> bool:
 
 def _is_needless(bench: Bench, model: Model, term: Term, settings: Settings) -> bool:
     """Say whether a model without one of its terms loses no more than the term's parameters cost."""
-    without = judged_score(bench.rig, _fitted_without(bench, model, term))
+    without = judged_score(bench.rig, fitted_without(bench, model, term))
     lost = model.score.above(without, wide=is_wide(model.terms))
     return lost < settings.margin + settings.per_parameter * len(term.parameters)
-
-
-def fewer(bench: Bench, model: Model, term: Term) -> Model:
-    """Give a model without one of its terms, the rest fitted again."""
-    return bench.model(_rest(model, term), _fitted_without(bench, model, term))
-
-
-def _fitted_without(bench: Bench, model: Model, term: Term) -> Fitted:
-    free = [item for item in model.free if item.name not in term.parameters]
-    return fit(bench.rig.sensed, free, model.fitted.constant, rounds=1, wide=is_wide(_rest(model, term)))
-
-
-def _rest(model: Model, term: Term) -> tuple[Term, ...]:
-    return tuple(other for other in model.terms if other is not term)
 
 
 def leave_out(found: Found, terms: Sequence[Term], rig: Rig, held_out: Rig, tell: Tell) -> None:

@@ -16,7 +16,8 @@ from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, Model, Trial
 
-_LATE = "lag"
+_LATE = ("lag", "recording")
+"""Families of what acts or shows late."""
 _NEAR = 0.9
 """Share of what a late effect gained that another one must have gained to be held against it."""
 _EQUAL = 4.0
@@ -28,7 +29,7 @@ def ties_of_late_effects(bench: Bench, found: Found, settings: Settings) -> None
     for term in found.model.terms:
         trials = found.trials.get(term.part, [])
         own = next((trial for trial in trials if trial.term.part == term.part), None)
-        if own is None or term.family != _LATE:
+        if own is None or term.family not in _LATE:
             continue
         near = [trial for trial in trials if _is_near(trial, own, found.model, settings)]
         if not near:
@@ -44,7 +45,7 @@ def _is_near(trial: Trial, own: Trial, model: Model, settings: Settings) -> bool
     """Say whether a trial of another late effect came near and stood beside the same effects."""
     other: Term = trial.term
     beside = {term.part for term in trial.model.terms} - {other.part} == {term.part for term in own.model.terms} - {own.term.part}
-    alike = other.family == _LATE and other not in model.terms and beside
+    alike = other.family in _LATE and other not in model.terms and beside
     return alike and other.part != own.term.part and _NEAR * merit(own, settings) < merit(trial, settings) < merit(own, settings)
 
 

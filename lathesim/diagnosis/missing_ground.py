@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.eligible import stands
+from lathesim.diagnosis.fewer import fewer
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.growth import fewer
 from lathesim.diagnosis.screening import screen
 from lathesim.diagnosis.starting_points import starting_points
 from lathesim.diagnosis.terms import Term

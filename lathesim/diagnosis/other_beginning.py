@@ -15,8 +15,8 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.diagnosis.belief import Settings, believable, merit, simplest
+from lathesim.diagnosis.fewer import fewer
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.growth import fewer
 from lathesim.diagnosis.part_of_a_wave import is_part_of_a_wave
 from lathesim.diagnosis.trial import Bench, Trial, is_strained
 

@@ -44,6 +44,16 @@ def is_part_of_a_wave(trial: Trial, model: Model) -> bool:
     return False
 
 
+def second_line(trial: Trial, model: Model) -> Term | None:
+    """Give the wave of the model of which another wave, at the same place, is the second harmonic; none where it is of none."""
+    values = trial.model.fitted.by_name
+    period = _period(trial.term, values)
+    if not period or _in_proportion(trial.term, values):
+        return None
+    alike = (other for other in model.terms if other.at == trial.term.at and other.effect.site == trial.term.effect.site)
+    return next((other for other in alike if abs(_period(other, values) / period - 2.0) < 2.0 * _WHOLE), None)
+
+
 def _at_one_motion(term: Term, other: Term) -> bool:
     """Say whether two effects sit at one place or at two sensors of one motion, whose difference does not tell which of them is wrong."""
     return term.at == other.at or bool(term.of_motion and term.of_motion == other.of_motion)

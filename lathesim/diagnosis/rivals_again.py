@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.diagnosis.belief import EQUAL_SHARE, TIE_SHARE, Settings, believable, merit
+from lathesim.diagnosis.fewer import fewer
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.growth import fewer
 from lathesim.diagnosis.side_by_side import Asked, side_by_side
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, Trial, is_strained

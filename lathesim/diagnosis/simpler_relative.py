@@ -3,8 +3,8 @@ gained more, and took its name from what the others have explained since."""
 
 from __future__ import annotations
 
+from lathesim.diagnosis.fewer import fewer
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.growth import fewer
 from lathesim.diagnosis.other_forms import AS_GOOD, AS_GOOD_SHARE
 from lathesim.diagnosis.screening import screen
 from lathesim.diagnosis.side_by_side import Asked, side_by_side
