@@ -8,7 +8,7 @@ what else does as well is a tie.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.side_by_side import Asked, side_by_side
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, Trial, is_strained
+from lathesim.engine.assembly import FloatArray
 
 _NEAR = 0.8
 """Share of what an effect gained that a rival must have gained to be tried again."""
@@ -39,10 +40,11 @@ def try_rivals_again(bench: Bench, found: Found, settings: Settings) -> None:
         if _takes_two_places(bench, found, term, rivals, settings):
             return
         before = fewer(bench, found.model, term)
-        tried = [(term, found.model.fitted.by_name), *[(trial.term, trial.model.fitted.by_name) for trial in rivals]]
-        starts = [np.array([values[name] for name in one.parameters]) for one, values in tried]
-        asked = [Asked(one, before.terms, before.free, [start]) for (one, _), start in zip(tried, starts, strict=True)]
-        own, *others = side_by_side(bench, before, asked)
+        values = found.model.fitted.by_name
+        itself = Asked(term, before.terms, before.free, [np.array([values[name] for name in term.parameters])])
+        shaped = [_in_its_shape(trial, term, values) for trial in rivals]
+        asked = [Asked(rival, before.terms, before.free, starts) for rival, starts in shaped]
+        own, *others = side_by_side(bench, before, [itself, *asked])
         # what it took away when it came in is what it is credited with
         more = found.removed_by(term) - own.share_of_all
         never_moved = {trial.term.part for trial in found.unmoved.get(term.part, [])}
@@ -57,6 +59,21 @@ def try_rivals_again(bench: Bench, found: Found, settings: Settings) -> None:
             found.model = bench.settled(chosen.model)
             del found.trials[term.part]
         found.trials[chosen.term.part] = credited
+
+
+def _in_its_shape(trial: Trial, term: Term, values: Mapping[str, float]) -> tuple[Term, list[FloatArray]]:
+    """Give a rival with the values of a finer shape that an effect has got since, and where to start: a screw with harmonics is held
+    against an encoder's disc with harmonics. Half a turn on the even ones have the other sign."""
+    rival, fitted = trial.term, trial.model.fitted.by_name
+    its_own = {name.partition(".")[2]: values[name] for name in term.parameters}
+    more = [name for name in its_own if name in term.effect.finer_shape]
+    if more and rival.shaped is not None and rival.effect.finer_shape == term.effect.finer_shape:
+        rival = rival.shaped.keeping([*rival.parameters, *(f"{rival.part}.{name}" for name in more)])
+    starts = []
+    for turned in (False, True) if rival is not trial.term else (False,):
+        shape = {f"{rival.part}.{name}": -its_own[name] if turned and name.startswith("second") else its_own[name] for name in more}
+        starts.append(np.array([{**shape, **fitted}[name] for name in rival.parameters]))
+    return rival, starts
 
 
 def _near(term: Term, found: Found, settings: Settings) -> list[Trial]:
@@ -96,6 +113,8 @@ def _takes_two_places(bench: Bench, found: Found, term: Term, rivals: Sequence[T
 
 
 def _is_better(trial: Trial, own: Trial, settings: Settings) -> bool:
-    """Say whether a rival does clearly better, and needs no other machine."""
+    """Say whether a rival does clearly better, and needs no other machine. Of the same equation at another place less is clear."""
     more = merit(trial, settings) - merit(own, settings)
-    return more > max(settings.margin, TIE_SHARE * merit(own, settings)) and not is_strained(trial.model.fitted)
+    shape = own.term.effect.finer_shape
+    share = EQUAL_SHARE if shape and trial.term.effect.finer_shape == shape and trial.term.family == own.term.family else TIE_SHARE
+    return more > max(settings.margin, share * merit(own, settings)) and not is_strained(trial.model.fitted)

@@ -15,7 +15,8 @@ from lathesim.diagnosis.verdict import standing
 
 
 def term(name: str, family: str = "reversal") -> Any:
-    return SimpleNamespace(name=name, part=f"try_{name}", at="x_drive", parameters=(f"try_{name}.size",), family=family)
+    effect, part = SimpleNamespace(finer_shape=()), f"try_{name}"
+    return SimpleNamespace(name=name, part=part, at="x_drive", parameters=(f"{part}.size",), family=family, effect=effect, shaped=None)
 
 
 def model(*terms: Any, score: float = 0.0) -> Any:
@@ -59,6 +60,41 @@ def test_a_rival_that_does_better_beside_the_rest_takes_the_place(monkeypatch: p
     assert found.model.terms == (delay,)
     assert [trial.term for trial in found.trials[delay.part]] == [shown_late, delay]
     assert shown_late.part not in found.trials
+
+
+def disc(name: str, *shape: str) -> Any:
+    """Give an effect that may have a second harmonic, with the values it has of that."""
+    one = term(name, "once per turn")
+    one.effect.finer_shape = ("second_sine",)
+    one.parameters = (f"{one.part}.amplitude", *(f"{one.part}.{item}" for item in shape))
+    one.keeping = lambda names: disc(name, *[item.partition(".")[2] for item in names if not item.endswith("amplitude")])
+    one.shaped = None if shape else disc(name, "second_sine")
+    return one
+
+
+@pytest.mark.parametrize(("again", "kept"), [(1005.0, True), (1020.0, False)], ids=["as good", "better by more than a hundredth"])
+def test_an_encoders_disc_is_held_against_a_screw_in_the_same_shape(again: float, kept: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pure sine would have lost to a screw with harmonics, whose equation is the same at another sensor."""
+    screw, eccentric, friction = disc("screw", "second_sine"), disc("eccentric"), term("friction")
+    full = model(screw, friction)
+    full.fitted.by_name = {"try_screw.amplitude": 2.0, "try_screw.second_sine": 0.3, "try_friction.size": 1.0}
+    plain = trial(eccentric, 499.0)
+    plain.model.fitted.by_name = {"try_eccentric.amplitude": -1.9}
+    found = Found(model(), full, {screw.part: [trial(screw, 500.0), plain]})
+    asked: list[Any] = []
+
+    def side_by_side(bench: Any, before: Any, those: Any) -> list[Trial]:
+        asked.extend(those)
+        return [trial(screw, 1000.0), trial(those[1].term, again)]
+
+    monkeypatch.setattr(rivals_again, "fewer", lambda bench, full, one: model(friction))
+    monkeypatch.setattr(rivals_again, "side_by_side", side_by_side)
+    monkeypatch.setattr(rivals_again, "is_strained", lambda fitted: False)
+    bench: Any = SimpleNamespace(say=lambda text: None, settled=lambda one: one)
+    rivals_again.try_rivals_again(bench, found, Settings())
+    assert asked[1].term.parameters == ("try_eccentric.amplitude", "try_eccentric.second_sine")
+    assert [start.tolist() for start in asked[1].starts] == [[-1.9, 0.3], [-1.9, -0.3]]
+    assert (found.model is full) == kept
 
 
 def test_a_single_effect_is_not_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
