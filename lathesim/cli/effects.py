@@ -74,5 +74,11 @@ def effect_notes(effect: type[Effect]) -> str:
     example = f"insert: [{{effect: {effect.__name__}, at: {_example_host(effect)}{senses}}}]"
     if effect.placeholders():
         rows.insert(3, ("Units", "{signal} is the unit of what the wire carries, {flow} and the like that of the port of this role"))
+    own = [name for name in dict.fromkeys((*effect.nuisance, *effect.remembers)) if name in effect.declarations]
+    if own:
+        rows.insert(
+            next(place for place, (title, _) in enumerate(rows) if title == "Fingerprint"),
+            ("Fitted anew", f"in each recording: {', '.join(own)}"),
+        )
     lines = [textwrap.fill(text, 110, initial_indent=f"{title:<14} ", subsequent_indent=" " * 15) for title, text in rows]
     return "\n".join([*lines, f"{'In a lesson':<14} {example}"])

@@ -90,7 +90,8 @@ class ThermalScrewGrowth(Effect):
 
     x_out = x_in + strain (1 - exp(-(t + warmed_before) / time_constant)) (x_in - fixed_end)
 
-    strain = 11 to 12 um/m/K times the final rise of temperature. Time counts from the start of the recording.
+    strain = 11 to 12 um/m/K times the final rise of temperature. Time counts from the start of the recording. A screw that had warmed up
+    before grows no more: it has a CumulativePitchError.
     Left out: a rise that is local to the stroke.
     """
 

@@ -74,6 +74,8 @@ def test_the_page_of_an_effect_says_what_it_is_known_by(capsys: Capture) -> None
     ):
         assert f"\n{title}" in page
     assert page.rstrip().endswith("insert: [{effect: CoulombFriction, at: x_axis}]")
+    assert "Fitted anew" not in page
+    assert "\nFitted anew    in each recording: phase, second_phase\n" in call(capsys, "effects", "Cogging").out
 
 
 IN_NO_SAMPLED_LOOP = {"BeltSlip"}
