@@ -17,7 +17,7 @@ from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, Model, is_wide
 
-_SURELY = 3.0
+SURELY = 3.0
 """Standard errors from which on a value of a finer shape is there."""
 AS_GOOD = 3.0
 """Nats that a value must be worth on the fitted or on the held-out recording."""
@@ -57,7 +57,7 @@ def _unsure_shape(term: Term, fitted: Fitted) -> Iterator[str]:
         if (
             name.partition(".")[2] in term.effect.finer_shape
             and name not in term.spare
-            and abs(fitted.by_name[name]) < _SURELY * fitted.error(name)
+            and abs(fitted.by_name[name]) < SURELY * fitted.error(name)
         ):
             yield name
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from lathesim.diagnosis.fit import fit, with_start
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.needed_values import AS_GOOD
+from lathesim.diagnosis.needed_values import AS_GOOD, SURELY
 from lathesim.diagnosis.other_forms import form_starts
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, Model, is_wide, term_free
@@ -22,7 +22,7 @@ def plain_forms(bench: Bench, found: Found) -> None:
     shows too little here."""
     for finer in found.model.terms:
         for plain in bench.rig.candidates:
-            if plain.at != finer.at or plain.name not in finer.effect.refines:
+            if plain.at != finer.at or plain.name not in finer.effect.refines or _has_values_of_its_own(finer, plain, found.model):
                 continue
             model = None if plain in found.model.terms else _in_its_place(bench, found.model, finer, plain)
             if model is not None and _as_good(model, found.model):
@@ -32,6 +32,13 @@ def plain_forms(bench: Bench, found: Found) -> None:
                 found.unseen.setdefault(plain.part, []).append(finer)
                 found.model = bench.settled(model)
                 break
+
+
+def _has_values_of_its_own(finer: Term, plain: Term, model: Model) -> bool:
+    """Say whether a value that a plain form does not have is surely something: the way over which bristles bend, if not an asymmetry."""
+    shared = {name.partition(".")[2] for name in plain.parameters}
+    own = [name for name in finer.parameters if name.partition(".")[2] not in shared]
+    return any(abs(model.fitted.by_name[name]) > SURELY * model.fitted.error(name) for name in own)
 
 
 def _in_its_place(bench: Bench, model: Model, finer: Term, plain: Term) -> Model:

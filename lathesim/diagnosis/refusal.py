@@ -48,7 +48,7 @@ def quiet_parts(bench: Bench, model: Model) -> set[str]:
 
 def pushes_at(term: Term, parts: Collection[str]) -> bool:
     """Say whether a term is a force at one of some parts and shows nowhere else."""
-    return term.effect.site == "effort" and term.at.partition(".")[0] in parts
+    return term.effect.site == "effort" and not term.effect.beyond and term.at.partition(".")[0] in parts
 
 
 def all_push(rig: Rig, terms: Iterable[Term]) -> bool:

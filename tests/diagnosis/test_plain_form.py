@@ -1,11 +1,14 @@
 """A finer form whose own values are nothing gives way to the plain one."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.plain_form import plain_forms
+from lathesim.diagnosis.plain_form import _has_values_of_its_own, plain_forms
 from lathesim.diagnosis.trial import Bench
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction
 from tests.diagnosis.pushed_table import Hidden, baseline, recording, rigs
@@ -40,3 +43,13 @@ def test_only_what_differs_between_the_directions_keeps_its_name(hidden: Hidden,
     # how much it took away when it came in is still known
     assert found.removed_by(friction) == trial.share_of_all
     assert [term.name for term in found.unseen.get(friction.part, [])] == (["AsymmetricFriction"] if named == "CoulombFriction" else [])
+
+
+@pytest.mark.parametrize(("distance", "sure"), [(20e-6, True), (2e-6, False)], ids=["bristles that surely bend", "that may not"])
+def test_what_has_a_value_of_its_own_stays_what_it_is(distance: float, sure: bool) -> None:
+    """Presliding took eight tenths of what a plain friction had left, and little of all."""
+    finer: Any = SimpleNamespace(parameters=("finer.level", "finer.distance"))
+    plain: Any = SimpleNamespace(parameters=("plain.level",))
+    fitted = SimpleNamespace(by_name={"finer.level": LEVEL, "finer.distance": distance}, error=lambda name: 1e-6)
+    model: Any = SimpleNamespace(fitted=fitted)
+    assert _has_values_of_its_own(finer, plain, model) == sure
