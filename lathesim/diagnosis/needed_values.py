@@ -19,7 +19,7 @@ from lathesim.diagnosis.trial import Bench, Model, is_wide
 
 SURELY = 3.0
 """Standard errors from which on a value of a finer shape is there."""
-AS_GOOD = 3.0
+_AS_GOOD = 3.0
 """Nats that a value must be worth on the fitted or on the held-out recording."""
 
 
@@ -44,11 +44,15 @@ def _without_the_most_needless(bench: Bench, model: Model, term: Term) -> tuple[
     best: tuple[Model, list[str]] | None = None
     for name, nothing in _may_be_held(term, model.fitted):
         leaner, names = _held(bench, model, term, name, nothing)
-        wide = is_wide(model.terms)
-        lost = max(model.score.above(leaner.score, wide=wide), model.held_out.above(leaner.held_out, wide=wide))
-        if lost < AS_GOOD and (best is None or leaner.score.above(best[0].score, wide=wide) > 0.0):
+        if is_as_good(leaner, model) and (best is None or leaner.score.above(best[0].score, wide=is_wide(model.terms)) > 0.0):
             best = leaner, names
     return best
+
+
+def is_as_good(leaner: Model, model: Model) -> bool:
+    """Say whether a model with fewer values loses next to nothing of a model's likelihood, on either recording."""
+    wide = is_wide(model.terms)
+    return max(model.score.above(leaner.score, wide=wide), model.held_out.above(leaner.held_out, wide=wide)) < _AS_GOOD
 
 
 def _unsure_shape(term: Term, fitted: Fitted) -> Iterator[str]:

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from lathesim.diagnosis.fit import fit, with_start
 from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.needed_values import AS_GOOD, SURELY
+from lathesim.diagnosis.needed_values import SURELY, is_as_good
 from lathesim.diagnosis.other_forms import form_starts
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, Model, is_wide, term_free
@@ -25,7 +25,7 @@ def plain_forms(bench: Bench, found: Found) -> None:
             if plain.at != finer.at or plain.name not in finer.effect.refines or _has_values_of_its_own(finer, plain, found.model):
                 continue
             model = None if plain in found.model.terms else _in_its_place(bench, found.model, finer, plain)
-            if model is not None and _as_good(model, found.model):
+            if model is not None and is_as_good(model, found.model):
                 bench.say(f"{finer.name} at {finer.at} is a plain {plain.name}")
                 others = [trial for trial in found.trials.get(finer.part, ()) if trial.term.part != plain.part]
                 found.trials[plain.part] = [replace(trial, term=plain) if trial.term.part == finer.part else trial for trial in others]
@@ -50,9 +50,3 @@ def _in_its_place(bench: Bench, model: Model, finer: Term, plain: Term) -> Model
     rest = [item for item in with_start(model.fitted) if item.name not in finer.parameters]
     constant = {name: value for name, value in model.fitted.constant.items() if not name.startswith(f"{finer.part}.")}
     return bench.model(terms, fit(bench.rig.sensed, [*rest, *term_free(plain, start)], constant | motion, rounds=1, wide=is_wide(terms)))
-
-
-def _as_good(model: Model, other: Model) -> bool:
-    wide = is_wide(other.terms)
-    lost = max(other.score.above(model.score, wide=wide), other.held_out.above(model.held_out, wide=wide))
-    return lost < AS_GOOD

@@ -17,7 +17,7 @@ from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.part_of_a_wave import second_line
 from lathesim.diagnosis.side_by_side import told
 from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Bench, Score, Trial
+from lathesim.diagnosis.trial import Bench, Trial
 from lathesim.engine.assembly import FloatArray
 
 _LINES = ("amplitude", "second", "period", "phase", "second_phase")
@@ -35,8 +35,9 @@ def take_whole_wave(bench: Bench, found: Found, settings: Settings, harmonics: S
         before = fewer(bench, found.model, wave)
         one = told(bench, bench.trial(before, whole, before.terms, before.free, _starts(trial, wave, whole)))
         due = settings.margin + settings.per_parameter * max(0, len(whole.parameters) - len(wave.parameters))
-        more = [ours.above(theirs, wide=True) for ours, theirs in _scores(one, found)]
-        if more[0] > due and more[1] > settings.held_out_margin:
+        model, old = one.model, found.model
+        better = model.score.above(old.score, wide=True) > due
+        if better and model.held_out.above(old.held_out, wide=True) > settings.held_out_margin:
             bench.say(f"{whole.name} takes the place of {wave.name}")
             found.trials[whole.part] = [replace(one, share_of_all=min(1.0, found.removed_by(wave) + trial.share_of_all))]
             found.before[whole.part] = before
@@ -67,7 +68,3 @@ def _starts(trial: Trial, wave: Term, whole: Term) -> list[FloatArray]:
     turned = start.copy()
     turned[names.index("amplitude")] *= -1.0
     return [turned, start]
-
-
-def _scores(one: Trial, found: Found) -> list[tuple[Score, Score]]:
-    return [(one.model.score, found.model.score), (one.model.held_out, found.model.held_out)]
