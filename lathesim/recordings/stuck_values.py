@@ -9,6 +9,8 @@ from lathesim.recordings.common_motion import MOTION_UNITS, Pair
 from lathesim.recordings.finding import Finding
 from lathesim.recordings.recorded_channel import RecordedChannel, runs_of
 
+_BEFORE = 10
+"""Samples before a step in which a motion, differentiated, shows nothing of it yet."""
 _LONG = 30
 """A channel is called frozen after this many equal samples at least."""
 _COUNTS = 2.0
@@ -68,7 +70,7 @@ def _is_frozen(channel: RecordedChannel, begin: int, end: int, channels: list[Re
         return False
     for pair in found_pairs:
         if channel in (pair.first, pair.second) and abs(pair.correlation) > 0.9:
-            if _leaves_partner(pair, channel, begin, end):
+            if _leaves_partner(pair, channel, begin, end) and not (channel is pair.second and _is_stepped(pair, end)):
                 return True
             if channel.unit in ("m", "rad"):
                 return False
@@ -107,6 +109,16 @@ def _leaves_partner(pair: Pair, channel: RecordedChannel, begin: int, end: int) 
         return False
     step, after = abs(channel.steps[end - 1]), float(np.abs(channel.steps[end + 1 : end + 20]).max())
     return _jumps_at_end(channel, begin, end) or bool(step > 8.0 * after + 10.0 * channel.roughness)
+
+
+def _is_stepped(pair: Pair, end: int) -> bool:
+    """Say whether a command, the second of a pair, goes by a step to another value, sample ``end``, while the motion still does what it
+    said before: a spindle's speed is commanded so. Of one that was frozen the motion is there already."""
+    command = pair.second
+    if not command.driven or end >= len(command.values):
+        return False
+    motion = pair.slope * (pair.expected[max(end - _BEFORE, 0)] - pair.expected.mean()) + command.values.mean()
+    return bool(abs(motion - command.values[end - 1]) < abs(motion - command.values[end]))
 
 
 def _count(channel: RecordedChannel) -> float:

@@ -20,9 +20,9 @@ UNITS = {
     "x_controller.reference": "m", "x_encoder.position": "m", "x_scale.position": "m", "x_controller.voltage": "V",
     "x_tachometer.speed": "m/s",
     "cutting.feed": "m", "cutting.depth": "m", "dynamometer.main": "N", "dynamometer.thrust": "N", "dynamometer.feed": "N",
-    "x_drive.current": "A",
+    "x_drive.current": "A", "spindle_controller.reference": "rad/s", "spindle_encoder.angle": "rad",
 }  # fmt: skip
-DRIVEN = ("x_controller.reference", "cutting.feed", "cutting.depth")
+DRIVEN = ("x_controller.reference", "cutting.feed", "cutting.depth", "spindle_controller.reference")
 Columns = dict[str, np.ndarray]
 
 
@@ -294,3 +294,14 @@ def test_a_current_that_was_never_recorded_and_a_spindle_counter_that_ran_over()
     assert [(finding.kind, finding.channel) for finding in recording_faults(record, mapping)] == [
         ("constant", "z_drive.current"), ("wrapped", "s_controller.reference"), ("wrapped", "s_encoder.position"),
     ]  # fmt: skip
+
+
+def test_a_speed_that_is_commanded_in_steps_is_not_frozen() -> None:
+    """The spindle droops in each cut while the command stands; a command that misses the step of the motion is frozen."""
+    time = np.arange(12000) * PERIOD
+    after = np.clip(time - 6.0, 0.0, None)
+    speed = 94.0 + 32.0 * (1.0 - np.exp(-after / 0.2)) - 4.0 * (time % 3.0 > 1.5)
+    spindle = {"spindle_controller.reference": np.where(time > 6.0, 126.0, 94.0), "spindle_encoder.angle": np.cumsum(speed) * PERIOD}
+    assert [finding for finding in found(spindle) if finding.serious] == []
+    late_step = with_values(spindle, "spindle_controller.reference", np.where(time > 6.5, 126.0, 94.0))
+    assert [finding.kind for finding in found(late_step) if finding.serious] == ["frozen"]
