@@ -18,8 +18,9 @@ class LedAxis(Component):
     ports = {
         "effort": "disturbance",
         "flow": "velocity",
-        "drive": "reference",
         "reference": "reference",
+        "reference_rate": "reference_velocity",
+        "reference_acceleration": "acceleration",
         "inertia": "inertia",
         "current": "current",
     }

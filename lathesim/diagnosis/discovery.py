@@ -28,7 +28,7 @@ from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.replay import seen
 from lathesim.diagnosis.signals import SplineTerm
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
-from lathesim.lessons.insertion import Machinery
+from lathesim.lessons.insertion import Machinery, first_input
 
 WORTH = 0.05
 """Share of the missing signal that a group must explain further on the held-out recording."""
@@ -259,19 +259,13 @@ def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArra
         wires[f"{_TERM}.incoming"] = Wire(f"{_TERM}.incoming", seen(assembly, draft.at))
         seen_as[draft.at] = f"{_TERM}.outgoing"
     else:
-        target = _head(wires, draft.at)
+        target = first_input(parts, wires, draft.at)
         feeding = wires.get(target) or Wire(target, constant=float(getattr(declared, "default", 0.0) or 0.0))
         wires[f"{_TERM}.incoming"] = replace(feeding, target=f"{_TERM}.incoming")
         wires[target] = Wire(target, f"{_TERM}.outgoing")
     term = Part(_TERM, SplineTerm.with_units({"signal": declared.unit}), tables={"basis": table})
     known = {key: getattr(assembly, key) for key in ("sample_period", "step", "finish", "record")}
     return Machinery((*assembly.parts, term), tuple(wires.values()), **known, seen_as=seen_as)
-
-
-def _head(wires: Mapping[str, Wire], target: str) -> str:
-    """Give the first input of the chain of effects that ends at ``target``: frictions answer to what is added before them."""
-    part, _, item = (wires[target].source if target in wires else "").partition(".")
-    return _head(wires, f"{part}.incoming") if item == "outgoing" and f"{part}.incoming" in wires else target
 
 
 def _role(rig: Rig, at: str) -> str:

@@ -17,7 +17,7 @@ from lathesim.diagnosis.signals import CorrectedSight, HeldSignal, LinearSignal,
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.wiring import wire
-from lathesim.lessons.insertion import Machinery
+from lathesim.lessons.insertion import Machinery, first_input
 
 _SENSED = "sensed_"
 SIGNALS = ("recorded_", "motion_", "followed_", _SENSED)
@@ -37,7 +37,7 @@ def drive(assembly: Assembly, signals: Mapping[str, FloatArray]) -> Assembly:
     for target, values in signals.items():
         name = f"recorded_{target.replace('.', '_')}"
         parts.append(_signal(name, HeldSignal, units[target], values))
-        for driven in (*_sensing(assembly, wires, target), _head(wires, target)):
+        for driven in (*_sensing(assembly, wires, target), first_input({part.name: part for part in parts}, wires, target)):
             wires[driven] = Wire(driven, f"{name}.value")
     return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
 
@@ -47,7 +47,7 @@ def _sensing(assembly: Assembly, wires: Mapping[str, Wire], target: str) -> list
     host, _, item = target.partition(".")
     component = next(part.component for part in assembly.parts if part.name == host)
     roles = {role for role, port in component.ports.items() if port == item}
-    head = _head(wires, target)
+    head = first_input({part.name: part for part in assembly.parts}, wires, target)
     default = component.declarations[item].default if head == target else None  # type: ignore[attr-defined]
     fed = wires.get(head, Wire(head, constant=default or 0.0))
     found = []
@@ -75,15 +75,6 @@ def _sits_at(assembly: Assembly, effect: str) -> set[str]:
                 seen_before.add(name)
                 waiting.append(name)
     return found
-
-
-def _head(wires: Mapping[str, Wire], target: str) -> str:
-    """Give the first input of the chain of effects that ends at ``target``: the recording enters before the effects."""
-    source = wires[target].source if target in wires else ""
-    part, _, item = source.partition(".")
-    if item == "outgoing" and f"{part}.incoming" in wires:
-        return _head(wires, f"{part}.incoming")
-    return target
 
 
 def cut(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Assembly:

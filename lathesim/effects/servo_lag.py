@@ -2,31 +2,129 @@
 
 from __future__ import annotations
 
-from lathesim.component import Input, Output, Parameter
+import math
+
+from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
+
+_SETTLED = 4.6
+"""Lags after which a hundredth of a distance is left: a loop that settles within a sample stands at one at which it is asked to."""
+
+
+def _followed(value: float, rate: float, asked: float, slope: float, lag: float, velocity_lag: float, time: float) -> tuple[float, float]:
+    """Give ``value`` and its ``rate`` after some ``time`` in which what is asked for runs with ``slope`` from ``asked`` on."""
+    off = value - (asked - lag * slope)
+    end = asked + slope * (time - lag)
+    if velocity_lag <= 0.0:
+        rest = off * math.exp(-time / lag)
+        return end + rest, slope - rest / lag
+    off_rate = rate - slope
+    decay = -0.5 / velocity_lag
+    inside = decay * decay - 1.0 / (lag * velocity_lag)
+    if inside > 0.0:
+        slow = decay + math.sqrt(inside)
+        fast = decay - math.sqrt(inside)
+        first = (off_rate - fast * off) / (slow - fast) * math.exp(slow * time)
+        second = (slow * off - off_rate) / (slow - fast) * math.exp(fast * time)
+        return end + first + second, slope + slow * first + fast * second
+    swing = math.sqrt(max(-inside, 1e-12 * decay * decay))
+    cosine = math.exp(decay * time) * math.cos(swing * time)
+    sine = math.exp(decay * time) * math.sin(swing * time) / swing
+    rest = off * cosine + (off_rate - decay * off) * sine
+    return end + rest, slope + off_rate * cosine + (decay * off_rate - (decay * decay + swing * swing) * off) * sine
+
+
+def _over_a_sample(
+    value: float, rate: float, before: float, slope_before: float, now: float, slope: float, lag: float, velocity_lag: float, period: float
+) -> tuple[float, float]:
+    """Give ``value`` and its ``rate`` a sample on: what is asked for runs from ``before`` with its slope to the middle of the sample, and from
+    there to ``now`` with the slope it has then; what is between the two it jumps there."""
+    half = 0.5 * period
+    value, rate = _followed(value, rate, before, slope_before, lag, velocity_lag, half)
+    return _followed(value, rate, now - slope * half, slope, lag, velocity_lag, half)
 
 
 class ServoLag(Effect):
     """A position loop without feed forward, which follows at a distance that grows with the speed.
 
-    x_out = x_in - lag v          (lag = 1 / gain of the position loop)
+    T T_v d2v/dt2 + T dv/dt + v = v_ref,   x = x_ref - T (v + T_v dv/dt)          (T = ``lag``, T_v = ``velocity_lag``)
+
+    T is 1 / gain of the position loop, T_v the time constant of the velocity loop inside, nothing in the plain shape. The acceleration that
+    is reached follows the one asked for in the same way, and with both the current that the motion takes is late.
+
+    Solved exactly for a velocity whose slope, the acceleration asked for, changes in the middle between two samples. The recording begins
+    in a steady acceleration; a loop that settles within a sample stands where rest is asked for. Left out: what else happens between
+    samples, and what a load does to the distance.
     """
 
     catalogue, family, site = 0, "lag", "reference"
+    also_at = {"reference_rate": ("velocity_in", "velocity_out"), "reference_acceleration": ("acceleration_in", "acceleration_out")}
     neutral = {"lag": 0.0}
-    typical = {"lag": (1e-3, 60e-3)}
-    fingerprint = "The position stays behind the one asked for by an amount proportional to the velocity, at rest by nothing."
-    confused_with = ("TransportDelay", "ChannelTimeShift", "Backlash, which does not grow with the speed")
+    typical = {"lag": (1e-3, 60e-3), "velocity_lag": (0.5e-3, 20e-3)}
+    finer_shape = ("velocity_lag",)
+    fingerprint = "The position stays behind the one asked for in proportion to the velocity, at rest by nothing, and the current is late."
+    confused_with = (
+        "SensorFilter of the position, with which the current is in time",
+        "TransportDelay",
+        "ChannelTimeShift",
+        "Backlash, which does not grow with the speed",
+    )
     experiment = "Corners and circles at several feeds: a lag rounds them more the faster they are run, a shift of the channel does not."
     source = "Y. Koren, Computer Control of Manufacturing Systems, McGraw-Hill (1983), chapter 5 (following error v/K). Range assumed."
 
     incoming = Input("{signal}", doc="position asked for")
-    flow = Input("{flow}", doc="velocity of the host")
+    velocity_in = Input("{reference_rate}", doc="velocity asked for")
+    acceleration_in = Input("{reference_acceleration}", doc="acceleration asked for")
     outgoing = Output("{signal}", doc="position that is reached")
+    velocity_out = Output("{reference_rate}", doc="velocity that is reached")
+    acceleration_out = Output("{reference_acceleration}", doc="acceleration that is reached")
+    velocity = DiscreteState("{reference_rate}", doc="velocity that is reached")
+    velocity_slope = DiscreteState("{reference_acceleration}", doc="its rate of change")
+    acceleration = DiscreteState("{reference_acceleration}", doc="acceleration that is reached")
+    acceleration_slope = DiscreteState("{reference_acceleration}/s", doc="its rate of change")
+    velocity_before = DiscreteState("{reference_rate}", doc="velocity asked for one sample before")
+    acceleration_before = DiscreteState("{reference_acceleration}", doc="acceleration asked for one sample before")
     lag = Parameter("s", 0.0, low=0.0, high=10.0, doc="distance behind over velocity")
+    velocity_lag = Parameter("s", 0.0, low=0.0, high=10.0, doc="time constant of the velocity loop")
 
     @staticmethod
-    def output(incoming: float, flow: float, lag: float) -> float:
+    def update(
+        velocity_in: float,
+        acceleration_in: float,
+        velocity: float,
+        velocity_slope: float,
+        acceleration: float,
+        acceleration_slope: float,
+        velocity_before: float,
+        acceleration_before: float,
+        lag: float,
+        velocity_lag: float,
+        sample_period: float,
+        time: float,
+    ) -> tuple[float, float, float, float, float, float]:
+        if time <= 0.0 or lag == 0.0:
+            return velocity_in - lag * acceleration_in, acceleration_in, acceleration_in, 0.0, velocity_in, acceleration_in
+        reached, slope = _over_a_sample(
+            velocity, velocity_slope, velocity_before, acceleration_before, velocity_in, acceleration_in, lag, velocity_lag, sample_period
+        )
+        if velocity_in == 0.0 and acceleration_in == 0.0 and sample_period > _SETTLED * lag:
+            reached, slope = 0.0, 0.0
+        later, later_slope = _over_a_sample(
+            acceleration, acceleration_slope, acceleration_before, 0.0, acceleration_in, 0.0, lag, velocity_lag, sample_period
+        )
+        return reached, slope, later, later_slope, velocity_in, acceleration_in
+
+    @staticmethod
+    def output(
+        incoming: float,
+        velocity_in: float,
+        acceleration_in: float,
+        velocity: float,
+        velocity_slope: float,
+        acceleration: float,
+        lag: float,
+        velocity_lag: float,
+    ) -> tuple[float, float, float]:
         if lag == 0.0:
-            return incoming
-        return incoming - lag * flow
+            return incoming, velocity_in, acceleration_in
+        return incoming - lag * (velocity + velocity_lag * velocity_slope), velocity, acceleration

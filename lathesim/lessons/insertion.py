@@ -271,7 +271,7 @@ def _show_beyond(bench: _Bench, effect: type[Effect], host: Part, name: str) -> 
         if "measured" not in ports or "reading" not in ports:
             continue
         reading = f"{sensor.name}.{ports['reading']}"
-        head = _head(bench, f"{sensor.name}.{ports['measured']}")
+        head = first_input(bench.parts, bench.wires, f"{sensor.name}.{ports['measured']}")
         if head in bench.wires and bench.wires[head].source == place:
             sensors.append((sensor, head, bench.seen_as.get(reading, reading) in fed))
     if len(sensors) > 1 and not any(closes for _, _, closes in sensors):
@@ -302,14 +302,22 @@ def _hold_behind(bench: _Bench, effect: type[Effect], name: str) -> None:
         before = bench.wires[f"{before}.incoming"].source.partition(".")[0]
 
 
-def _head(bench: _Bench, target: str) -> str:
-    """Give the input at which the chain of effects that ends at ``target`` begins."""
-    while target in bench.wires and bench.wires[target].source.endswith(".outgoing"):
-        before = f"{bench.wires[target].source.partition('.')[0]}.incoming"
-        if before not in bench.wires:
+def first_input(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> str:
+    """Give the input at which the chain of effects that ends at ``target`` begins: what feeds that one comes before all of them."""
+    while target in wires and wires[target].source:
+        name, _, given = wires[target].source.partition(".")
+        before = f"{name}.{_taken(parts[name].component, given)}"
+        if before not in wires:
             break
         target = before
     return target
+
+
+def _taken(component: type[Component], given: str) -> str:
+    """Give the input that belongs to an output of an effect, or of what stands in its line; empty where there is none."""
+    if issubclass(component, Effect):
+        return next((taken for taken, output in component.pairs().values() if output == given), "")
+    return "incoming" if given == "outgoing" else ""
 
 
 def _senses(bench: _Bench, target: str) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from lathesim.lessons.insertion import Machinery
-from tests.effects.rigs import cutting, moving_axis, turning_spindle
+from tests.effects.rigs import cutting, led_along, moving_axis, turning_spindle
 
 Setting = dict[str, float | str]
 PLACES: dict[str, tuple[str, str, Setting, Setting]] = {
@@ -38,7 +38,7 @@ PLACES: dict[str, tuple[str, str, Setting, Setting]] = {
     "TorqueRipple": ("axis", "x_axis", {}, {"amplitude": 3.0, "share": 0.02}),
     "Cogging": ("axis", "x_axis", {}, {"amplitude": 3.0, "second": 1.0}),
     "TransportDelay": ("axis", "x_drive", {}, {"delay": 1.3e-3}),
-    "ServoLag": ("axis", "x_scale.measured", {"flow": "x_axis.velocity"}, {"lag": 2e-3}),
+    "ServoLag": ("led", "x_axis", {}, {"lag": 2e-3}),
     "ChannelTimeShift": ("axis", "x_scale", {}, {"shift": 1.3e-3}),
     "ClockSkew": ("axis", "x_scale", {}, {"skew": 1e-2}),
     "SampleJitter": ("axis", "x_scale", {}, {"deviation": 1e-4}),
@@ -72,4 +72,4 @@ PLACES: dict[str, tuple[str, str, Setting, Setting]] = {
 
 
 def machinery(rig: str, folder: Path) -> Machinery:
-    return {"axis": moving_axis, "spindle": turning_spindle, "cutting": cutting}[rig](folder)
+    return {"axis": moving_axis, "led": led_along, "spindle": turning_spindle, "cutting": cutting}[rig](folder)

@@ -61,6 +61,14 @@ def pushed_axis(folder: Path, force: FloatArray) -> Machinery:
     return rig("force_axis", folder, {"x_axis.force": force})
 
 
+def led_along(folder: Path, duration: float = 0.2) -> Machinery:
+    """Give the axis that is led along its reference, to and fro, 2 mm each way."""
+    rate = 2.0 * math.pi * 5.0
+    turned = rate * time(duration)
+    motion = (1e-3 * (1.0 - np.cos(turned)), 1e-3 * rate * np.sin(turned), 1e-3 * rate**2 * np.cos(turned))
+    return rig("led_axis", folder, dict(zip(("x_axis.reference", "x_axis.reference_velocity", "x_axis.acceleration"), motion, strict=True)))
+
+
 def turning_spindle(folder: Path, duration: float = 0.2) -> Machinery:
     """Give the spindle under a torque that swings about 0.02 N m."""
     return rig("torque_spindle", folder, {"spindle.torque": 0.02 + 0.03 * np.sin(2.0 * math.pi * 8.0 * time(duration))})

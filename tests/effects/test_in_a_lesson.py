@@ -12,7 +12,7 @@ from lathesim.lessons.lesson import load_lesson
 from tests.effects.places import PLACES
 from tests.effects.rigs import registry
 
-TEMPLATES = {"axis": "cascade_axis", "spindle": "torque_spindle", "cutting": "cutting_process"}
+TEMPLATES = {"axis": "cascade_axis", "led": "led_axis", "spindle": "torque_spindle", "cutting": "cutting_process"}
 
 
 def placed_by(folder: Path, template: str, **entry: str) -> Part:

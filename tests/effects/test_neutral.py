@@ -29,7 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def baselines(folder: Path) -> dict[str, Record]:
-    return {name: record(machinery(name, folder)) for name in ("axis", "spindle", "cutting")}
+    return {name: record(machinery(name, folder)) for name in ("axis", "led", "spindle", "cutting")}
 
 
 def differing(first: Record, second: Record) -> list[str]:

@@ -1,0 +1,60 @@
+"""A table that is led along its reference, as the log of a machine control shows it: what makes both position and current late."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.cli.main import run_command_line
+
+LESSON = """
+lesson: A table that is said to be led without lag
+machine: led_axis
+set: {x_axis.mass: 200 kg, x_axis.viscous: 1000 N*s/m, x_axis.force_constant: 100 N/A}
+uncertain: {x_axis.mass: 5 %, x_axis.viscous: 20 %}
+recordings:
+  time: {column: t, unit: s}
+  drive:
+    x_axis.reference: {column: asked, unit: m}
+    x_axis.reference_velocity: {column: feed, unit: m/s}
+    x_axis.acceleration: {column: acceleration, unit: m/s^2}
+  compare:
+    x_encoder.position: {column: reached, unit: m, resolution: 1e-6 m}
+    x_axis.current: {column: current, unit: A, resolution: 0.02 A}
+"""
+LAG, VELOCITY_LAG, FINE = 25e-3, 1.5e-3, 1e-4
+
+
+def write_log(file: Path, seed: int) -> None:
+    """Write 20 s, each 10 ms, of a position loop without feed forward that is integrated each 0.1 ms."""
+    rng = np.random.default_rng(seed)
+    targets = np.repeat(rng.uniform(0.0, 0.15, 20), 10_000)
+    place = speed = reached = velocity = 0.0
+    rows = []
+    for now, target in enumerate(targets):
+        wanted = np.clip(8.0 * (target - place), -0.15, 0.15)
+        acceleration = float(np.clip((wanted - speed) / 0.02, -1.0, 1.0))
+        pull = ((place - reached) / LAG - velocity) / VELOCITY_LAG
+        if now % 100 == 0:
+            current = (200.0 * pull + 1100.0 * velocity) / 100.0 + 0.02 * rng.standard_normal()
+            rows.append((now * FINE, place, speed, acceleration, round(reached, 6), round(current / 0.02) * 0.02))
+        speed, place = speed + FINE * acceleration, place + FINE * speed
+        velocity, reached = velocity + FINE * pull, reached + FINE * velocity
+    np.savetxt(file, rows, delimiter=",", header="t,asked,feed,acceleration,reached,current", comments="")
+
+
+def test_a_loop_without_feed_forward_is_no_late_sensor(tmp_path: Path) -> None:
+    """A filter of the encoder makes the position as late; the current is late with the motion, and only the loop does both."""
+    (tmp_path / "lesson.yaml").write_text(LESSON, encoding="utf-8")
+    for name, seed in (("log.csv", 1), ("other.csv", 2)):
+        write_log(tmp_path / name, seed)
+    words = ["diagnose", "lesson.yaml", "log.csv", "--validate", "other.csv", "--json", "answer.json", "--no-report", "--out", "out"]
+    with pytest.MonkeyPatch.context() as there:
+        there.chdir(tmp_path)
+        assert run_command_line(words) == 0
+    answer = json.loads((tmp_path / "answer.json").read_text(encoding="utf-8"))
+    (effect,) = answer["effects"]
+    assert (answer["verdict"], effect["effect"], effect["at"]) == ("named", "ServoLag", "x_axis")
+    assert effect["parameters"]["lag"]["value"] == pytest.approx(LAG, rel=0.02)
+    assert effect["parameters"]["velocity_lag"]["value"] == pytest.approx(VELOCITY_LAG, rel=0.3)
