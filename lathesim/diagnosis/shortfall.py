@@ -77,12 +77,13 @@ class LeftOver:
 
 def left_over(evidence: Evidence, channels: Sequence[str]) -> LeftOver | None:
     """Give the largest share of what was missing that effects leave and that still follows the motion on the held-out recording, among
-    channels where they took something away; none where nothing follows it."""
+    channels where they took something away; none where nothing follows it, or no more than stepping leaves of a force."""
     found = []
     for channel, missing in zip(channels, evidence.missing, strict=True):
         before, after = (float(np.sqrt(np.mean(np.square(values)))) for values in (missing.before, missing.after))
         bar = max((bar for bar in evidence.bars if bar.channel == channel), key=lambda bar: bar.after, default=None)
-        if bar is not None and bar.after > 0.0 and 0.0 < after < _TAKEN * before:
+        stepping = missing.unit in FORCES and bar is not None and missing.share_after * np.sqrt(bar.after) < NEXT_TO_NOTHING
+        if bar is not None and bar.after > 0.0 and 0.0 < after < _TAKEN * before and not stepping:
             found.append(LeftOver(after / before * float(np.sqrt(bar.after)), missing.at, bar.variable))
     return max(found, key=lambda item: item.share, default=None)
 

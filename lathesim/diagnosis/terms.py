@@ -158,9 +158,19 @@ def insert_candidates(
         result = trial
         of_motion = measured.get(host, "")
         placing: dict[str, Any] = {"second": host in second, "of_motion": of_motion, "senses": senses}
-        term = _term(name, effect, placed.component, host)
+        term = _as_sampled(_term(name, effect, placed.component, host), assembly.sample_period)
         terms.append(replace(term, **placing, shaped=replace(term.shaped, **placing) if term.shaped else None))
     return result, terms
+
+
+def _as_sampled(term: Term, period: float) -> Term:
+    """Give a term whose resonance, if it has one, is no faster than samples show: what swings beyond half their rate may be anything."""
+    resonance = f"{term.part}.{term.effect.resonance}"
+    if resonance not in term.parameters:
+        return term
+    high = np.where(np.array(term.parameters) == resonance, np.minimum(term.high, 0.5 / period), term.high)
+    shaped = _as_sampled(term.shaped, period) if term.shaped else None
+    return replace(term, high=high, points=np.minimum(term.points, high), shaped=shaped)
 
 
 def _from_elsewhere(effect: type[Effect], host: str, assembly: Assembly) -> list[dict[str, str]]:

@@ -37,8 +37,8 @@ def _followed(value: float, rate: float, asked: float, slope: float, lag: float,
 def _over_a_sample(
     value: float, rate: float, before: float, slope_before: float, now: float, slope: float, lag: float, velocity_lag: float, period: float
 ) -> tuple[float, float]:
-    """Give ``value`` and its ``rate`` a sample on: what is asked for runs from ``before`` with its slope to the middle of the sample, and from
-    there to ``now`` with the slope it has then; what is between the two it jumps there."""
+    """Give ``value`` and its ``rate`` a sample on: what is asked for runs from ``before`` with its slope to the middle of the sample, and
+    from there to ``now`` with the slope it has then; what is between the two it jumps there."""
     half = 0.5 * period
     value, rate = _followed(value, rate, before, slope_before, lag, velocity_lag, half)
     return _followed(value, rate, now - slope * half, slope, lag, velocity_lag, half)

@@ -128,6 +128,15 @@ def test_what_an_effect_leaves_in_its_place_says_whether_it_has_the_right_form(a
     assert of_another_form(left) == (told if share and share > 0.2 else [])
 
 
+@pytest.mark.parametrize(("share_after", "told"), [(0.0018, None), (0.018, 0.15)], ids=["as stepping leaves", "a force"])
+def test_what_stepping_leaves_of_a_force_is_of_no_other_form(share_after: float, told: float | None) -> None:
+    signal = np.ones(4)
+    missing = MissingSignal("spindle.disturbance", "N*m", signal, signal, 0.16 * signal, signal, 6.0 * share_after, share_after)
+    bars = (VariableBar(POSITION, "acceleration of spindle", 0.9, 0.88),)
+    left = left_over(Evidence(bars=bars, missing=(missing,)), [POSITION])
+    assert (left.share if left else None) == (None if told is None else pytest.approx(told, rel=0.01))
+
+
 def test_effects_with_which_every_channel_is_further_off_are_not_believed() -> None:
     worse, better = (ChannelFit("m", 1e-7, 1e-5, after, "held out") for after in (3e-5, 1e-6))
     assert spoils_everything({POSITION: worse})

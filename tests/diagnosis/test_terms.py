@@ -228,6 +228,16 @@ def test_an_error_between_two_sensors_is_told_at_the_one_that_closes_no_loop(nam
     assert len(terms) > 1
 
 
+def test_a_resonance_is_no_faster_than_samples_show(registry: Registry) -> None:
+    """Beyond half of their rate a spring with any frequency does the same."""
+    table = dataclasses.replace(machine().assembly, sample_period=4e-3)
+    _, terms = insert_candidates(table, [registry.effect("AxialResonance")])  # type: ignore[list-item]
+    (term,) = terms
+    place = term.parameters.index(f"{term.part}.frequency")
+    assert term.high[place] == 125.0
+    assert term.points[:, place].max() == 125.0
+
+
 def test_an_axis_out_of_square_is_looked_for_along_each_other_axis(registry: Registry) -> None:
     """A single axis has none beside it; the spindle of a lathe turns, and nothing is square to that."""
     squareness = registry.effect("SquarenessError")
