@@ -16,6 +16,7 @@ from scipy.optimize import minimize_scalar
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.component import Component, Input
+from lathesim.diagnosis.moving_start import shown_by
 from lathesim.diagnosis.own_simulation import SETTLING, root_mean_square
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.shortfall import FORCES
@@ -89,15 +90,18 @@ def of_another_period(rig: Rig, values: Mapping[str, float]) -> str:
     """Give a sentence where a recorded command follows from what its controller was given with another sample period only; empty where it
     does so as recorded, with no other, or nothing was replayed."""
     period, clock = 1e3 * rig.machine.assembly.sample_period, rig.machine.clock
-    for row, share in unexplained_share(rig, values) if rig.machine.replay else ():
-        name = rig.machine.compare[row]
-        if clock != 1.0 and share > _BY_CLOCK and _unexplained_at(rig, 1.0 / clock, values, row) < min(_FOLLOWS, _BY_SHIFT * share):
+    for controller, row in _shown_commands(rig) if rig.machine.replay and clock != 1.0 else ():
+        share = _beyond_floor(rig, 1.0, values, row)
+        if share > _BY_CLOCK and _beyond_floor(rig, 1.0 / clock, values, row) < min(_FOLLOWS, _BY_SHIFT * share):
+            name = rig.machine.compare[row]
             decides_every, how = period / rig.machine.decisions, "fast" if clock > 1.0 else "slow"
             return (
-                f"{name.partition('.')[0]} decides every {decides_every / clock:.4g} ms, and by the recording's clock every "
+                f"{controller} decides every {decides_every / clock:.4g} ms, and by the recording's clock every "
                 f"{decides_every:.4g} ms: that runs {abs(clock - 1.0):.2%} {how}. With the lesson's period {name} follows from what its "
                 f"controller was given, with the recorded one {share:.0%} of it does not."
             )
+    for row, share in unexplained_share(rig, values) if rig.machine.replay else ():
+        name = rig.machine.compare[row]
         for factor in _PERIODS if share > CONTROLLED else ():
             if _unexplained_at(rig, factor, values, row) < _FOLLOWS:
                 return (
@@ -105,6 +109,21 @@ def of_another_period(rig: Rig, values: Mapping[str, float]) -> str:
                     f"{period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of {1.0 / factor:.4g}."
                 )
     return ""
+
+
+def _shown_commands(rig: Rig) -> list[tuple[str, int]]:
+    """Give each controller with the compared channel (row) that shows its command: itself, or what a drive makes of it."""
+    parts = [part for part in rig.machine.assembly.parts if _commands(part.component)]
+    rows = [(part.name, shown_by(rig.machine.assembly, part, rig.machine.compare)[:1]) for part in parts]
+    return [(name, row[0]) for name, row in rows if row]
+
+
+def _beyond_floor(rig: Rig, factor: float, values: Mapping[str, float], row: int) -> float:
+    """Give the share of a channel that a replay with every period ``factor`` times as long does not explain, noise aside."""
+    residual = (_at_period(rig, factor) if factor != 1.0 else rig).sensed.one(values)[row]
+    left = root_mean_square(residual[int(SETTLING * rig.sensed.samples) :])
+    size = float(np.std(np.nan_to_num(rig.sensed.recorded[row])))
+    return float(np.sqrt(max(left**2 - rig.floors[rig.machine.compare[row]] ** 2, 0.0))) / size if size > 0.0 else 0.0
 
 
 def _unexplained_at(rig: Rig, factor: float, values: Mapping[str, float], row: int) -> float:

@@ -26,8 +26,10 @@ _WORTH = 0.01
 """Share of a command that must not follow for its controller's memory to be asked for."""
 _BY_MEMORY = 0.5
 """Share of that which may be left with it."""
-_STEP = 1e-6
-"""By how much a memory is moved for its slope: a micrometre, a microvolt; commands answer to it in proportion."""
+_STEPS = 10.0 ** np.arange(-6.0, 0.0)
+"""By how much a memory is moved for its slope, from a micrometre and a microvolt on: the least that shows beyond a converter's steps ..."""
+_SHOWN = 0.01
+"""... as it moves what is shown by this share of its size."""
 _BEGINNING, _FEWEST = 0.1, 200
 """Share of a recording, and samples at the least, in which the memory is looked for."""
 _TIMES = 3
@@ -41,12 +43,12 @@ def remembered_at_start(assembly: Assembly, compared: Sequence[str], replay: Sim
     found: dict[str, float] = {}
     for part in assembly.parts:
         if decides(part.component) and "displacement" not in part.component.ports:
-            for row in _shown_by(assembly, part, compared)[:1]:
+            for row in shown_by(assembly, part, compared)[:1]:
                 found |= _memory(part, row, _start_speeds(assembly, part, compared, replay), replay)
     return found
 
 
-def _shown_by(assembly: Assembly, controller: Part, compared: Sequence[str]) -> list[int]:
+def shown_by(assembly: Assembly, controller: Part, compared: Sequence[str]) -> list[int]:
     """Give the compared channels (rows) that show the command of a controller: its own, or those of what passes it on to a part that moves,
     as a converter's voltage or a drive's current; the nearest first."""
     parts = {part.name: part for part in assembly.parts}
@@ -116,7 +118,7 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
     values = np.array([speeds.get(name, value) for name, value in zip(memories, given, strict=True)])
     best = left(values[None])[0]
     for _ in range(_TIMES):
-        slopes = (left(values + _STEP * np.eye(len(memories))) - best) / _STEP
+        slopes = np.array([_slope(left(values + _STEPS[:, None] * one) - best, _SHOWN * size) for one in np.eye(len(memories))])
         answers = np.abs(slopes).max(axis=1) > _FORGOTTEN * np.abs(slopes).max(initial=0.0)
         scale = np.abs(slopes).max(axis=1, keepdims=True) + 1e-300
         moved = np.linalg.lstsq((slopes / scale)[answers].T, -best, rcond=1e-6)[0] / scale[answers, 0]
@@ -128,6 +130,13 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
         values, best = tried, now
     kept = _rms(best) < _BY_MEMORY * _rms(before)
     return {name: float(value) for name, value, old in zip(memories, values, given, strict=True) if value != old} if kept else {}
+
+
+def _slope(moved: FloatArray, least: float) -> FloatArray:
+    """Give the slope (samples,) of what ``_STEPS`` move, (steps, samples): of the first that moves it by ``least``, or of the largest."""
+    shown = np.flatnonzero(np.abs(moved).max(axis=1) >= least)
+    step = int(shown[0]) if len(shown) else len(_STEPS) - 1
+    return np.asarray(moved[step] / _STEPS[step])
 
 
 def _rms(values: FloatArray) -> float:

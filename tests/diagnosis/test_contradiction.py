@@ -64,6 +64,18 @@ def test_a_clock_that_is_half_a_percent_off_is_told(controlled: Rig) -> None:
     assert sentence.startswith("x_controller decides every 1 ms, and by the recording's clock every 1.005 ms: that runs 0.50% fast.")
 
 
+def test_the_current_of_a_drive_tells_of_a_clock_too(tmp_path: Path) -> None:
+    """Of a controller whose command was not logged; the noise of the current is as large as what the clock does to it."""
+    machine, record = controlled_axis(tmp_path, (POSITION, CURRENT))
+    noise = 0.01 * float(np.std(record[CURRENT])) * np.random.default_rng(1).standard_normal(len(record))
+    noisy = record.with_channel(CURRENT, "A", record[CURRENT] + noise)
+    (rig,) = build_rigs(machine, [("run.csv", noisy)], [])
+    off = with_period(rig, 1.005)
+    off = replace(off, machine=replace(off.machine, clock=1.005))
+    assert of_another_period(off, {}).startswith("x_controller decides every 1 ms, and by the recording's clock every 1.005 ms")
+    assert of_another_period(replace(rig, machine=replace(rig.machine, clock=1.005)), {}) == ""
+
+
 @pytest.mark.parametrize(("factor", "clock"), [(1.0001, 1.0), (1.25, 1.0), (2.01, 1.005), (0.995, 0.995)])
 def test_a_clock_a_little_beside_that_of_the_controller(controlled: Rig, factor: float, clock: float) -> None:
     assembly = controlled.machine.assembly

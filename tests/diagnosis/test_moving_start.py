@@ -72,10 +72,13 @@ def test_a_command_that_is_not_this_controllers_is_not_explained_by_memory(recor
     assert "does not follow from what its controller was given" in contradicted(rig, {})
 
 
-def test_the_current_of_a_drive_tells_what_its_controller_remembers(tmp_path: Path) -> None:
-    """Without the command a friction of steady sliding, which the integral held, was missing twice: at the drive and at the table."""
+@pytest.mark.parametrize("converter", ["", "set: {x_dac.bits: 12, "], ids=["as the lesson has it", "in steps of 5 mV"])
+def test_the_current_of_a_drive_tells_what_its_controller_remembers(converter: str, tmp_path: Path) -> None:
+    """Without the command a friction of steady sliding, which the integral held, was missing twice: at the drive and at the table. A
+    converter's steps hide what a microvolt more in the integral does."""
     load = "insert: [{effect: ForceOffset, at: x_axis, offset: 60 N}]\n"
-    prepared = prepare(load_lesson(write_lesson(tmp_path, extra=CONTROLLERS["P-PI"] + load)), load_registry(installed=False))
+    controller = CONTROLLERS["P-PI"].replace("set: {", converter) if converter else CONTROLLERS["P-PI"]
+    prepared = prepare(load_lesson(write_lesson(tmp_path, extra=controller + load)), load_registry(installed=False))
     run = run_prepared(prepared)
     asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
     record = Record(run.time, {REFERENCE: asked, POSITION: run.channels[POSITION], CURRENT: run.channels[CURRENT]}, dict(run.meta))
