@@ -17,7 +17,7 @@ from lathesim.diagnosis.signals import CorrectedSight, HeldSignal, LinearSignal,
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.wiring import wire
-from lathesim.lessons.insertion import Machinery, first_input
+from lathesim.lessons.insertion import GoesWithMain, Machinery, first_input
 
 _SENSED = "sensed_"
 SIGNALS = ("recorded_", "motion_", "followed_", _SENSED)
@@ -284,7 +284,7 @@ def _senses_own_host(parts: Mapping[str, Part], target: str) -> bool:
     """Say whether a target is an effect's sense of its own host, which must stay simulated (a friction acts on the simulated speed)."""
     part, _, item = target.partition(".")
     component = parts[part].component
-    return issubclass(component, Effect) and item != "incoming"
+    return issubclass(component, (Effect, GoesWithMain)) and item != "incoming"
 
 
 def _held_channels(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> set[str]:

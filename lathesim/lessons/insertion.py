@@ -19,6 +19,10 @@ from lathesim.errors import WiringError, nearest
 
 _PUSHED = "effort"
 """Role of the port where forces and frictions act."""
+_CUTS, _OTHER_FORCES = "force", ("thrust_force", "feed_force")
+"""Roles of the ports that give the main force of a cut and those that go with it."""
+_FELT_BY_A_SENSOR = 3
+"""Stage from which on an effect is no more of the cut itself."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,21 @@ class SeenBeyond(Component):
     @staticmethod
     def output(incoming: float, beyond: float) -> float:
         return incoming + beyond
+
+
+class GoesWithMain(Component):
+    """What an effect on the main force of a cut does to a force that goes with it:  F_out = F_in (main force after) / (before)."""
+
+    incoming = Input("N", doc="thrust or feed force")
+    before = Input("N", doc="main force before the effect")
+    after = Input("N", doc="main force with the effect")
+    outgoing = Output("N", doc="the same with its share of the effect")
+
+    @staticmethod
+    def output(incoming: float, before: float, after: float) -> float:
+        if before == after or before == 0.0:
+            return incoming
+        return incoming * (after / before)
 
 
 @dataclass
@@ -96,8 +115,13 @@ def insert_effect(
     if effect.told_if_held:
         values.setdefault(effect.told_if_held, float(_is_held(bench, next(iter(places)))))
     bench.parts[name] = Part(name, placed, values, dict(start or {}), every=every)
+    along = _goes_along(bench, effect, host, places)
     for place, (taken, given) in places.items():
         _attach(bench, _before_frictions(bench, effect, place), f"{name}.{taken}", f"{name}.{given}")
+        if taken == "incoming":
+            # before whatever else the effect does to the other forces
+            for force in along:
+                _let_go_along(bench, force, name)
     bench.wires |= {wire.target: wire for wire in sensed}
     if effect.beyond:
         _show_beyond(bench, effect, host, name)
@@ -259,6 +283,28 @@ def _attach(bench: _Bench, place: str, taken: str, given: str) -> None:
     bench.seen_as[place] = given
 
 
+def _goes_along(bench: _Bench, effect: type[Effect], host: Part, places: Mapping[str, tuple[str, str]]) -> list[str]:
+    """Give the forces that go with the main force of a cut, where an effect of the cut sits on that and the host does not work them out of
+    what arrives of it."""
+    ports = host.component.ports
+    main = f"{host.name}.{ports.get(_CUTS, '')}"
+    if main not in places or effect.stage >= _FELT_BY_A_SENSOR or not isinstance(bench.item(main), Output):
+        return []
+    seen = bench.seen_as.get(main, main)
+    if any(wire.source == seen and wire.target.partition(".")[0] == host.name for wire in bench.wires.values()):
+        return []
+    return [f"{host.name}.{ports[role]}" for role in _OTHER_FORCES if role in ports]
+
+
+def _let_go_along(bench: _Bench, place: str, name: str) -> None:
+    """Give a force its share of what effect ``name`` does to the main force."""
+    share = f"{name}_{place.partition('.')[2]}"
+    bench.parts[share] = Part(share, GoesWithMain)
+    bench.wires[f"{share}.before"] = replace(bench.wires[f"{name}.incoming"], target=f"{share}.before")
+    bench.wires[f"{share}.after"] = Wire(f"{share}.after", f"{name}.outgoing")
+    _attach(bench, place, f"{share}.incoming", f"{share}.outgoing")
+
+
 def _show_beyond(bench: _Bench, effect: type[Effect], host: Part, name: str) -> None:
     """Let the sensors of the host's displacement that close no loop see what is beyond the effect too; where none of several closes one,
     the first sits at the motor."""
@@ -324,4 +370,6 @@ def _senses(bench: _Bench, target: str) -> bool:
     """Say whether ``target`` is an input with which an effect senses its host, rather than one it sits on."""
     part, _, item = target.partition(".")
     component = bench.parts[part].component
+    if issubclass(component, GoesWithMain):
+        return item != "incoming"
     return issubclass(component, Effect) and item not in {taken for taken, _ in component.pairs().values()}

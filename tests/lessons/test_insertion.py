@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.effects.force_law import EdgeForce
 from lathesim.effects.force_over_turn import HardSpot
+from lathesim.effects.spindle_error import Unbalance
 from lathesim.engine.wiring import wire
 from lathesim.errors import WiringError
 from lathesim.lessons.assemble import assemble
-from lathesim.lessons.insertion import Machinery, effect_part_name, insert_effect
+from lathesim.lessons.insertion import GoesWithMain, Machinery, effect_part_name, insert_effect
 from lathesim.lessons.lesson import load_lesson
 from tests.lessons.small_machine import Drag, Shift, small_registry, write_lesson
 from tests.shipped_machine import shipped_machine
@@ -104,6 +106,31 @@ def test_an_effect_that_repeats_with_the_turn_senses_the_only_spindle() -> None:
     """The cut of a whole lathe knows no angle of its own: a hard spot could not even be looked for there."""
     wires = feeds(insert_effect(shipped_machine(LATHE), HardSpot, "cutting_force", name="spot"))
     assert wires["spot.angle"] == "spindle.angle"
+
+
+def test_what_an_effect_does_to_the_main_force_of_a_cut_the_other_forces_do_with_it() -> None:
+    """A slot leaves no thrust either. A process whose shares are of what arrives at it needs no help."""
+    lathe = insert_effect(
+        insert_effect(shipped_machine(LATHE), HardSpot, "cutting_force", name="spot"), EdgeForce, "cutting_force", name="edge"
+    )
+    wires = feeds(lathe)
+    assert [wires[f"spot_radial_force.{item}"] for item in ("incoming", "before", "after")] == [
+        "cutting_force.radial_force", "cutting_force.cutting_force", "spot.outgoing",
+    ]  # fmt: skip
+    assert [wires[f"edge_radial_force.{item}"] for item in ("incoming", "before", "after")] == [
+        "spot_radial_force.outgoing", "spot.outgoing", "edge.outgoing",
+    ]  # fmt: skip
+    assert (wires["edge.thrust_incoming"], wires["load.radial_force"]) == ("edge_radial_force.outgoing", "edge.thrust_outgoing")
+    process = insert_effect(shipped_machine("cutting_process"), HardSpot, "cutting", name="spot")
+    assert [part.name for part in process.parts if part.name.startswith("spot")] == ["spot"]
+    assert "unbalance_radial_force" not in {
+        part.name for part in insert_effect(shipped_machine(LATHE), Unbalance, "cutting_force", name="unbalance").parts
+    }
+
+
+@pytest.mark.parametrize(("before", "after", "force"), [(100.0, 100.0, 40.0), (100.0, 0.0, 0.0), (100.0, 120.0, 48.0), (0.0, 5.0, 40.0)])
+def test_a_force_goes_with_the_main_one(before: float, after: float, force: float) -> None:
+    assert GoesWithMain.output(40.0, before, after) == force
 
 
 def test_of_two_parts_that_turn_neither_is_the_spindle() -> None:
