@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.another_law import AnotherLaw
@@ -27,6 +27,7 @@ from lathesim.diagnosis.shortfall import (
 )
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import STRAINED
+from lathesim.diagnosis.variables import TOGETHER
 from lathesim.diagnosis.verdict import removed_in_band
 from lathesim.diagnosis.waves import drawn_by_waves
 
@@ -73,6 +74,9 @@ def adequacy(
     drawn = drawn_by_waves(rig, found.model.terms, found.model.fitted.by_name) if len(found.model.terms) > 1 else ()
     strained = _strained(rig, found, baseline)
     bands = tuple(narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted))
+    if effects:
+        # with two variables at once a table shows how finely an effect of the right form is simulated
+        evidence = replace(evidence, bars=tuple(bar for bar in evidence.bars if not bar.variable.startswith(TOGETHER)))
     left = left_over(evidence, rig.machine.compare) if effects else None
     other_form = of_another_form(left)
     reasons = [*shortfalls(evidence, rig.machine.compare, strained, baseline, bands, own.fit), *other_form, *map(str, laws)]

@@ -49,11 +49,11 @@ def shortfalls(
     bands: Sequence[NarrowBand],
     fit: Mapping[str, ChannelFit],
 ) -> list[str]:
-    """Give the reasons for which a model is not adequate, each the rest of a sentence; none where it is. More than all that acts is missing
-    where the noise of a sensor is made into a force: that is no reason while the lesson's own simulation is at the floor there."""
+    """Give the reasons for which a model is not adequate, each the rest of a sentence; none where it is. More than half of all that acts is
+    missing where the noise of a sensor is made into a force: that is no reason while the lesson's own simulation is at the floor there."""
     reasons = []
     for channel, missing in zip(channels, evidence.missing, strict=True):
-        if missing.share_after > 1.0 and fit[channel].after < _WORSE * fit[channel].floor:
+        if missing.share_after > _HALF and fit[channel].after < _WORSE * fit[channel].floor:
             continue
         if structured(evidence, channel, missing.share_after) >= ADEQUATE:
             strongest = max((bar for bar in evidence.bars if bar.channel == channel), key=lambda bar: bar.after)

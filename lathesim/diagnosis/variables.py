@@ -18,6 +18,9 @@ ANGLE = "spindle angle in the cut of"
 """How the name of an angle begins: what depends on it is faster than a turn."""
 PARTIAL = ("time since entry of", "time out of the cut of", ANGLE)
 """How the names of variables begin that have a value only now and then: what depends on them varies there and is not only not nothing."""
+TOGETHER = ("position and velocity of", "position and acceleration of")
+"""How the names of variables begin that are two of which each may have any value: what is of another form than anything listed may depend
+on both."""
 _STANDSTILL = 0.02
 """Share of the fastest motion below which a part counts as standing still."""
 _WORTH_SAYING = 0.1
@@ -50,7 +53,10 @@ def variables(rig: Rig) -> dict[str, list[FloatArray]]:
                 found |= {
                     f"position of {host}": [position],
                     f"position and direction of {host}": [position, direction],
+                    f"position and velocity of {host}": [position, meant],
+                    f"position and acceleration of {host}": [position, found[f"acceleration of {host}"][0]],
                     f"distance since reversal of {host}": [since_reversal(position, direction), direction],
+                    f"distance since rest of {host}": [since_rest(position, direction), direction],
                 }
         if (in_cut := rig.doing.get(f"{host}.{ports.get('in_cut', '')}")) is not None:
             found |= _of_the_cut(host, in_cut > 0.5, time, rig.doing.get(f"{host}.{ports.get('angle', '')}"))
@@ -126,6 +132,13 @@ def since_reversal(position: FloatArray, direction: FloatArray) -> FloatArray:
     last = np.where(moving, direction, 0.0)
     held = _forward_filled(last)
     changed = np.concatenate([[True], held[1:] != held[:-1]])
+    start = np.maximum.accumulate(np.where(changed, np.arange(len(position)), 0))
+    return np.abs(position - position[start])
+
+
+def since_rest(position: FloatArray, direction: FloatArray) -> FloatArray:
+    """Give the distance travelled since a part last began to move, or turned round."""
+    changed = np.concatenate([[True], direction[1:] != direction[:-1]])
     start = np.maximum.accumulate(np.where(changed, np.arange(len(position)), 0))
     return np.abs(position - position[start])
 

@@ -121,6 +121,20 @@ def test_a_named_model_that_is_not_adequate_says_why(monkeypatch: pytest.MonkeyP
     assert diagnosis(Hidden(dry=8.0)).shortfall == ""
 
 
+def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is asked beside others only: a friction stays, an offset whose interval holds nothing goes, and nothing speaks against that."""
+    two = Hidden(dry=8.0, law=offset)
+    monkeypatch.setattr(diagnosing, "is_open", lambda term, values: term.name == "ForceOffset")
+    for reasons in ("shortfalls", "of_another_form", "too_little", "leaves_much"):
+        monkeypatch.setattr(judging, reasons, lambda *given: [])
+    monkeypatch.setattr(diagnosing, "_doubtful", lambda *given: [])
+    found = diagnose(question(recording(two, seed=1), recording(two, seed=2)))
+    assert ([effect.effect for effect in found.effects], found.adequate) == (["CoulombFriction"], True)
+    monkeypatch.setattr(judging, "shortfalls", lambda *given: ["something is left"])
+    kept = diagnose(question(recording(two, seed=1), recording(two, seed=2)))
+    assert {effect.effect for effect in kept.effects} == {"CoulombFriction", "ForceOffset"}
+
+
 def test_a_recording_at_fault_names_no_physics() -> None:
     fault = Finding("frozen", POSITION, "it stands still for 0.5 s", "", serious=True)
     first = Recorded("fit.csv", recording(Hidden(dry=8.0)), (fault,))

@@ -1,5 +1,7 @@
 """What a machine was doing: the variables of a cut, turns of the spindle, and where dry friction holds unseen."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -10,10 +12,10 @@ from lathesim.diagnosis.held_out import parted
 from lathesim.diagnosis.locate import bars, beyond
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.turn_lines import told, turn_lines
-from lathesim.diagnosis.variables import held_by_friction, resting, turns, variables
+from lathesim.diagnosis.variables import held_by_friction, resting, since_rest, since_reversal, turns, variables
 from tests.diagnosis.one_cut import CUT, FORCE, PERIOD, TURN, cut_machine, cut_record
 from tests.diagnosis.pushed_table import FORCE as PUSH
-from tests.diagnosis.pushed_table import POSITION, as_record, baseline, rigs
+from tests.diagnosis.pushed_table import POSITION, Hidden, as_record, baseline, recording, rigs
 
 ENTRY, OUT, ANGLE = "time since entry of cutting", "time out of the cut of cutting", "spindle angle in the cut of cutting"
 
@@ -66,6 +68,22 @@ def resting_table() -> tuple[Rig, Fitted]:
     rig = rigs(as_record({PUSH: ("N", pushed), POSITION: ("m", place)}))[0]
     level = next(name for term in rig.candidates for name in term.parameters if term.name == "CoulombFriction")
     return rig, fit(rig.sensed, [], {level: 8.0})
+
+
+def test_what_depends_on_two_variables_at_once_is_located_in_both() -> None:
+    """A friction in proportion to the speed that is another one at each place: neither alone tells of it."""
+    hidden = Hidden(law=lambda v, q, t: 150.0 * v * math.sin(q / 0.02))
+    (rig, other) = rigs(recording(hidden, count=4000, seed=1), recording(hidden, count=4000, seed=2))
+    found = bars(rig, fit(rig.sensed, baseline(rig)), other, fit(other.sensed, baseline(other)))
+    assert found[0].variable == "position and velocity of x_axis"
+    assert found[0].share > found[1].share + 0.1
+
+
+def test_the_distance_since_rest_begins_anew_after_each_stop() -> None:
+    place = np.array([0.0, 0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0, 3.0])
+    direction = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, -1.0])
+    assert since_rest(place, direction).tolist() == [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+    assert since_reversal(place, direction)[7] == 3.0
 
 
 def test_at_rest_friction_holds_up_to_its_level_unseen() -> None:
