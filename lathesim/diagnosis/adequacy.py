@@ -20,6 +20,7 @@ from lathesim.diagnosis.shortfall import (
     is_missing_for_sure,
     leaves_much,
     left_over,
+    mostly_follows,
     of_another_form,
     shortfalls,
     spoils_everything,
@@ -87,6 +88,7 @@ def adequacy(
         reasons += leaves_much(evidence, taken)
     else:
         reasons += [*is_missing_for_sure(evidence, own.fit), *_sensors_apart(held_out, found.model.held_out_fit)]
+        reasons += [] if reasons else mostly_follows(evidence, rig.machine.compare)
     # without anything that feeds back a simulation drifts with whatever nobody modelled
     spoiled = effects and held_out.feeds_back and spoils_everything(own.fit)
     if spoiled:

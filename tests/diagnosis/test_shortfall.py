@@ -14,6 +14,7 @@ from lathesim.diagnosis.shortfall import (
     is_missing_for_sure,
     leaves_much,
     left_over,
+    mostly_follows,
     next_to_nothing,
     not_adequate,
     of_another_form,
@@ -135,6 +136,16 @@ def test_what_stepping_leaves_of_a_force_is_of_no_other_form(share_after: float,
     bars = (VariableBar(POSITION, "acceleration of spindle", 0.9, 0.88),)
     left = left_over(Evidence(bars=bars, missing=(missing,)), [POSITION])
     assert (left.share if left else None) == (None if told is None else pytest.approx(told, rel=0.01))
+
+
+@pytest.mark.parametrize(
+    ("share_after", "explained", "told"),
+    [(0.017, 0.55, True), (0.021, 0.18, False), (0.002, 0.9, False)],
+    ids=["the wind of a fan", "a load", "as stepping leaves"],
+)
+def test_a_small_force_that_mostly_follows_the_motion_is_no_load(share_after: float, explained: float, told: bool) -> None:
+    reasons = mostly_follows(evidence(share_after, explained), [POSITION])
+    assert reasons == (["1.7% of what acts at x_axis.disturbance is still missing, and goes with velocity of x_axis"] if told else [])
 
 
 def test_effects_with_which_every_channel_is_further_off_are_not_believed() -> None:
