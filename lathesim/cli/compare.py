@@ -81,7 +81,7 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     lines += ["", "Every part with the inputs that were recorded:", *_table(_replay_rows(comparison))]
     lines += ["", *_where(comparison)]
     if comparison.adds_up:
-        lines.append("What is next to nothing in every part adds up in a simulation that nothing recorded holds.")
+        lines.append("Each part leaves next to nothing. Run by itself, with no recording to hold it, the simulation adds that up.")
     if comparison.explained_by:
         lines += ["", "What is missing depends on (learned on one half, scored on the other):"]
         lines += [f"  {_bar(item.share)} {item.share:4.0%}  {item.variable}" for item in comparison.explained_by]
@@ -99,9 +99,10 @@ def _where(comparison: Comparison) -> list[str]:
     if not sits:
         return ["No part is off by itself."]
     if comparison.within_floors:
-        return [f"The lesson's own simulation is within {OFF:g} floors of every channel. What there is of a mismatch sits in {sits}."]
+        within = f"Nothing is wrong that this shows: the lesson's own simulation is within {OFF:g} floors."
+        return [f"{within} What little is left sits in {sits}."]
     because = "a load that nobody measured, or another of its uncertain values, may be all of it."
-    return [f"The mismatch sits in {sits}.", f"Values are as the lesson has them: {because}"]
+    return [f"The mismatch sits in {sits}. Values are as the lesson has them: {because}"]
 
 
 def _channel_rows(comparison: Comparison) -> list[tuple[str, ...]]:

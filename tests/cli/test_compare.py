@@ -24,7 +24,7 @@ def test_compare_tells_how_far_off_where_and_on_what_it_depends(case: Path, tmp_
     said = call(capsys, "compare", case / "lesson.yaml", case / "recording.csv", "--out", tmp_path)
     assert said.code == 0, said.err
     assert said.out.splitlines()[0].split() == ["channel", "residual,", "rms", "floor", "over", "floor", "worst"]
-    assert "The mismatch sits in x_axis.\nValues are as the lesson has them" in said.out
+    assert "The mismatch sits in x_axis. Values are as the lesson has them" in said.out
     assert "x_encoder <- x_axis <- x_drive <- x_dac" in said.out
     assert "velocity of x_axis" in said.out
     assert said.out.endswith(f"See {tmp_path / 'recording_compared.png'}\n")
