@@ -51,7 +51,7 @@ from lathesim.diagnosis.shortfall import hardly_missed, next_to_nothing, not_ade
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, is_strained, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
-from lathesim.diagnosis.variables import resting
+from lathesim.diagnosis.variables import resting, without_one_sided
 from lathesim.diagnosis.verdict import NAMED_SHARE, Standing, removed_share, standing, takes_nothing
 from lathesim.diagnosis.what_is_left import not_determined, not_shown, still_missing, strained_values, unseen_forms, value_instead
 from lathesim.effects.effect import Effect
@@ -199,8 +199,8 @@ def _rigs(question: Question) -> tuple[list[Rig], Rig | None, str]:
     fitted = question.fitted
     if question.held_out is not None:
         pairs = [(fitted.name, fitted.record), (question.held_out.name, question.held_out.record)]
-        return build_rigs(question.machine, pairs, question.effects), None, question.held_out.name
-    rig, held_out, whole = parted(question.machine, fitted.name, fitted.record, question.effects)
+        return without_one_sided(build_rigs(question.machine, pairs, question.effects)), None, question.held_out.name
+    rig, held_out, whole = without_one_sided(parted(question.machine, fitted.name, fitted.record, question.effects))
     return [rig, held_out], whole, held_out.name
 
 
@@ -214,7 +214,7 @@ def _answer(
     as_the_lesson = {found.controller.name: found.controller.given} if found.controller else {}
     own = compared(held_out, {**before.by_name, **as_the_lesson}, reported_fit.by_name)
     evidence = gather(rig, held_out, found, own)
-    standings = [*standing(found, question.settings), *[Standing(term, 1.0, (), (), np.nan, np.nan) for term, _ in counts]]
+    standings = [*standing(found, question.settings, rig.one_sided), *[Standing(term, 1.0, (), (), np.nan, np.nan) for term, _ in counts]]
     read = {f"{term.part}.{term.effect.spacing}": count for term, count in counts}
     after = strongest_variables(evidence.bars, [], after=True)
     baseline = _baseline(rig, found, values)

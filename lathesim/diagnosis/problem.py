@@ -68,6 +68,8 @@ class Rig:
     with_candidates: Assembly
     weights: FloatArray | None = None
     """Which samples count (samples,), 0 to 1; without it all do."""
+    one_sided: tuple[Term, ...] = ()
+    """Effects that are no candidates, as no recording moves their host both ways: what they refine is all that shows of them."""
 
     @cached_property
     def floors(self) -> dict[str, float]:

@@ -33,6 +33,9 @@ _HELD_STILL = 0.15
 """Share of the error that may be left for frictions to sense the simulated motion."""
 _CLEARLY = 2.0
 """Factor from that share beyond which a rough fit is enough to tell."""
+_CONTRADICTS = 0.5
+"""Share of the rest that a trial takes away above which it should gain: one that does not ended where the noise before it, which all that
+was missing had made loose, let a mean stay that the noise after it cannot."""
 _SETTLED = 1.0
 """Nats that a further round of fitting must gain for another one."""
 _FINE = 1e-5
@@ -297,6 +300,9 @@ class Bench:
             other = fit(self.rig.sensed, _eased(with_start(best)), constant, rounds=2, wide=wide, tolerance=_FINE, slopes="kept")
             best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.rig, best).above(before.score, wide=is_wide((*before.terms, term)))
+        if gain <= self.least_gain and self._removed(before, best) > _CONTRADICTS:
+            best = fit(self.rig.sensed, with_start(best), constant, rounds=2, wide=wide, settle=_SETTLED, slopes="kept")
+            gain = judged_score(self.rig, best).above(before.score, wide=is_wide((*before.terms, term)))
         relieves = strained_before and 4.0 * float(np.sum(strains(best) ** 2)) < STRAIN
         if not (gain > self.least_gain or relieves):
             return Trial(term, replace(before, terms=terms, fitted=best), gain, -np.inf, 0.0, 0.0, 0.0)

@@ -6,6 +6,9 @@ of the cut while it is in. Where no sensor tells, the lesson's own simulation do
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -185,14 +188,35 @@ def _dry_frictions(rig: Rig, fitted: Fitted) -> dict[str, list[str]]:
 
 def _at_rest(rig: Rig, host: str) -> npt.NDArray[np.bool_] | None:
     """Say where a part stands still: by its sensor, else as simulated."""
+    direction = _direction(rig, host)
+    return None if direction is None else np.asarray(direction == 0.0)
+
+
+def _direction(rig: Rig, host: str) -> FloatArray | None:
+    """Give which way a part moves at each sample, 0 where it stands still: by its sensor, else as simulated."""
     ports = next(part.component.ports for part in rig.machine.assembly.parts if part.name == host)
     flow = f"{host}.{ports.get('flow', '')}"
     motion = recorded_motion(rig.with_candidates, {name: rig.record[name] for name in rig.machine.compare})
     if flow in motion:
-        return np.asarray(direction_of(motion[flow]) == 0.0)
-    if flow in rig.doing:
-        return np.asarray(direction_of(rig.doing[flow], _COMMANDED_STANDSTILL) == 0.0)
-    return None
+        return direction_of(motion[flow])
+    return direction_of(rig.doing[flow], _COMMANDED_STANDSTILL) if flow in rig.doing else None
+
+
+def one_way(rig: Rig, host: str) -> bool:
+    """Say whether a part is known to move in one direction only."""
+    direction = _direction(rig, host)
+    return direction is not None and not (np.any(direction > 0.0) and np.any(direction < 0.0))
+
+
+def without_one_sided(rigs: Sequence[Rig]) -> list[Rig]:
+    """Give the rigs of some recordings whose candidates are told from what they refine by them: with a host that always moves one way, what
+    differs between two directions is left out."""
+    sided = [term for term in rigs[0].candidates if term.effect.needs_both_ways and all(one_way(rig, term.at) for rig in rigs)]
+    if not sided:
+        return list(rigs)
+    parts = {term.part for term in sided}
+    kept = tuple(term for term in rigs[0].candidates if term.part not in parts)
+    return [replace(rig, candidates=kept, one_sided=tuple(sided)) for rig in rigs]
 
 
 def resting(rig: Rig, fitted: Fitted) -> list[str]:

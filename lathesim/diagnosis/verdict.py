@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,8 +40,9 @@ class Standing:
     """Refined forms of it that would show too little in the recording to be told from it."""
 
 
-def standing(found: Found, settings: Settings) -> list[Standing]:
-    """Give how sure each effect of the model is, the one that removes most first."""
+def standing(found: Found, settings: Settings, one_sided: Sequence[Term] = ()) -> list[Standing]:
+    """Give how sure each effect of the model is, the one that removes most first. It is tied with a ``one_sided`` form of it, which no
+    recording could have shown."""
     result = []
     for term in found.model.terms:
         trials = found.trials.get(term.part, [])
@@ -56,6 +58,7 @@ def standing(found: Found, settings: Settings) -> list[Standing]:
         tied = tuple(trial.term for trial in others if best - merit(trial, settings) < width and trial.term not in found.model.terms)
         weights = [np.exp(-max(0.0, best - merit(trial, settings)) / (0.5 * width)) for trial in others]
         probability = float(1.0 / (1.0 + sum(weights)))
+        tied += tuple(other for other in one_sided if other.at == term.at and term.name in other.effect.refines)
         forms = tuple(found.forms.get(term.part, ()))
         share = min(chosen.share_of_all, 1.0)
         result.append(Standing(term, probability, tied, forms, share, chosen.share_of_rest, unseen))

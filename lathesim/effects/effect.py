@@ -95,6 +95,8 @@ class Effect(Component):
     """Parameter that shows as the spacing of the recorded values themselves."""
     refines: ClassVar[tuple[str, ...]] = ()
     """Simpler effects that this one contains: it is tried where one of them was found, in its place."""
+    needs_both_ways: ClassVar[bool] = False
+    """Whether it is nothing but what it refines, and a value of the host, as long as the host moves in one direction only."""
     needs: ClassVar[tuple[str, ...]] = ()
     """Effects it stands on top of: it is tried only where one of them, or a refinement of one, was found at the same host."""
     fingerprint: ClassVar[str] = ""

@@ -122,6 +122,7 @@ class AsymmetricFriction(Effect):
     """
 
     refines = ("CoulombFriction",)
+    needs_both_ways = True
     catalogue, family, site = 4, "reversal", "effort"
     neutral = {"level": 0.0, "viscous_difference": 0.0}
     typical = {"level": (5.0, 100.0), "asymmetry": (-0.4, 0.4), "viscous_difference": (-200.0, 200.0)}

@@ -1,12 +1,15 @@
 """What a trial is judged by."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.fit import fit
-from lathesim.diagnosis.trial import Bench, _share_left
+from lathesim.diagnosis import trial
+from lathesim.diagnosis.fit import Fitted, fit
+from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.trial import Bench, Score, _share_left, judged_score
 from tests.diagnosis.pushed_table import Hidden, baseline, recording, rigs
 
 
@@ -23,6 +26,32 @@ from tests.diagnosis.pushed_table import Hidden, baseline, recording, rigs
 )
 def test_what_is_left_is_told_where_it_is_least(before: list[float], after: list[float], share: float) -> None:
     assert _share_left(np.array(before), np.array(after)) == pytest.approx(share)
+
+
+def test_a_trial_that_takes_nearly_all_away_and_gains_nothing_is_fitted_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A spindle on speed with a constant torque missing: the mean of its tachometer was left 100 standard deviations off."""
+    rig, held_out = rigs(recording(Hidden(dry=12.0)), recording(Hidden(dry=12.0), seed=2))
+    bench = Bench(rig, held_out, lambda text: None)
+    before = fit(rig.sensed, baseline(rig))
+    bench.weigh(before)
+    (term,) = [term for term in rig.candidates if term.name == "CoulombFriction"]
+    settled: list[float] = []
+
+    def far_off_at_first(rig: Rig, fitted: Fitted) -> Score:
+        score = judged_score(rig, fitted)
+        return score if settled else dataclasses.replace(score, motion=-1e6, wide=-1e6)
+
+    def fitted_on(*given: Any, settle: float = 0.0, **kinds: Any) -> Fitted:
+        settled.extend([settle] * (settle > 0.0))
+        return fit(*given, settle=settle, **kinds)
+
+    model = bench.model((), before)
+    monkeypatch.setattr(trial, "judged_score", far_off_at_first)
+    monkeypatch.setattr(trial, "fit", fitted_on)
+    tried = bench.trial(model, term, (), baseline(rig), [np.array([10.0])])
+    assert len(settled) == 1
+    assert tried.gain > 100.0
+    assert tried.share_of_rest > 0.9
 
 
 def test_two_recordings_may_differ_in_length_and_in_how_their_noise_is_weighed() -> None:
