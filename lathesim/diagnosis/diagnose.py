@@ -126,7 +126,8 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
         return _recording_fault(question, [mistaken], findings, began)
     counts = coarse_counts((rig, held_out), found.model.terms)
     answer = _answer(question, found, rig, held_out, values, counts, say)
-    answer = _without_unsized(question, found, (rig, held_out, whole), values, answer, say) or answer
+    if found.complete and not answer.adequate:
+        answer = _without_unsized(question, found, (rig, held_out, whole), values, say) or answer
     if slow := _of_a_slow_log(question, answer):
         return _recording_fault(question, [slow], findings, began)
     return replace(
@@ -162,19 +163,17 @@ def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[
     return doubtful + [term for term in unsure if hardly_missed(evidence, channels, "" if single else term.at)]
 
 
-def _without_unsized(
-    question: Question, found: Found, rigs: tuple[Rig, Rig, Rig | None], values: Estimates, answer: Diagnosis, say: Tell
-) -> Diagnosis | None:
-    """Give the answer without effects whose size may be nothing, where that is a model to which nothing speaks against; none where it is
-    not, and none where nothing speaks against the whole."""
+def _without_unsized(question: Question, found: Found, rigs: tuple[Rig, Rig, Rig | None], values: Estimates, say: Tell) -> Diagnosis | None:
+    """Give the answer without effects whose size may be nothing, where nothing speaks against that; else none."""
     rig, held_out, whole = rigs
     unsized = [term for term in found.model.terms if is_open(term, values) and not hangs_together(term, values)]
-    if answer.adequate or not 0 < len(unsized) < len(found.model.terms):
+    if not 0 < len(unsized) < len(found.model.terms):
         return None
     say(f"asking whether {', '.join(term.name for term in unsized)} can go, whose size may be nothing")
     leaner = replace(found)
     leave_out(leaner, unsized, rig, held_out, say)
-    other = _answer(question, leaner, rig, held_out, estimates(leaner.model, rig, held_out, whole), (), say)
+    counts = coarse_counts((rig, held_out), leaner.model.terms)
+    other = _answer(question, leaner, rig, held_out, estimates(leaner.model, rig, held_out, whole), counts, say)
     return other if other.adequate and other.verdict in ("named", "tied") else None
 
 
