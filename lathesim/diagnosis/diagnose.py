@@ -24,6 +24,7 @@ from lathesim.diagnosis.controller_rate import closes_a_loop
 from lathesim.diagnosis.controller_value import controller_value, with_commands_followed
 from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
 from lathesim.diagnosis.discovery import discover, plugin_text
+from lathesim.diagnosis.eligible import without_one_sided
 from lathesim.diagnosis.evidence import Compared, compared, gather, located, missing_signals, strongest_variables
 from lathesim.diagnosis.fit import Fitted, fit, with_start
 from lathesim.diagnosis.found import Found
@@ -51,7 +52,7 @@ from lathesim.diagnosis.shortfall import hardly_missed, next_to_nothing, not_ade
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, is_strained, judged_score
 from lathesim.diagnosis.turn_lines import told, turn_lines
-from lathesim.diagnosis.variables import resting, without_one_sided
+from lathesim.diagnosis.variables import resting
 from lathesim.diagnosis.verdict import NAMED_SHARE, Standing, removed_share, standing, takes_nothing
 from lathesim.diagnosis.what_is_left import not_determined, not_shown, still_missing, strained_values, unseen_forms, value_instead
 from lathesim.effects.effect import Effect

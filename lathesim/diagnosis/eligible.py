@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from lathesim.component import Parameter
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Model
+from lathesim.diagnosis.variables import one_way
 from lathesim.effects.effect import Effect
 
 
@@ -54,3 +58,14 @@ def _in_baseline(rig: Rig) -> set[tuple[str, str]]:
         if any("coulomb" in item for item in component.declared(Parameter)):
             there.add(("CoulombFriction", name))
     return there
+
+
+def without_one_sided(rigs: Sequence[Rig]) -> list[Rig]:
+    """Give the rigs of some recordings whose candidates are told from what they refine by them: with a host that always moves one way, what
+    differs between two directions is left out."""
+    sided = [term for term in rigs[0].candidates if term.effect.needs_both_ways and all(one_way(rig, term.at) for rig in rigs)]
+    if not sided:
+        return list(rigs)
+    parts = {term.part for term in sided}
+    kept = tuple(term for term in rigs[0].candidates if term.part not in parts)
+    return [replace(rig, candidates=kept, one_sided=tuple(sided)) for rig in rigs]

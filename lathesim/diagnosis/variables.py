@@ -6,9 +6,6 @@ of the cut while it is in. Where no sensor tells, the lesson's own simulation do
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
 import numpy as np
 import numpy.typing as npt
 
@@ -134,13 +131,15 @@ def since_reversal(position: FloatArray, direction: FloatArray) -> FloatArray:
     moving = direction != 0.0
     last = np.where(moving, direction, 0.0)
     held = _forward_filled(last)
-    changed = np.concatenate([[True], held[1:] != held[:-1]])
-    start = np.maximum.accumulate(np.where(changed, np.arange(len(position)), 0))
-    return np.abs(position - position[start])
+    return _since_change(position, held)
 
 
 def since_rest(position: FloatArray, direction: FloatArray) -> FloatArray:
     """Give the distance travelled since a part last began to move, or turned round."""
+    return _since_change(position, direction)
+
+
+def _since_change(position: FloatArray, direction: FloatArray) -> FloatArray:
     changed = np.concatenate([[True], direction[1:] != direction[:-1]])
     start = np.maximum.accumulate(np.where(changed, np.arange(len(position)), 0))
     return np.abs(position - position[start])
@@ -206,17 +205,6 @@ def one_way(rig: Rig, host: str) -> bool:
     """Say whether a part is known to move in one direction only."""
     direction = _direction(rig, host)
     return direction is not None and not (np.any(direction > 0.0) and np.any(direction < 0.0))
-
-
-def without_one_sided(rigs: Sequence[Rig]) -> list[Rig]:
-    """Give the rigs of some recordings whose candidates are told from what they refine by them: with a host that always moves one way, what
-    differs between two directions is left out."""
-    sided = [term for term in rigs[0].candidates if term.effect.needs_both_ways and all(one_way(rig, term.at) for rig in rigs)]
-    if not sided:
-        return list(rigs)
-    parts = {term.part for term in sided}
-    kept = tuple(term for term in rigs[0].candidates if term.part not in parts)
-    return [replace(rig, candidates=kept, one_sided=tuple(sided)) for rig in rigs]
 
 
 def resting(rig: Rig, fitted: Fitted) -> list[str]:

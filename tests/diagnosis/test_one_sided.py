@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.diagnose import Question, diagnose
+from lathesim.diagnosis.eligible import without_one_sided
 from lathesim.diagnosis.loading import Recorded
-from lathesim.diagnosis.variables import one_way, without_one_sided
+from lathesim.diagnosis.variables import one_way
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.record import Record
