@@ -1,8 +1,11 @@
-"""The compiler of ``run_block``: numba's own, without the passes that give every assignment a variable of its own and take that back.
+"""The compiler of ``run_block``: numba's own, without the passes that a wiring has no need of and that cost it more than half of the time.
 
-They go through the whole function once for each variable that is assigned twice, of which a wiring has about a hundred: a sixth of the
-time to compile. LLVM does the same for machine code, so what is left out changes neither its bits nor its speed. A variable then has one
-type wherever it is assigned; in a wiring that is a float. Imported only where something is compiled.
+Left out are those that give every assignment a variable of its own and take that back, which go through the whole function once for each
+variable that is assigned twice; those that look for closures, for expressions of whole arrays and for texts of Python to be written
+otherwise, of which a wiring has none; and the first search for where each variable is last read, made once more before the machine code.
+LLVM is given the same text without them, so what is left out changes neither bits nor speed. A variable then has one type wherever it is
+assigned; in a wiring that is a float. A law that stands in the wiring and needs one of them is compiled by all of numba's passes: see
+:mod:`lathesim.engine.module_cache`. Imported only where something is compiled.
 """
 
 from __future__ import annotations
@@ -12,7 +15,11 @@ from typing import Any
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import PassManager
 
-_LEFT_OUT = ("ReconstructSSA", "PreLowerStripPhis")
+_LEFT_OUT = (
+    *("ReconstructSSA", "PreLowerStripPhis"),
+    *("InlineClosureLikes", "GenericRewrites", "NopythonRewrites"),
+    "IRProcessing",
+)
 
 
 class BlockCompiler(CompilerBase):  # type: ignore[misc]

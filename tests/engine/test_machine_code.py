@@ -73,6 +73,23 @@ class Shrinking(Component):
         return size
 
 
+class Roundabout(Component):
+    """A law of a stage that is written with tuples and a list."""
+
+    size = State("m", 1.0, doc="size")
+    shown = Output("m", doc="size")
+
+    @staticmethod
+    def derivative(size: float) -> float:
+        halved = (size, 0.5 * size)[1]
+        parts = [share * halved for share in SLOPES]
+        return -min((2.0 * parts[0], max(parts)))
+
+    @staticmethod
+    def output(size: float) -> float:
+        return size
+
+
 def compile_loop(assembly: Assembly) -> None:
     compiled_machine(fuse(wire(assembly)))
 
@@ -104,6 +121,14 @@ def test_a_variable_may_change_its_type(empty_cache: Path) -> None:
     plain, compiled = (run(plan, duration=1.0, engine=engine)["part.shown"] for engine in ("plain", "compiled"))
     assert plain.tobytes() == compiled.tobytes()
     assert 0.0 < compiled[-1] < compiled[0]
+
+
+def test_a_law_may_be_written_with_what_a_wiring_has_none_of(empty_cache: Path) -> None:
+    plan = wire(Assembly((Part("part", Roundabout),), (), 0.01, 0.01))
+    plain, compiled = (run(plan, duration=1.0, engine=engine) for engine in ("plain", "compiled"))
+    assert compiled.meta["engine"] == "compiled"
+    assert plain["part.shown"].tobytes() == compiled["part.shown"].tobytes()
+    assert compiled["part.shown"][-1] == pytest.approx(np.exp(-1.0), abs=1e-9)
 
 
 def test_damaged_code_is_made_anew(empty_cache: Path) -> None:
