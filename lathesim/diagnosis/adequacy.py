@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.another_law import AnotherLaw
+from lathesim.diagnosis.answers_to_command import CommandAnswer, answer_to_command
 from lathesim.diagnosis.diagnosis import BaselineValue, Evidence, listed
 from lathesim.diagnosis.evidence import Compared
 from lathesim.diagnosis.fit import Fitted
@@ -24,6 +25,7 @@ from lathesim.diagnosis.shortfall import (
     of_another_form,
     shortfalls,
     spoils_everything,
+    still_follows,
     too_little,
 )
 from lathesim.diagnosis.terms import Term
@@ -51,6 +53,7 @@ class Adequacy:
     strained: tuple[str, ...]
     bands: tuple[NarrowBand, ...]
     laws: tuple[AnotherLaw, ...]
+    commanded: tuple[CommandAnswer, ...] = ()
 
     @property
     def adequate(self) -> bool:
@@ -72,7 +75,7 @@ def adequacy(
     """Say what speaks against a model that takes away the share ``taken`` of the error; ``laws`` are controllers that have another one,
     ``unsized`` the effects whose size may be nothing."""
     effects = bool(found.model.terms)
-    drawn = drawn_by_waves(rig, found.model.terms, found.model.fitted.by_name) if len(found.model.terms) > 1 else ()
+    drawn = drawn_by_waves(rig, found.model.terms, found.model.fitted.by_name) if effects else ()
     strained = _strained(rig, found, baseline)
     bands = tuple(narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted))
     if effects:
@@ -80,13 +83,16 @@ def adequacy(
         evidence = replace(evidence, bars=tuple(bar for bar in evidence.bars if not bar.variable.startswith(TOGETHER)))
     left = left_over(evidence, rig.machine.compare) if effects else None
     other_form = of_another_form(left)
+    commanded: list[CommandAnswer] = []
     reasons = [*shortfalls(evidence, rig.machine.compare, strained, baseline, bands, own.fit), *other_form, *map(str, laws)]
     if effects:
         reasons += too_little(evidence, taken)
     elif found.far_off:
         # a value that the lesson holds impossible has to explain what it is believed for
-        reasons += leaves_much(evidence, taken)
+        reasons += leaves_much(evidence, taken) or still_follows(evidence, rig.machine.compare, own.fit)
     else:
+        commanded = [] if laws else _commanded(rig, held_out, found)
+        reasons += [*map(str, commanded)]
         reasons += [*is_missing_for_sure(evidence, own.fit), *_sensors_apart(held_out, found.model.held_out_fit)]
         reasons += [] if reasons else mostly_follows(evidence, rig.machine.compare)
     # without anything that feeds back a simulation drifts with whatever nobody modelled
@@ -99,10 +105,17 @@ def adequacy(
     impossible = bool(strained) and (taken < MOST or (effects and len(unsized) == len(found.model.terms)))
     if drawn:
         names = listed([f"{term.name} at {term.at}" for term in drawn])
-        reasons.append(f"{names} are there so few times that together they may be anything that goes with the place")
+        few = "are there so few times that together they" if len(drawn) > 1 else "is not once there as a whole and"
+        reasons.append(f"{names} {few} may be anything that goes with the place")
     removed = removed_in_band(found) if taken > 0.0 and not spoiled and not impossible and not drawn else 0.0
     form_left = left.share if left is not None and other_form else 0.0
-    return Adequacy(tuple(reasons), tuple(weak), removed, form_left, strained, bands, tuple(laws))
+    return Adequacy(tuple(reasons), tuple(weak), removed, form_left, strained, bands, tuple(laws), tuple(commanded))
+
+
+def _commanded(rig: Rig, held_out: Rig, found: Found) -> list[CommandAnswer]:
+    """Give what answers to a driven input of what a model leaves, at most one."""
+    told = answer_to_command((rig, held_out), (found.model.fitted.by_name, found.model.held_out_fit.by_name))
+    return [told] if told else []
 
 
 def _sensors_apart(rig: Rig, fitted: Fitted) -> list[str]:

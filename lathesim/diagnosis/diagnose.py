@@ -17,6 +17,7 @@ import numpy as np
 from lathesim.diagnosis.adequacy import Adequacy, adequacy
 from lathesim.diagnosis.another_law import AnotherLaw, another_law
 from lathesim.diagnosis.belief import Settings, is_of_a_clock
+from lathesim.diagnosis.changed_midway import changed_midway
 from lathesim.diagnosis.clipped_reading import clipped_reading
 from lathesim.diagnosis.coarse_counts import coarse_counts
 from lathesim.diagnosis.contradiction import contradicted, exchanged_with, in_another_unit, of_another_period, swapped, wrong_unit
@@ -43,7 +44,7 @@ from lathesim.diagnosis.parameters import (
     with_error_of_form,
 )
 from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
-from lathesim.diagnosis.refusal import all_push
+from lathesim.diagnosis.refusal import all_push, is_most_of_it
 from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import search
@@ -108,8 +109,9 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     if question.held_out is not None and (stranger := another_machine(found.model, rig, held_out)):
         return _recording_fault(question, [stranger], findings, began)
     judged = ((rig, found.baseline.fitted), (held_out, found.baseline.held_out_fit))
-    if clipped := next((told for one, fitted in judged if (told := clipped_reading(one, fitted))), ""):
-        return _recording_fault(question, [clipped], findings, began)
+    for fault in (changed_midway, clipped_reading):
+        if told_of := next((sentence for one, fitted in judged if (sentence := fault(one, fitted))), ""):
+            return _recording_fault(question, [told_of], findings, began)
     say("fitting the found model to everything")
     values = estimates(found.model, rig, held_out, whole)
     doubtful = _doubtful(found, rig, held_out, values)
@@ -128,7 +130,7 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     counts = coarse_counts((rig, held_out), found.model.terms)
     answer = _answer(question, found, rig, held_out, values, counts, say)
     if found.complete and not answer.adequate:
-        answer = _without_unsized(question, found, (rig, held_out, whole), values, say) or answer
+        answer = _without_doubtful(question, found, answer, (rig, held_out, whole), values, say) or answer
     if slow := _of_a_slow_log(question, answer):
         return _recording_fault(question, [slow], findings, began)
     return replace(
@@ -146,7 +148,8 @@ def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[
     All go that act at moving parts and take away next to nothing of what acts there.
     Of these a single one goes where nothing that matters was missing, and small ones beside others where no force that matters was missing
     at their place or the lesson's own simulation is further off with the whole model in some channel."""
-    if found.model.terms and all_push(rig, found.model.terms) and next_to_nothing(missing_signals(held_out, found.baseline, found.model)):
+    trifling = found.model.terms and all_push(rig, found.model.terms) and not any(is_most_of_it(term, found) for term in found.model.terms)
+    if trifling and next_to_nothing(missing_signals(held_out, found.baseline, found.model)):
         return list(found.model.terms)
     period, model = rig.machine.assembly.sample_period, found.model.fitted.by_name
     in_time = [term for term in found.model.terms if is_of_a_clock(term, model, period, len(rig.record) * period)]
@@ -164,18 +167,23 @@ def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[
     return doubtful + [term for term in unsure if hardly_missed(evidence, channels, "" if single else term.at)]
 
 
-def _without_unsized(question: Question, found: Found, rigs: tuple[Rig, Rig, Rig | None], values: Estimates, say: Tell) -> Diagnosis | None:
-    """Give the answer without effects whose size may be nothing, where nothing speaks against that; else none."""
+def _without_doubtful(
+    question: Question, found: Found, answer: Diagnosis, rigs: tuple[Rig, Rig, Rig | None], values: Estimates, say: Tell
+) -> Diagnosis | None:
+    """Give the answer without effects whose size may be nothing, or without any where all take nothing away of the recording that judges,
+    if nothing speaks against that; else none."""
     rig, held_out, whole = rigs
-    unsized = [term for term in found.model.terms if is_open(term, values) and not hangs_together(term, values)]
-    if not 0 < len(unsized) < len(found.model.terms):
+    useless = bool(found.model.terms) and answer.removed_share <= 0.0 and question.settings.against_chance
+    doubtful = [term for term in found.model.terms if useless or (is_open(term, values) and not hangs_together(term, values))]
+    if not doubtful or (len(doubtful) == len(found.model.terms) and not useless):
         return None
-    say(f"asking whether {', '.join(term.name for term in unsized)} can go, whose size may be nothing")
+    why = "which take nothing away" if useless else "whose size may be nothing"
+    say(f"asking whether {', '.join(term.name for term in doubtful)} can go, {why}")
     leaner = replace(found)
-    leave_out(leaner, unsized, rig, held_out, say)
+    leave_out(leaner, doubtful, rig, held_out, say)
     counts = coarse_counts((rig, held_out), leaner.model.terms)
     other = _answer(question, leaner, rig, held_out, estimates(leaner.model, rig, held_out, whole), counts, say)
-    return other if other.adequate and other.verdict in ("named", "tied") else None
+    return other if other.adequate and (useless or other.verdict in ("named", "tied")) else None
 
 
 def _own(held_out: Rig, found: Found, values: Estimates) -> Compared:
@@ -265,6 +273,7 @@ def _answer(
             *still_missing(evidence, after, found, question.settings),
             *resting(held_out, found.model.held_out_fit),
             *map(str, judged.bands),
+            *(f"{told}." for told in judged.commanded),
             *told(turn_lines(held_out, found.model.held_out_fit), {name: item.unit for name, item in own.fit.items()}),
             *strained_values(judged.strained, baseline),
             *not_shown(found.baseline.fitted, rig.machine.uncertain, rig.sensed.seen_floors),

@@ -44,7 +44,8 @@ def in_own_simulation(rig: Rig, before: Fitted, after: Fitted, term: Term) -> tu
         np.sqrt(np.mean(np.nan_to_num(signal, nan=np.inf)[:, begin:] ** 2, axis=1))
         for signal in (_known(rig, first), _known(rig, second), first - second)
     )
-    moves = np.nan_to_num(moved / np.maximum(left, rig.sensed.seen_floors))
+    with np.errstate(invalid="ignore"):  # a run that is lost moves no further than it is off
+        moves = np.nan_to_num(moved / np.maximum(left, rig.sensed.seen_floors))
     most = int(np.argmax(moves))
     explains = left_without[most] ** 2 - left[most] ** 2 > _MOSTLY * moved[most] ** 2
     size = float(moves[most]) * (3.0 if explains or not rig.feeds_back else 1.0)

@@ -6,12 +6,15 @@ from collections.abc import Collection, Iterable
 
 from lathesim.diagnosis.belief import Settings, of_usual_size
 from lathesim.diagnosis.evidence import missing_share, missing_signals
+from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.locate import missing_signal
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.shortfall import FORCES, NEXT_TO_NOTHING, next_to_nothing
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, Model, Trial
+from lathesim.diagnosis.waves import WAVES
 
+_NEARLY_ALL = 0.9
 _SMALL = 0.01
 """Share of all that was there below which an effect beside others is asked how much of what acts it is."""
 
@@ -32,6 +35,11 @@ def is_trifling(bench: Bench, before: Model, after: Model, trial: Trial) -> bool
     return small and next_to_nothing(missing_signals(bench.held_out, before, after))
 
 
+def is_most_of_it(term: Term, found: Found) -> bool:
+    """Say whether a wave is nearly all that was left: how finely a simulation steps, or when samples were taken, repeats along no way."""
+    return term.family == WAVES and found.removed_by(term) > _NEARLY_ALL
+
+
 def quiet_parts(bench: Bench, model: Model) -> set[str]:
     """Give the parts at which a model with effects leaves so little of what acts that whatever pushed there would be refused."""
     quiet: dict[str, bool] = {}
@@ -47,8 +55,9 @@ def quiet_parts(bench: Bench, model: Model) -> set[str]:
 
 
 def pushes_at(term: Term, parts: Collection[str]) -> bool:
-    """Say whether a term is a force at one of some parts and shows nowhere else."""
-    return term.effect.site == "effort" and not term.effect.beyond and term.at.partition(".")[0] in parts
+    """Say whether a term is a force at one of some parts and shows nowhere else; what repeats along the way is quicker than the motion, in
+    whose band a missing force is told, and shows beyond it."""
+    return term.effect.site == "effort" and not term.effect.beyond and term.family != WAVES and term.at.partition(".")[0] in parts
 
 
 def all_push(rig: Rig, terms: Iterable[Term]) -> bool:

@@ -172,10 +172,10 @@ def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Coll
 
 
 def _sensing_for(wires: Mapping[str, Wire], target: str) -> str:
-    """Give the input that is fed with what ``target`` sees, past what is added to it behind a spring."""
+    """Give the input that is fed with what ``target`` sees, past what is added to it behind springs."""
     part, _, item = target.partition(".")
     if item == "incoming" and f"{part}.beyond" in wires:
-        return next((fed for fed, wire in wires.items() if wire.source == f"{part}.outgoing"), target)
+        return next((_sensing_for(wires, fed) for fed, wire in wires.items() if wire.source == f"{part}.outgoing"), target)
     return target
 
 

@@ -131,6 +131,20 @@ def mostly_follows(evidence: Evidence, channels: Sequence[str]) -> list[str]:
     return reasons
 
 
+def still_follows(evidence: Evidence, channels: Sequence[str], fit: Mapping[str, ChannelFit]) -> list[str]:
+    """Give the reason where a value that explains most of what an impossible machine is off by leaves as much of what was missing as an
+    effect of another form, and most of that follows what the machine was doing, far over the floor: a drag that grows with the square of
+    the speed is no larger viscosity."""
+    reasons = []
+    for channel, missing in zip(channels, evidence.missing, strict=True):
+        bar = max((bar for bar in evidence.bars if bar.channel == channel), key=lambda bar: bar.after, default=None)
+        much = _counted(missing) > _LEFT * missing.share_before and fit[channel].after > _OFF * fit[channel].floor
+        if bar is not None and bar.after > _HALF and much and missing.share_after >= NEXT_TO_NOTHING:
+            share = _counted(missing) / missing.share_before
+            reasons.append(f"{share:.0%} of what was missing at {missing.at} is left, and goes with {bar.variable}")
+    return reasons
+
+
 def _is_a_load(missing: MissingSignal) -> bool:
     """Say whether what is missing is as large in the third of the samples in which least acts as in that in which most does."""
     least, most = np.quantile(np.abs(missing.total), (1.0 / 3.0, 2.0 / 3.0))

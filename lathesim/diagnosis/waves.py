@@ -22,6 +22,8 @@ from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.variables import direction_of
 from lathesim.engine.assembly import FloatArray
 
+WAVES = "once per turn"
+"""The family of effects that repeat along the way of their host."""
 PERIODS = ("lead", "turn", "period", "signal_period", "length")
 """What effects call the place after which they repeat."""
 _ORDER = "order"
@@ -36,8 +38,9 @@ _PHASES = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
 """As few as tell the best one."""
 _MOST_BINS = 1 << 18
 _LEAST_TURNS, _LEAST_TURNS_OF_A_FORCE = 2.0, 5.0
-_NO_WAVE = 3.0
-"""Ways of a recording beyond which what is told of a wave's length is a constant, or a slope."""
+_NO_WAVE, _NO_WAVE_OF_A_FORCE = 3.0, 1.0
+"""Ways of a recording beyond which what is told of a wave's length is a constant, or a slope; a motor that ripples does so at least once on
+the way, and a friction may be larger at one end of it."""
 _LONGER = 10.0
 """By what factor the wave of a geometry may be longer than usual."""
 _ALONG_ALL = (1.0, 1.5, 2.0, 3.0)
@@ -78,7 +81,7 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
         low = max(low, 2.0 * _BEYOND * _way_per_sample(place))
         points = []
         # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
-        sizes = [(size, "direction" if term.family == "once per turn" and "Friction" in term.name else "")]
+        sizes = [(size, "direction" if term.family == WAVES and "Friction" in term.name else "")]
         sizes += [(_SHARE, "drive")] if _SHARE in names and size != _SHARE else []
         for name, factor in sizes:
             key = (term.at if factor == "drive" else host, factor)
@@ -108,12 +111,17 @@ def is_a_wave(rig: Rig, term: Term, values: Mapping[str, float]) -> bool:
     if not length:
         return True
     seen = _places(rig).get(term.part if term.effect.along else term.at)
-    return seen is None or length < _NO_WAVE * float(np.ptp(seen[1]))
+    is_a_force = term.effect.site == "effort" and "Friction" not in term.name
+    return seen is None or length < (_NO_WAVE_OF_A_FORCE if is_a_force else _NO_WAVE) * float(np.ptp(seen[1]))
 
 
 def drawn_by_waves(rig: Rig, terms: Sequence[Term], values: Mapping[str, float]) -> tuple[Term, ...]:
     """Give the waves at one part of which several act on one port and some are there so few times that together they may draw anything that
-    goes with the place: a bump is the sum of a wave that fits into the way and of one half as long."""
+    goes with the place: a bump is the sum of a wave that fits into the way and of one half as long. A single one does so that is longer
+    than the way, with its harmonics and a constant beside it."""
+    longer = tuple(term for term in terms if not is_a_wave(rig, term, values))
+    if longer or len(terms) < 2:
+        return longer
     places = _places(rig)
     lengths: dict[tuple[str, str], list[tuple[float, Term]]] = {}
     for term in terms:

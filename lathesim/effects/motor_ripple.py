@@ -17,7 +17,7 @@ class TorqueRipple(Effect):
     catalogue, family, site = 21, "once per turn", "effort"
     neutral = {"amplitude": 0.0, "share": 0.0}
     typical = {"amplitude": (0.5, 30.0), "share": (0.0, 0.05), "period": (0.0002, 0.02), "phase": (-math.pi, math.pi)}
-    typical_rotary = {"amplitude": (0.0005, 1.0), "share": (0.0, 0.05), "period": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi)}
+    typical_rotary = {"amplitude": (0.0005, 1.0), "share": (0.0, 0.05), "period": (0.02, 2.0 * math.pi), "phase": (-math.pi, math.pi)}
     nuisance = ("phase",)
     fingerprint = "A line of the missing force that stays in position, with the same sign in both directions, and grows with the drive."
     confused_with = ("Cogging", "PositionDependentFriction", "PeriodicPitchError", "EncoderEccentricity")
@@ -59,7 +59,7 @@ class Cogging(Effect):
     typical_rotary = {
         "amplitude": (0.0005, 1.0),
         "second": (0.0, 0.5),
-        "period": (0.05, 2.0 * math.pi),
+        "period": (0.02, 2.0 * math.pi),
         "phase": (-math.pi, math.pi),
         "second_phase": (-math.pi, math.pi),
     }

@@ -331,12 +331,16 @@ def _show_beyond(bench: _Bench, effect: type[Effect], host: Part, name: str) -> 
 
 
 def _hold_behind(bench: _Bench, effect: type[Effect], name: str) -> None:
-    """Let the frictions that come before an effect hold what is behind its spring, and answer to the speed there."""
+    """Let the frictions that come before an effect hold what is behind its spring, and answer to the speed there; behind a further spring
+    that one drives and weighs them still."""
     before = bench.wires[f"{name}.incoming"].source.partition(".")[0]
     while before in bench.parts and issubclass(bench.parts[before].component, Effect):
         if set(effect.behind) <= set(bench.parts[before].component.declared(Input)):
             for sensed, output in effect.behind.items():
                 target, given = f"{before}.{sensed}", f"{name}.{output}"
+                further = bench.parts.get(bench.wires[target].source.partition(".")[0])
+                if sensed != "flow" and further is not None and issubclass(further.component, Effect) and further.component.behind:
+                    continue
                 if sensed == "flow":
                     adder = f"{name}_behind_{before}"
                     unit = bench.parts[name].component.declarations[output].unit

@@ -135,6 +135,18 @@ def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answ
     assert {effect.effect for effect in kept.effects} == {"CoulombFriction", "ForceOffset"}
 
 
+def test_effects_that_take_nothing_away_of_the_judge_go_where_nothing_else_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is believed and of no use on the judging recording was a load of the other one."""
+    monkeypatch.setattr(diagnosing, "takes_nothing", lambda *given: False)
+    monkeypatch.setattr(diagnosing, "removed_share", lambda *given: -0.1)
+    asked = question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2))
+    assert diagnose(asked).verdict == "unknown"  # without the friction most that is missing goes with the speed
+    for reasons in ("shortfalls", "is_missing_for_sure", "mostly_follows"):
+        monkeypatch.setattr(judging, reasons, lambda *given: [])
+    found = diagnose(asked)
+    assert (found.verdict in ("no_mismatch", "parameters_only"), found.effects, found.adequate) == (True, (), True)
+
+
 def test_a_recording_at_fault_names_no_physics() -> None:
     fault = Finding("frozen", POSITION, "it stands still for 0.5 s", "", serious=True)
     first = Recorded("fit.csv", recording(Hidden(dry=8.0)), (fault,))

@@ -21,6 +21,7 @@ from lathesim.diagnosis.shortfall import (
     shortfalls,
     spoils_everything,
     spoils_something,
+    still_follows,
     structured,
     too_little,
 )
@@ -146,6 +147,19 @@ def test_what_stepping_leaves_of_a_force_is_of_no_other_form(share_after: float,
 def test_a_small_force_that_mostly_follows_the_motion_is_no_load(share_after: float, explained: float, told: bool) -> None:
     reasons = mostly_follows(evidence(share_after, explained), [POSITION])
     assert reasons == (["1.7% of what acts at x_axis.disturbance is still missing, and goes with velocity of x_axis"] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("share_after", "explained", "floors", "told"),
+    [(0.3, 0.8, 20.0, True), (0.3, 0.2, 20.0, False), (0.1, 0.8, 20.0, False), (0.3, 0.8, 2.0, False)],
+    ids=["the square of the speed", "a load", "little", "at the floor"],
+)
+def test_a_value_that_leaves_much_that_follows_the_motion_is_not_the_answer(
+    share_after: float, explained: float, floors: float, told: bool
+) -> None:
+    fit = {POSITION: ChannelFit("m", 1e-7, 5e-6, floors * 1e-7, "held out")}
+    reasons = still_follows(evidence(share_after, explained), [POSITION], fit)
+    assert reasons == (["60% of what was missing at x_axis.disturbance is left, and goes with velocity of x_axis"] if told else [])
 
 
 def test_effects_with_which_every_channel_is_further_off_are_not_believed() -> None:

@@ -54,8 +54,9 @@ def test_what_is_longer_than_the_way_is_no_wave() -> None:
     way = float(np.ptp(rig.record[POSITION]))
     term = next(term for term in rig.candidates if term.name == "TorqueRipple")
     length = f"{term.part}.period"
-    assert is_a_wave(rig, term, {length: way})
-    assert not is_a_wave(rig, term, {length: 10.0 * way})
+    assert is_a_wave(rig, term, {length: 0.9 * way})
+    assert not is_a_wave(rig, term, {length: 1.5 * way})
+    assert drawn_by_waves(rig, [term], {length: 1.5 * way}) == (term,)
     other = next(term for term in rig.candidates if term.name == "CoulombFriction")
     assert is_a_wave(rig, other, {})
 

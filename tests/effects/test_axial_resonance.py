@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from lathesim.components.force_axis import ForceAxis
 from lathesim.components.linear_encoder import LinearEncoder
+from lathesim.diagnosis.replay import sense
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.effects.structure import AxialResonance
@@ -88,6 +89,24 @@ def test_a_friction_that_comes_before_the_spring_holds_the_table() -> None:
     found = run(wire(insert_effect(held, AxialResonance, "x_axis", name="resonance", parameters=values)), duration=1.0)
     assert found["x_axis.position"][-1] == pytest.approx(PUSH / stiffness, rel=1e-3)
     assert np.max(np.abs(found["x_scale.position"])) < 0.01 * PUSH / stiffness
+
+
+def test_a_second_spring_that_idles_changes_nothing_behind_the_first() -> None:
+    """The friction behind the first spring is driven and weighed by that one still, and feels what both give."""
+    parts = (Part("x_axis", ForceAxis, {"mass": MASS, "viscous": VISCOUS}),)
+    bare = Assembly(parts, (Wire("x_axis.force", constant=PUSH),), 1e-3, 1e-4, record=("x_axis.position", "x_axis.velocity"))
+    held = insert_effect(bare, CoulombFriction, "x_axis", name="friction", parameters={"level": 0.5 * PUSH})
+    values = {"table_share": SHARE, "frequency": FREQUENCY, "damping": 0.3}
+    one = insert_effect(held, AxialResonance, "x_axis", name="screw", parameters=values)
+    two = insert_effect(one, AxialResonance, "x_axis", name="coupling")
+    source = {item.target: item.source for item in two.wires}
+    assert (source["friction.applied"], source["friction.inertia"]) == ("screw.spring_force", "screw.table_inertia")
+    assert source["screw.applied"] == "coupling.spring_force"
+    before, after = (run(wire(assembly), duration=0.2) for assembly in (one, two))
+    assert np.array_equal(before["x_axis.position"], after["x_axis.position"])
+    moving = {"x_axis.velocity": np.zeros(10)}
+    sensing = sense(two, moving, {"friction", "screw"})
+    assert {part.name for part in sensing.parts} >= {"sensed_friction_flow", "sensed_screw_flow"}
 
 
 def test_without_a_table_behind_it_the_friction_holds_the_whole() -> None:
