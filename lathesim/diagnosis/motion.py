@@ -77,10 +77,13 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
     return found
 
 
-def counted_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+def counted_motion(
+    assembly: Assembly, recorded: Mapping[str, FloatArray], modelled: Mapping[str, FloatArray] | None = None
+) -> dict[str, FloatArray]:
     """Give places and velocities of machine parts (``part.position``, ``part.velocity``) as sensors show them, by the gains that they have.
 
-    The velocity is as steady as a feed has to be: it is smoothed until what noise and counts add to it is next to nothing.
+    The velocity is as steady as a feed has to be: it is smoothed until what noise and counts add to it is next to nothing. Of a part whose
+    motion is ``modelled``, from the same recorded commands, only what that is beside the recorded one is smoothed.
     """
     period = assembly.sample_period
     places: dict[str, FloatArray] = {}
@@ -89,7 +92,7 @@ def counted_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> di
         if shown.is_place and shown.output not in places:
             places[shown.output] = smooth(shown.values, period)
             if shown.flow:
-                velocities[shown.flow] = _steady_velocity(shown.values, period)
+                velocities[shown.flow] = _steady_velocity(shown, period, modelled or {})
         elif not shown.is_place and shown.output not in velocities:
             values = shown.values / shown.gain
             noise = channel_floor(values) / (_STEADY * _usual(values))
@@ -139,15 +142,18 @@ def _ports(parts: Mapping[str, Part], output: str) -> Mapping[str, str]:
     return part.component.ports if part else {}
 
 
-def _steady_velocity(position: FloatArray, period: float) -> FloatArray:
+def _steady_velocity(shown: _Shown, period: float, modelled: Mapping[str, FloatArray]) -> FloatArray:
     """Give the velocity of a position as the slope of parabolas through n samples each, which takes no notice of a rapid move further away:
     white noise s of the position makes s sqrt(12 / n^3) / T of it, and n is so large that this is a small share of the usual speeds.
+    Beside a modelled motion it is that one's velocity and the slope of what the position is beside it.
 
     Source: Savitzky, Golay, Smoothing and differentiation of data, Analytical Chemistry 36 (1964).
     """
+    position = shown.values
     noise = channel_floor(position) / (_STEADY * _usual(velocity_of(position, period)) * period)
     width = _odd((12.0 * noise**2) ** (1.0 / 3.0), len(position), period)
-    return np.asarray(savgol_filter(position, width, 2, deriv=1, delta=period))
+    place, velocity = (modelled.get(name, np.zeros(len(position))) for name in (shown.output, shown.flow))
+    return np.asarray(savgol_filter(position - place, width, 2, deriv=1, delta=period) + velocity)
 
 
 def _usual(velocity: FloatArray) -> float:

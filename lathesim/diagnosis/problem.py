@@ -9,12 +9,13 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import prev_fast_len
 
-from lathesim.component import Input, Output
+from lathesim.component import Component, Input, Output
 from lathesim.diagnosis.controller_rate import at_controllers_rate
 from lathesim.diagnosis.fit import Free
 from lathesim.diagnosis.floor import channel_floor
 from lathesim.diagnosis.motion import counted_motion, measured_output, recorded_motion, velocity_of
 from lathesim.diagnosis.moving_start import remembered_at_start, with_memory
+from lathesim.diagnosis.plain_replay import plain_replay, with_rounding
 from lathesim.diagnosis.replay import cut, drive, follow, look, seen, sense, sensed_share
 from lathesim.diagnosis.simulator import SecondSight, Simulator
 from lathesim.diagnosis.start_motion import start_from
@@ -178,7 +179,27 @@ class Rig:
 
     def _cut(self, assembly: Assembly) -> Assembly:
         """Give a driven assembly whose parts take what was recorded of their inputs, and whose processes go on where the machine was."""
-        return follow(cut(assembly, self._whole()), counted_motion(self.with_candidates, self._whole()))
+        made = self._made_plainly
+        followed = follow(cut(assembly, self._whole()), counted_motion(self.with_candidates, self._whole(), made))
+        rounding = {name: values for name, values in made.items() if "bits" in self._part(name).ports}
+        return with_rounding(followed, rounding)
+
+    @cached_property
+    def _made_plainly(self) -> dict[str, FloatArray]:
+        """What the lesson's machine makes of the recorded inputs: the steps of its converters, and the motion that processes follow."""
+        if self.machine.decisions > 1:
+            return {}
+        recorded = self._whole()
+        driven = drive(self.machine.assembly, {name: self.record[name] for name in self.machine.drive})
+        counted = counted_motion(self.machine.assembly, recorded)
+        replayed = cut(driven, recorded)
+        followed = follow(replayed, counted)
+        motion = [name for name in counted if self._gives(name)] if followed.wires != replayed.wires else []
+        assembly = replace(followed, step=self._step(followed))
+        return plain_replay(assembly, motion, len(self.record), self.machine.compare)
+
+    def _part(self, output: str) -> type[Component]:
+        return next(part.component for part in self.machine.assembly.parts if part.name == output.partition(".")[0])
 
     @cached_property
     def feeds_back(self) -> bool:

@@ -20,7 +20,8 @@ from lathesim.engine.wiring import wire
 from lathesim.lessons.insertion import GoesWithMain, Machinery, first_input
 
 _SENSED = "sensed_"
-SIGNALS = ("recorded_", "motion_", "followed_", _SENSED)
+ROUNDING, ROUNDED = "rounding_", "rounded_"
+SIGNALS = ("recorded_", "motion_", "followed_", ROUNDING, ROUNDED, _SENSED)
 """How the names of parts begin that stand for what was recorded."""
 
 
