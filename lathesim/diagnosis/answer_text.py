@@ -36,9 +36,17 @@ def answer_lines(diagnosis: Diagnosis) -> list[str]:
         lines.append(f"A formula for what is left: {diagnosis.discovered}")
     if diagnosis.insert:
         lines += ["", "Paste into the lesson:", insert_lines(diagnosis.insert)]
+        lines += _beside(diagnosis)
     if not diagnosis.complete:
         lines.append("The search was stopped; this is what was known until then.")
     return lines
+
+
+def _beside(diagnosis: Diagnosis) -> list[str]:
+    """Tell which values of the lesson are others beside what is to be pasted: without them it leaves more."""
+    moved = [(name, item) for name, item in diagnosis.baseline.items() if not item.low <= item.given <= item.high]
+    told = [f"{name} = {with_unit(f'{item.refit_with:.4g}', item.unit)} (given {item.given:.4g})" for name, item in moved]
+    return [f"That is with {', '.join(told)}, as in lesson_explained.yaml."] if told else []
 
 
 def _effect_lines(effect: FoundEffect, diagnosis: Diagnosis) -> list[str]:

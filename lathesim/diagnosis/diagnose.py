@@ -59,6 +59,8 @@ from lathesim.diagnosis.what_is_left import not_determined, not_shown, still_mis
 from lathesim.effects.effect import Effect
 
 Tell = Callable[[str], None]
+_NEARLY_OPEN = 0.05
+"""Share of its size down to which the interval of an effect may come for the size not to be called determined."""
 MOVED = 0.05
 """Share of the error that a refit of the baseline must remove for its values to be called off."""
 
@@ -227,7 +229,7 @@ def _answer(
     after = strongest_variables(evidence.bars, [], after=True)
     baseline = _baseline(rig, found, values)
     taken = removed_share(held_out, before, reported_fit)
-    unsized = [term for term in found.model.terms if is_open(term, values)]
+    unsized = [term for term in found.model.terms if is_open(term, values, _NEARLY_OPEN)]
     judged = adequacy(rig, held_out, found, evidence, own, baseline, taken, _other_laws(question, found, rig, held_out), unsized)
     sure = with_error_of_form(values, found.model.terms, judged.form_left) if judged.form_left else values
     verdict = _verdict(found, standings, moved, judged, sure)

@@ -255,12 +255,13 @@ def is_significant(term: Term, values: Estimates) -> bool:
     return False
 
 
-def is_open(term: Term, values: Estimates) -> bool:
-    """Say whether the intervals of all sizes of an effect hold the value with which it vanishes, whatever they are wide from: noise, a form
-    that is a little wrong, recordings that disagree."""
+def is_open(term: Term, values: Estimates, nearly: float = 0.0) -> bool:
+    """Say whether the intervals of all sizes of an effect hold the value with which it vanishes, or come as near to it as this share of
+    them, whatever they are wide from: noise, a form that is a little wrong, recordings that disagree."""
     sizes = [(name, neutral) for name, neutral in zip(term.parameters, term.neutral, strict=True) if name in values.by_name]
     sizes = [(name, neutral) for name, neutral in sizes if name.partition(".")[2] in term.effect.neutral]
-    return all(_away(values.by_name[name].value, neutral) < CONFIDENCE * values.by_name[name].error for name, neutral in sizes)
+    away = [(_away(values.by_name[name].value, neutral), CONFIDENCE * values.by_name[name].error) for name, neutral in sizes]
+    return all((1.0 - nearly) * size < half for size, half in away)
 
 
 def _away(value: float, neutral: float) -> float:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from lathesim.diagnosis.answer_text import answer_lines
-from lathesim.diagnosis.diagnosis import Interval, no_surer_than, with_unit
+from lathesim.diagnosis.diagnosis import BaselineValue, Interval, no_surer_than, with_unit
 from lathesim.diagnosis.report import report_html
 from tests.diagnosis.sample_diagnoses import ALL, COULOMB, NAMED, UNKNOWN
 
@@ -23,6 +23,13 @@ def test_a_name_comes_with_its_probability_and_its_values() -> None:
     assert "  CoulombFriction at x_axis  (reversal, probability 0.97, 97% of the error)\n" in text
     assert "    level = 20.41 N  (95 %: 20.22 to 20.6)\n" in text
     assert "\nPaste into the lesson:\ninsert:\n  - {effect: CoulombFriction, at: x_axis, level: 20.41 N}" in text
+
+
+def test_values_that_are_others_beside_what_is_pasted_are_told() -> None:
+    """A line pasted without them leaves more: what a friction is, is worked out beside another viscosity."""
+    assert not any(line.startswith("That is with") for line in answer_lines(NAMED))
+    moved = replace(NAMED, baseline={**NAMED.baseline, "ways.level": BaselineValue("N", 40.0, 61.0, 49.22, 48.1, 50.3)})
+    assert "That is with ways.level = 49.22 N (given 40), as in lesson_explained.yaml." in answer_lines(moved)
 
 
 def test_what_is_not_determined_is_marked_and_a_pure_number_has_no_unit() -> None:

@@ -124,7 +124,7 @@ def test_a_named_model_that_is_not_adequate_says_why(monkeypatch: pytest.MonkeyP
 def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is asked beside others only: a friction stays, an offset whose interval holds nothing goes, and nothing speaks against that."""
     two = Hidden(dry=8.0, law=offset)
-    monkeypatch.setattr(diagnosing, "is_open", lambda term, values: term.name == "ForceOffset")
+    monkeypatch.setattr(diagnosing, "is_open", lambda term, *given: term.name == "ForceOffset")
     for reasons in ("shortfalls", "of_another_form", "too_little", "leaves_much"):
         monkeypatch.setattr(judging, reasons, lambda *given: [])
     monkeypatch.setattr(diagnosing, "_doubtful", lambda *given: [])

@@ -95,6 +95,7 @@ def test_an_effect_is_open_where_its_interval_holds_nothing(error: float, open_:
     (name,) = term.parameters
     values = Estimates({name: Estimate(8.0, error, 0.1, 0.1)}, 1.0)
     assert is_open(term, values) == open_
+    assert is_open(term, values, nearly=0.3)
     assert not hangs_together(term, values)
 
 
