@@ -11,7 +11,10 @@ from lathesim.diagnosis.refusal import is_trifling, pushes_at, quiet_parts
 from lathesim.diagnosis.screening import Screened, least_shown, screened_instead
 from lathesim.diagnosis.side_by_side import Asked, side_by_side
 from lathesim.diagnosis.trial import Bench, Model, Trial, is_strained
+from lathesim.diagnosis.waves import WAVES
 
+_SURELY_THERE = 10.0
+"""Margins that a wave must promise to be fitted whatever share of the rest that is."""
 _MUCH_BETTER = 0.5
 """Share of the error of the lesson's own simulation that may be left, in the channel where most is, for strained values to be eased."""
 
@@ -73,7 +76,8 @@ def _eases(trial: Trial, settings: Settings) -> bool:
 
 def may_be_worth(bench: Bench, model: Model, item: Screened, settings: Settings) -> bool:
     """Say whether what a candidate promises may come to the shares of the error that an effect must remove."""
-    if is_strained(model.fitted):
+    if is_strained(model.fitted) or (item.term.family == WAVES and item.gain > _SURELY_THERE * settings.margin):
+        # what repeats hundreds of times promises little as long as its length is a little off
         return True
     # beside effects that were found already the noise is known well, and what is promised is hardly ever surpassed
     share = 1.0 if model.terms else settings.worth_a_fit

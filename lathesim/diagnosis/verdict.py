@@ -14,6 +14,7 @@ from lathesim.diagnosis.noise_model import white_noise
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench
+from lathesim.diagnosis.waves import WAVES
 
 TIE = 4.0
 """Nats within which two candidates cannot be told apart, or :data:`TIE_SHARE` of what the better one gains."""
@@ -58,11 +59,18 @@ def standing(found: Found, settings: Settings, one_sided: Sequence[Term] = ()) -
         tied = tuple(trial.term for trial in others if best - merit(trial, settings) < width and trial.term not in found.model.terms)
         weights = [np.exp(-max(0.0, best - merit(trial, settings)) / (0.5 * width)) for trial in others]
         probability = float(1.0 / (1.0 + sum(weights)))
-        tied += tuple(other for other in one_sided if other.at == term.at and term.name in other.effect.refines)
+        tied += tuple(other for other in one_sided if other.at == term.at and is_told_by_direction(term, other))
         forms = tuple(found.forms.get(term.part, ()))
         share = min(chosen.share_of_all, 1.0)
         result.append(Standing(term, probability, tied, forms, share, chosen.share_of_rest, unseen))
     return sorted(result, key=lambda item: -item.share)
+
+
+def is_told_by_direction(term: Term, other: Term) -> bool:
+    """Say whether a term is told from another only by how both act in two directions: it is refined by that, or repeats like it and acts at
+    the same port."""
+    alike = (term.effect.family, term.effect.site) == (other.effect.family, other.effect.site)
+    return term.name in other.effect.refines or (alike and term.family == WAVES)
 
 
 def removed_in_band(found: Found) -> float:

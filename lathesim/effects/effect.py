@@ -96,7 +96,8 @@ class Effect(Component):
     refines: ClassVar[tuple[str, ...]] = ()
     """Simpler effects that this one contains: it is tried where one of them was found, in its place."""
     needs_both_ways: ClassVar[bool] = False
-    """Whether it is nothing but what it refines, and a value of the host, as long as the host moves in one direction only."""
+    """Whether it is nothing but what it refines, or repeats along the way like another one, and a value of the host, as long as the host
+    moves in one direction only."""
     needs: ClassVar[tuple[str, ...]] = ()
     """Effects it stands on top of: it is tried only where one of them, or a refinement of one, was found at the same host."""
     fingerprint: ClassVar[str] = ""

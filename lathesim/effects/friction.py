@@ -173,6 +173,7 @@ class PositionDependentFriction(Effect):
     """
 
     needs = ("CoulombFriction",)
+    needs_both_ways = True
     catalogue, family, site = 6, "once per turn", "effort"
     neutral = {"amplitude": 0.0}
     typical = {"amplitude": (1.0, 40.0), "period": (0.002, 0.5), "phase": (-math.pi, math.pi), **SHAPE_RANGES}

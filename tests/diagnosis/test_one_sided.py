@@ -7,7 +7,9 @@ from lathesim.diagnosis.diagnose import Question, diagnose
 from lathesim.diagnosis.eligible import without_one_sided
 from lathesim.diagnosis.loading import Recorded
 from lathesim.diagnosis.variables import one_way
-from lathesim.effects.friction import AsymmetricFriction, CoulombFriction
+from lathesim.diagnosis.verdict import is_told_by_direction
+from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PositionDependentFriction
+from lathesim.effects.motor_ripple import Cogging
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import FORCE, POSITION, RESOLUTION, Hidden, as_record, force, machine, recording, rigs, travel
@@ -28,6 +30,15 @@ def test_it_is_no_candidate_where_no_recording_moves_its_host_both_ways() -> Non
     (rig, _) = without_one_sided(ahead)
     assert {term.name for term in rig.candidates} == {"CoulombFriction", "ForceOffset"}
     assert [term.name for term in rig.one_sided] == ["AsymmetricFriction"]
+
+
+def test_a_ripple_is_tied_with_a_friction_that_varies_along_the_way() -> None:
+    """In one direction the one is the other; a wave of friction that no friction is under would be the stranger of the two."""
+    ahead = rigs(forward(8.0, 1), forward(8.0, 2), effects=(CoulombFriction, PositionDependentFriction, Cogging, ForceOffset))
+    (rig, _) = without_one_sided(ahead)
+    (varying,) = rig.one_sided
+    told = {term.name: is_told_by_direction(term, varying) for term in rig.candidates}
+    assert (varying.name, told) == ("PositionDependentFriction", {"CoulombFriction": False, "Cogging": True, "ForceOffset": False})
 
 
 def test_one_recording_both_ways_is_enough_to_look_for_it() -> None:
