@@ -16,6 +16,7 @@ from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.narrow_band import NarrowBand, narrow_bands
 from lathesim.diagnosis.own_simulation import root_mean_square
 from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.refusal import is_much_of_it
 from lathesim.diagnosis.shortfall import (
     MOST,
     is_missing_for_sure,
@@ -86,7 +87,7 @@ def adequacy(
     commanded: list[CommandAnswer] = []
     reasons = [*shortfalls(evidence, rig.machine.compare, strained, baseline, bands, own.fit), *other_form, *map(str, laws)]
     if effects:
-        reasons += too_little(evidence, taken)
+        reasons += too_little(evidence, taken, waves=all(is_much_of_it(term, found) for term in found.model.terms))
     elif found.far_off:
         # a value that the lesson holds impossible has to explain what it is believed for
         reasons += leaves_much(evidence, taken) or still_follows(evidence, rig.machine.compare, own.fit)

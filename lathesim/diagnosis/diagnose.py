@@ -44,7 +44,7 @@ from lathesim.diagnosis.parameters import (
     with_error_of_form,
 )
 from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
-from lathesim.diagnosis.refusal import all_push, is_most_of_it
+from lathesim.diagnosis.refusal import all_push, is_much_of_it
 from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
 from lathesim.diagnosis.same_machine import another_machine
 from lathesim.diagnosis.search import search
@@ -150,7 +150,7 @@ def _doubtful(found: Found, rig: Rig, held_out: Rig, values: Estimates) -> list[
     All go that act at moving parts and take away next to nothing of what acts there.
     Of these a single one goes where nothing that matters was missing, and small ones beside others where no force that matters was missing
     at their place or the lesson's own simulation is further off with the whole model in some channel."""
-    trifling = found.model.terms and all_push(rig, found.model.terms) and not any(is_most_of_it(term, found) for term in found.model.terms)
+    trifling = found.model.terms and all_push(rig, found.model.terms) and not any(is_much_of_it(term, found) for term in found.model.terms)
     if trifling and next_to_nothing(missing_signals(held_out, found.baseline, found.model)):
         return list(found.model.terms)
     period, model = rig.machine.assembly.sample_period, found.model.fitted.by_name

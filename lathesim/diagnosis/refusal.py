@@ -14,7 +14,7 @@ from lathesim.diagnosis.terms import Term
 from lathesim.diagnosis.trial import Bench, Model, Trial
 from lathesim.diagnosis.waves import WAVES
 
-_NEARLY_ALL = 0.9
+_MUCH = 0.3
 _SMALL = 0.01
 """Share of all that was there below which an effect beside others is asked how much of what acts it is."""
 
@@ -35,9 +35,9 @@ def is_trifling(bench: Bench, before: Model, after: Model, trial: Trial) -> bool
     return small and next_to_nothing(missing_signals(bench.held_out, before, after))
 
 
-def is_most_of_it(term: Term, found: Found) -> bool:
-    """Say whether a wave is nearly all that was left: how finely a simulation steps, or when samples were taken, repeats along no way."""
-    return term.family == WAVES and found.removed_by(term) > _NEARLY_ALL
+def is_much_of_it(term: Term, found: Found) -> bool:
+    """Say whether a wave is much of what was left: how finely a simulation steps, or when samples were taken, repeats along no way."""
+    return term.family == WAVES and found.removed_by(term) > _MUCH
 
 
 def quiet_parts(bench: Bench, model: Model) -> set[str]:

@@ -97,14 +97,15 @@ def of_another_form(left: LeftOver | None) -> list[str]:
     return [f"{left.share:.0%} of what was missing at {left.at} is left and goes with {left.variable}"]
 
 
-def too_little(evidence: Evidence, taken: float) -> list[str]:
+def too_little(evidence: Evidence, taken: float, *, waves: bool = False) -> list[str]:
     """Give the reason where effects take away less than half of the error on the recording that judges, ``taken``, and leave more than half
     of what is missing wherever it is: something of their shape may be there, and most of it is something else. A line of each turn beside
-    a load that wanders far is no such thing: it is all that followed the motion, and what is left follows nothing."""
+    a load that wanders far is no such thing: it is all that followed the motion, and what is left follows nothing. Nor are ``waves`` that
+    were much of it, whether the motion's band showed them or not."""
     if taken <= 0.0:
         return ["it takes away nothing of what is missing on the recording that judges"]
     halved = any(missing.share_after < _HALF * missing.share_before for missing in evidence.missing)
-    if taken >= _HALF or halved or _is_all_that_followed(evidence):
+    if taken >= _HALF or halved or _is_all_that_followed(evidence, waves=waves):
         return []
     return [f"it takes away only {taken:.0%} of the error on the recording that judges"]
 
@@ -153,11 +154,12 @@ def _is_a_load(missing: MissingSignal) -> bool:
     return missing.unit in FORCES and most > least and min(little, much) > _ALIKE * max(little, much)
 
 
-def _is_all_that_followed(evidence: Evidence) -> bool:
-    """Say whether something followed the motion before and nothing does now, and what is left is little of all that acts."""
+def _is_all_that_followed(evidence: Evidence, *, waves: bool) -> bool:
+    """Say whether something followed the motion before, or ``waves`` are known that did, and nothing does now, and what is left is little of
+    all that acts."""
     before, after = (max((getattr(bar, side) for bar in evidence.bars), default=0.0) for side in ("before", "after"))
     little = not any(missing.share_after >= ADEQUATE for missing in evidence.missing)
-    return before > _FOLLOWED and after < _NOTHING and little
+    return (before > _FOLLOWED or waves) and after < _NOTHING and little
 
 
 def leaves_much(evidence: Evidence, taken: float) -> list[str]:

@@ -81,7 +81,7 @@ def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatA
         low = max(low, 2.0 * _BEYOND * _way_per_sample(place))
         points = []
         # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
-        sizes = [(size, "direction" if term.family == WAVES and "Friction" in term.name else "")]
+        sizes = [(size, "direction" if term.family == WAVES and _is_friction(term) else "")]
         sizes += [(_SHARE, "drive")] if _SHARE in names and size != _SHARE else []
         for name, factor in sizes:
             key = (term.at if factor == "drive" else host, factor)
@@ -111,8 +111,12 @@ def is_a_wave(rig: Rig, term: Term, values: Mapping[str, float]) -> bool:
     if not length:
         return True
     seen = _places(rig).get(term.part if term.effect.along else term.at)
-    is_a_force = term.effect.site == "effort" and "Friction" not in term.name
+    is_a_force = term.effect.site == "effort" and not _is_friction(term)
     return seen is None or length < (_NO_WAVE_OF_A_FORCE if is_a_force else _NO_WAVE) * float(np.ptp(seen[1]))
+
+
+def _is_friction(term: Term) -> bool:
+    return "Friction" in term.name
 
 
 def drawn_by_waves(rig: Rig, terms: Sequence[Term], values: Mapping[str, float]) -> tuple[Term, ...]:
@@ -123,12 +127,13 @@ def drawn_by_waves(rig: Rig, terms: Sequence[Term], values: Mapping[str, float])
     if longer or len(terms) < 2:
         return longer
     places = _places(rig)
-    lengths: dict[tuple[str, str], list[tuple[float, Term]]] = {}
+    lengths: dict[tuple[str, str, bool], list[tuple[float, Term]]] = {}
     for term in terms:
         length = next((values[name] for name in term.parameters if name.partition(".")[2] in PERIODS), 0.0)
         if length and term.part in rig.sensed.plan.parts and not term.effect.along and term.at in places:
-            lengths.setdefault((term.at, term.effect.site), []).append((length, term))
-    for (at, _), found in lengths.items():
+            # what turns over with the direction draws nothing together with what does not
+            lengths.setdefault((term.at, term.effect.site, _is_friction(term)), []).append((length, term))
+    for (at, *_), found in lengths.items():
         longest = max(length for length, _ in found)
         if len(found) > 1 and longest * _OFTEN > float(np.ptp(places[at][1])):
             return tuple(term for _, term in found)

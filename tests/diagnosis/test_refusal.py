@@ -1,6 +1,8 @@
 """What is next to nothing of what acts is no effect beside others; nor is it looked for."""
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -9,7 +11,7 @@ from lathesim.diagnosis.belief import Settings
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.found import Found
 from lathesim.diagnosis.growth import grow
-from lathesim.diagnosis.refusal import is_trifling, pushes_at, quiet_parts
+from lathesim.diagnosis.refusal import is_much_of_it, is_trifling, pushes_at, quiet_parts
 from lathesim.diagnosis.trial import Bench, Model, Trial
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
@@ -54,3 +56,15 @@ def test_what_only_pushes_is_not_looked_for_where_nothing_is_missing(monkeypatch
     assert said == ["screening 0 candidates"]
     bench, model, _ = with_friction(1.0)
     assert quiet_parts(bench, model) == set()
+
+
+@pytest.mark.parametrize(
+    ("family", "share", "much"),
+    [("once per turn", 0.5, True), ("once per turn", 0.1, False), ("lag", 0.9, False)],
+    ids=["a ripple", "a little of it", "any resonance explains what stepping leaves"],
+)
+def test_a_wave_that_is_much_of_what_was_left_is_no_trifle(family: str, share: float, much: bool) -> None:
+    """A motion is slow, and a ripple quicker: in the band of the motion, where a missing force is told, next to nothing of it is seen."""
+    term: Any = SimpleNamespace(family=family)
+    found: Any = SimpleNamespace(removed_by=lambda asked: share)
+    assert is_much_of_it(term, found) == much

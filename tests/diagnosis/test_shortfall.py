@@ -80,6 +80,13 @@ def test_a_line_beside_a_load_that_wanders_far_is_all_that_followed_the_motion(
     assert bool(too_little(found, 0.004)) == told
 
 
+def test_a_ripple_beside_a_load_that_wanders_far_is_a_name_though_the_band_of_the_motion_did_not_show_it() -> None:
+    found = evidence(0.004, 0.0)
+    unseen = replace(found, missing=(replace(found.missing[0], share_before=0.005),), bars=(VariableBar(POSITION, "time", 0.0, 0.0),))
+    assert too_little(unseen, 0.34)
+    assert not too_little(unseen, 0.34, waves=True)
+
+
 @pytest.mark.parametrize(
     ("share", "over_floor", "told"),
     [(0.31, 137.0, True), (0.31, 1.1, False), (0.07, 90.0, False), (math.nan, 90.0, False)],

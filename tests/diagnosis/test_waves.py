@@ -68,8 +68,9 @@ def test_what_is_longer_than_the_way_is_no_wave() -> None:
         (0.2, (TorqueRipple, Cogging), 0),
         (0.8, (TorqueRipple,), 0),
         (0.8, (TorqueRipple, ForceOffset), 0),
+        (0.8, (TorqueRipple, PositionDependentFriction), 0),
     ],
-    ids=["a bump", "two ripples", "one wave", "a wave beside something else"],
+    ids=["a bump", "two ripples", "one wave", "a wave beside something else", "a wave that turns over beside one that does not"],
 )
 def test_two_waves_that_are_hardly_there_may_draw_anything(share: float, effects: tuple[type[Effect], ...], drawn: int) -> None:
     (rig, _) = rigs(recording(Hidden()), recording(Hidden(), seed=2), effects=effects)
