@@ -155,7 +155,7 @@ def _is_a_load(missing: MissingSignal) -> bool:
 
 
 def _is_all_that_followed(evidence: Evidence, *, waves: bool) -> bool:
-    """Say whether something followed the motion before, or ``waves`` are known that did, and nothing does now, and what is left is little of
+    """Say whether something followed the motion before, or ``waves`` are known that did, nothing does now, and what is left is little of
     all that acts."""
     before, after = (max((getattr(bar, side) for bar in evidence.bars), default=0.0) for side in ("before", "after"))
     little = not any(missing.share_after >= ADEQUATE for missing in evidence.missing)

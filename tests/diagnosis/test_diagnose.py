@@ -126,7 +126,7 @@ def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answ
     two = Hidden(dry=8.0, law=offset)
     monkeypatch.setattr(diagnosing, "is_open", lambda term, *given: term.name == "ForceOffset")
     for reasons in ("shortfalls", "of_another_form", "too_little", "leaves_much"):
-        monkeypatch.setattr(judging, reasons, lambda *given: [])
+        monkeypatch.setattr(judging, reasons, lambda *given, **more: [])
     monkeypatch.setattr(diagnosing, "_doubtful", lambda *given: [])
     found = diagnose(question(recording(two, seed=1), recording(two, seed=2)))
     assert ([effect.effect for effect in found.effects], found.adequate) == (["CoulombFriction"], True)

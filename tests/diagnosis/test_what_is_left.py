@@ -66,7 +66,7 @@ def judge(monkeypatch: pytest.MonkeyPatch, taken: float, after: float, *, far_of
     own: Any = SimpleNamespace(fit={MAIN: ChannelFit("N", 1.7, 55.0, 25.0, "held out")})
     sensed = SimpleNamespace(second_sight=())
     rig: Any = SimpleNamespace(machine=SimpleNamespace(compare=(MAIN,), uncertain={PRESSURE: 1e7}), feeds_back=True, sensed=sensed)
-    effect = SimpleNamespace(parameters=(), part="an effect")
+    effect = SimpleNamespace(parameters=(), part="an effect", family="lag")
     model = SimpleNamespace(terms=(effect,) * effects, held_out_fit=None, fitted=SimpleNamespace(by_name={}))
     found: Any = SimpleNamespace(model=model, far_off=far_off, values_off=far_off)
     return adequacy(rig, rig, found, Evidence(missing=(missing,)), own, BASELINE, taken, [], [])
