@@ -13,6 +13,8 @@ from lathesim.engine.assembly import FloatArray
 
 SETTLING = 0.02
 """Share of a recording at its beginning that is left out of residuals: controllers start with memories that nobody recorded."""
+_IN_A_LOOP = {"effort", "flow", "drive", "measured", "reading"}
+"""Roles of the ports of what moves, drives or measures."""
 _MOSTLY = 0.5
 """Share of a move's power by which the error is larger without it where the move explains what was recorded."""
 _KICKS = 2e-3
@@ -32,14 +34,17 @@ def in_own_simulation(rig: Rig, before: Fitted, after: Fitted, term: Term) -> tu
     that nobody modelled, its command goes with that force, and in a replay almost anything between command and motion seems to explain
     some of it. A third of the move is enough where nothing feeds back, as that cannot happen then, and where the move explains what was
     recorded: the error without the effect is larger by most of the move's own power. Without feedback the second says nothing, as such a
-    simulation drifts.
+    simulation drifts. Of an effect at a process, which no controller answers to, the replay tells as well, and what the loops of the axes
+    make by chance of the steps of their converters is not in it.
     """
+    simulated = rig.sensed if _is_at_a_process(rig, term) else rig.own
     neutral = {**after.by_name, **dict(zip(term.parameters, term.neutral.tolist(), strict=True))}
-    names = rig.own.settable(neutral)
-    start = dict(zip(names, (rig.own.given(name) for name in names), strict=True))
+    names = simulated.settable(neutral)
+    start = dict(zip(names, (simulated.given(name) for name in names), strict=True))
     rows = [[{**start, **values}[name] for name in names] for values in (after.by_name, neutral, before.by_name)]
-    first, second, earlier = (rig.sensed.as_seen(run) for run in rig.own.outputs(names, np.array(rows)))
-    begin = int(SETTLING * rig.own.samples)
+    runs = simulated.outputs(names, np.array(rows))
+    first, second, earlier = runs if simulated is rig.sensed else map(rig.sensed.as_seen, runs)
+    begin = int(SETTLING * simulated.samples)
     left, left_without, moved = (
         np.sqrt(np.mean(np.nan_to_num(signal, nan=np.inf)[:, begin:] ** 2, axis=1))
         for signal in (_known(rig, first), _known(rig, second), first - second)
@@ -52,6 +57,13 @@ def in_own_simulation(rig: Rig, before: Fitted, after: Fitted, term: Term) -> tu
     worse, worse_before = (_usual_error(_known(rig, signal)[:, begin:]) for signal in (first, earlier))
     spoils = float(np.max(np.nan_to_num(worse / np.maximum(worse_before, rig.sensed.seen_floors), nan=np.inf)))
     return size, spoils if rig.feeds_back else 0.0
+
+
+def _is_at_a_process(rig: Rig, term: Term) -> bool:
+    """Say whether the host of an effect neither moves nor drives nor measures: stock, tool and cut."""
+    host = term.at.partition(".")[0]
+    part = next((part for part in rig.machine.assembly.parts if part.name == host), None)
+    return part is not None and not _IN_A_LOOP & set(part.component.ports)
 
 
 def agreed_in_closed_loop(*recordings: tuple[Rig, Fitted, Fitted]) -> float:

@@ -3,10 +3,11 @@
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from lathesim.diagnosis import own_simulation, parameters
-from lathesim.diagnosis.own_simulation import agreed_in_closed_loop, own_error
+from lathesim.diagnosis.own_simulation import agreed_in_closed_loop, in_own_simulation, own_error
 from lathesim.diagnosis.parameters import Estimates, estimates
 from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, recording, rigs
 
@@ -46,3 +47,28 @@ def test_values_come_from_the_recorded_motion_where_its_simulation_is_as_good(
     errors = iter((1.0, error_of_recorded))
     monkeypatch.setattr(parameters, "own_error", lambda rig, values: next(errors))
     assert estimates(model, rig, rig, None).inflation == {"simulated": 1.0, "recorded": 2.0}[taken]
+
+
+@pytest.mark.parametrize(("at", "told_by"), [("cutting.force", "replay"), ("x_axis", "own")])
+def test_what_an_effect_of_the_cut_does_is_told_by_the_replay(at: str, told_by: str) -> None:
+    """A loop that swings between two steps of a converter moves the cut by chance, and that hides what the tool does."""
+    ports = {"cutting": {"force": "force"}, "x_axis": {"effort": "force", "flow": "velocity"}}
+    parts = [SimpleNamespace(name=name, component=SimpleNamespace(ports=roles)) for name, roles in ports.items()]
+    asked: list[str] = []
+
+    def simulator(name: str, left: float) -> SimpleNamespace:
+        def outputs(names: list[str], rows: np.ndarray) -> list[np.ndarray]:
+            asked.append(name)
+            with_it = np.full((1, 100), left)
+            return [with_it, with_it + 1.0, with_it + 1.0]
+
+        return SimpleNamespace(settable=list, given=lambda name: 0.0, outputs=outputs, samples=100)
+
+    own, replay = simulator("own", 10.0), simulator("replay", 0.1)
+    replay.as_seen, replay.seen, replay.seen_floors = (lambda run: run), np.zeros((1, 100)), np.array([0.1])
+    rig: Any = SimpleNamespace(machine=SimpleNamespace(assembly=SimpleNamespace(parts=parts)), own=own, sensed=replay, feeds_back=True)
+    term: Any = SimpleNamespace(at=at, parameters=("wear.growth",), neutral=np.zeros(1))
+    fits: list[Any] = [SimpleNamespace(by_name={"wear.growth": value}) for value in (0.0, 1.0)]
+    moved, _ = in_own_simulation(rig, *fits, term)
+    assert asked == [told_by]
+    assert moved == pytest.approx({"replay": 30.0, "own": 0.3}[told_by])
