@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.another_law import AnotherLaw
 from lathesim.diagnosis.answers_to_command import CommandAnswer, answer_to_command
-from lathesim.diagnosis.diagnosis import BaselineValue, Evidence, listed
+from lathesim.diagnosis.by_chance import off_by_chance
+from lathesim.diagnosis.diagnosis import BaselineValue, ChannelFit, Evidence, listed
 from lathesim.diagnosis.evidence import Compared
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.found import Found
@@ -55,6 +56,8 @@ class Adequacy:
     bands: tuple[NarrowBand, ...]
     laws: tuple[AnotherLaw, ...]
     commanded: tuple[CommandAnswer, ...] = ()
+    by_chance: tuple[str, ...] = ()
+    """Channels that are off by no more than converters make by chance."""
 
     @property
     def adequate(self) -> bool:
@@ -85,7 +88,9 @@ def adequacy(
     left = left_over(evidence, rig.machine.compare) if effects else None
     other_form = of_another_form(left)
     commanded: list[CommandAnswer] = []
-    reasons = [*shortfalls(evidence, rig.machine.compare, strained, baseline, bands, own.fit), *other_form, *map(str, laws)]
+    told, fit = _told(held_out, found, evidence, own.fit)
+    bands = tuple(band for band in bands if band.channel in fit)
+    reasons = [*shortfalls(told, list(fit), strained, baseline, bands, fit), *other_form, *map(str, laws)]
     if effects:
         reasons += too_little(evidence, taken, waves=all(is_much_of_it(term, found) for term in found.model.terms))
     elif found.far_off:
@@ -94,8 +99,8 @@ def adequacy(
     else:
         commanded = [] if laws else _commanded(rig, held_out, found)
         reasons += [*map(str, commanded)]
-        reasons += [*is_missing_for_sure(evidence, own.fit), *_sensors_apart(held_out, found.model.held_out_fit)]
-        reasons += [] if reasons else mostly_follows(evidence, rig.machine.compare)
+        reasons += [*is_missing_for_sure(told, fit), *_sensors_apart(held_out, found.model.held_out_fit)]
+        reasons += [] if reasons else mostly_follows(told, list(fit))
     # without anything that feeds back a simulation drifts with whatever nobody modelled
     spoiled = effects and held_out.feeds_back and spoils_everything(own.fit)
     if spoiled:
@@ -110,7 +115,24 @@ def adequacy(
         reasons.append(f"{names} {few} may be anything that goes with the place")
     removed = removed_in_band(found) if taken > 0.0 and not spoiled and not impossible and not drawn else 0.0
     form_left = left.share if left is not None and other_form else 0.0
-    return Adequacy(tuple(reasons), tuple(weak), removed, form_left, strained, bands, tuple(laws), tuple(commanded))
+    return Adequacy(
+        tuple(reasons),
+        tuple(weak),
+        removed,
+        form_left,
+        strained,
+        bands,
+        tuple(laws),
+        tuple(commanded),
+        tuple(name for name in own.fit if name not in fit),
+    )
+
+
+def _told(rig: Rig, found: Found, evidence: Evidence, fit: Mapping[str, ChannelFit]) -> tuple[Evidence, dict[str, ChannelFit]]:
+    """Give what is missing, and the fit, of the channels that are off by more than converters make by chance."""
+    chance = off_by_chance(rig, found.model.held_out_fit.by_name, fit)
+    pairs = [pair for pair in zip(rig.machine.compare, evidence.missing, strict=True) if pair[0] not in chance]
+    return replace(evidence, missing=tuple(missing for _, missing in pairs)), {name: fit[name] for name, _ in pairs}
 
 
 def _commanded(rig: Rig, held_out: Rig, found: Found) -> list[CommandAnswer]:

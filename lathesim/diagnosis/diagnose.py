@@ -276,6 +276,7 @@ def _answer(
             *resting(held_out, found.model.held_out_fit),
             *map(str, judged.bands),
             *(f"{told}." for told in judged.commanded),
+            *(f"{name} is off by no more than its loop swings by chance between two steps of a converter." for name in judged.by_chance),
             *told(turn_lines(held_out, found.model.held_out_fit), {name: item.unit for name, item in own.fit.items()}),
             *strained_values(judged.strained, baseline),
             *not_shown(found.baseline.fitted, rig.machine.uncertain, rig.sensed.seen_floors),

@@ -13,6 +13,8 @@ from lathesim.components.linear_encoder import LinearEncoder
 from lathesim.components.spindle_controller import SpindleController
 from lathesim.components.tachometer import Tachometer
 from lathesim.diagnosis import problem
+from lathesim.diagnosis.by_chance import off_by_chance
+from lathesim.diagnosis.diagnosis import ChannelFit
 from lathesim.diagnosis.motion import counted_motion
 from lathesim.diagnosis.plain_replay import plain_replay
 from lathesim.diagnosis.problem import Machine, Rig
@@ -74,3 +76,15 @@ def test_a_feed_that_swings_between_two_voltages_is_known_from_them() -> None:
     alone, beside = (counted_motion(bare, recorded, modelled)["x_axis.velocity"] for modelled in (None, plainly))
     off = [float(np.std((speed - made["x_axis.velocity"])[200:-200])) for speed in (alone, beside)]
     assert off[1] < 0.1 * off[0]
+
+
+@pytest.mark.parametrize(("off", "by_chance"), [(0.1, True), (50.0, False)], ids=["a step", "far more"])
+def test_a_loop_that_swings_between_two_steps_is_off_by_chance(off: float, by_chance: bool) -> None:
+    time = PERIOD * np.arange(SAMPLES)
+    asked = 100.0 + 10.0 * np.sign(np.sin(0.9 * time))
+    record = Record(time, {}, {}).with_channel(SPEED, "rad/s", asked).with_channel(REFERENCE, "rad/s", asked)
+    rig = Rig(Machine(spindle(), (REFERENCE,), (SPEED,), {}, {}), record, "run", (), spindle())
+    fit = {SPEED: ChannelFit("rad/s", 1e-3, off, off, "run")}
+    assert off_by_chance(rig, {}, fit) == ({SPEED} if by_chance else set())
+    alone = replace(rig.machine.assembly, parts=rig.machine.assembly.parts[-1:], wires=(Wire("spindle.voltage", constant=1.0),))
+    assert off_by_chance(replace(rig, machine=replace(rig.machine, assembly=alone)), {}, fit) == set()

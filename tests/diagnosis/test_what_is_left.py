@@ -61,13 +61,15 @@ def judge(monkeypatch: pytest.MonkeyPatch, taken: float, after: float, *, far_of
     """Judge a model that needs the pressure of the chip further off than the lesson holds possible."""
     monkeypatch.setattr(judging, "narrow_bands", lambda *given: [])
     monkeypatch.setattr(judging, "removed_in_band", lambda found: taken)
+    monkeypatch.setattr(judging, "off_by_chance", lambda *given: set())
     signal = np.ones(4)
     missing = MissingSignal(MAIN, "N", signal, signal, after * signal, 10.0 * signal, 0.13, after)
     own: Any = SimpleNamespace(fit={MAIN: ChannelFit("N", 1.7, 55.0, 25.0, "held out")})
     sensed = SimpleNamespace(second_sight=())
     rig: Any = SimpleNamespace(machine=SimpleNamespace(compare=(MAIN,), uncertain={PRESSURE: 1e7}), feeds_back=True, sensed=sensed)
     effect = SimpleNamespace(parameters=(), part="an effect", family="lag")
-    model = SimpleNamespace(terms=(effect,) * effects, held_out_fit=None, fitted=SimpleNamespace(by_name={}))
+    nothing = SimpleNamespace(by_name={})
+    model = SimpleNamespace(terms=(effect,) * effects, held_out_fit=nothing, fitted=nothing)
     found: Any = SimpleNamespace(model=model, far_off=far_off, values_off=far_off)
     return adequacy(rig, rig, found, Evidence(missing=(missing,)), own, BASELINE, taken, [], [])
 
