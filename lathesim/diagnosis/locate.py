@@ -17,7 +17,7 @@ from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.motion import measured_output
 from lathesim.diagnosis.noise_model import taper
 from lathesim.diagnosis.problem import Rig
-from lathesim.diagnosis.replay import SIGNALS, as_recorded
+from lathesim.diagnosis.replay import ROUNDED, SIGNALS, as_recorded
 from lathesim.diagnosis.simulator import COUNTS, KICK
 from lathesim.diagnosis.variables import ANGLE, PARTIAL, held_by_friction, samples_per_turn, variables
 from lathesim.engine.assembly import FloatArray
@@ -288,7 +288,7 @@ def passed_through(plan: Plan, channel: str) -> tuple[str, ...]:
         seen.append(name)
         feeds = plan.feeds.items()
         queue += [source.partition(".")[0] for target, (kind, source) in feeds if kind == "output" and target.startswith(f"{name}.")]
-    return tuple(name for name in seen if not name.startswith(("try_", "sight_")))
+    return tuple(name for name in seen if not name.startswith(("try_", "sight_", ROUNDED)))
 
 
 def _windows(signal: FloatArray, period: float) -> tuple[tuple[float, float], ...]:

@@ -21,7 +21,7 @@ from lathesim.lessons.insertion import GoesWithMain, Machinery, first_input
 
 _SENSED = "sensed_"
 ROUNDING, ROUNDED = "rounding_", "rounded_"
-SIGNALS = ("recorded_", "motion_", "followed_", ROUNDING, ROUNDED, _SENSED)
+SIGNALS = ("recorded_", "motion_", "followed_", ROUNDING, _SENSED)
 """How the names of parts begin that stand for what was recorded."""
 
 

@@ -15,6 +15,7 @@ from lathesim.components.tachometer import Tachometer
 from lathesim.diagnosis import problem
 from lathesim.diagnosis.by_chance import off_by_chance
 from lathesim.diagnosis.diagnosis import ChannelFit
+from lathesim.diagnosis.locate import passed_through
 from lathesim.diagnosis.motion import counted_motion
 from lathesim.diagnosis.plain_replay import plain_replay
 from lathesim.diagnosis.problem import Machine, Rig
@@ -51,6 +52,9 @@ def test_what_a_converter_rounds_does_not_add_up_in_an_integral(monkeypatch: pyt
     made = run(wire(drive(spindle(), {REFERENCE: asked})), duration=(SAMPLES - 1) * PERIOD)
     record = Record(time, {}, {}).with_channel(SPEED, "rad/s", made[SPEED]).with_channel(REFERENCE, "rad/s", asked)
     rig = Rig(Machine(spindle(), (REFERENCE,), (SPEED,), {}, {}), record, "run", (), spindle())
+    parts = passed_through(rig.sensed.plan, rig.sensed.channels[0])
+    assert {"adc", "dac", "controller"} <= set(parts)
+    assert not any(name.startswith(("rounding_", "rounded_")) for name in parts)
     step = 20.0 / 1023.0 / Tachometer.declarations["gain"].default
     assert np.std(rig.sensed.one({})[0]) < 0.1 * step
     monkeypatch.setattr(problem, "plain_replay", lambda *given: {})
