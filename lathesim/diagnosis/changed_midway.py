@@ -25,17 +25,22 @@ _EDGE = 2
 """Blocks at either end in which no step is looked for."""
 _LEFT, _OF_STEADY = 0.2, 0.35
 """Shares of what the best constant and of what the best steady change leaves that a step may leave."""
+_AS_GOOD = 1.5
+"""Times the least that a step may leave for it to be where the step is, too."""
 _FURTHEST = 25
 """Samples by which a channel may become late or early."""
 _SCALES = np.linspace(-0.2, 0.2, 401)
 """Steps of a scale that are looked for."""
 _LEAST_SCALE = 0.003
+_FAR_MORE = 100.0
+"""Times the power of noise by which another channel may be off."""
 
 
 def changed_midway(rig: Rig, fitted: Fitted) -> str:
-    """Give a sentence where a channel's time, or the scale of one that shows the same motion as another, steps once in the middle of a
-    recording; empty where none does. A force or a current may really change its scale, when something breaks."""
-    seconds = {sight.row: rig.machine.compare[sight.first] for sight in rig.sensed.second_sight}
+    """Give a sentence where a channel's time, or the scale of one that another tells too, steps once in the middle of a recording; empty
+    where none does. What is told by another is a motion that two sensors show, and the current that a drive's command and motion make: were
+    it really another one, the motion would be. A force may really change its scale, when something breaks."""
+    told_by = _told_by_others(rig)
     for row, channel in enumerate(rig.machine.compare):
         residual = np.nan_to_num(fitted.residual[row])
         recorded = np.nan_to_num(rig.sensed.recorded[row])
@@ -49,20 +54,38 @@ def changed_midway(rig: Rig, fitted: Fitted) -> str:
                 f"{'later' if late > 0 else 'earlier'} beside the other channels than before: samples were lost or repeated. "
                 "Use what comes before, or after."
             )
-        step = _step(np.array([_power(residual - scale * recorded) for scale in _SCALES])) if row in seconds else None
+        step = _step(np.array([_power(residual - scale * recorded) for scale in _SCALES])) if row in told_by else None
         if step is not None:
             place, (before, after) = step
             factor = (1.0 - _SCALES[before]) / (1.0 - _SCALES[after])
-            if abs(factor - 1.0) > _LEAST_SCALE:
+            if abs(factor - 1.0) > _LEAST_SCALE and not _moves_otherwise(rig, fitted, row):
                 return (
                     f"From about {_when(rig, place):.3g} s on {channel} is {factor:.4g} times what it was before, held against "
-                    f"{seconds[row]}, which shows the same motion: its scale changed while it was recorded. Use what comes "
-                    "before, or after."
+                    f"{told_by[row]}: its scale changed while it was recorded. Use what comes before, or after."
                 )
     return ""
 
 
-def _when(rig: Rig, place: int) -> float:
+def _told_by_others(rig: Rig) -> dict[int, str]:
+    """Give the channels (rows) that are told by others too, with what tells them."""
+    found = {sight.row: f"{rig.machine.compare[sight.first]}, which shows the same motion" for sight in rig.sensed.second_sight}
+    ports = {part.name: part.component.ports for part in rig.machine.assembly.parts}
+    for row, channel in enumerate(rig.machine.compare):
+        part, _, item = channel.partition(".")
+        if "back_emf" in ports[part] and item == ports[part].get("current"):
+            found[row] = "what the drive makes of its command, with which the axis moves as it did"
+    return found
+
+
+def _moves_otherwise(rig: Rig, fitted: Fitted, row: int) -> bool:
+    """Say whether another channel than the one of a ``row`` is off, from sample to sample, by far more than it resolves: then something
+    happened to the machine."""
+    others = np.delete(np.nan_to_num(fitted.residual), row, axis=0)
+    floors = np.delete(rig.sensed.seen_floors, row)
+    return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * _FAR_MORE * floors**2))
+
+
+def _when(rig: Rig, place: float) -> float:
     return place / _BLOCKS * rig.sensed.samples * rig.sensed.period
 
 
@@ -76,10 +99,13 @@ def _power(left: FloatArray) -> FloatArray:
     return np.array([len(block) * float(np.var(block)) for block in np.array_split(left, _BLOCKS)])
 
 
-def _step(power: FloatArray) -> tuple[int, tuple[int, int]] | None:
+def _step(power: FloatArray) -> tuple[float, tuple[int, int]] | None:
     """Give the block from which on another row of ``power`` (choices, blocks) leaves less, and the two rows; none where a single row or a
     steady change over rows does nearly as well."""
-    place, pair, left = min(_steps(power), key=lambda step: step[2])
+    steps = list(_steps(power))
+    _, pair, left = min(steps, key=lambda step: step[2])
+    # where a part stands still the step may be earlier or later
+    place = float(np.mean([other for other, rows, error in steps if rows == pair and error <= _AS_GOOD * left]))
     steady = min(float(np.sum(power[line, np.arange(_BLOCKS)])) for line in _lines(len(power)))
     constant = float(np.min(np.sum(power, axis=1)))
     return (place, pair) if pair[0] != pair[1] and left < min(_LEFT * constant, _OF_STEADY * steady) else None

@@ -7,6 +7,7 @@ import pytest
 
 from lathesim.components.force_axis import ForceAxis
 from lathesim.components.linear_encoder import LinearEncoder
+from lathesim.components.voltage_drive import VoltageDrive
 from lathesim.diagnosis.changed_midway import changed_midway
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.problem import Machine, Rig, build_rigs
@@ -67,3 +68,27 @@ def test_a_scale_that_changes_is_told() -> None:
 )
 def test_what_stays_or_changes_slowly_is_none(column: Callable[[FloatArray], FloatArray]) -> None:
     assert told(column) == ""
+
+
+@pytest.mark.parametrize(("factor", "in_the_drive"), [(1.2, False), (1.0, False), (1.2, True)], ids=["the reading", "sound", "the drive"])
+def test_a_current_that_reads_more_while_the_axis_moves_as_before_is_told(factor: float, in_the_drive: bool) -> None:
+    voltage, current, newtons_per_ampere = "x_drive.voltage", "x_drive.current", 20.0
+    drive = VoltageDrive.with_units({"effort": "N", "flow": "m/s"})
+    parts = (
+        Part("x_drive", drive, {"conductance": 1.0, "effort_constant": newtons_per_ampere}),
+        Part("x_axis", ForceAxis, {"mass": MASS, "viscous": VISCOUS}),
+        Part("x_encoder", LinearEncoder, {"resolution": RESOLUTION}),
+    )
+    fed = {"x_drive.velocity": "x_axis.velocity", "x_axis.force": "x_drive.effort", "x_encoder.measured": "x_axis.position"}
+    wires = (Wire(voltage, constant=0.0), *[Wire(target, source) for target, source in fed.items()])
+    uncertain = {"x_axis.mass": 0.05 * MASS, "x_axis.viscous": 0.1 * VISCOUS}
+    machine = Machine(Assembly(parts, wires, PERIOD, 0.5 * PERIOD), (voltage,), (POSITION, current), uncertain, {POSITION: RESOLUTION})
+    amperes = force(SAMPLES) / newtons_per_ampere
+    more = np.where(np.arange(SAMPLES) < HALF, 1.0, factor)
+    place = travel(newtons_per_ampere * amperes * (more if in_the_drive else 1.0), Hidden())
+    logged = np.round(amperes * more + 0.02 * np.random.default_rng(7).standard_normal(SAMPLES), 4)
+    record = as_record({voltage: ("V", amperes), POSITION: ("m", np.round(place / RESOLUTION) * RESOLUTION), current: ("A", logged)})
+    (one,) = build_rigs(machine, [("fit", record)], [])
+    said = changed_midway(one, fit(one.sensed, baseline(one), rounds=3))
+    assert bool(said) == (factor != 1.0 and not in_the_drive)
+    assert not said or said.startswith(f"From about 4 s on {current} is 1.2 times what it was before, held against what the drive makes")
