@@ -16,8 +16,10 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.starting_points import strongest_jumps
 from lathesim.engine.assembly import FloatArray
 
 _BLOCKS = 16
@@ -32,6 +34,8 @@ _FURTHEST = 25
 _SCALES = np.linspace(-0.2, 0.2, 401)
 """Steps of a scale that are looked for."""
 _LEAST_SCALE = 0.003
+_JUMPS, _HARDLY_ANY = 10.0, 0.1
+"""Floors by which a sensor must jump beside another one, and share of what they differ by that may be left without the jump."""
 _FAR_MORE = 100.0
 """Times the power of noise by which another channel may be off."""
 
@@ -63,6 +67,24 @@ def changed_midway(rig: Rig, fitted: Fitted) -> str:
                     f"From about {_when(rig, place):.3g} s on {channel} is {factor:.4g} times what it was before, held against "
                     f"{told_by[row]}: its scale changed while it was recorded. Use what comes before, or after."
                 )
+    return ""
+
+
+def jumped_midway(rig: Rig, fitted: Fitted) -> str:
+    """Give a sentence where of two sensors of one motion one jumps beside the other once, and stays there; empty where none does. In both
+    recordings that is an effect, LostCounts; in one it happened to that one."""
+    for sight in (sight for sight in rig.sensed.second_sight if not sight.rate):
+        residual = np.nan_to_num(fitted.residual[sight.row])
+        instant, size = strongest_jumps(residual, rig.sensed.period)[0]
+        stepped = np.where(np.arange(len(residual)) * rig.sensed.period < instant, 0.0, size)
+        left = float(np.var(residual - stepped)) / max(float(np.var(residual)), 1e-300)
+        if abs(size) > _JUMPS * rig.sensed.seen_floors[sight.row] and left < _HARDLY_ANY:
+            names = [rig.machine.compare[row] for row in (sight.row, sight.first)]
+            shown = shown_with_unit(abs(size), rig.sensed.plan.unit(rig.sensed.channels[sight.row]), 3)
+            return (
+                f"At about {instant:.3g} s {names[0]} jumps by {shown} beside {names[1]}, which shows the same motion, and stays there: one "
+                f"of them lost counts in {rig.name} (LostCounts)."
+            )
     return ""
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from lathesim.diagnosis.adequacy import Adequacy, adequacy
 from lathesim.diagnosis.another_law import AnotherLaw, another_law
 from lathesim.diagnosis.belief import Settings, is_of_a_clock
-from lathesim.diagnosis.changed_midway import changed_midway
+from lathesim.diagnosis.changed_midway import changed_midway, jumped_midway
 from lathesim.diagnosis.clipped_reading import clipped_reading
 from lathesim.diagnosis.coarse_counts import coarse_counts
 from lathesim.diagnosis.contradiction import contradicted, exchanged_with, in_another_unit, of_another_period, swapped, wrong_unit
@@ -111,7 +111,7 @@ def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:
     if question.held_out is not None and (stranger := another_machine(found.model, rig, held_out)):
         return _recording_fault(question, [stranger], findings, began)
     judged = ((rig, found.baseline.fitted), (held_out, found.baseline.held_out_fit))
-    for fault in (changed_midway, clipped_reading):
+    for fault in (changed_midway, clipped_reading, *([] if found.model.terms else [jumped_midway])):
         if told_of := next((sentence for one, fitted in judged if (sentence := fault(one, fitted))), ""):
             return _recording_fault(question, [told_of], findings, began)
     say("fitting the found model to everything")

@@ -8,7 +8,7 @@ import pytest
 from lathesim.components.force_axis import ForceAxis
 from lathesim.components.linear_encoder import LinearEncoder
 from lathesim.components.voltage_drive import VoltageDrive
-from lathesim.diagnosis.changed_midway import changed_midway
+from lathesim.diagnosis.changed_midway import changed_midway, jumped_midway
 from lathesim.diagnosis.fit import fit
 from lathesim.diagnosis.problem import Machine, Rig, build_rigs
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
@@ -68,6 +68,18 @@ def test_a_scale_that_changes_is_told() -> None:
 )
 def test_what_stays_or_changes_slowly_is_none(column: Callable[[FloatArray], FloatArray]) -> None:
     assert told(column) == ""
+
+
+@pytest.mark.parametrize("jump", [25e-6, 0.0])
+def test_counts_that_one_of_two_encoders_lost_are_told(jump: float) -> None:
+    one = rig(lambda seen: from_half_on(seen + jump, seen))
+    said = jumped_midway(one, fit(one.sensed, baseline(one), rounds=3))
+    assert said == (
+        f"At about 4 s {SCALE} jumps by 25 um beside {POSITION}, which shows the same motion, and stays there: one of them lost counts in "
+        "fit (LostCounts)."
+        if jump
+        else ""
+    )
 
 
 @pytest.mark.parametrize(("factor", "in_the_drive"), [(1.2, False), (1.0, False), (1.2, True)], ids=["the reading", "sound", "the drive"])
