@@ -82,7 +82,7 @@ def jumped_midway(rig: Rig, fitted: Fitted) -> str:
             names = [rig.machine.compare[row] for row in (sight.row, sight.first)]
             shown = shown_with_unit(abs(size), rig.sensed.plan.unit(rig.sensed.channels[sight.row]), 3)
             return (
-                f"At about {instant:.3g} s {names[0]} jumps by {shown} beside {names[1]}, which shows the same motion, and stays there: one "
+                f"At about {instant:.3g} s {names[0]} jumps by {shown} beside {names[1]}, which shows the same motion, and stays: one "
                 f"of them lost counts in {rig.name} (LostCounts)."
             )
     return ""

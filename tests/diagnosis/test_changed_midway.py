@@ -75,7 +75,7 @@ def test_counts_that_one_of_two_encoders_lost_are_told(jump: float) -> None:
     one = rig(lambda seen: from_half_on(seen + jump, seen))
     said = jumped_midway(one, fit(one.sensed, baseline(one), rounds=3))
     assert said == (
-        f"At about 4 s {SCALE} jumps by 25 um beside {POSITION}, which shows the same motion, and stays there: one of them lost counts in "
+        f"At about 4 s {SCALE} jumps by 25 um beside {POSITION}, which shows the same motion, and stays: one of them lost counts in "
         "fit (LostCounts)."
         if jump
         else ""
