@@ -16,6 +16,7 @@ from scipy.optimize import minimize_scalar
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.component import Component, Input
+from lathesim.diagnosis.locate import passed_through
 from lathesim.diagnosis.moving_start import shown_by
 from lathesim.diagnosis.own_simulation import SETTLING, root_mean_square
 from lathesim.diagnosis.problem import Rig
@@ -77,13 +78,19 @@ def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Mapping[
             name = rig.machine.compare[row]
             if told := _late_channel(rig, values, row, share) or _other_zero(rig, values, row, share):
                 return told
-            if name in laws and (share < _LAW or laws[name]):
+            if (name in laws and (share < _LAW or laws[name])) or _reads_through_a_converter(rig, row):
                 continue
             return (
                 f"{share:.0%} of {name} does not follow from what its controller was given: a channel is shifted, swapped or in another "
                 "unit, the sample period is another, or the controller is not that of the lesson."
             )
     return ""
+
+
+def _reads_through_a_converter(rig: Rig, row: int) -> bool:
+    """Say whether what a command (row) follows from was read by a converter: what that made of it, with its noise, was not recorded."""
+    ports = {part.name: part.component.ports for part in rig.machine.assembly.parts}
+    return any("bits" in ports.get(name, ()) for name in passed_through(rig.sensed.plan, rig.sensed.channels[row]))
 
 
 def of_another_period(rig: Rig, values: Mapping[str, float]) -> str:

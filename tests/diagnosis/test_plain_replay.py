@@ -14,6 +14,7 @@ from lathesim.components.spindle_controller import SpindleController
 from lathesim.components.tachometer import Tachometer
 from lathesim.diagnosis import problem
 from lathesim.diagnosis.by_chance import off_by_chance
+from lathesim.diagnosis.contradiction import contradicted
 from lathesim.diagnosis.diagnosis import ChannelFit
 from lathesim.diagnosis.locate import passed_through
 from lathesim.diagnosis.motion import counted_motion
@@ -92,3 +93,19 @@ def test_a_loop_that_swings_between_two_steps_is_off_by_chance(off: float, by_ch
     assert off_by_chance(rig, {}, fit) == ({SPEED} if by_chance else set())
     alone = replace(rig.machine.assembly, parts=rig.machine.assembly.parts[-1:], wires=(Wire("spindle.voltage", constant=1.0),))
     assert off_by_chance(replace(rig, machine=replace(rig.machine, assembly=alone)), {}, fit) == set()
+
+
+def test_a_command_that_follows_from_what_a_converter_read_is_no_fault_of_the_recording() -> None:
+    """What the converter made of the noise before it went into the command, and was not recorded: here half of it."""
+    time = PERIOD * np.arange(SAMPLES)
+    asked, command = np.full(SAMPLES, 100.0), "dac.voltage"
+    rng = np.random.default_rng(1)
+    record = Record(time, {}, {}).with_channel(SPEED, "rad/s", asked).with_channel(REFERENCE, "rad/s", asked)
+    record = record.with_channel(command, "V", 3.83 + 0.05 * rng.standard_normal(SAMPLES))
+    machine = Machine(spindle(), (REFERENCE,), (SPEED, command), {}, {})
+    assert contradicted(Rig(machine, record, "run", (), spindle()), {}) == ""
+    direct = tuple(part for part in spindle().parts if part.name not in ("tachometer", "adc"))
+    wires = [item for item in spindle().wires if item.target.partition(".")[0] not in ("tachometer", "adc", "controller")]
+    wires += [Wire(REFERENCE, constant=0.0), Wire("controller.measured", SPEED)]
+    without = replace(spindle(), parts=direct, wires=tuple(wires))
+    assert f"of {command} does not follow" in contradicted(Rig(replace(machine, assembly=without), record, "run", (), without), {})
