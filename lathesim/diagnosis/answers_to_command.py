@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lathesim.diagnosis.own_simulation import own_run
 from lathesim.diagnosis.problem import Rig
 from lathesim.diagnosis.simulator import COUNTS
 from lathesim.diagnosis.terms import decides
@@ -82,9 +83,7 @@ def foretold(asked: FloatArray, answered: FloatArray, asked_there: FloatArray, a
 
 def _left(rig: Rig, values: Mapping[str, float], length: int) -> FloatArray:
     """Give what the lesson's own simulation leaves (channels, samples), less what wanders from block to block."""
-    names = rig.own.settable(values)
-    (run,) = rig.own.outputs(names, np.array([[values[name] for name in names]]))
-    residual = np.nan_to_num(rig.own.recorded - rig.sensed.from_zero_of(run))
+    residual = np.nan_to_num(rig.own.recorded - rig.sensed.from_zero_of(own_run(rig, values)))
     around = length // 2 | 1
     padded = np.pad(residual, ((0, 0), (around // 2, around // 2)), mode="edge")
     sums = np.cumsum(np.pad(padded, ((0, 0), (1, 0))), axis=1)

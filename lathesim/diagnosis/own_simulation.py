@@ -8,13 +8,12 @@ import numpy as np
 
 from lathesim.diagnosis.fit import Fitted
 from lathesim.diagnosis.problem import Rig
+from lathesim.diagnosis.replay import is_a_process
 from lathesim.diagnosis.terms import Term
 from lathesim.engine.assembly import FloatArray
 
 SETTLING = 0.02
 """Share of a recording at its beginning that is left out of residuals: controllers start with memories that nobody recorded."""
-_IN_A_LOOP = {"effort", "flow", "drive", "measured", "reading"}
-"""Roles of the ports of what moves, drives or measures."""
 _MOSTLY = 0.5
 """Share of a move's power by which the error is larger without it where the move explains what was recorded."""
 _KICKS = 2e-3
@@ -60,10 +59,8 @@ def in_own_simulation(rig: Rig, before: Fitted, after: Fitted, term: Term) -> tu
 
 
 def _is_at_a_process(rig: Rig, term: Term) -> bool:
-    """Say whether the host of an effect neither moves nor drives nor measures: stock, tool and cut."""
     host = term.at.partition(".")[0]
-    part = next((part for part in rig.machine.assembly.parts if part.name == host), None)
-    return part is not None and not _IN_A_LOOP & set(part.component.ports)
+    return any(part.name == host and is_a_process(part.component) for part in rig.machine.assembly.parts)
 
 
 def agreed_in_closed_loop(*recordings: tuple[Rig, Fitted, Fitted]) -> float:
@@ -76,11 +73,16 @@ def agreed_in_closed_loop(*recordings: tuple[Rig, Fitted, Fitted]) -> float:
     return min(shares) if min(shares) > _MOSTLY else 0.0
 
 
+def own_run(rig: Rig, values: Mapping[str, float]) -> FloatArray:
+    """Give the channels (channels, samples) of the lesson's own simulation with some values."""
+    names = rig.own.settable(values)
+    (run,) = rig.own.outputs(names, np.array([[values[name] for name in names]]))
+    return np.asarray(run)
+
+
 def own_error(rig: Rig, values: Mapping[str, float]) -> float:
     """Give the squared error of the lesson's own simulation with some values, in squared floors, summed over channels and samples."""
-    names = rig.own.settable(values)
-    (simulated,) = rig.own.outputs(names, np.array([[values[name] for name in names]]))
-    error = _known(rig, rig.sensed.as_seen(simulated))[:, int(SETTLING * rig.own.samples) :]
+    error = _known(rig, rig.sensed.as_seen(own_run(rig, values)))[:, int(SETTLING * rig.own.samples) :]
     return float(np.sum((np.nan_to_num(error, nan=np.inf) / rig.sensed.seen_floors[:, None]) ** 2))
 
 

@@ -15,6 +15,7 @@ from lathesim.diagnosis.trial import Bench, Model, Trial
 from lathesim.diagnosis.waves import WAVES
 
 _MUCH = 0.3
+"""Share of all that was there from which on a wave is much of it."""
 _SMALL = 0.01
 """Share of all that was there below which an effect beside others is asked how much of what acts it is."""
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.component import Input
+from lathesim.component import Component, Input
 from lathesim.diagnosis.signals import CorrectedSight, HeldSignal, LinearSignal, SensedMotion
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
@@ -130,12 +130,17 @@ def _taken_by_processes(parts: Mapping[str, Part], wires: Mapping[str, Wire], ou
     return found
 
 
+def is_a_process(component: type[Component]) -> bool:
+    """Say whether a part neither moves nor drives nor measures: stock, tool and cut."""
+    return not {"effort", "drive", "measured", "reading"} & set(component.ports)
+
+
 def _is_of_a_process(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> bool:
     """Say whether an input is of parts that neither move nor measure, through effects that sit on it and what belongs to them."""
     part, _, item = target.partition(".")
     component = parts[part].component
     if "incoming" not in component.declared(Input):
-        return not {"effort", "drive", "measured", "reading"} & set(component.ports)
+        return is_a_process(component)
     fed = [end for end, wire in wires.items() if wire.source == f"{part}.outgoing"]
     return item == "incoming" and bool(fed) and all(_is_of_a_process(parts, wires, end) for end in fed)
 
