@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -69,17 +69,19 @@ def run(
     if recording is not None:
         prepared = [runs.driven(case, recording) for case in prepared]
     for case in prepared:
-        runs.one(case, _record_path(out, loaded, case, alone=len(prepared) == 1))
+        runs.one(case, _record_path(out, case, alone=len(prepared) == 1))
         if runs.stopped:
             break
     runs.tell()
     return STOPPED if runs.stopped else int(runs.failed)
 
 
-def _record_path(out: Path | None, lesson: Lesson, case: Prepared, *, alone: bool) -> Path:
+def _record_path(out: Path | None, case: Prepared, *, alone: bool) -> Path:
     """Give where the record goes; with several cases and one ``--out`` each gets the name of its variant."""
+    from lathesim.lessons.kept_run import record_path
+
     if out is None:
-        return Path("lathesim_runs") / lesson.name / f"{case.name}.h5"
+        return record_path(case)
     return out if alone else out.with_name(f"{out.stem}_{case.case.variant}{out.suffix}")
 
 
@@ -110,33 +112,27 @@ class _Runs:
 
     def one(self, case: Prepared, path: Path) -> None:
         """Run one case and keep what it gives."""
-        from lathesim.analysis.metric import measure
-        from lathesim.analysis.nothing_cut import nothing_cut
+        from lathesim.cli.run_progress import progress_bar
         from lathesim.cli.run_tables import Outcome
-        from lathesim.errors import SimulationError
-        from lathesim.lessons.grading import judge
+        from lathesim.lessons.kept_run import run_and_keep
 
-        _make_folder(path)
-        try:
-            record = self._simulated(case)
-        except SimulationError as error:
-            if error.record is None:
-                raise
-            record = cast("Record", error.record)
-            click.echo(f"{case.name}: {error} See {path}.", err=True)
+        with progress_bar(case.name, case.expected_time, shown=not self.as_json) as progress:
+            kept = run_and_keep(case, self.registry, path, engine=self.engine, seed=self.seed, progress=progress)
+        record, measurements = kept.record, kept.measurements
+        if kept.failure:
+            click.echo(f"{case.name}: {kept.failure} See {path}.", err=True)
             self.failed = self.failed or not case.breaks_down
-        _save(record, path)
         self.files.append(path)
-        self.stopped = record.status.startswith("stopped")
+        self.stopped = kept.stopped
         if self.stopped:
             last = float(record.time[-1]) if len(record) else 0.0
             click.echo(f"Stopped at {last:.4g} s of simulated time; what was simulated until then is kept in {path}.", err=True)
-        measurements = measure(record, self.registry.metrics)
         published = {**self.lesson.settings.published, **_published(self.lesson, case)}
-        goals = judge(self.lesson.settings.goals, measurements.values, measurements.skipped)
         without = {name: measurements.skipped[name] for name in measurements.without}
-        told = nothing_cut(record) if record.status == "complete" else ""
-        self.outcomes.append(Outcome(case.case.variant or "", measurements.values, published, record.status, goals, without, told))
+        told = kept.nothing_cut
+        self.outcomes.append(
+            Outcome(case.case.variant or "", measurements.values, published, record.status, list(kept.goals), without, told)
+        )
         self.results.append(_result(case, record, path, measurements, told))
         if case.recording:
             self.results[-1] |= {"recording": case.recording, "recording_findings": list(self.findings)}
@@ -169,37 +165,9 @@ class _Runs:
         records = len(self.results)
         click.echo(f"\n{_counted(records, 'record')} and {_counted(len(self.files) - records, 'plot')} in {', '.join(folders)}")
 
-    def _simulated(self, case: Prepared) -> Record:
-        from lathesim.cli.run_progress import progress_bar
-        from lathesim.lessons.simulate import run_prepared
-
-        with progress_bar(case.name, case.expected_time, shown=not self.as_json) as progress:
-            return run_prepared(case, engine=self.engine, seed=self.seed, progress=progress, often=True)
-
 
 def _counted(number: int, what: str) -> str:
     return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
-
-
-def _make_folder(path: Path) -> None:
-    """Make the folder of a record, and refuse it before the run where it cannot be written."""
-    import os
-
-    from lathesim.errors import RecordError
-
-    place, remedy = str(path.parent), "Choose another with --out."
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RecordError(f"the folder cannot be made: {error.strerror}.", place=place, remedy=remedy) from None
-    if not os.access(path.parent, os.W_OK):
-        raise RecordError("the folder cannot be written.", place=place, remedy=remedy)
-
-
-def _save(record: Record, path: Path) -> None:
-    from lathesim.record import save
-
-    save(record, path)
 
 
 def _published(lesson: Lesson, case: Prepared) -> dict[str, str]:

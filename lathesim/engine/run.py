@@ -37,6 +37,8 @@ _FIRST_BLOCK = {"plain": 256, "compiled": 4096}
 """Samples of the first block; later ones are made to last about ``_BLOCK_TIME`` seconds."""
 _BLOCK_NUMBERS = 2**17
 """Recorded numbers of a block at most: 1 MB, which stays near the processor while the block is looked through and kept."""
+_SMALLEST_BLOCK = 64
+"""Samples of a block that shrinks because it took long; below, the cost of a call counts."""
 _LONGEST_WITHOUT_END = 36000.0
 """Simulated seconds after which a run that has neither a duration nor come to its end is ended."""
 
@@ -52,12 +54,35 @@ class Sink(Protocol):
 class _Progress:
     expected: int
     worth: float = _WORTH
+    largest: int = _BLOCK_NUMBERS
     first: int = 0
     finished: bool = False
     status: str = "complete"
     engine: str = "plain"
     scratch: FloatArray = field(default_factory=lambda: np.empty(0))
     """Room for the record of a block, used again by the next: new memory costs more than what is written to it."""
+
+
+@dataclass
+class _Destination:
+    """Where the recorded blocks go: to the sink or else into memory, and past the onlooker."""
+
+    recorded: RecordedValues
+    sink: Sink | None
+    onlooker: Sink | None
+    period: float
+
+    def add(self, state: _Progress, values: FloatArray) -> None:
+        """Take the next block, shape (channels, samples)."""
+        count = values.shape[1]
+        if self.sink is None:
+            self.recorded.add(values)
+        if self.sink is not None or self.onlooker is not None:
+            time, block = (state.first + np.arange(count)) * self.period, np.array(values, order="C")
+            for taker in (self.sink, self.onlooker):
+                if taker is not None:
+                    taker.write(time, block)
+        state.first += count
 
 
 def run(
@@ -73,13 +98,16 @@ def run(
     check_stability: bool = True,
     expected_time: float | None = None,
     often: bool = False,
+    onlooker: Sink | None = None,
+    largest_block: int | None = None,
 ) -> Record:
     """Run a plan and give its Record.
 
     ``duration`` [s] bounds the run; without it the run ends when the machine's ``finish`` output rises. ``overrides`` maps
     ``part.parameter`` and ``part.state`` to other values [SI]. ``progress`` is told the simulated time after each block; ``stop`` ends the
     run after the current block, or out of a law that does not end, and Ctrl-C does the same. With a ``sink`` the values go there and the
-    Record holds none.
+    Record holds none. An ``onlooker`` sees each block as well, which the Record keeps all the same; ``largest_block`` [samples] sets how
+    often. An onlooker that takes its time slows the run.
 
     ``engine`` "auto" takes machine code where it is at hand, and compiles only where the rest of the run, judged by ``expected_time`` [s],
     would take longer plain; sooner where the machine is to be run ``often``. A machine that cannot be compiled runs plain, and whoever
@@ -100,11 +128,12 @@ def run(
     fused = fuse(plan)
     recorded = RecordedValues(len(plan.channels), last if duration is not None and sink is None else 0)
     expected = round(expected_time / period) if duration is None and expected_time is not None else last if duration is not None else 0
-    state = _Progress(expected, worth=_WORTH_IF_OFTEN if often else _WORTH)
+    state = _Progress(expected, worth=_WORTH_IF_OFTEN if often else _WORTH, largest=largest_block or _BLOCK_NUMBERS)
+    kept = _Destination(recorded, sink, onlooker, period)
     failure = ""
     with Watch(plan, stop) as watch:
         try:
-            failure = _advance(plan, fused, arrays, state, last, seed, engine, recorded, progress, stop, sink, watch)
+            failure = _advance(plan, fused, arrays, state, last, seed, engine, kept, progress, stop, watch)
         except (KeyboardInterrupt, LawRunsOnError) as stopped:
             failure = watch.verdict(stopped, state.first * period)
             state.status = f"failed: {failure}" if failure else "stopped"
@@ -117,8 +146,8 @@ def run(
 
 
 def _advance(
-    plan: Plan, fused: FusedModule, arrays: RunArrays, state: _Progress, last: int, seed: int, engine: str, recorded: RecordedValues,
-    progress: Callable[[float], None] | None, stop: threading.Event | None, sink: Sink | None, watch: Watch,
+    plan: Plan, fused: FusedModule, arrays: RunArrays, state: _Progress, last: int, seed: int, engine: str, kept: _Destination,
+    progress: Callable[[float], None] | None, stop: threading.Event | None, watch: Watch,
 ) -> str:  # fmt: skip
     """Run block after block; give the sentence about what broke, empty where nothing did."""
     module: Any = None
@@ -129,7 +158,7 @@ def _advance(
     if state.engine == "plain":
         module, live = quick_module(fused), arrays.as_lists()
     period = plan.assembly.sample_period
-    largest = max(64, _BLOCK_NUMBERS // max(1, len(plan.channels)))
+    largest = min(max(_SMALLEST_BLOCK, _BLOCK_NUMBERS // max(1, len(plan.channels))), state.largest)
     size = min(_FIRST_BLOCK[state.engine], last, largest)
     begun_at = clock.perf_counter()
     while state.first < last and not state.finished:
@@ -148,15 +177,14 @@ def _advance(
             sentence, time = describe_failure(plan, state.first, count, before, noise.tolist())
             good = max(0, min(done if not broken else count, int(time / period) - state.first + 1))
             broken_at = np.flatnonzero(~np.isfinite(values).all(axis=0))
-            kept = values[:, : min([good, *broken_at[:1]])]
-            _keep(kept, state, period, recorded, sink)
+            kept.add(state, values[:, : min([good, *broken_at[:1]])])
             state.status = f"failed: {sentence}"
             return sentence
-        _keep(values, state, period, recorded, sink)
+        kept.add(state, values)
         if progress is not None:
             progress(state.first * period)
         spent = clock.perf_counter() - begun
-        size = int(min(largest, max(64, size * (2.0 if spent < _BLOCK_TIME / 2 else 1.0 if spent < _BLOCK_TIME * 2 else 0.5))))
+        size = int(min(largest, max(_SMALLEST_BLOCK, size * (2.0 if spent < _BLOCK_TIME / 2 else 1.0 if spent < _BLOCK_TIME * 2 else 0.5))))
     return ""
 
 
@@ -194,15 +222,6 @@ def _one_block(plan: Plan, module: Any, live: RunArrays, state: _Progress, count
         return count, record.reshape(count, -1).T, True
     state.finished, done = done < 0, abs(done)
     return done, record.reshape(count, -1)[:done].T, False
-
-
-def _keep(values: FloatArray, state: _Progress, period: float, recorded: RecordedValues, sink: Sink | None) -> None:
-    count = values.shape[1]
-    if sink is not None:
-        sink.write((state.first + np.arange(count)) * period, np.array(values, order="C"))
-    else:
-        recorded.add(values)
-    state.first += count
 
 
 def _record(plan: Plan, values: FloatArray, state: _Progress, seed: int, wall_time: float) -> Record:

@@ -26,6 +26,7 @@ from lathesim.lessons.schema import LessonSettings
 from lathesim.plugins import Registry
 
 if TYPE_CHECKING:
+    from lathesim.engine.run import Sink
     from lathesim.record import Record
 
 
@@ -126,8 +127,13 @@ def run_prepared(
     progress: Callable[[float], None] | None = None,
     stop: threading.Event | None = None,
     often: bool = False,
+    onlooker: Sink | None = None,
+    largest_block: int | None = None,
 ) -> Record:
-    """Run a prepared case, see :func:`simulate`; one that is to be run ``often`` is compiled sooner."""
+    """Run a prepared case, see :func:`simulate`; one that is to be run ``often`` is compiled sooner.
+
+    ``onlooker`` sees each recorded block while the run goes on, and ``largest_block`` bounds its samples.
+    """
     from lathesim.engine.run import run
 
     settings = prepared.case.lesson.settings
@@ -146,6 +152,8 @@ def run_prepared(
             stop=stop,
             expected_time=prepared.expected_time,
             often=often,
+            onlooker=onlooker,
+            largest_block=largest_block,
         )
     except SimulationError as error:
         if error.record is not None:

@@ -14,7 +14,7 @@ from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError, WiringError
-from lathesim.record import Record
+from lathesim.record import FloatArray, Record
 from tests.engine.small_machine import PARTS, WIRES, Axis, loop
 
 
@@ -84,6 +84,27 @@ def test_stop_keeps_what_was_computed() -> None:
     record = run(wire(loop()), duration=1000.0, engine="plain", progress=progress, stop=stop)
     assert record.meta["status"] == "stopped"
     assert 0 < len(record.time) < 200_000
+
+
+class Watched:
+    """An onlooker that keeps what it saw."""
+
+    def __init__(self) -> None:
+        self.times: list[FloatArray] = []
+        self.values: list[FloatArray] = []
+
+    def write(self, time: FloatArray, values: FloatArray) -> None:
+        self.times.append(time)
+        self.values.append(values)
+
+
+def test_an_onlooker_sees_every_block_that_the_record_keeps() -> None:
+    onlooker = Watched()
+    record = run(wire(loop()), duration=1.0, seed=1, onlooker=onlooker, largest_block=20)
+    assert max(len(time) for time in onlooker.times) == 20
+    assert np.array_equal(np.concatenate(onlooker.times), record.time)
+    assert np.array_equal(np.concatenate(onlooker.values, axis=1), [record[name] for name in record.channels])
+    assert same(record, run(wire(loop()), duration=1.0, seed=1))
 
 
 def test_interrupting_keeps_what_was_computed() -> None:

@@ -1,0 +1,100 @@
+"""A case that is run and kept: simulated, saved, measured and held against the goals of its lesson, however the run ends."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import cast
+
+from lathesim.analysis.metric import Measurements, measure
+from lathesim.analysis.nothing_cut import nothing_cut
+from lathesim.engine.run import Sink
+from lathesim.errors import RecordError, SimulationError
+from lathesim.lessons.grading import GoalResult, judge
+from lathesim.lessons.simulate import Prepared, run_prepared
+from lathesim.plugins import Registry
+from lathesim.record import Record, save
+
+RUNS_FOLDER = Path("lathesim_runs")
+"""Where records go that were given no other place, one folder a lesson."""
+
+
+@dataclass(frozen=True)
+class KeptRun:
+    """What a run gave: its record and where that stands, what was measured on it, and the goals held against that."""
+
+    case: Prepared
+    record: Record
+    path: Path
+    measurements: Measurements
+    goals: tuple[GoalResult, ...]
+    nothing_cut: str
+    """A sentence where the run is complete and the tool touched nothing, else empty."""
+    failure: str
+    """The sentence of what broke, empty where nothing did."""
+
+    @property
+    def stopped(self) -> bool:
+        """Whether somebody ended the run."""
+        return self.record.status.startswith("stopped")
+
+
+def record_path(case: Prepared) -> Path:
+    """Return where the record of a case goes unless another place is given: ``lathesim_runs/LESSON/CASE.h5``."""
+    return RUNS_FOLDER / case.case.lesson.name / f"{case.name}.h5"
+
+
+def run_and_keep(
+    case: Prepared,
+    registry: Registry,
+    path: Path,
+    *,
+    engine: str | None = None,
+    seed: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    stop: threading.Event | None = None,
+    onlooker: Sink | None = None,
+    largest_block: int | None = None,
+) -> KeptRun:
+    """Run a case, save its record at ``path`` and return it measured and judged; see :func:`lathesim.lessons.simulate.run_prepared`.
+
+    The folder is checked before the run: :class:`RecordError` where it cannot be made or written. A law that breaks is told in ``failure``
+    with the data up to then kept; :class:`SimulationError` is raised only where there are none.
+    """
+    _make_folder(path)
+    failure = ""
+    try:
+        record = run_prepared(
+            case,
+            engine=engine,
+            seed=seed,
+            progress=progress,
+            stop=stop,
+            often=True,
+            onlooker=onlooker,
+            largest_block=largest_block,
+        )
+    except SimulationError as error:
+        if error.record is None:
+            raise
+        record = cast("Record", error.record)
+        failure = str(error)
+    save(record, path)
+    measurements = measure(record, registry.metrics)
+    goals = tuple(judge(case.case.lesson.settings.goals, measurements.values, measurements.skipped))
+    told = nothing_cut(record) if record.status == "complete" else ""
+    return KeptRun(case, record, path, measurements, goals, told, failure)
+
+
+def _make_folder(path: Path) -> None:
+    """Make the folder of a record, and refuse it before the run where it cannot be written."""
+    place, remedy = str(path.parent), "Choose another with --out."
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordError(f"the folder cannot be made: {error.strerror}.", place=place, remedy=remedy) from None
+    if not os.access(path.parent, os.W_OK):
+        raise RecordError("the folder cannot be written.", place=place, remedy=remedy)
