@@ -20,7 +20,10 @@ _AT_FEED = "write the moves that cut with G1, G2 or G3 and a feed"
 
 @dataclass(frozen=True)
 class RawStock:
-    """The stock before the run [m], from ``face`` over ``stock_length`` along z: its part in the machine, and the channels of the tip."""
+    """The stock before the run [m], from ``face`` over ``stock_length`` along z: its part in the machine, and the channels of the tip.
+
+    ``free_end`` is -1 where the free end lies at smaller z and 1 at larger; ``edge_length`` [m] is what the edge takes along when facing.
+    """
 
     part: str
     stock_radius: float
@@ -28,6 +31,8 @@ class RawStock:
     face: float
     x: str
     z: str
+    free_end: float = -1.0
+    edge_length: float = 0.0
 
     def as_text(self) -> str:
         """Give it for the ``stock`` entry of a record's ``meta``."""

@@ -19,6 +19,7 @@ from lathesim.errors import LatheSimError
 INPUT_FAULT, USAGE, PROGRAM_FAULT, STOPPED = 1, 2, 3, 130
 
 COMMANDS: dict[str, tuple[str, str]] = {
+    "tui": ("lathesim.cli.tui:tui", "Open the terminal app, as lathesim alone does."),
     "run": ("lathesim.cli.run:run", "Run a lesson: numbers, plots and a record."),
     "lessons": ("lathesim.cli.lessons:lessons", "List the lessons."),
     "grade": ("lathesim.cli.grade:grade", "Hold records against the goals of their lesson."),
@@ -88,10 +89,16 @@ class LazyGroup(click.Group):
 )
 @click.version_option(lathesim.__version__, prog_name="lathesim")
 @click.pass_context
-def group(ctx: click.Context) -> None:
-    """A machine-tool simulator for teaching."""
-    if ctx.invoked_subcommand is None:
+def group(ctx: click.Context) -> int | None:
+    """A machine-tool simulator for teaching. Without a command it opens the terminal app."""
+    if ctx.invoked_subcommand is not None:
+        return None
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
         click.echo(ctx.get_help())
+        return None
+    from lathesim.cli.tui import open_app
+
+    return open_app()
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -26,10 +26,19 @@ plugins_option = click.option(
 def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Registry:
     """Give the registry with the user's plug-in folders and that of the workspace; tell each plug-in at fault in one line."""
     from lathesim.engine.compile_notice import tell_compiling_to
+
+    tell_compiling_to(_told_once())
+    registry = load_with_workspace(plugin_folders)
+    if tell:
+        tell_problems(registry)
+    return registry
+
+
+def load_with_workspace(plugin_folders: tuple[Path, ...]) -> Registry:
+    """Give the registry with the user's plug-in folders and that of the workspace, read anew."""
     from lathesim.plugins import load_registry
     from lathesim.workspace import workspace_plugins
 
-    tell_compiling_to(_told_once())
     folders = list(plugin_folders)
     own = workspace_plugins(Path.cwd())
     if own is not None and own.resolve() not in [folder.resolve() for folder in folders]:
@@ -37,8 +46,6 @@ def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Reg
     registry = load_registry(folders)
     if folders:
         registry.ask("components", "effects", "metrics")
-    if tell:
-        tell_problems(registry)
     return registry
 
 

@@ -13,13 +13,34 @@ from lathesim.lessons.lesson import Lesson, find_program
 from lathesim.shipped import shipped_files
 
 
-def changed_lesson(lesson: Lesson, insert: Sequence[Mapping[str, str]], values: Mapping[str, str], folder: Path) -> str:
+def changed_lesson(
+    lesson: Lesson,
+    insert: Sequence[Mapping[str, str]],
+    values: Mapping[str, str],
+    folder: Path,
+    *,
+    variant: str | None = None,
+    replace: Mapping[str, str] | None = None,
+    program: Path | None = None,
+    seed: int | None = None,
+) -> str:
     """Give the YAML text of a lesson with further ``insert:`` entries and ``set:`` values, for a file in ``folder``.
+
+    ``replace`` puts other components into places, ``program`` and ``seed`` take the place of the lesson's. With a ``variant`` its changes
+    become the lesson's own and the text has no variants: what runs is that variant with the other changes on top.
 
     A machine template, a part program or a recording that stands with the lesson is named by its way from the new folder, what came with
     lathesim by its name: the new lesson runs where it is written, and after both have moved together. Comments of the lesson are lost.
     """
     data: dict[str, Any] = yaml.safe_load(yaml.safe_dump(_plain(lesson.source.data)))
+    if variant is not None:
+        _take_variant(data, variant)
+    if replace:
+        data["replace"] = {**data.get("replace", {}), **replace}
+    if program is not None:
+        data["program"] = str(program.resolve())
+    if seed is not None:
+        data["seed"] = seed
     if insert:
         data["insert"] = [*data.get("insert", []), *[dict(entry) for entry in insert]]
     if values:
@@ -37,6 +58,20 @@ def changed_lesson(lesson: Lesson, insert: Sequence[Mapping[str, str]], values: 
                 changes["program"] = found.name if found.resolve() in shipped else _way(found, folder)
     text: str = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120)
     return text
+
+
+def _take_variant(data: dict[str, Any], name: str) -> None:
+    """Make the changes of a variant those of the lesson, as running the variant lays them over it, and drop all variants."""
+    for key, entries in data.pop("variants", {}).get(name, {}).items():
+        if key in ("text", "breaks_down"):
+            continue
+        before = data.get(key)
+        if isinstance(entries, dict):
+            data[key] = {**(before or {}), **entries}
+        elif isinstance(entries, list):
+            data[key] = [*(before or []), *entries]
+        else:
+            data[key] = entries
 
 
 def _way(file: Path, folder: Path) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from lathesim.errors import LessonError, nearest
 from lathesim.lessons.schema import LessonSettings, MachineSettings
 from lathesim.lessons.validation import validated
-from lathesim.lessons.yaml_source import Source, read_source
+from lathesim.lessons.yaml_source import Source, read_source, source_of
 from lathesim.shipped import shipped_files, shipped_folder
 
 
@@ -51,7 +51,15 @@ class Lesson:
 def load_lesson(path_or_name: str | Path) -> Lesson:
     """Give the lesson in a file, or the shipped lesson of that name (``01_contour_error``), with its machine template."""
     path = find_lesson(path_or_name)
-    source = read_source(path)
+    return _lesson_of(read_source(path), path)
+
+
+def lesson_from_text(text: str, path: Path) -> Lesson:
+    """Return the lesson that ``text`` would be if it stood in the file ``path``; raises what :func:`load_lesson` raises."""
+    return _lesson_of(source_of(text, str(path)), path)
+
+
+def _lesson_of(source: Source, path: Path) -> Lesson:
     if "machine" in source.data and "lesson" not in source.data and "parts" in source.data:
         raise LessonError(
             "this is a machine template, not a lesson.", place=str(path), remedy="Write a lesson with the key 'machine' naming it."

@@ -1,0 +1,147 @@
+"""The terminal app: its screens, the keys that go with them, and the runs, which go on in threads."""
+
+from __future__ import annotations
+
+import importlib
+import signal
+import threading
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar
+
+from textual.app import App
+from textual.binding import Binding, BindingType
+from textual.screen import Screen
+
+from lathesim.errors import LatheSimError
+from lathesim.tui.model.live_run import LiveRun
+from lathesim.tui.model.workbench import RUNS, Workbench
+
+SCREENS: dict[str, tuple[str, str, str]] = {
+    "help": ("f1", "Help", "lathesim.tui.screens.help:HelpScreen"),
+    "bench": ("f2", "Bench", "lathesim.tui.screens.bench:BenchScreen"),
+    "results": ("f3", "Results", "lathesim.tui.screens.results:ResultsScreen"),
+    "configure": ("f4", "Configure", "lathesim.tui.screens.configure:ConfigureScreen"),
+    "lessons": ("f6", "Lessons", "lathesim.tui.screens.lessons:LessonsScreen"),
+    "detective": ("f7", "Detective", "lathesim.tui.screens.detective:DetectiveScreen"),
+    "plugins": ("f8", "Plug-ins", "lathesim.tui.screens.plugins:PluginsScreen"),
+}
+"""Name -> key, title, and where the screen is; it is imported when it is first shown."""
+
+
+def navigation() -> list[tuple[str, str, str]]:
+    """Return name, key and title of each screen there is, and of Run, in the order of the keys."""
+    entries = [(name, key, title) for name, (key, title, where) in SCREENS.items() if _is_there(where)]
+    return sorted([*entries, ("run", "f5", "RUN")], key=lambda entry: entry[1])
+
+
+def _made(where: str) -> Screen[Any]:
+    module, _, name = where.partition(":")
+    screen: Screen[Any] = getattr(importlib.import_module(module), name)()
+    return screen
+
+
+def _is_there(where: str) -> bool:
+    return (Path(__file__).parent / "screens" / f"{where.partition(':')[0].rpartition('.')[2]}.py").is_file()
+
+
+class LathesimApp(App[None]):
+    """The app over a workbench."""
+
+    TITLE = "lathesim"
+    CSS_PATH = "app.tcss"
+    MODES: ClassVar[dict[str, str | Callable[[], Screen[Any]]]] = {
+        name: partial(_made, where) for name, (_, _, where) in SCREENS.items() if _is_there(where)
+    }
+    DEFAULT_MODE = "bench"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        *(
+            Binding(key, f"switch_mode('{name}')", title, priority=True)
+            for name, (key, title, where) in SCREENS.items()
+            if _is_there(where)
+        ),
+        Binding("f5", "run_or_stop", "Run/Stop", priority=True, show=False),
+        Binding("ctrl+z", "undo", "Undo", show=False),
+        Binding("ctrl+y", "redo", "Redo", show=False),
+        Binding("ctrl+q", "quit", "Quit", priority=True, show=False),
+    ]
+
+    def __init__(self, workbench: Workbench, first: str = "bench") -> None:
+        super().__init__()
+        self.workbench = workbench
+        self._first = first
+
+    def on_mount(self) -> None:
+        """Show the first screen, and keep the data when the terminal goes away."""
+        if self._first != self.DEFAULT_MODE:
+            self.switch_mode(self._first)
+        import asyncio
+
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGHUP, signal.SIGTERM) if hasattr(signal, "SIGHUP") else ():
+            try:
+                loop.add_signal_handler(number, self._leave)
+            except (NotImplementedError, RuntimeError, ValueError):
+                return
+
+    def tell(self, sentence: str) -> None:
+        """Show a sentence, from whichever thread it comes."""
+        if not self.is_running:
+            return
+        if threading.get_ident() == self._thread_id:
+            self.notify(sentence, markup=False)
+        else:
+            self.call_later(self.notify, sentence, markup=False)
+
+    def mode_of(self, screen: Screen[Any]) -> str:
+        """Return the name of a screen in the table."""
+        return next((name for name, (_, _, where) in SCREENS.items() if where.endswith(f":{type(screen).__name__}")), "")
+
+    def _leave(self) -> None:
+        """End the run, keep its data, and go."""
+        self.stop_run()
+        self.exit()
+
+    def stop_run(self, patience: float = 10.0) -> None:
+        """Stop the run under way, if there is one, and wait until its data are kept."""
+        live = self.workbench.live
+        if live is not None:
+            live.stop()
+            live.wait(patience)
+
+    async def action_quit(self) -> None:
+        """Leave; a run under way is stopped and kept."""
+        self._leave()
+
+    def action_run_or_stop(self) -> None:
+        """Run what stands on the bench, or stop the run under way."""
+        live = self.workbench.live
+        if live is not None:
+            live.stop()
+            return
+        try:
+            started = self.workbench.new_run()
+        except (LatheSimError, OSError) as error:
+            self.notify(str(error), severity="error", timeout=12.0, markup=False)
+            return
+        self.run_worker(partial(started.run, self.workbench.registry), thread=True, group="run", exit_on_error=False)
+        if self.current_mode != "bench":
+            self.switch_mode("bench")
+
+    def run_has_ended(self, live: LiveRun) -> None:
+        """Tell the screens, and the person where something broke."""
+        if live.fault or (live.kept is not None and live.kept.failure):
+            sentence = live.fault or (live.kept.failure if live.kept is not None else "")
+            self.notify(sentence, severity="error", timeout=max(8.0, len(sentence) / 12.0), markup=False)
+        self.workbench.tell(RUNS)
+
+    def action_undo(self) -> None:
+        """Take the last change back."""
+        if not self.workbench.undo():
+            self.notify("There is nothing to undo.")
+
+    def action_redo(self) -> None:
+        """Make an undone change again."""
+        if not self.workbench.redo():
+            self.notify("There is nothing to redo.")

@@ -1,0 +1,1 @@
+"""Pictures in characters, drawn with numpy; nothing here imports Textual."""

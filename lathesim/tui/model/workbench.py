@@ -1,0 +1,177 @@
+"""The workbench: the registry, the setup with its undo, the runs made and opened, and who wants to hear of changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from lathesim.errors import LatheSimError, LessonError
+from lathesim.lessons.kept_run import RUNS_FOLDER
+from lathesim.lessons.lesson import Lesson, load_lesson
+from lathesim.lessons.simulate import Prepared
+from lathesim.plugins import Registry
+from lathesim.record import Record, load
+from lathesim.tui.model.history import History
+from lathesim.tui.model.live_run import LiveRun
+from lathesim.tui.model.setup import Setup
+
+SETUP, RUN, RUNS, REGISTRY = "setup", "run", "runs", "registry"
+"""What changed, as listeners are told: the setup, the run under way, the list of runs, the parts at hand."""
+
+
+@dataclass
+class BenchRun:
+    """A run of this session, or an older record that was opened."""
+
+    title: str
+    path: Path
+    setup: Setup | None = None
+    live: LiveRun | None = None
+    loaded: Record | None = None
+
+    def record(self) -> Record:
+        """Return the record, from memory where it is there, else from its file; :class:`RecordError` where that cannot be read."""
+        if self.live is not None and (self.live.kept is not None or not self.live.is_over):
+            return self.live.record()
+        if self.loaded is None:
+            self.loaded = load(self.path)
+        return self.loaded
+
+
+class Workbench:
+    """What stands on the bench. Every change goes through a method here, so that all screens hear of it."""
+
+    def __init__(self, load_registry: Callable[[], Registry]) -> None:
+        self._load_registry = load_registry
+        self.registry = load_registry()
+        self.history: History | None = None
+        self.runs: list[BenchRun] = []
+        self.shown: BenchRun | None = None
+        self.pace = 0.0
+        self._listeners: list[Callable[[str], None]] = []
+        self._prepared: tuple[Setup, Prepared | None, str] | None = None
+
+    def listen(self, listener: Callable[[str], None]) -> Callable[[], None]:
+        """Tell ``listener`` what changed from now on; returns what ends that."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
+
+    def tell(self, what: str) -> None:
+        """Tell the listeners that something changed."""
+        for listener in list(self._listeners):
+            listener(what)
+
+    @property
+    def setup(self) -> Setup | None:
+        """The setup on the bench; None before a lesson is opened."""
+        return self.history.present if self.history is not None else None
+
+    @property
+    def live(self) -> LiveRun | None:
+        """The run under way, or None."""
+        found = self.runs[-1].live if self.runs else None
+        return found if found is not None and not found.is_over else None
+
+    def open_lesson(self, lesson: str | Path | Lesson, variant: str | None = None) -> None:
+        """Put a lesson on the bench, its first variant where none is asked for; raises what :func:`load_lesson` raises."""
+        found = lesson if isinstance(lesson, Lesson) else load_lesson(lesson)
+        chosen = variant if variant is not None else next(iter(found.variants), None)
+        setup = Setup(found, chosen)
+        if self.history is None:
+            self.history = History(setup)
+        else:
+            self.history.change(setup)
+        self.shown = None
+        self.tell(SETUP)
+
+    def open_record(self, path: Path) -> BenchRun:
+        """Open an older record; raises :class:`RecordError`."""
+        run = BenchRun(path.stem, path, loaded=load(path))
+        self.runs.insert(len(self.runs) - 1 if self.live is not None else len(self.runs), run)
+        self.shown = run
+        self.tell(RUNS)
+        return run
+
+    def change(self, setup: Setup) -> None:
+        """Put a changed setup on the bench; :meth:`undo` takes it back."""
+        if self.history is None or setup == self.history.present:
+            return
+        self.history.change(setup)
+        self.tell(SETUP)
+
+    def undo(self) -> bool:
+        """Take the last change back; False where there is none."""
+        return self._moved(self.history is not None and self.history.undo())
+
+    def redo(self) -> bool:
+        """Make an undone change again; False where there is none."""
+        return self._moved(self.history is not None and self.history.redo())
+
+    def _moved(self, done: bool) -> bool:
+        if done:
+            self.tell(SETUP)
+        return done
+
+    def prepared(self) -> Prepared:
+        """Return the setup assembled and wired, made once for each setup; raises :class:`LatheSimError` where it cannot be."""
+        setup = self.setup
+        if setup is None:
+            raise LessonError("there is no lesson on the bench.", remedy="Choose one.")
+        if self._prepared is None or self._prepared[0] is not setup:
+            try:
+                self._prepared = setup, setup.prepared(self.registry), ""
+            except LatheSimError as error:
+                self._prepared = setup, None, str(error)
+                raise
+        _, prepared, fault = self._prepared
+        if prepared is None:
+            raise LatheSimError(fault)
+        return prepared
+
+    def fault(self) -> str:
+        """Return why the setup cannot run, in one message; empty where it can."""
+        try:
+            self.prepared()
+        except LatheSimError as error:
+            return str(error)
+        return ""
+
+    def reload_plugins(self) -> None:
+        """Read the plug-ins again and work with them from now on."""
+        self.registry = self._load_registry()
+        self._prepared = None
+        self.tell(REGISTRY)
+
+    def new_run(self) -> LiveRun:
+        """Return a run of the setup, ready for a thread to call its ``run``; raises :class:`LatheSimError` where the setup cannot run."""
+        setup, prepared = self.setup, self.prepared()
+        assert setup is not None
+        if self.live is not None:
+            raise LessonError("a run is under way.", remedy="Stop it first.")
+        path = _free_path(RUNS_FOLDER / setup.lesson.name)
+        live = LiveRun(prepared, path, title=f"{path.stem} {setup.summary}", seed=setup.seed, pace=self.pace)
+        if setup.needs_file:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.with_suffix(".yaml").write_text(setup.lesson_text(path.parent), encoding="utf-8")
+        run = BenchRun(live.title, path, setup, live)
+        self.runs.append(run)
+        self.shown = run
+        self.tell(RUN)
+        return live
+
+    def command(self) -> str:
+        """Return the command that runs the setup on the bench; after a run the one that makes its record again."""
+        setup = self.setup
+        if setup is None:
+            return "lathesim lessons"
+        shown = self.shown
+        if shown is not None and shown.setup is setup:
+            return setup.command(out=shown.path, file=shown.path.with_suffix(".yaml"))
+        return setup.command()
+
+
+def _free_path(folder: Path) -> Path:
+    """Return the next free numbered record in a folder: no run takes the place of an older one."""
+    numbers = [int(path.stem) for path in folder.glob("*.h5") if path.stem.isdigit()] if folder.is_dir() else []
+    return folder / f"{max(numbers, default=0) + 1:03d}.h5"

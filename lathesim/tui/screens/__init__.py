@@ -1,0 +1,1 @@
+"""Screens, one a file; ``app`` imports each when it is first shown."""

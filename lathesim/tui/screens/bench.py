@@ -1,0 +1,323 @@
+"""The bench: the part is turned before one's eyes, with what the machine does beside it."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterable
+from dataclasses import replace
+
+from textual import on
+from textual.binding import Binding
+from textual.containers import Horizontal, Vertical
+from textual.widget import Widget
+from textual.widgets import Label, ProgressBar, Select, Static
+
+from lathesim.analysis.metric import find_channel
+from lathesim.record import Record
+from lathesim.tui.drawing.lathe_scene import LatheScene, Motion, scene_of_case, scene_of_record
+from lathesim.tui.drawing.readings import program_line, readings
+from lathesim.tui.model.goals import goal_text
+from lathesim.tui.model.program_text import program_lines
+from lathesim.tui.model.workbench import RUN, RUNS, SETUP
+from lathesim.tui.screens.workbench_screen import WorkbenchScreen
+from lathesim.tui.widgets.lathe_view import LatheView
+from lathesim.tui.widgets.program_listing import ProgramListing
+from lathesim.tui.widgets.read_outs import ReadOuts
+from lathesim.tui.widgets.slider import Slider
+from lathesim.tui.widgets.time_plot import Curve, TimePlot
+
+GAINS = (1.0, 10.0, 30.0, 100.0, 1000.0)
+ZOOMS = (0.0, 10e-3, 2e-3)
+PACES = (0.0, 1.0, 4.0, 0.25)
+RATES = (10.0, 4.0, 1.0, 0.0)
+"""Choices a key goes through: error magnifier, width around the tip [m], simulated seconds a second, pictures a second."""
+_REPLAY_TIME = 12.0
+"""Seconds in which a run is played again where the pace is as fast as possible."""
+_FIRST_CHANNELS = ("contour.contour_error", ".contour_error", ".following_error", ".error")
+
+
+class BenchScreen(WorkbenchScreen):
+    """Runs the setup and plays runs again."""
+
+    BINDINGS = [
+        Binding("space", "play(1)", "Play"),
+        Binding("b", "play(-1)", "Backwards"),
+        Binding("m", "next_gain", "Magnify error"),
+        Binding("z", "next_zoom", "Zoom"),
+        Binding("d", "diameter", "Radius/Ø"),
+        Binding("p", "next_pace", "Pace"),
+        Binding("f", "next_rate", "Pictures/s"),
+        Binding("c", "channels", "Channels"),
+    ]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._scene: LatheScene | None = None
+        self._record: Record | None = None
+        self._motion: Motion | None = None
+        self._sample = 0
+        self._channels: tuple[str, ...] = ()
+        self._playing = 0
+        self._played_at = 0.0
+        self._rate = RATES[0]
+        self._drawn_at = 0.0
+
+    def compose_body(self) -> Iterable[Widget]:
+        """Give the lathe view and the plot at the left, the lesson, read-outs and listing at the right."""
+        with Horizontal(id="bench"):
+            with Vertical(id="pictures"):
+                yield LatheView(id="lathe")
+                yield TimePlot(id="plot")
+                with Horizontal(id="transport"):
+                    yield Label("", id="playing")
+                    yield Slider(id="slider")
+            with Vertical(id="beside"):
+                yield Static("", id="title", markup=False)
+                yield Select[str]([], prompt="Variant", id="variant", compact=True)
+                yield ReadOuts("", id="readings")
+                yield ProgramListing(id="listing")
+                yield Static("", id="result", markup=False)
+                yield ProgressBar(id="progress", show_eta=True, total=100.0)
+
+    def on_mount(self) -> None:
+        """Begin to look at the run under way."""
+        super().on_mount()
+        self.query_one(LatheView).border_title = "Half section"
+        self.set_interval(0.05, self._tick)
+
+    def show_changes(self, changed: set[str]) -> None:
+        """Show the setup and the run."""
+        if SETUP in changed:
+            self._show_setup()
+        if changed & {SETUP, RUN, RUNS}:
+            self._take_run()
+        self._draw()
+
+    def _show_setup(self) -> None:
+        setup = self.workbench.setup
+        if setup is None:
+            return
+        self.query_one("#title", Static).update(setup.lesson.title)
+        select = self.query_one("#variant", Select)
+        select.display = bool(setup.lesson.variants)
+        variants = setup.lesson.settings.variants
+        with self.prevent(Select.Changed):
+            select.set_options([(f"{name}: {variants[name].text}" if variants[name].text else name, name) for name in variants])
+            if setup.variant is not None:
+                select.value = setup.variant
+        fault = self.workbench.fault()
+        self.query_one("#result", Static).update(fault)
+        if not fault:
+            prepared = self.workbench.prepared()
+            self.query_one(ProgramListing).show(program_lines(prepared.case.program))
+
+    def _take_run(self) -> None:
+        """Take over the run that is shown, or the machine before its first run."""
+        shown = self.workbench.shown
+        self._record = self._motion = self._scene = None
+        self._playing = 0
+        if shown is None:
+            if not self.workbench.fault():
+                self._scene = scene_of_case(self.workbench.prepared())
+            self._sample = 0
+            return
+        if shown.live is not None:
+            self._scene = scene_of_case(shown.live.case)
+        try:
+            self._follow(shown.record())
+        except Exception as error:
+            if not hasattr(error, "remedy"):
+                raise
+            self.tell_fault(str(error))
+            return
+        if self._scene is None and self._record is not None:
+            self._scene = scene_of_record(self._record)
+
+    def _follow(self, record: Record) -> None:
+        """Take what was simulated by now and stand at its end."""
+        self._record = record
+        self._motion = Motion.of(record)
+        self._sample = len(record)
+        if not self._channels or not any(name in record for name in self._channels):
+            first = find_channel(record, *_FIRST_CHANNELS) or next(iter(record), None)
+            self._channels = (first,) if first else ()
+
+    def _tick(self) -> None:
+        """Draw the run under way, or the run that is played again."""
+        if not self.is_current:
+            return
+        now = clock.monotonic()
+        shown = self.workbench.shown
+        live = shown.live if shown is not None else None
+        if live is not None and self._record is not None and self._record.status == "running":
+            if live.is_over:
+                self._end_of_run()
+            elif self._rate > 0.0 and now - self._drawn_at >= 1.0 / self._rate - 0.01:
+                self._follow(live.record())
+                self._draw()
+            elif self._rate == 0.0:
+                self._show_progress()
+        elif self._playing and self._record is not None:
+            self._play_on(now)
+
+    def _end_of_run(self) -> None:
+        shown = self.workbench.shown
+        assert shown is not None and shown.live is not None
+        live = shown.live
+        if live.kept is not None:
+            self._follow(live.kept.record)
+        elif self._record is not None:
+            self._follow(live.record().with_meta(status="not kept"))
+        self._draw()
+        self.lathesim.run_has_ended(live)
+        self.query_one("#result", Static).update(self._result())
+        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+
+    def _result(self) -> str:
+        shown = self.workbench.shown
+        if shown is None or shown.live is None:
+            return ""
+        live = shown.live
+        if live.kept is None:
+            return live.fault
+        kept = live.kept
+        words = [kept.failure or kept.nothing_cut or f"{'Stopped' if kept.stopped else 'Done'}: {kept.path}"]
+        for goal in kept.goals:
+            words.append(goal_text(goal))
+        return "\n".join(words)
+
+    def _play_on(self, now: float) -> None:
+        record = self._record
+        assert record is not None
+        pace = self.workbench.pace or float(record.time[-1] - record.time[0]) / _REPLAY_TIME
+        if self._rate > 0.0 and now - self._played_at < 1.0 / self._rate - 0.01:
+            return
+        time = record.time[min(self._sample, len(record)) - 1] + self._playing * pace * (now - self._played_at)
+        self._played_at = now
+        sample = int(record.time.searchsorted(time, side="right"))
+        self._sample = min(max(sample, 1), len(record))
+        if self._sample in (1, len(record)):
+            self._playing = 0
+        self._draw()
+
+    def _draw(self) -> None:
+        """Draw all views at the sample that is looked at."""
+        self._drawn_at = clock.monotonic()
+        lathe = self.query_one(LatheView)
+        if self._scene is not None:
+            lathe.show(self._scene, self._motion, self._sample)
+        self._show_progress()
+        record = self._record
+        plot = self.query_one(TimePlot)
+        if record is None or not len(record):
+            plot.show([])
+            self.query_one(ReadOuts).show([])
+            self.query_one(ProgramListing).mark(None)
+            return
+        sample = max(0, min(self._sample, len(record)) - 1)
+        is_live = record.status == "running"
+        end = self._expected_end() if is_live else float(record.time[-1])
+        cursor = None if sample >= len(record) - 1 else float(record.time[sample])
+        plot.show([Curve(record, name) for name in self._channels], span=(0.0, max(end, 1e-3)), cursor=cursor, fit_to_feed=True)
+        self.query_one(ReadOuts).show(readings(record, sample, as_diameter=lathe.view.as_diameter))
+        self.query_one(ProgramListing).mark(program_line(record, sample))
+        with self.prevent(Slider.Moved):
+            self.query_one(Slider).value = sample / max(1, len(record) - 1)
+
+    def _expected_end(self) -> float:
+        shown = self.workbench.shown
+        live = shown.live if shown is not None else None
+        if live is None:
+            return 0.0
+        return max(live.case.expected_time or 0.0, live.time)
+
+    def _show_progress(self) -> None:
+        shown = self.workbench.shown
+        live = shown.live if shown is not None else None
+        bar = self.query_one(ProgressBar)
+        share = 0.0 if live is None else 1.0 if live.is_over else live.share
+        bar.update(total=100.0 if share is not None else None, progress=100.0 * (share or 0.0))
+        pace = f"x{self.workbench.pace:g}" if self.workbench.pace else "fast"
+        sign = {1: "▶", -1: "◀", 0: "■"}[self._playing]
+        under_way = live is not None and not live.is_over
+        rate = f"{self._rate:g}/s" if self._rate else "not drawn"
+        self.query_one("#playing", Label).update(f"{'●' if under_way else sign} {pace} {rate} ")
+
+    @on(Select.Changed, "#variant")
+    def _choose_variant(self, event: Select.Changed) -> None:
+        setup = self.workbench.setup
+        if setup is not None and isinstance(event.value, str):
+            self.workbench.shown = None if self.workbench.live is None else self.workbench.shown
+            self.workbench.change(setup.with_variant(event.value))
+
+    @on(Slider.Moved)
+    def _go_to(self, event: Slider.Moved) -> None:
+        if self._record is not None and len(self._record):
+            self._playing = 0
+            self._sample = 1 + round(event.value * (len(self._record) - 1))
+            self._draw()
+
+    def action_play(self, direction: int) -> None:
+        """Play the run again, or hold."""
+        record = self._record
+        if record is None or len(record) < 2 or record.status == "running":
+            self.notify("Run first: there is nothing to play again.", severity="warning")
+            return
+        self._playing = 0 if self._playing == direction else direction
+        if self._playing > 0 and self._sample >= len(record):
+            self._sample = 1
+        self._played_at = clock.monotonic()
+        self._draw()
+
+    def action_next_gain(self) -> None:
+        """Magnify the error more, or not at all."""
+        lathe = self.query_one(LatheView)
+        lathe.view = replace(lathe.view, gain=_next(GAINS, lathe.view.gain))
+
+    def action_next_zoom(self) -> None:
+        """Go nearer to the tip, or show all."""
+        lathe = self.query_one(LatheView)
+        lathe.view = replace(lathe.view, zoom=_next(ZOOMS, lathe.view.zoom))
+
+    def action_diameter(self) -> None:
+        """Label X as a diameter, or as a radius again."""
+        lathe = self.query_one(LatheView)
+        lathe.view = replace(lathe.view, as_diameter=not lathe.view.as_diameter)
+        self._draw()
+
+    def action_next_pace(self) -> None:
+        """Simulate as fast as possible, at real time, four times as fast, or slower."""
+        self.workbench.pace = _next(PACES, self.workbench.pace)
+        if self.workbench.live is not None:
+            self.workbench.live.pace = self.workbench.pace
+        self._show_progress()
+
+    def action_next_rate(self) -> None:
+        """Draw the run ten, four, or one time a second, or not before its end."""
+        self._rate = _next(RATES, self._rate)
+        self._show_progress()
+
+    def action_channels(self) -> None:
+        """Choose what the plot shows."""
+        from lathesim.tui.screens.channel_choice import ChannelChoice
+
+        record = self._record
+        if record is None:
+            if self.workbench.fault():
+                self.tell_fault(self.workbench.fault())
+                return
+            plan = self.workbench.prepared().plan
+            known = {name: (plan.unit(name), plan.doc(name)) for name in plan.channels}
+        else:
+            known = {name: (channel.unit, channel.description) for name, channel in record.channels.items()}
+        self.app.push_screen(ChannelChoice(known, self._channels), self._take_channels)
+
+    def _take_channels(self, chosen: tuple[str, ...] | None) -> None:
+        if chosen:
+            self._channels = chosen
+            self._draw()
+
+
+def _next(choices: tuple[float, ...], present: float) -> float:
+    place = choices.index(present) if present in choices else -1
+    return choices[(place + 1) % len(choices)]

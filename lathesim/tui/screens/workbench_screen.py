@@ -1,0 +1,92 @@
+"""What all screens share: the workbench, what changed on it since they were last looked at, the command and the keys at the bottom."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, cast
+
+from textual.app import ComposeResult
+from textual.screen import Screen
+from textual.widget import Widget
+from textual.widgets import Footer
+
+from lathesim.tui.model.workbench import REGISTRY, RUN, RUNS, SETUP, Workbench
+from lathesim.tui.widgets.command_line import CommandLine
+from lathesim.tui.widgets.navigation_bar import NavigationBar
+
+if TYPE_CHECKING:
+    from lathesim.tui.app import LathesimApp
+
+
+class WorkbenchScreen(Screen[None]):
+    """A screen over the workbench. It fills itself in :meth:`show_changes`, called when it is looked at and something changed."""
+
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (110, "-wide")]
+    VERTICAL_BREAKPOINTS = [(0, "-low"), (36, "-high")]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._stale = {SETUP, RUN, RUNS, REGISTRY}
+        self._forget: Callable[[], None] | None = None
+
+    @property
+    def lathesim(self) -> LathesimApp:
+        """The app."""
+        return cast("LathesimApp", self.app)
+
+    @property
+    def workbench(self) -> Workbench:
+        """The model all screens read."""
+        return self.lathesim.workbench
+
+    def compose(self) -> ComposeResult:
+        """Give the screens there are, the body, the command and the keys."""
+        from lathesim.tui.app import navigation
+
+        yield NavigationBar(navigation(), self.lathesim.mode_of(self))
+        yield from self.compose_body()
+        yield CommandLine(id="command")
+        yield Footer(show_command_palette=True)
+
+    def compose_body(self) -> Iterable[Widget]:
+        """Give the widgets of the screen."""
+        raise NotImplementedError
+
+    def show_changes(self, changed: set[str]) -> None:
+        """Show what changed: of ``SETUP``, ``RUN``, ``RUNS``, ``REGISTRY``."""
+        raise NotImplementedError
+
+    def on_mount(self) -> None:
+        """Listen to the workbench."""
+        self._forget = self.workbench.listen(self._hear)
+        self.call_after_refresh(self._update)
+
+    def on_unmount(self) -> None:
+        """Stop listening."""
+        if self._forget is not None:
+            self._forget()
+
+    def on_screen_resume(self) -> None:
+        """Show what changed while another screen was looked at."""
+        self._update()
+
+    def _hear(self, what: str) -> None:
+        self._stale.add(what)
+        if self.is_current:
+            self.call_later(self._update)
+
+    def _update(self) -> None:
+        if not self._stale or not self.is_mounted:
+            return
+        changed, self._stale = self._stale, set()
+        self.show_changes(changed)
+        self.query_one(NavigationBar).show_running(self.workbench.live is not None)
+        self.query_one(CommandLine).show(self.command())
+
+    def command(self) -> str:
+        """Return the command that does what this screen does; that of the bench unless a screen has its own."""
+        return self.workbench.command()
+
+    def tell_fault(self, sentence: str, **further: Any) -> None:
+        """Show a sentence about what is at fault, in place, for as long as it takes to read."""
+        self.notify(sentence, severity="error", timeout=max(6.0, len(sentence) / 12.0), markup=False, **further)

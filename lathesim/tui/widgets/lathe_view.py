@@ -1,0 +1,115 @@
+"""The lathe view: the half section of the part while it is turned."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.segment import Segment
+from rich.style import Style
+from textual.strip import Strip
+from textual.widget import Widget
+
+from lathesim.tui.drawing.lathe_picture import ACTUAL, EDGE, LABEL, NOTHING, REFERENCE, TOOL, Picture, View, draw
+from lathesim.tui.drawing.lathe_scene import LatheScene, Motion
+
+_CLASSES = {
+    NOTHING: "lathe--label",
+    REFERENCE: "lathe--reference",
+    ACTUAL: "lathe--actual",
+    TOOL: "lathe--tool",
+    LABEL: "lathe--label",
+    EDGE: "lathe--edge",
+}
+
+
+class LatheView(Widget):
+    """Shows a scene and the motion up to a sample; drawn anew when :meth:`show` is called or the size changes."""
+
+    COMPONENT_CLASSES = {"lathe--material", "lathe--edge", "lathe--reference", "lathe--actual", "lathe--tool", "lathe--label"}
+    DEFAULT_CSS = """
+    LatheView {
+        background: $surface;
+        & > .lathe--material { background: $primary-darken-2; color: $text; }
+        & > .lathe--edge { color: $primary-darken-2; }
+        & > .lathe--reference { color: $warning; }
+        & > .lathe--actual { color: $success; text-style: bold; }
+        & > .lathe--tool { color: $error; text-style: bold; }
+        & > .lathe--label { color: $foreground; }
+    }
+    """
+
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._scene = LatheScene(None, np.empty(0), np.empty(0))
+        self._motion: Motion | None = None
+        self._until = 0
+        self._view = View()
+        self._picture: Picture | None = None
+
+    @property
+    def view(self) -> View:
+        """How the scene is looked at."""
+        return self._view
+
+    @view.setter
+    def view(self, view: View) -> None:
+        self._view = view
+        self._draw_anew()
+
+    @property
+    def picture(self) -> Picture | None:
+        """The picture as it was last drawn; None where there is no room for one."""
+        if self._picture is None and self.size.width > 0 and self.size.height > 0 and not self._scene.is_empty:
+            self._picture = draw(self._scene, self._motion, self._until, self.size.width, self.size.height, self._view)
+        return self._picture
+
+    def show(self, scene: LatheScene, motion: Motion | None = None, until: int | None = None) -> None:
+        """Show a scene with the motion up to a sample, the last where it is left out."""
+        self._scene, self._motion = scene, motion
+        self._until = len(motion) if motion is not None and until is None else until or 0
+        self._draw_anew()
+
+    def notify_style_update(self) -> None:
+        """Draw anew in the colours of another theme."""
+        super().notify_style_update()
+        self._draw_anew()
+
+    def on_resize(self) -> None:
+        """Draw anew in another size."""
+        self._draw_anew()
+
+    def _draw_anew(self) -> None:
+        self._picture = None
+        if self.is_attached:
+            self.border_subtitle = self._legend()
+            self.refresh()
+
+    def _legend(self) -> str:
+        picture = self.picture
+        if picture is None:
+            return ""
+        measure = "diameter" if self._view.as_diameter else "radius"
+        gain = f", error x{self._view.gain:g}" if self._view.gain != 1.0 else ""
+        return f"X as {measure}, dot {picture.dot * 1e3:.2g} mm{gain}"
+
+    def render_line(self, y: int) -> Strip:
+        """Return one row of the picture."""
+        picture = self.picture
+        width = self.size.width
+        ground = self.rich_style
+        if picture is None or y >= picture.text.shape[0] or picture.text.shape[1] != width:
+            words = "This machine turns no part." if self._scene.is_empty and y == self.size.height // 2 else ""
+            return Strip([Segment(words[:width].center(width), ground)], width)
+        layer, material, text = picture.layer[y], picture.material[y], picture.text[y]
+        kind = layer * 2 + material
+        begins = np.flatnonzero(np.append(True, np.diff(kind) != 0))
+        ends = np.append(begins[1:], width)
+        segments = []
+        for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
+            style = self._style(int(layer[begin]), bool(material[begin]), ground)
+            segments.append(Segment("".join(text[begin:end]), style))
+        return Strip(segments, width)
+
+    def _style(self, layer: int, material: bool, ground: Style) -> Style:
+        background = self.get_component_rich_style("lathe--material", partial=True).bgcolor if material else ground.bgcolor
+        colour = self.get_component_rich_style(_CLASSES[layer], partial=True)
+        return Style(color=colour.color, bgcolor=background, bold=colour.bold)

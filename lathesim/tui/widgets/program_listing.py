@@ -1,0 +1,99 @@
+"""The listing of a part program, with the line in work marked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.segment import Segment
+from textual.binding import Binding
+from textual.geometry import Size
+from textual.message import Message
+from textual.scroll_view import ScrollView
+from textual.strip import Strip
+
+
+class ProgramListing(ScrollView, can_focus=True):
+    """Shows numbered lines; the line in work has an arrow and a bar. The line under the cursor may be asked for (:class:`LineChosen`)."""
+
+    COMPONENT_CLASSES = {"listing--number", "listing--line", "listing--work"}
+    DEFAULT_CSS = """
+    ProgramListing {
+        background: $surface;
+        & > .listing--number { color: $text-muted; }
+        & > .listing--line { color: $foreground; }
+        & > .listing--work { background: $accent; color: $background; text-style: bold; }
+    }
+    """
+    BINDINGS = [
+        Binding("up", "move(-1)", "Line up", show=False),
+        Binding("down", "move(1)", "Line down", show=False),
+        Binding("pageup", "move(-10)", "Page up", show=False),
+        Binding("pagedown", "move(10)", "Page down", show=False),
+    ]
+
+    class LineChosen(Message):
+        """The cursor went to another line, counted from 1."""
+
+        def __init__(self, line: int) -> None:
+            super().__init__()
+            self.line = line
+
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self.lines: list[str] = []
+        self.line: int | None = None
+
+    def show(self, lines: Sequence[str]) -> None:
+        """Show the lines of a program."""
+        if list(lines) == self.lines:
+            return
+        self.lines = list(lines)
+        self.line = None
+        widest = max((len(line) for line in self.lines), default=0)
+        self.virtual_size = Size(widest + self._digits + 3, len(self.lines))
+        self.scroll_to(0, 0, animate=False)
+        self.refresh()
+
+    def mark(self, line: int | None) -> None:
+        """Mark the line in work, counted from 1, and bring it into view."""
+        if line == self.line:
+            return
+        self.line = line
+        if line is not None:
+            above, height = self.scroll_offset.y, self.size.height
+            if not above <= line - 1 < above + height:
+                self.scroll_to(y=max(0, line - 1 - height // 3), animate=False)
+        self.refresh()
+
+    @property
+    def _digits(self) -> int:
+        return len(str(max(len(self.lines), 1)))
+
+    def action_move(self, lines: int) -> None:
+        """Move the cursor and tell."""
+        self._choose((self.line or 0) + lines)
+
+    def on_click(self, event: object) -> None:
+        """Choose the line that was clicked."""
+        self._choose(int(getattr(event, "y", 0)) + self.scroll_offset.y + 1)
+
+    def _choose(self, line: int) -> None:
+        if not self.lines:
+            return
+        self.mark(max(1, min(len(self.lines), line)))
+        assert self.line is not None
+        self.post_message(self.LineChosen(self.line))
+
+    def render_line(self, y: int) -> Strip:
+        """Return one row of the listing."""
+        left, top = self.scroll_offset
+        row = top + y
+        width = self.size.width
+        if row >= len(self.lines):
+            return Strip.blank(width, self.rich_style)
+        in_work = row + 1 == self.line
+        number = f"{'>' if in_work else ' '}{row + 1:>{self._digits}} "
+        style = self.get_component_rich_style("listing--work" if in_work else "listing--line")
+        number_style = style if in_work else self.get_component_rich_style("listing--number")
+        strip = Strip([Segment(number, number_style), Segment(self.lines[row], style)])
+        return strip.crop_extend(left, left + width, style if in_work else self.rich_style)

@@ -1,0 +1,133 @@
+"""A plot over time of chosen channels of one or more records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from textual.binding import Binding
+from textual_plot import HiResMode, LegendLocation, PlotWidget
+
+from lathesim.analysis.display_unit import display_unit
+from lathesim.analysis.metric import find_channel
+from lathesim.record import FloatArray, Record
+from lathesim.tui.drawing.envelope import envelope
+
+_COLOURS = ("green", "yellow", "cyan", "magenta", "red", "blue")
+_MODES = (HiResMode.BRAILLE, HiResMode.QUADRANT, HiResMode.HALFBLOCK)
+_LOW = 12
+"""Rows below which the margins are made smaller."""
+_ROOM = 0.05
+"""Share of the range of values that stays free above and below."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A channel of a record, with the words for the legend; ``until`` bounds the samples shown."""
+
+    record: Record
+    channel: str
+    title: str = ""
+    until: int | None = None
+
+
+class TimePlot(PlotWidget, inherit_bindings=False):
+    """Draws curves, each thinned to the width of the widget; the legend names channel and unit.
+
+    Curves differ in colour and in the shape of their dots. Zoom with + and - or the wheel, pan with the arrows or the mouse, ``r`` resets.
+    """
+
+    BINDINGS = [
+        Binding("+,equals_sign", "zoom_in", "Zoom in", show=False),
+        Binding("-", "zoom_out", "Zoom out", show=False),
+        Binding("ctrl+left", "zoom_x_out", "Wider in time", show=False),
+        Binding("ctrl+right", "zoom_x_in", "Nearer in time", show=False),
+        Binding("ctrl+up", "zoom_y_in", "Nearer in value", show=False),
+        Binding("ctrl+down", "zoom_y_out", "Wider in value", show=False),
+        Binding("left", "pan_left", "Earlier", show=False),
+        Binding("right", "pan_right", "Later", show=False),
+        Binding("up", "pan_up", "Up", show=False),
+        Binding("down", "pan_down", "Down", show=False),
+        Binding("r", "reset_scales", "Reset", show=False),
+    ]
+
+    def on_resize(self) -> None:
+        """Give the curves as much room as there is."""
+        low = self.size.height < _LOW
+        self.margin_top, self.margin_bottom, self.margin_left = (1, 2, 9) if low else (2, 3, 10)
+
+    def show(
+        self,
+        curves: Sequence[Curve],
+        *,
+        span: tuple[float, float] | None = None,
+        cursor: float | None = None,
+        fit_to_feed: bool = False,
+        keep_zoom: bool = False,
+    ) -> None:
+        """Draw curves. ``span`` [s] bounds the time axis; ``cursor`` [s] stands as a line.
+
+        With ``fit_to_feed`` the value axis spans what happened in the cut, or else in blocks run at feed, where the record tells; rapid
+        moves may leave the frame. ``keep_zoom`` leaves the axes as a person has set them.
+        """
+        if not self.is_mounted:
+            return
+        with self.app.batch_update():
+            self.clear()
+            units, low, high = [], [], []
+            for place, curve in enumerate(curve for curve in curves if curve.channel in curve.record):
+                drawn = _scaled(curve, max(10, 2 * (self.size.width - self.margin_left)), fit_to_feed)
+                if drawn is None:
+                    continue
+                units.append(drawn.unit)
+                low.append(drawn.low)
+                high.append(drawn.high)
+                colour, mode = _COLOURS[place % len(_COLOURS)], _MODES[place % len(_MODES)]
+                label = f"{curve.title or curve.channel} [{drawn.unit or '1'}]"
+                self.plot(drawn.time, drawn.values, line_style=colour, hires_mode=mode, label=label)
+            if not keep_zoom:
+                self._fit(span, (min(low), max(high)) if low else None)
+            self.set_xlabel("t / s")
+            self.set_ylabel(units[0] or "1" if len(set(units)) == 1 else "")
+            if cursor is not None and units:
+                self.add_v_line(cursor, line_style="white")
+            self.show_legend(LegendLocation.TOPRIGHT, is_visible=bool(units))
+
+    def _fit(self, span: tuple[float, float] | None, values: tuple[float, float] | None) -> None:
+        self.set_xlimits(*(span or (None, None)))
+        if values is None:
+            self.set_ylimits(None, None)
+            return
+        low, high = values
+        room = _ROOM * (high - low) or abs(high) or 1.0
+        self.set_ylimits(low - room, high + room)
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    time: FloatArray
+    values: FloatArray
+    unit: str
+    low: float
+    high: float
+
+
+def _scaled(curve: Curve, columns: int, fit_to_feed: bool) -> _Drawn | None:
+    """Return a curve in its display unit, thinned; None where it has no finite value."""
+    record = curve.record
+    values, time = record[curve.channel][: curve.until], record.time[: curve.until]
+    finite = np.isfinite(values)
+    seen = finite
+    for sign in (".engaged", ".cutting_block") if fit_to_feed else ():
+        name = find_channel(record, sign)
+        there = finite & (record[name][: curve.until] > 0.5) if name is not None else finite
+        if name is not None and there.any():
+            seen = there
+            break
+    if not seen.any():
+        return None
+    low, high = float(values[seen].min()), float(values[seen].max())
+    factor, unit = display_unit(record.unit(curve.channel), max(abs(low), abs(high)))
+    thin_time, thin = envelope(time, values, columns)
+    return _Drawn(thin_time, thin / factor, unit, low / factor, high / factor)

@@ -1,0 +1,43 @@
+"""The app driven as a person drives it: in a folder of its own, at the size of a terminal."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+
+from textual.pilot import Pilot
+
+from lathesim.cli.tui import make_app
+from lathesim.tui.app import LathesimApp
+
+PATIENCE = 30.0
+
+
+@asynccontextmanager
+async def opened(
+    lesson_or_record: str | None = None, *, size: tuple[int, int] = (120, 36)
+) -> AsyncIterator[tuple[LathesimApp, Pilot[None]]]:
+    """Open the app; leaves it at the end, whatever happened."""
+    app = make_app(lesson_or_record)
+    async with app.run_test(size=size) as pilot:
+        await pilot.pause()
+        yield app, pilot
+        app.stop_run()
+
+
+async def until(pilot: Pilot[None], holds: Callable[[], bool], what: str) -> None:
+    """Wait until something holds; fails after ``PATIENCE`` seconds."""
+    end = asyncio.get_running_loop().time() + PATIENCE
+    while not holds():
+        assert asyncio.get_running_loop().time() < end, f"{what} did not come"
+        await pilot.pause(0.05)
+    await pilot.pause()
+
+
+async def run_to_end(app: LathesimApp, pilot: Pilot[None]) -> None:
+    """Press F5 and wait until the run has ended and its result is shown."""
+    before = len(app.workbench.runs)
+    await pilot.press("f5")
+    await until(pilot, lambda: len(app.workbench.runs) > before and app.workbench.live is None, "the end of the run")
+    await pilot.pause(0.3)

@@ -1,0 +1,111 @@
+"""The bench: run, stop, play again, magnify; the same run as the command gives."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from textual.widgets import Select, Static
+
+from lathesim.cli.main import run_command_line
+from lathesim.record import load
+from lathesim.tui.widgets.lathe_view import LatheView
+from lathesim.tui.widgets.program_listing import ProgramListing
+from lathesim.tui.widgets.slider import Slider
+from tests.tui.driving import opened, run_to_end, until
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+async def test_a_run_is_drawn_kept_and_judged_and_its_command_gives_the_same_bits() -> None:
+    async with opened() as (app, pilot):
+        await run_to_end(app, pilot)
+        assert "✗ max_contour_error at most 0.4 mm: 0.6851 mm" in str(app.screen.query_one("#result", Static).content)
+        command = app.workbench.command()
+        picture = app.screen.query_one(LatheView).picture
+        assert picture is not None
+        assert picture.material.any()
+    shown = load("lathesim_runs/01_contour_error/001.h5")
+    words = command.split()
+    assert words[:3] == ["lathesim", "run", "01_contour_error"]
+    words[words.index("--out") + 1] = "again.h5"
+    assert run_command_line([*words[1:], "--no-plots"]) == 0
+    again = load("again.h5")
+    assert all(np.array_equal(shown[name], again[name]) for name in again)
+
+
+async def test_stop_keeps_the_data() -> None:
+    async with opened() as (app, pilot):
+        app.workbench.pace = 1.0
+        await pilot.press("f5")
+        await until(pilot, lambda: app.workbench.live is not None and app.workbench.live.time > 0.3, "a third of a second")
+        await pilot.press("f5")
+        await until(pilot, lambda: app.workbench.live is None, "the end of the run")
+    record = load("lathesim_runs/01_contour_error/001.h5")
+    assert record.status == "stopped"
+    assert 0.3 < record.time[-1] < 10.0
+
+
+async def test_leaving_in_a_run_keeps_the_data() -> None:
+    async with opened() as (app, pilot):
+        app.workbench.pace = 1.0
+        await pilot.press("f5")
+        await until(pilot, lambda: app.workbench.live is not None and app.workbench.live.time > 0.2, "some data")
+        await pilot.press("ctrl+q")
+    assert load("lathesim_runs/01_contour_error/001.h5").status == "stopped"
+
+
+async def test_a_run_is_played_again_with_the_slider_and_its_block_is_marked() -> None:
+    async with opened() as (app, pilot):
+        await run_to_end(app, pilot)
+        slider = app.screen.query_one(Slider)
+        slider.focus()
+        await pilot.press("home")
+        await pilot.pause()
+        whole = app.screen.query_one(LatheView).picture
+        assert whole is not None
+        for _ in range(7):
+            await pilot.press("shift+right")
+        await pilot.pause()
+        assert app.screen.query_one(ProgramListing).line == 9
+        cut = app.screen.query_one(LatheView).picture
+        assert cut is not None
+        assert cut.material.sum() < whole.material.sum()
+        await pilot.press("home")
+        await pilot.pause()
+        back = app.screen.query_one(LatheView).picture
+        assert back is not None
+        assert back.material.sum() == whole.material.sum()
+
+
+async def test_the_error_is_magnified_and_the_gain_is_told() -> None:
+    async with opened() as (app, pilot):
+        await pilot.press("m")
+        await pilot.pause()
+        assert "error x10" in str(app.screen.query_one(LatheView).border_subtitle)
+
+
+async def test_a_variant_is_chosen_and_undone() -> None:
+    async with opened() as (app, pilot):
+        app.screen.query_one("#variant", Select).value = "II"
+        await pilot.pause()
+        assert app.workbench.command() == "lathesim run 01_contour_error --variant II"
+        await pilot.press("ctrl+z")
+        await pilot.pause()
+        assert app.workbench.command() == "lathesim run 01_contour_error --variant I"
+
+
+@pytest.mark.parametrize("size", [(80, 24), (200, 60)])
+async def test_the_bench_works_at_both_sizes_and_survives_a_tiny_terminal(size: tuple[int, int]) -> None:
+    async with opened(size=size) as (app, pilot):
+        await pilot.resize_terminal(20, 5)
+        await pilot.pause()
+        await pilot.resize_terminal(*size)
+        await run_to_end(app, pilot)
+        picture = app.screen.query_one(LatheView).picture
+        assert picture is not None
+        assert picture.material.any()
