@@ -39,12 +39,13 @@ def public(node: ast.Module | ast.ClassDef, prefix: str = "") -> Iterator[tuple[
 
 
 def undocumented(path: Path) -> list[str]:
-    """Give what of a module has no docstring."""
+    """Give what of a module has no docstring; what sets a property is described where the property is read."""
     module = ast.parse(path.read_text(encoding="utf-8"))
     missing = [] if ast.get_docstring(module) else ["the module"]
     for name, item in public(module):
         is_law = "." in name and LAW.fullmatch(item.name) is not None
-        if not is_law and not ast.get_docstring(item):
+        sets = any(isinstance(mark, ast.Attribute) and mark.attr == "setter" for mark in item.decorator_list)
+        if not is_law and not sets and not ast.get_docstring(item):
             missing.append(name)
     return missing
 
