@@ -42,12 +42,16 @@ def make_app(opened: str | None = None, variant: str | None = None, plugin_folde
     from lathesim.tui.model.workbench import Workbench
 
     workbench = Workbench(lambda: load_with_workspace(plugin_folders))
+    if opened is None:
+        app = LathesimApp(workbench, lesson=FIRST_LESSON)
+        tell_compiling_to(app.tell)
+        return app
     first = "bench"
-    if opened is not None and Path(opened).suffix in (".h5", ".hdf5"):
+    if Path(opened).suffix in (".h5", ".hdf5"):
         workbench.open_record(Path(opened))
         first = "results"
     else:
-        workbench.open_lesson(opened or FIRST_LESSON, variant)
+        workbench.open_lesson(opened, variant)
     app = LathesimApp(workbench, first)
     tell_compiling_to(app.tell)
     return app

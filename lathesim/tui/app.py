@@ -8,15 +8,17 @@ import threading
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
 from lathesim.errors import LatheSimError
-from lathesim.tui.model.live_run import LiveRun
 from lathesim.tui.model.workbench import RUNS, Workbench
+
+if TYPE_CHECKING:
+    from lathesim.tui.model.live_run import LiveRun
 
 SCREENS: dict[str, tuple[str, str, str]] = {
     "help": ("f1", "Help", "lathesim.tui.screens.help:HelpScreen"),
@@ -67,13 +69,17 @@ class LathesimApp(App[None]):
         Binding("ctrl+q", "quit", "Quit", priority=True, show=False),
     ]
 
-    def __init__(self, workbench: Workbench, first: str = "bench") -> None:
+    def __init__(self, workbench: Workbench, first: str = "bench", lesson: str = "") -> None:
+        """Show ``workbench``, with the screen ``first``; the ``lesson`` is opened once the first screen is painted."""
         super().__init__()
         self.workbench = workbench
         self._first = first
+        self._lesson = lesson
 
     def on_mount(self) -> None:
         """Show the first screen, and keep the data when the terminal goes away."""
+        if self._lesson:
+            self.call_after_refresh(self.workbench.open_lesson, self._lesson)
         if self._first != self.DEFAULT_MODE:
             self.switch_mode(self._first)
         import asyncio

@@ -21,7 +21,7 @@ async def opened(
     """Open the app; leaves it at the end, whatever happened."""
     app = make_app(lesson_or_record)
     async with app.run_test(size=size) as pilot:
-        await pilot.pause()
+        await until(pilot, lambda: app.workbench.setup is not None or bool(app.workbench.runs), "the lesson")
         yield app, pilot
         app.stop_run()
 

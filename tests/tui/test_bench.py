@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from textual.geometry import Region
 from textual.widgets import Select, Static
 
 from lathesim.cli.main import run_command_line
@@ -109,3 +111,25 @@ async def test_the_bench_works_at_both_sizes_and_survives_a_tiny_terminal(size: 
         picture = app.screen.query_one(LatheView).picture
         assert picture is not None
         assert picture.material.any()
+
+
+async def test_drawing_lays_nothing_out_anew() -> None:
+    """A layout costs more than a picture: going through a run must not ask for one."""
+    async with opened() as (app, pilot):
+        await run_to_end(app, pilot)
+        screen = app.screen
+        asked: list[str] = []
+        for widget in screen.walk_children():
+            refresh = widget.refresh
+
+            def watched(*regions: Region, _refresh: Any = refresh, _name: str = str(widget), layout: bool = False, **further: Any) -> Any:
+                if layout:
+                    asked.append(_name)
+                return _refresh(*regions, layout=layout, **further)
+
+            widget.refresh = watched  # type: ignore[method-assign,assignment]
+        slider = screen.query_one(Slider)
+        for _ in range(5):
+            slider.action_step(-0.01)
+            await pilot.pause()
+        assert asked == []

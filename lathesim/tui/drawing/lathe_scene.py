@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lathesim.analysis.metric import find_channel
 from lathesim.analysis.nothing_cut import RawStock
-from lathesim.lessons.raw_stock import raw_stock
-from lathesim.lessons.simulate import Prepared
-from lathesim.program.path import CENTRE_X, CENTRE_Z, END_X, END_Z, KIND, KIND_ARC, RADIUS, START_ANGLE, START_X, START_Z, SWEEP
 from lathesim.record import FloatArray, Record
 from lathesim.tui.drawing.carved_stock import CarvedStock
+
+if TYPE_CHECKING:
+    from lathesim.lessons.simulate import Prepared
 
 _ARC_POINTS = 32
 _MOST_POINTS = 20_000
@@ -75,6 +76,9 @@ class Motion:
 
 def scene_of_case(case: Prepared) -> LatheScene:
     """Return the scene before a run: the raw stock and the programmed path."""
+    from lathesim.lessons.raw_stock import raw_stock
+    from lathesim.program.path import CENTRE_X, CENTRE_Z, END_X, END_Z, KIND, KIND_ARC, RADIUS, START_ANGLE, START_X, START_Z, SWEEP
+
     table = next((part.tables["path"] for part in case.machinery.parts if "path" in part.tables), None)
     if table is None:
         return LatheScene(raw_stock(case.plan), np.empty(0), np.empty(0))

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from lathesim.analysis.display_unit import plain_number
-from lathesim.lessons.grading import GoalResult
+
+if TYPE_CHECKING:
+    from lathesim.lessons.grading import GoalResult
 
 
 def goal_text(goal: GoalResult) -> str:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from lathesim.tui.model.setup import Setup
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lathesim.tui.model.setup import Setup
 
 
 class History:

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lathesim.errors import LatheSimError, LessonError
-from lathesim.lessons.kept_run import RUNS_FOLDER
-from lathesim.lessons.lesson import Lesson, load_lesson
-from lathesim.lessons.simulate import Prepared
-from lathesim.plugins import Registry
-from lathesim.record import Record, load
 from lathesim.tui.model.history import History
-from lathesim.tui.model.live_run import LiveRun
-from lathesim.tui.model.setup import Setup
+
+if TYPE_CHECKING:  # imported when they are needed: the first screen is to be painted before
+    from lathesim.lessons.lesson import Lesson
+    from lathesim.lessons.simulate import Prepared
+    from lathesim.plugins import Registry
+    from lathesim.record import Record
+    from lathesim.tui.model.live_run import LiveRun
+    from lathesim.tui.model.setup import Setup
 
 SETUP, RUN, RUNS, REGISTRY = "setup", "run", "runs", "registry"
 """What changed, as listeners are told: the setup, the run under way, the list of runs, the parts at hand."""
@@ -35,6 +37,8 @@ class BenchRun:
         if self.live is not None and (self.live.kept is not None or not self.live.is_over):
             return self.live.record()
         if self.loaded is None:
+            from lathesim.record import load
+
             self.loaded = load(self.path)
         return self.loaded
 
@@ -44,13 +48,20 @@ class Workbench:
 
     def __init__(self, load_registry: Callable[[], Registry]) -> None:
         self._load_registry = load_registry
-        self.registry = load_registry()
+        self._registry: Registry | None = None
         self.history: History | None = None
         self.runs: list[BenchRun] = []
         self.shown: BenchRun | None = None
         self.pace = 0.0
         self._listeners: list[Callable[[str], None]] = []
         self._prepared: tuple[Setup, Prepared | None, str] | None = None
+
+    @property
+    def registry(self) -> Registry:
+        """The parts, effects and metrics at hand."""
+        if self._registry is None:
+            self._registry = self._load_registry()
+        return self._registry
 
     def listen(self, listener: Callable[[str], None]) -> Callable[[], None]:
         """Tell ``listener`` what changed from now on; returns what ends that."""
@@ -75,7 +86,10 @@ class Workbench:
 
     def open_lesson(self, lesson: str | Path | Lesson, variant: str | None = None) -> None:
         """Put a lesson on the bench, its first variant where none is asked for; raises what :func:`load_lesson` raises."""
-        found = lesson if isinstance(lesson, Lesson) else load_lesson(lesson)
+        from lathesim.lessons.lesson import load_lesson
+        from lathesim.tui.model.setup import Setup
+
+        found = load_lesson(lesson) if isinstance(lesson, (str, Path)) else lesson
         chosen = variant if variant is not None else next(iter(found.variants), None)
         setup = Setup(found, chosen)
         if self.history is None:
@@ -87,6 +101,8 @@ class Workbench:
 
     def open_record(self, path: Path) -> BenchRun:
         """Open an older record; raises :class:`RecordError`."""
+        from lathesim.record import load
+
         run = BenchRun(path.stem, path, loaded=load(path))
         self.runs.insert(len(self.runs) - 1 if self.live is not None else len(self.runs), run)
         self.shown = run
@@ -139,12 +155,15 @@ class Workbench:
 
     def reload_plugins(self) -> None:
         """Read the plug-ins again and work with them from now on."""
-        self.registry = self._load_registry()
+        self._registry = self._load_registry()
         self._prepared = None
         self.tell(REGISTRY)
 
     def new_run(self) -> LiveRun:
         """Return a run of the setup, ready for a thread to call its ``run``; raises :class:`LatheSimError` where the setup cannot run."""
+        from lathesim.lessons.kept_run import RUNS_FOLDER
+        from lathesim.tui.model.live_run import LiveRun
+
         setup, prepared = self.setup, self.prepared()
         assert setup is not None
         if self.live is not None:

@@ -61,6 +61,7 @@ class BenchScreen(WorkbenchScreen):
         self._played_at = 0.0
         self._rate = RATES[0]
         self._drawn_at = 0.0
+        self._words = ""
 
     def compose_body(self) -> Iterable[Widget]:
         """Give the lathe view and the plot at the left, the lesson, read-outs and listing at the right."""
@@ -74,7 +75,7 @@ class BenchScreen(WorkbenchScreen):
             with Vertical(id="beside"):
                 yield Static("", id="title", markup=False)
                 yield Select[str]([], prompt="Variant", id="variant", compact=True)
-                yield ReadOuts("", id="readings")
+                yield ReadOuts(id="readings")
                 yield ProgramListing(id="listing")
                 yield Static("", id="result", markup=False)
                 yield ProgressBar(id="progress", show_eta=True, total=100.0)
@@ -241,7 +242,10 @@ class BenchScreen(WorkbenchScreen):
         sign = {1: "▶", -1: "◀", 0: "■"}[self._playing]
         under_way = live is not None and not live.is_over
         rate = f"{self._rate:g}/s" if self._rate else "not drawn"
-        self.query_one("#playing", Label).update(f"{'●' if under_way else sign} {pace} {rate} ")
+        words = f"{'●' if under_way else sign} {pace} {rate} "
+        if words != self._words:
+            self._words = words
+            self.query_one("#playing", Label).update(words)
 
     @on(Select.Changed, "#variant")
     def _choose_variant(self, event: Select.Changed) -> None:

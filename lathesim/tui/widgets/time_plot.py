@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from textual.binding import Binding
-from textual_plot import HiResMode, LegendLocation, PlotWidget
+from textual.content import Content
+from textual_plot import HiResMode, PlotWidget
 
 from lathesim.analysis.display_unit import display_unit
 from lathesim.analysis.metric import find_channel
@@ -16,6 +17,8 @@ from lathesim.tui.drawing.envelope import envelope
 
 _COLOURS = ("green", "yellow", "cyan", "magenta", "red", "blue")
 _MODES = (HiResMode.BRAILLE, HiResMode.QUADRANT, HiResMode.HALFBLOCK)
+_MARKS = ("⠒⠒⠒", "▀▚▄", "▀▄▀")
+"""What the curves are drawn with, and how that is shown beside their names."""
 _LOW = 12
 """Rows below which the margins are made smaller."""
 _ROOM = 0.05
@@ -52,10 +55,18 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         Binding("r", "reset_scales", "Reset", show=False),
     ]
 
+    DEFAULT_CSS = """
+    TimePlot { border-top: solid $secondary; border-title-align: right; }
+    """
+
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._labels_shown: list[tuple[str, str, str]] = []
+
     def on_resize(self) -> None:
         """Give the curves as much room as there is."""
         low = self.size.height < _LOW
-        self.margin_top, self.margin_bottom, self.margin_left = (1, 2, 9) if low else (2, 3, 10)
+        self.margin_top, self.margin_bottom, self.margin_left = (0, 2, 9) if low else (1, 3, 10)
 
     def show(
         self,
@@ -75,7 +86,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             return
         with self.app.batch_update():
             self.clear()
-            units, low, high = [], [], []
+            units, low, high, labels = [], [], [], []
             for place, curve in enumerate(curve for curve in curves if curve.channel in curve.record):
                 drawn = _scaled(curve, max(10, 2 * (self.size.width - self.margin_left)), fit_to_feed)
                 if drawn is None:
@@ -85,14 +96,21 @@ class TimePlot(PlotWidget, inherit_bindings=False):
                 high.append(drawn.high)
                 colour, mode = _COLOURS[place % len(_COLOURS)], _MODES[place % len(_MODES)]
                 label = f"{curve.title or curve.channel} [{drawn.unit or '1'}]"
-                self.plot(drawn.time, drawn.values, line_style=colour, hires_mode=mode, label=label)
+                self.plot(drawn.time, drawn.values, line_style=colour, hires_mode=mode)
+                labels.append((_MARKS[place % len(_MARKS)], label, colour))
             if not keep_zoom:
                 self._fit(span, (min(low), max(high)) if low else None)
             self.set_xlabel("t / s")
             self.set_ylabel(units[0] or "1" if len(set(units)) == 1 else "")
             if cursor is not None and units:
                 self.add_v_line(cursor, line_style="white")
-            self.show_legend(LegendLocation.TOPRIGHT, is_visible=bool(units))
+            self._show_names(labels)
+
+    def _show_names(self, labels: list[tuple[str, str, str]]) -> None:
+        """Name the curves above the plot; what has not changed costs no new layout."""
+        if labels != self._labels_shown:
+            self._labels_shown = labels
+            self.border_title = Content("  ").join([Content.styled(f"{mark} {label}", colour) for mark, label, colour in labels])
 
     def _fit(self, span: tuple[float, float] | None, values: tuple[float, float] | None) -> None:
         self.set_xlimits(*(span or (None, None)))
