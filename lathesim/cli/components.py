@@ -14,7 +14,7 @@ from lathesim.cli.registry import open_registry, plugins_option
 @plugins_option
 def components(name: str | None, plugin_folders: tuple[Path, ...]) -> None:
     """List the machine parts, or show the page of one: equation, inputs, outputs, parameters with units and bounds."""
-    from lathesim.cli.component_page import component_page, first_sentence
+    from lathesim.manual.component_page import component_page, first_sentence
 
     registry = open_registry(plugin_folders)
     if name is not None:

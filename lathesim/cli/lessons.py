@@ -13,24 +13,19 @@ def lessons(folder: Path | None) -> int:
     """List the lessons that came with lathesim and those in ./lesson_configs, or the lessons in FOLDER."""
     from lathesim.errors import LatheSimError
     from lathesim.lessons.lesson import load_lesson
-    from lathesim.shipped import shipped_folder
+    from lathesim.lessons.lesson_list import lesson_files
 
-    folders = [folder] if folder else [Path("lesson_configs"), shipped_folder("lesson_configs")]
-    seen: set[str] = set()
-    faults = 0
-    for place in folders:
-        for path in sorted([*place.glob("*.yaml"), *place.glob("*.yml")]):
-            if path.name in seen:
-                continue
-            seen.add(path.name)
-            try:
-                lesson = load_lesson(path)
-            except LatheSimError as error:
-                click.echo(str(error), err=True)
-                faults += 1
-                continue
-            variants = f"  [{', '.join(lesson.variants)}]" if lesson.variants else ""
-            click.echo(f"{lesson.name:<32} {lesson.title}{variants}")
-    if not seen:
+    faults = listed = 0
+    for path in lesson_files(folder):
+        listed += 1
+        try:
+            lesson = load_lesson(path)
+        except LatheSimError as error:
+            click.echo(str(error), err=True)
+            faults += 1
+            continue
+        variants = f"  [{', '.join(lesson.variants)}]" if lesson.variants else ""
+        click.echo(f"{lesson.name:<32} {lesson.title}{variants}")
+    if not listed:
         click.echo("There are no lessons here.")
     return 1 if faults else 0

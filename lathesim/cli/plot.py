@@ -24,7 +24,7 @@ def plot(run: Path, channels: tuple[str, ...], save: Path | None) -> int:
     screen.
     """
     from lathesim.analysis.plots import channels_figure, overview_figure, save_figure
-    from lathesim.cli.run_plots import save_run_plots
+    from lathesim.analysis.run_plots import save_run_plots
     from lathesim.record import load
 
     record = load(run)

@@ -137,7 +137,7 @@ class _Runs:
         if case.recording:
             self.results[-1] |= {"recording": case.recording, "recording_findings": list(self.findings)}
         if not self.no_plots and len(record) > 1:
-            from lathesim.cli.run_plots import save_run_plots
+            from lathesim.analysis.run_plots import save_run_plots
 
             self.files += save_run_plots(record, path, f"{self.lesson.title}{f', case {case.case.variant}' if case.case.variant else ''}")
 

@@ -19,6 +19,7 @@ from lathesim.tui.model.workbench import RUNS, Workbench
 
 if TYPE_CHECKING:
     from lathesim.tui.model.live_run import LiveRun
+    from lathesim.tui.model.student_book import StudentBook
 
 SCREENS: dict[str, tuple[str, str, str]] = {
     "help": ("f1", "Help", "lathesim.tui.screens.help:HelpScreen"),
@@ -36,6 +37,12 @@ def navigation() -> list[tuple[str, str, str]]:
     """Return name, key and title of each screen there is, and of Run, in the order of the keys."""
     entries = [(name, key, title) for name, (key, title, where) in SCREENS.items() if _is_there(where)]
     return sorted([*entries, ("run", "f5", "RUN")], key=lambda entry: entry[1])
+
+
+def _provider() -> type[Any]:
+    from lathesim.tui.palette import WorkbenchProvider
+
+    return WorkbenchProvider
 
 
 def _made(where: str) -> Screen[Any]:
@@ -57,9 +64,10 @@ class LathesimApp(App[None]):
         name: partial(_made, where) for name, (_, _, where) in SCREENS.items() if _is_there(where)
     }
     DEFAULT_MODE = "bench"
+    COMMANDS: ClassVar[set[Any]] = App.COMMANDS | {_provider}
     BINDINGS: ClassVar[list[BindingType]] = [
         *(
-            Binding(key, f"switch_mode('{name}')", title, priority=True)
+            Binding(key, f"switch_mode('{name}')", title, priority=True, show=False)
             for name, (key, title, where) in SCREENS.items()
             if _is_there(where)
         ),
@@ -75,6 +83,17 @@ class LathesimApp(App[None]):
         self.workbench = workbench
         self._first = first
         self._lesson = lesson
+        self._watched: LiveRun | None = None
+        self._book: StudentBook | None = None
+
+    @property
+    def book(self) -> StudentBook:
+        """The student's progress in the folder the app was opened in."""
+        if self._book is None:
+            from lathesim.tui.model.student_book import StudentBook
+
+            self._book = StudentBook()
+        return self._book
 
     def on_mount(self) -> None:
         """Show the first screen, and keep the data when the terminal goes away."""
@@ -82,6 +101,7 @@ class LathesimApp(App[None]):
             self.call_after_refresh(self.workbench.open_lesson, self._lesson)
         if self._first != self.DEFAULT_MODE:
             self.switch_mode(self._first)
+        self.set_interval(0.1, self._watch_run)
         import asyncio
 
         loop = asyncio.get_running_loop()
@@ -131,16 +151,59 @@ class LathesimApp(App[None]):
         except (LatheSimError, OSError) as error:
             self.notify(str(error), severity="error", timeout=12.0, markup=False)
             return
+        self._watched = started
         self.run_worker(partial(started.run, self.workbench.registry), thread=True, group="run", exit_on_error=False)
         if self.current_mode != "bench":
             self.switch_mode("bench")
 
-    def run_has_ended(self, live: LiveRun) -> None:
-        """Tell the screens, and the person where something broke."""
-        if live.fault or (live.kept is not None and live.kept.failure):
-            sentence = live.fault or (live.kept.failure if live.kept is not None else "")
+    def _watch_run(self) -> None:
+        """Tell the screens that a run has ended, note it in the book, and tell the person where something broke."""
+        live = self._watched
+        if live is None or not live.is_over:
+            return
+        self._watched = None
+        kept = live.kept
+        sentence = live.fault or (kept.failure if kept is not None else "")
+        if sentence:
             self.notify(sentence, severity="error", timeout=max(8.0, len(sentence) / 12.0), markup=False)
+        if kept is not None and kept.record.status == "complete":
+            try:
+                self.book.note(live.case.case.lesson.name, kept.goals)
+            except LatheSimError as error:
+                self.notify(str(error), severity="error", timeout=12.0, markup=False)
         self.workbench.tell(RUNS)
+
+    def open_lesson(self, path: Path) -> None:
+        """Put a lesson on the bench and show it."""
+        try:
+            self.workbench.open_lesson(path)
+        except LatheSimError as error:
+            self.notify(str(error), severity="error", timeout=12.0, markup=False)
+            return
+        self.switch_mode("bench")
+
+    async def show_help(self, kind: str, name: str) -> None:
+        """Show the page of a component or an effect."""
+        from lathesim.tui.screens.help import HelpScreen
+
+        await self.switch_mode("help")
+        if isinstance(self.screen, HelpScreen):
+            self.screen.show_page(kind, name)
+
+    async def show_channel(self, name: str) -> None:
+        """Show a channel in the plot of the bench."""
+        from lathesim.tui.screens.bench import BenchScreen
+
+        await self.switch_mode("bench")
+        if isinstance(self.screen, BenchScreen):
+            self.screen.show_channels((name,))
+
+    async def show_parameter(self, name: str) -> None:
+        """Show a parameter where it can be changed."""
+        await self.switch_mode("configure" if "configure" in self.MODES else "bench")
+        show = getattr(self.screen, "show_parameter", None)
+        if show is not None:
+            show(name)
 
     def action_undo(self) -> None:
         """Take the last change back."""

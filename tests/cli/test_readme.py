@@ -1,4 +1,4 @@
-"""What the README shows is what happens: the two commands first, every command of it in working order, the lesson and the part too."""
+"""What README and manual show is what happens: the two commands first, every command in working order, the lesson and the part too."""
 
 import os
 import re
@@ -11,9 +11,10 @@ import click
 import pytest
 
 from lathesim.cli.main import group
+from lathesim.manual.chapters import chapters
 from tests.cli.command import ROOT, call, environment
 
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+README = "\n".join([(ROOT / "README.md").read_text(encoding="utf-8"), *(chapter.text for chapter in chapters())])
 SETUP = [
     "python -m pip install . && lathesim run lesson_configs/01_contour_error.yaml\n",
     "python -m pip install '.[test]' && python -m pytest\n",

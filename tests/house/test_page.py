@@ -1,13 +1,14 @@
-"""The README names what there is: every command, every lesson, every verdict, and nothing else."""
+"""README and manual name what there is: every command, every lesson, every verdict, and nothing else."""
 
 import re
 
 from lathesim.cli.main import COMMANDS
 from lathesim.diagnosis.diagnosis import VERDICTS
+from lathesim.manual.chapters import chapters
 from lathesim.shipped import FOLDERS, shipped_files
 from tests.cli.command import ROOT
 
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+README = "\n".join([(ROOT / "README.md").read_text(encoding="utf-8"), *(chapter.text for chapter in chapters())])
 
 
 def first_cells(heading: str) -> list[str]:
@@ -39,3 +40,9 @@ def test_the_table_of_folders_names_what_is_there() -> None:
     assert [name for name in sorted(named) if not (ROOT / name).exists()] == []
     packages = {f"lathesim/{path.parent.name}/" for path in (ROOT / "lathesim").glob("*/__init__.py")}
     assert packages | {f"{name}/" for name in FOLDERS} <= named
+
+
+def test_the_readme_names_every_chapter_and_has_two_screens() -> None:
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert re.findall(r"^\| \[`(\w+)`\]\(lathesim/manual/\1\.md\)", page, re.M) == [chapter.topic for chapter in chapters()]
+    assert len(page.splitlines()) <= 120

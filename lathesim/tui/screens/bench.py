@@ -92,6 +92,8 @@ class BenchScreen(WorkbenchScreen):
             self._show_setup()
         if changed & {SETUP, RUN, RUNS}:
             self._take_run()
+            words = self._result() or self.workbench.fault()
+            self.query_one("#result", Static).update(words)
         self._draw()
 
     def _show_setup(self) -> None:
@@ -106,9 +108,7 @@ class BenchScreen(WorkbenchScreen):
             select.set_options([(f"{name}: {variants[name].text}" if variants[name].text else name, name) for name in variants])
             if setup.variant is not None:
                 select.value = setup.variant
-        fault = self.workbench.fault()
-        self.query_one("#result", Static).update(fault)
-        if not fault:
+        if not self.workbench.fault():
             prepared = self.workbench.prepared()
             self.query_one(ProgramListing).show(program_lines(prepared.case.program))
 
@@ -136,7 +136,7 @@ class BenchScreen(WorkbenchScreen):
 
     def _follow(self, record: Record) -> None:
         """Take what was simulated by now and stand at its end."""
-        self._record = record
+        self._record = record if record.status != "running" or self.workbench.live is not None else record.with_meta(status="not kept")
         self._motion = Motion.of(record)
         self._sample = len(record)
         if not self._channels or not any(name in record for name in self._channels):
@@ -152,8 +152,8 @@ class BenchScreen(WorkbenchScreen):
         live = shown.live if shown is not None else None
         if live is not None and self._record is not None and self._record.status == "running":
             if live.is_over:
-                self._end_of_run()
-            elif self._rate > 0.0 and now - self._drawn_at >= 1.0 / self._rate - 0.01:
+                return
+            if self._rate > 0.0 and now - self._drawn_at >= 1.0 / self._rate - 0.01:
                 self._follow(live.record())
                 self._draw()
             elif self._rate == 0.0:
@@ -161,24 +161,11 @@ class BenchScreen(WorkbenchScreen):
         elif self._playing and self._record is not None:
             self._play_on(now)
 
-    def _end_of_run(self) -> None:
-        shown = self.workbench.shown
-        assert shown is not None and shown.live is not None
-        live = shown.live
-        if live.kept is not None:
-            self._follow(live.kept.record)
-        elif self._record is not None:
-            self._follow(live.record().with_meta(status="not kept"))
-        self._draw()
-        self.lathesim.run_has_ended(live)
-        self.query_one("#result", Static).update(self._result())
-        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
-
     def _result(self) -> str:
         shown = self.workbench.shown
-        if shown is None or shown.live is None:
+        live = shown.live if shown is not None else None
+        if live is None or not live.is_over:
             return ""
-        live = shown.live
         if live.kept is None:
             return live.fault
         kept = live.kept
@@ -314,9 +301,10 @@ class BenchScreen(WorkbenchScreen):
             known = {name: (plan.unit(name), plan.doc(name)) for name in plan.channels}
         else:
             known = {name: (channel.unit, channel.description) for name, channel in record.channels.items()}
-        self.app.push_screen(ChannelChoice(known, self._channels), self._take_channels)
+        self.app.push_screen(ChannelChoice(known, self._channels), self.show_channels)
 
-    def _take_channels(self, chosen: tuple[str, ...] | None) -> None:
+    def show_channels(self, chosen: tuple[str, ...] | None) -> None:
+        """Plot other channels."""
         if chosen:
             self._channels = chosen
             self._draw()

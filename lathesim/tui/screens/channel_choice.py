@@ -13,6 +13,8 @@ from textual.screen import ModalScreen
 from textual.widgets import Button, Input, SelectionList
 from textual.widgets.selection_list import Selection
 
+from lathesim.tui.widgets.tick_list import TickList
+
 
 class ChannelChoice(ModalScreen[tuple[str, ...] | None]):
     """Gives the names chosen, or None where the dialog was left."""
@@ -28,7 +30,7 @@ class ChannelChoice(ModalScreen[tuple[str, ...] | None]):
         """Give a field to search in, the list, and two buttons."""
         with Vertical(classes="dialog"):
             yield Input(placeholder="Type to find a channel", id="wanted")
-            yield SelectionList[str](id="channels")
+            yield TickList[str](id="channels")
             with Horizontal(classes="buttons"):
                 yield Button("Take", variant="primary", id="take")
                 yield Button("Leave", id="leave")

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from textual import events
 from textual.binding import Binding
 from textual.content import Content
+from textual.message import Message
 from textual_plot import HiResMode, PlotWidget
 
 from lathesim.analysis.display_unit import display_unit
@@ -19,6 +21,8 @@ _COLOURS = ("green", "yellow", "cyan", "magenta", "red", "blue")
 _MODES = (HiResMode.BRAILLE, HiResMode.QUADRANT, HiResMode.HALFBLOCK)
 _MARKS = ("⠒⠒⠒", "▀▚▄", "▀▄▀")
 """What the curves are drawn with, and how that is shown beside their names."""
+_MOST_POINTS = 4000
+"""Points of a line that are drawn at most."""
 _LOW = 12
 """Rows below which the margins are made smaller."""
 _ROOM = 0.05
@@ -33,6 +37,17 @@ class Curve:
     channel: str
     title: str = ""
     until: int | None = None
+    only: FloatArray | None = None
+    """Where given, only samples at which this is above 0.5 are drawn."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """Points of any two quantities, both in the units of their axes; ``title`` names the line."""
+
+    x: FloatArray
+    y: FloatArray
+    title: str
 
 
 class TimePlot(PlotWidget, inherit_bindings=False):
@@ -59,9 +74,40 @@ class TimePlot(PlotWidget, inherit_bindings=False):
     TimePlot { border-top: solid $secondary; border-title-align: right; }
     """
 
+    class Picked(Message):
+        """A person clicked at ``x`` of the axis along."""
+
+        def __init__(self, x: float) -> None:
+            super().__init__()
+            self.x = x
+
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
         self._labels_shown: list[tuple[str, str, str]] = []
+        self._pressed_at: tuple[int, int] | None = None
+
+    @property
+    def named(self) -> list[tuple[str, str, str]]:
+        """The curves as they are drawn: mark, name, colour."""
+        return self._labels_shown
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The ends of the axis along."""
+        return self._x_min, self._x_max
+
+    def on_mouse_down(self, event: events.MouseDown) -> None:
+        """Remember where the button went down: a click there is no drag."""
+        self._pressed_at = event.screen_x, event.screen_y
+
+    def on_mouse_up(self, event: events.MouseUp) -> None:
+        """Tell where the plot was clicked."""
+        if self._pressed_at == (event.screen_x, event.screen_y):
+            canvas = self.query_one("#plot")
+            x = event.screen_x - canvas.region.x
+            if 0 <= x < canvas.size.width:
+                self.post_message(self.Picked(self.get_coordinate_from_pixel(x, 1)[0]))
+        self._pressed_at = None
 
     def on_resize(self) -> None:
         """Give the curves as much room as there is."""
@@ -106,6 +152,33 @@ class TimePlot(PlotWidget, inherit_bindings=False):
                 self.add_v_line(cursor, line_style="white")
             self._show_names(labels)
 
+    def show_cursor(self, cursor: float | None) -> None:
+        """Move the cursor and leave everything else as it is."""
+        self._v_lines.clear()
+        self._v_lines_labels.clear()
+        if cursor is not None:
+            self.add_v_line(cursor, line_style="white")
+
+    def show_lines(self, lines: Sequence[Line], x_label: str, y_label: str, *, cursor: float | None = None) -> None:
+        """Draw lines of any two quantities; the axes fit all of them."""
+        if not self.is_mounted:
+            return
+        with self.app.batch_update():
+            self.clear()
+            labels = []
+            for place, line in enumerate(lines):
+                colour, mode = _COLOURS[place % len(_COLOURS)], _MODES[place % len(_MODES)]
+                stride = max(1, len(line.x) // _MOST_POINTS)
+                self.plot(line.x[::stride], line.y[::stride], line_style=colour, hires_mode=mode)
+                labels.append((_MARKS[place % len(_MARKS)], line.title, colour))
+            self.set_xlimits(None, None)
+            self.set_ylimits(None, None)
+            self.set_xlabel(x_label)
+            self.set_ylabel(y_label)
+            if cursor is not None and lines:
+                self.add_v_line(cursor, line_style="white")
+            self._show_names(labels)
+
     def _show_names(self, labels: list[tuple[str, str, str]]) -> None:
         """Name the curves above the plot; what has not changed costs no new layout."""
         if labels != self._labels_shown:
@@ -135,6 +208,8 @@ def _scaled(curve: Curve, columns: int, fit_to_feed: bool) -> _Drawn | None:
     """Return a curve in its display unit, thinned; None where it has no finite value."""
     record = curve.record
     values, time = record[curve.channel][: curve.until], record.time[: curve.until]
+    if curve.only is not None:
+        values = np.where(curve.only[: curve.until] > 0.5, values, np.nan)
     finite = np.isfinite(values)
     seen = finite
     for sign in (".engaged", ".cutting_block") if fit_to_feed else ():
@@ -147,5 +222,7 @@ def _scaled(curve: Curve, columns: int, fit_to_feed: bool) -> _Drawn | None:
         return None
     low, high = float(values[seen].min()), float(values[seen].max())
     factor, unit = display_unit(record.unit(curve.channel), max(abs(low), abs(high)))
+    if curve.only is not None:
+        time, values = time[finite], values[finite]
     thin_time, thin = envelope(time, values, columns)
     return _Drawn(thin_time, thin / factor, unit, low / factor, high / factor)

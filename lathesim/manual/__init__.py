@@ -1,0 +1,1 @@
+"""What a person reads about the program: the pages of components and effects, made from their declarations."""

@@ -1,0 +1,104 @@
+"""The student's book: what was tried in each lesson and the best that was reached, in one file of the folder, never sent anywhere."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lathesim.errors import RecordError
+
+if TYPE_CHECKING:
+    from lathesim.lessons.grading import GoalResult
+
+BOOK = Path("lathesim_progress.json")
+SCHEMA = "lathesim-progress/1"
+
+
+@dataclass(frozen=True)
+class Best:
+    """The best value of a goal's metric so far, in ``unit``, and whether it meets the goal."""
+
+    value: float
+    unit: str
+    met: bool
+    when: str
+
+
+@dataclass(frozen=True)
+class LessonEntry:
+    """What was done in one lesson: how many runs came to their end, when the last one did, and the best value of each goal."""
+
+    tries: int = 0
+    last: str = ""
+    best: Mapping[str, Best] = field(default_factory=dict)
+
+
+class StudentBook:
+    """Entries by the name of the lesson; written anew after each run."""
+
+    def __init__(self, path: Path = BOOK) -> None:
+        self.path = path
+        self.fault = ""
+        """A sentence where the file could not be read; it is kept aside."""
+        self.entries: dict[str, LessonEntry] = self._read()
+
+    def entry(self, lesson: str) -> LessonEntry:
+        """Return the entry of a lesson, an empty one before the first run."""
+        return self.entries.get(lesson, LessonEntry())
+
+    def note(self, lesson: str, goals: tuple[GoalResult, ...]) -> None:
+        """Note a run that came to its end and write the book; raises :class:`RecordError` where it cannot be written."""
+        now = datetime.datetime.now().astimezone().isoformat(timespec="seconds")
+        before = self.entry(lesson)
+        best = dict(before.best)
+        for goal in goals:
+            key = f"{goal.metric} {goal.sense}"
+            if goal.value == goal.value and (key not in best or _is_better(goal, best[key])):
+                best[key] = Best(goal.value, goal.unit, goal.met, now)
+        self.entries[lesson] = LessonEntry(before.tries + 1, now, best)
+        self._write()
+
+    def _write(self) -> None:
+        data = {"schema": SCHEMA, "lessons": {name: asdict(entry) for name, entry in sorted(self.entries.items())}}
+        part = self.path.with_name(f"{self.path.name}.part")
+        try:
+            part.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+            part.replace(self.path)
+        except OSError as error:
+            fact = f"your progress cannot be written: {error.strerror}."
+            raise RecordError(fact, place=str(self.path), remedy="The run itself is kept.") from None
+
+    def _read(self) -> dict[str, LessonEntry]:
+        try:
+            data = json.loads(self.path.read_text(encoding="utf-8"))
+            return {str(name): _entry(entry) for name, entry in data["lessons"].items()}
+        except FileNotFoundError:
+            return {}
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            aside = self.path.with_name(f"{self.path.name}.bak")
+            try:
+                self.path.replace(aside)
+            except OSError:
+                self.fault = f"{self.path}: your progress cannot be read. Nothing new is noted over it."
+                return {}
+            self.fault = f"{self.path}: the file was damaged. It is kept as {aside.name} and a new one is begun."
+            return {}
+
+
+def _entry(data: Mapping[str, object]) -> LessonEntry:
+    found = data["best"]
+    if not isinstance(found, dict):
+        raise TypeError("best")
+    best = {str(name): Best(float(item["value"]), str(item["unit"]), bool(item["met"]), str(item["when"])) for name, item in found.items()}
+    return LessonEntry(int(str(data["tries"])), str(data["last"]), best)
+
+
+def _is_better(goal: GoalResult, best: Best) -> bool:
+    """Say whether a run came nearer to a goal; values in another unit, of a goal that was rewritten, count as worse."""
+    if goal.unit != best.unit:
+        return True
+    return goal.value < best.value if goal.sense == "at most" else goal.value > best.value

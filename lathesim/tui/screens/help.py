@@ -1,0 +1,160 @@
+"""Help: the keys, the chapters of the manual, and a page for each component and effect."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable
+from typing import Any, cast
+
+from rich.text import Text
+from textual import on
+from textual.binding import Binding
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.widget import Widget
+from textual.widgets import Input, Markdown, Static, Tree
+from textual.widgets.tree import TreeNode
+
+from lathesim.errors import LatheSimError
+from lathesim.manual.chapters import chapter, chapters
+from lathesim.tui.model.workbench import REGISTRY
+from lathesim.tui.screens.workbench_screen import WorkbenchScreen
+
+KEYS, CHAPTER, COMPONENT, EFFECT = "keys", "chapter", "component", "effect"
+Page = tuple[str, str]
+"""What a page is of, and its name."""
+
+
+class HelpScreen(WorkbenchScreen):
+    """The list at the left is searched by typing; the page stands at the right."""
+
+    DEFAULT_CSS = """
+    HelpScreen #contents { width: 38; }
+    HelpScreen.-narrow #contents { width: 28; }
+    HelpScreen Tree { height: 1fr; }
+    HelpScreen #wanted { height: 1; border: none; padding: 0 1; }
+    HelpScreen VerticalScroll { padding: 0 1; }
+    """
+    BINDINGS = [Binding("slash", "search", "Search", key_display="/")]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._page: Page = (KEYS, "")
+
+    def compose_body(self) -> Iterable[Widget]:
+        """Give the contents and the page."""
+        with Horizontal():
+            with Vertical(id="contents"):
+                yield Input(placeholder="type to find", id="wanted", compact=True)
+                yield Tree[Page]("Help", id="tree")
+            with VerticalScroll(id="page"):
+                yield Markdown("", id="chapter", open_links=False)
+                yield Static("", id="text", markup=False)
+
+    def show_changes(self, changed: set[str]) -> None:
+        """Fill the contents; parts may have come or gone."""
+        if REGISTRY in changed:
+            self._fill(self.query_one("#wanted", Input).value)
+            self._show(self._page)
+
+    def _fill(self, wanted: str) -> None:
+        wanted = wanted.lower()
+        registry = self.workbench.registry
+        tree = self.query_one("#tree", Tree)
+        tree.show_root = False
+        tree.clear()
+        groups: list[tuple[str, list[tuple[str, Page]]]] = [
+            ("Manual", [(found.title, (CHAPTER, found.topic)) for found in chapters() if _fits(wanted, found.title, found.text)]),
+            ("Components", [(name, (COMPONENT, name)) for name, item in registry.components.items() if _fits(wanted, name, item.__doc__)]),
+            ("Effects", [(name, (EFFECT, name)) for name, item in registry.effects.items() if _fits(wanted, name, item.__doc__)]),
+        ]
+        tree.root.add_leaf("Keys", (KEYS, ""))
+        for title, entries in groups:
+            node: TreeNode[Page] = tree.root.add(f"{title} ({len(entries)})", expand=bool(wanted) or title == "Manual")
+            for label, page in entries:
+                node.add_leaf(Text(label), page)
+
+    @on(Input.Changed, "#wanted")
+    def _search(self, event: Input.Changed) -> None:
+        self._fill(event.value)
+
+    @on(Input.Submitted, "#wanted")
+    def _to_tree(self) -> None:
+        self.query_one("#tree", Tree).focus()
+
+    @on(Tree.NodeHighlighted)
+    def _highlight(self, event: Tree.NodeHighlighted[Page]) -> None:
+        if event.node.data is not None:
+            self._show(event.node.data)
+
+    def show_page(self, kind: str, name: str) -> None:
+        """Show a page: the palette and other screens ask for it."""
+        self._page = (kind, name)
+        if self.is_mounted:
+            self._show(self._page)
+
+    def _show(self, page: Page) -> None:
+        self._page = page
+        kind, name = page
+        markdown, text = self.query_one("#chapter", Markdown), self.query_one("#text", Static)
+        markdown.display = kind == CHAPTER
+        text.display = kind != CHAPTER
+        if kind == CHAPTER:
+            markdown.update(chapter(name).text)
+        elif kind == KEYS:
+            text.update(_keys())
+        else:
+            try:
+                text.update(self._part_page(kind, name))
+            except LatheSimError as error:
+                text.update(str(error))
+        self.query_one("#page", VerticalScroll).scroll_home(animate=False)
+        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+
+    def _part_page(self, kind: str, name: str) -> str:
+        from lathesim.manual.component_page import component_page
+        from lathesim.manual.effect_notes import effect_notes
+
+        registry = self.workbench.registry
+        item = registry.effect(name) if kind == EFFECT else registry.component(name)
+        page = component_page(item, registry.origins[name])
+        return f"{page}\n\n{effect_notes(cast('Any', item))}" if kind == EFFECT else page
+
+    def command(self) -> str:
+        """Return the command that prints the page."""
+        kind, name = self._page
+        return {KEYS: "lathesim help app", CHAPTER: f"lathesim help {name}", COMPONENT: f"lathesim components {name}"}.get(
+            kind, f"lathesim effects {name}"
+        )
+
+    def action_search(self) -> None:
+        """Go to the field to search in."""
+        self.query_one("#wanted", Input).focus()
+
+
+def _fits(wanted: str, *texts: str | None) -> bool:
+    return any(wanted in (text or "").lower() for text in texts)
+
+
+def _keys() -> Text:
+    """Return all keys, as the screens declare them."""
+    from lathesim.tui.app import SCREENS, LathesimApp, navigation
+
+    found = Text("Keys everywhere\n", style="bold")
+    _add_keys(found, LathesimApp.BINDINGS)
+    _add_keys(found, [Binding("ctrl+p", "", "Find anything"), Binding("tab", "", "Next field or list")])
+    for name, key, title in navigation():
+        if name == "run":
+            continue
+        module, _, screen = SCREENS[name][2].partition(":")
+        found.append(f"\n{title} ({key.upper()})\n", style="bold")
+        _add_keys(found, getattr(importlib.import_module(module), screen).BINDINGS)
+    return found
+
+
+def _add_keys(text: Text, bindings: Iterable[Any]) -> None:
+    for binding in bindings:
+        if isinstance(binding, Binding) and binding.description:
+            key = binding.key_display or binding.key.replace("slash", "/").replace("ctrl+", "Ctrl+")
+            key = key.upper() if key.startswith("f") and key[1:].isdigit() else key
+            text.append(f"  {key:<10} ", style="not bold cyan")
+            text.append(f"{binding.description}\n", style="not bold")

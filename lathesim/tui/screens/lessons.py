@@ -1,0 +1,184 @@
+"""Lessons: what each teaches, its goals and hints, things to try, and how far one has come."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from rich.text import Text
+from textual import on
+from textual.binding import Binding
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.widget import Widget
+from textual.widgets import Button, Label, Markdown, OptionList, Static
+from textual.widgets.option_list import Option
+
+from lathesim.errors import LatheSimError
+from lathesim.lessons.lesson import Lesson, load_lesson
+from lathesim.lessons.lesson_list import lesson_files
+from lathesim.lessons.schema import Goal
+from lathesim.tui.model.student_book import LessonEntry
+from lathesim.tui.model.suggestion import Suggestion, suggestion
+from lathesim.tui.model.workbench import RUNS, SETUP
+from lathesim.tui.screens.workbench_screen import WorkbenchScreen
+from lathesim.tui.widgets.browse_list import BrowseList
+
+
+class LessonsScreen(WorkbenchScreen):
+    """The list at the left, the lesson at the right; Enter puts it on the bench."""
+
+    DEFAULT_CSS = """
+    LessonsScreen #listed { width: 38; }
+    LessonsScreen.-narrow #listed { width: 28; }
+    LessonsScreen #lessons { height: 1fr; }
+    LessonsScreen #open { width: 1fr; }
+    LessonsScreen #page { padding: 0 1; height: 1fr; }
+    LessonsScreen #text { padding: 0; }
+    LessonsScreen #tries { height: auto; max-height: 35%; border: none; padding: 0; }
+    LessonsScreen .heading { text-style: bold; color: $primary; }
+    LessonsScreen #goals { height: auto; max-height: 30%; }
+    """
+    BINDINGS = [Binding("o", "open", "Put on the bench"), Binding("y", "try", "Set what to try")]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._lessons: list[tuple[Path, Lesson | None, str]] = []
+        self._suggestions: list[Suggestion] = []
+
+    def compose_body(self) -> Iterable[Widget]:
+        """Give the list and the page."""
+        with Horizontal():
+            with Vertical(id="listed"):
+                yield BrowseList(id="lessons")
+                yield Button("Put on the bench (Enter)", id="open", compact=True, variant="primary")
+            with Vertical():
+                with VerticalScroll(id="page"):
+                    yield Markdown("", id="text", open_links=False)
+                yield Static("", id="goals")
+                yield Label("Things to try (Enter sets those with a ▶)", classes="heading")
+                yield OptionList(id="tries")
+
+    def on_mount(self) -> None:
+        """Read the lessons."""
+        super().on_mount()
+        for path in lesson_files():
+            try:
+                self._lessons.append((path, load_lesson(path), ""))
+            except LatheSimError as error:
+                self._lessons.append((path, None, str(error)))
+
+    def show_changes(self, changed: set[str]) -> None:
+        """Mark what was reached, and show the lesson on the bench."""
+        if not changed & {SETUP, RUNS}:
+            return
+        listed = self.query_one("#lessons", OptionList)
+        chosen = listed.highlighted
+        listed.clear_options()
+        for path, lesson, _ in self._lessons:
+            name = lesson.title if lesson is not None else f"{path.name}: at fault"
+            listed.add_option(Option(Text(f"{self._sign(path, lesson)} {name}", no_wrap=True, overflow="ellipsis")))
+        if chosen is None:
+            setup = self.workbench.setup
+            here = [place for place, (path, _, _) in enumerate(self._lessons) if setup is not None and path.stem == setup.lesson.name]
+            chosen = here[0] if here else 0
+        if self._lessons:
+            listed.highlighted = chosen
+            self._show(chosen)
+            if self.lathesim.book.fault:
+                self.tell_fault(self.lathesim.book.fault)
+                self.lathesim.book.fault = ""
+
+    def _sign(self, path: Path, lesson: Lesson | None) -> str:
+        entry = self.lathesim.book.entry(path.stem)
+        if lesson is None:
+            return "!"
+        limits = _limits(lesson)
+        if limits and all(key in entry.best and entry.best[key].met for key, _, _ in limits):
+            return "✓"
+        return "•" if entry.tries else " "
+
+    @on(OptionList.OptionHighlighted, "#lessons")
+    def _highlight(self, event: OptionList.OptionHighlighted) -> None:
+        self._show(event.option_index)
+
+    def _show(self, place: int) -> None:
+        path, lesson, fault = self._lessons[place]
+        tries = self.query_one("#tries", OptionList)
+        tries.clear_options()
+        self._suggestions = []
+        if lesson is None:
+            self.query_one(Markdown).update(f"# {path.name}")
+            self.query_one("#goals", Static).update(Text(fault))
+            return
+        variants = lesson.settings.variants
+        cases = "".join(f"\n- **{name}** {variant.text}" for name, variant in variants.items())
+        self.query_one(Markdown).update(f"# {lesson.title}\n\n{lesson.settings.text}\n{f'**Cases**{chr(10)}{cases}' if cases else ''}")
+        self.query_one("#goals", Static).update(_goals_text(lesson, self.lathesim.book.entry(path.stem)))
+        self._suggestions = [suggestion(text, lesson.variants) for text in lesson.settings.try_]
+        for item in self._suggestions:
+            tries.add_option(Option(Text(f"{'▶' if item.can_be_set else '-'} {item.text}")))
+        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+
+    def _chosen(self) -> Lesson | None:
+        place = self.query_one("#lessons", OptionList).highlighted
+        return self._lessons[place][1] if place is not None and place < len(self._lessons) else None
+
+    @on(OptionList.OptionSelected, "#lessons")
+    @on(Button.Pressed, "#open")
+    def action_open(self) -> None:
+        """Put the lesson on the bench."""
+        lesson = self._chosen()
+        if lesson is None:
+            self.tell_fault("This lesson is at fault. Mend it first.")
+            return
+        self.workbench.open_lesson(lesson)
+        self.app.switch_mode("bench")
+
+    def action_try(self) -> None:
+        """Go to the things to try."""
+        self.query_one("#tries", OptionList).focus()
+
+    @on(OptionList.OptionSelected, "#tries")
+    def _try(self, event: OptionList.OptionSelected) -> None:
+        item, lesson = self._suggestions[event.option_index], self._chosen()
+        if not item.can_be_set or lesson is None:
+            self.notify("This one is for you to do: put the lesson on the bench.")
+            return
+        setup = self.workbench.setup
+        if setup is None or setup.lesson.path != lesson.path:
+            self.workbench.open_lesson(lesson)
+        assert self.workbench.setup is not None
+        self.workbench.change(item.applied(self.workbench.setup))
+        self.app.switch_mode("bench")
+        self.notify(f"Set: {self.workbench.setup.summary}. F5 runs it.", markup=False)
+
+    def command(self) -> str:
+        """Return the command that shows or runs the lesson."""
+        lesson = self._chosen() if self.is_mounted else None
+        return f"lathesim run {lesson.name}" if lesson is not None else "lathesim lessons"
+
+
+def _limits(lesson: Lesson) -> list[tuple[str, str, Goal]]:
+    """Return the limits of a lesson's goals: key in the book, limit as text, goal."""
+    found = []
+    for goal in lesson.settings.goals:
+        for sense, limit in (("at most", goal.at_most), ("at least", goal.at_least)):
+            if limit is not None:
+                found.append((f"{goal.metric} {sense}", limit, goal))
+    return found
+
+
+def _goals_text(lesson: Lesson, entry: LessonEntry) -> Text:
+    """Return the goals with the best values reached; hints stand there once the lesson was tried."""
+    limits = _limits(lesson)
+    if not limits:
+        return Text(f"No goals. Runs so far: {entry.tries}.")
+    text = Text(f"Goals (runs so far: {entry.tries})", style="bold")
+    for key, limit, goal in limits:
+        best = entry.best.get(key)
+        sign = "✓" if best is not None and best.met else "✗" if best is not None else "○"
+        reached = f", best {best.value:.4g} {best.unit}" if best is not None else ""
+        text.append(f"\n{sign} {key} {limit}{reached}", style="not bold")
+        if goal.hint and not (best is not None and best.met):
+            text.append(f"\n  Hint: {goal.hint}" if entry.tries else "\n  A hint opens after your first run.", style="italic")
+    return text

@@ -1,0 +1,384 @@
+"""Results: runs and older records, alone or laid over each other, as curves, numbers, figures and files."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.text import Text
+from textual import on
+from textual.binding import Binding
+from textual.containers import Horizontal, Vertical
+from textual.widget import Widget
+from textual.widgets import DataTable, Input, Label, SelectionList, Static
+from textual.widgets.selection_list import Selection
+
+from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.analysis.metric import Measurements, find_channel, measure
+from lathesim.errors import LatheSimError
+from lathesim.record import Record
+from lathesim.tui.model.overlay import contact, overlaid, value_at
+from lathesim.tui.model.workbench import RUN, RUNS, BenchRun
+from lathesim.tui.screens.workbench_screen import WorkbenchScreen
+from lathesim.tui.widgets.tick_list import TickList
+from lathesim.tui.widgets.time_plot import Curve, Line, TimePlot
+
+TIME, PATH, ERROR, SURFACE = "over time", "path", "contour error", "surface"
+_FIGURE_ENDING = {TIME: "channels", PATH: "path", ERROR: "contour_error", SURFACE: "surface"}
+_FIRST_CHANNELS = ("contour.contour_error", ".contour_error", ".following_error", ".position")
+_STEPS = 100
+"""Steps in which the cursor goes along the plot."""
+
+
+class ResultsScreen(WorkbenchScreen):
+    """Shows the runs that are ticked, and of them the channels that are ticked."""
+
+    DEFAULT_CSS = """
+    ResultsScreen #choices { width: 44; background: $panel; }
+    ResultsScreen.-narrow #choices { width: 30; }
+    ResultsScreen #choices SelectionList { border: none; padding: 0; }
+    ResultsScreen #runs { height: auto; min-height: 2; max-height: 35%; }
+    ResultsScreen #channels { height: 1fr; }
+    ResultsScreen #wanted { height: 1; border: none; padding: 0 1; }
+    ResultsScreen .heading { text-style: bold; color: $primary; }
+    ResultsScreen #curves { height: 2fr; }
+    ResultsScreen #cursor { height: auto; max-height: 6; padding: 0 1; background: $surface; }
+    ResultsScreen #metrics { height: 1fr; min-height: 3; }
+    """
+    BINDINGS = [
+        Binding("t", "view('over time')", "Time"),
+        Binding("x", "view('path')", "Path"),
+        Binding("e", "view('contour error')", "Error"),
+        Binding("u", "view('surface')", "Surface"),
+        Binding("comma", "cursor(-1)", "Cursor", key_display=", ."),
+        Binding("full_stop", "cursor(1)", show=False),
+        Binding("less_than_sign", "cursor(-10)", show=False),
+        Binding("greater_than_sign", "cursor(10)", show=False),
+        Binding("o", "open", "Open"),
+        Binding("g", "figure", "Figure"),
+        Binding("w", "csv", "CSV"),
+    ]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._view = TIME
+        self._channels: list[str] = []
+        self._ticked: list[Path] = []
+        self._older: list[BenchRun] = []
+        self._cursor: float | None = None
+        self._command = ""
+        self._measured: dict[int, Measurements] = {}
+
+    def compose_body(self) -> Iterable[Widget]:
+        """Give the choices at the left, the curves with their values and the metrics at the right."""
+        with Horizontal():
+            with Vertical(id="choices"):
+                yield Label("Runs", classes="heading")
+                yield TickList[int](id="runs")
+                yield Label("Channels", classes="heading")
+                yield Input(placeholder="type to find", id="wanted", compact=True)
+                yield TickList[str](id="channels")
+            with Vertical():
+                yield TimePlot(id="curves")
+                yield Static("", id="cursor", markup=False)
+                yield DataTable[Any](id="metrics", cursor_type="row", zebra_stripes=True)
+
+    def on_mount(self) -> None:
+        """Look for older records."""
+        super().on_mount()
+        own = {run.path.resolve() for run in self.workbench.runs}
+        found = sorted(Path("lathesim_runs").glob("*/*.h5")) if Path("lathesim_runs").is_dir() else []
+        self._older = [BenchRun(f"{path.parent.name}/{path.stem}", path) for path in found if path.resolve() not in own]
+
+    def show_changes(self, changed: set[str]) -> None:
+        """Show the runs there are; the newest is ticked."""
+        if not changed & {RUN, RUNS}:
+            return
+        shown = self.workbench.shown
+        if shown is not None and shown.path not in self._ticked:
+            self._ticked = [shown.path]
+        self._fill_runs()
+        self._show_all()
+
+    @property
+    def _all(self) -> list[BenchRun]:
+        own = {run.path for run in self.workbench.runs}
+        return [*reversed(self.workbench.runs), *(run for run in self._older if run.path not in own)]
+
+    def _fill_runs(self) -> None:
+        listed = self.query_one("#runs", SelectionList)
+        with self.prevent(SelectionList.SelectedChanged):
+            listed.clear_options()
+            for place, run in enumerate(self._all):
+                listed.add_option(Selection(Text(run.title, no_wrap=True, overflow="ellipsis"), place, run.path in self._ticked))
+
+    def _records(self) -> list[tuple[str, Record]]:
+        """Return the ticked runs with their titles; one that cannot be read is told and left out."""
+        found = []
+        for run in self._all:
+            if run.path not in self._ticked:
+                continue
+            try:
+                found.append((run.title, run.record()))
+            except LatheSimError as error:
+                self._ticked.remove(run.path)
+                self.tell_fault(str(error))
+        return found
+
+    def _show_all(self) -> None:
+        runs = self._records()
+        known: dict[str, str] = {}
+        for _, record in runs:
+            known |= {name: record.channel(name).description for name in record if name not in known}
+        self._channels = [name for name in self._channels if name in known]
+        if not self._channels and runs:
+            first = find_channel(runs[0][1], *_FIRST_CHANNELS) or next(iter(runs[0][1]), None)
+            self._channels = [first] if first is not None else []
+        self._fill_channels(known, runs)
+        self._draw(runs)
+        self._fill_metrics(runs)
+
+    def _fill_channels(self, known: dict[str, str], runs: list[tuple[str, Record]]) -> None:
+        listed = self.query_one("#channels", SelectionList)
+        wanted = self.query_one("#wanted", Input).value.lower()
+        units = {name: record.unit(name) for _, record in runs for name in record}
+        with self.prevent(SelectionList.SelectedChanged):
+            listed.clear_options()
+            for name, doc in known.items():
+                if wanted in name.lower() or wanted in doc.lower():
+                    text = Text.assemble((name, "bold"), f" [{units[name]}] ", (doc, "dim"), no_wrap=True, overflow="ellipsis")
+                    listed.add_option(Selection(text, name, name in self._channels))
+
+    def _draw(self, runs: list[tuple[str, Record]]) -> None:
+        plot = self.query_one(TimePlot)
+        several = len(runs) > 1
+        if self._view == TIME:
+            curves = [Curve(record, name, _named(name, title, several)) for name in self._channels for title, record in runs]
+            plot.show(curves, cursor=self._cursor)
+        elif self._view == ERROR:
+            curves = []
+            for title, record in runs:
+                name = find_channel(record, "contour.contour_error", ".contour_error")
+                if name is not None:
+                    curves.append(Curve(record, name, _named("contour error in contact", title, several), only=contact(record)))
+            plot.show(curves, cursor=self._cursor)
+        elif self._view == PATH:
+            plot.show_lines(_path_lines(runs), "Z / mm", "X (radius) / mm")
+        else:
+            plot.show_lines(_surface_lines(runs), "Z / mm", "R_a / um")
+        self._show_cursor(runs)
+
+    def _show_cursor(self, runs: list[tuple[str, Record]]) -> None:
+        words = self.query_one("#cursor", Static)
+        if not runs:
+            words.update("Run something first, or open a record with o.")
+            return
+        if self._view not in (TIME, ERROR):
+            words.update(f"{self._view}: {', '.join(title for title, _ in runs)}")
+            return
+        found: list[str | Text | tuple[str, str]] = []
+        found.append("Cursor: , and . or a click" if self._cursor is None else f"t = {self._cursor:.4g} s")
+        names = self._channels if self._view == TIME else ["contour.contour_error"]
+        curves = [(name, title, record) for name in names for title, record in runs if name in record]
+        for (name, title, record), (mark, _, colour) in zip(curves, self.query_one(TimePlot).named, strict=False):
+            value = value_at(record, name, self._cursor) if self._cursor is not None else math.nan
+            shown = f": {shown_with_unit(value, record.unit(name))}" if math.isfinite(value) else ""
+            found += ["\n", (mark, colour), f" {_named(name, title, len(runs) > 1)}{shown}"]
+        words.update(Text.assemble(*found, no_wrap=True, overflow="ellipsis"))
+
+    def _fill_metrics(self, runs: list[tuple[str, Record]]) -> None:
+        table = self.query_one(DataTable)
+        table.clear(columns=True)
+        if not runs:
+            return
+        table.add_columns("metric", *(Text(title[:24]) for title, _ in runs))
+        measured = [self._measurements(record) for _, record in runs]
+        for name in self.workbench.registry.metrics:
+            if any(name in found.values for found in measured):
+                cells = [str(found.values[name]) if name in found.values else "-" for found in measured]
+                table.add_row(Text(name), *(Text(cell) for cell in cells))
+
+    def _measurements(self, record: Record) -> Measurements:
+        key = id(record)
+        if key not in self._measured or record.status == "running":
+            self._measured[key] = measure(record, self.workbench.registry.metrics)
+        return self._measured[key]
+
+    @on(SelectionList.SelectedChanged, "#runs")
+    def _tick_runs(self, event: SelectionList.SelectedChanged[int]) -> None:
+        everything = self._all
+        self._ticked = [everything[place].path for place in event.selection_list.selected if place < len(everything)]
+        self._show_all()
+
+    @on(SelectionList.SelectionToggled, "#channels")
+    def _tick_channel(self, event: SelectionList.SelectionToggled[str]) -> None:
+        name = str(event.selection.value)
+        if name in self._channels:
+            self._channels.remove(name)
+        else:
+            self._channels.append(name)
+        self._view = TIME
+        self._draw(self._records())
+
+    @on(Input.Changed, "#wanted")
+    def _search(self) -> None:
+        runs = self._records()
+        known: dict[str, str] = {}
+        for _, record in runs:
+            known |= {name: record.channel(name).description for name in record if name not in known}
+        self._fill_channels(known, runs)
+
+    @on(Input.Submitted, "#wanted")
+    def _to_channels(self) -> None:
+        self.query_one("#channels", SelectionList).focus()
+
+    @on(TimePlot.Picked)
+    def _pick(self, event: TimePlot.Picked) -> None:
+        if self._view in (TIME, ERROR):
+            self._cursor = event.x
+            self._draw_keeping_zoom()
+
+    def action_cursor(self, steps: int) -> None:
+        """Move the cursor along."""
+        low, high = self.query_one(TimePlot).span
+        here = self._cursor if self._cursor is not None else low
+        self._cursor = min(high, max(low, here + steps * (high - low) / _STEPS))
+        self._draw_keeping_zoom()
+
+    def _draw_keeping_zoom(self) -> None:
+        self.query_one(TimePlot).show_cursor(self._cursor)
+        self._show_cursor(self._records())
+
+    def action_view(self, view: str) -> None:
+        """Look at the runs in another way."""
+        self._view = view
+        self._draw(self._records())
+
+    def action_open(self) -> None:
+        """Open any record by its path."""
+        from lathesim.tui.screens.text_question import TextQuestion
+
+        self.app.push_screen(TextQuestion("Record to open (.h5)", placeholder="lathesim_runs/01_contour_error/001.h5"), self._open)
+
+    def _open(self, name: str | None) -> None:
+        if name is None:
+            return
+        try:
+            run = self.workbench.open_record(Path(name))
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+            return
+        self._ticked.append(run.path)
+
+    def action_figure(self) -> None:
+        """Save the picture through matplotlib."""
+        from lathesim.tui.screens.text_question import TextQuestion
+
+        runs = self._records()
+        if not runs:
+            self.tell_fault("There is no run to draw. Run something first.")
+            return
+        first = next(run.path for run in self._all if run.path in self._ticked)
+        name = first.with_name(f"{first.stem}_{_FIGURE_ENDING[self._view]}.png")
+        self.app.push_screen(TextQuestion("Save the figure as (.png, .svg or .pdf)", str(name)), self._save_figure)
+
+    def _save_figure(self, name: str | None) -> None:
+        if name is None:
+            return
+        runs = self._records()
+        try:
+            from lathesim.analysis.plots import save_figure
+
+            save_figure(self._figure(runs), name)
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+            return
+        self._command = self._plot_command(name)
+        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+        self.notify(f"The figure is in {name}.", markup=False)
+
+    def _figure(self, runs: list[tuple[str, Record]]) -> Any:
+        from lathesim.analysis.plots import channels_figure, contour_error_figure, path_figure
+        from lathesim.analysis.surface import surface_figure
+
+        if self._view == TIME:
+            found = overlaid(runs, self._channels)
+            return channels_figure(found, list(found), " and ".join(title for title, _ in runs))
+        draw = {PATH: path_figure, ERROR: contour_error_figure, SURFACE: surface_figure}[self._view]
+        return draw(runs[0][1], runs[0][0])
+
+    def _plot_command(self, name: str) -> str:
+        path = next(run.path for run in self._all if run.path in self._ticked)
+        channels = self._channels if self._view == TIME else []
+        return shlex.join(["lathesim", "plot", str(path), *channels, "--save", name])
+
+    def action_csv(self) -> None:
+        """Write the data of the run as a CSV file."""
+        from lathesim.tui.screens.text_question import TextQuestion
+
+        ticked = [run for run in self._all if run.path in self._ticked]
+        if not ticked:
+            self.tell_fault("There is no run to write. Run something first.")
+            return
+        self.app.push_screen(TextQuestion("Write the data as (.csv or .mat)", str(ticked[0].path.with_suffix(".csv"))), self._save_csv)
+
+    def _save_csv(self, name: str | None) -> None:
+        runs = self._records()
+        if name is None or not runs:
+            return
+        try:
+            from lathesim.analysis.export import export
+
+            export(runs[0][1] if len(runs) == 1 else overlaid(runs, self._channels), name)
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+            return
+        path = next(run.path for run in self._all if run.path in self._ticked)
+        self._command = shlex.join(["lathesim", "export", str(path), name])
+        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+        self.notify(f"The data are in {name}.", markup=False)
+
+    def command(self) -> str:
+        """Return the command that draws or writes the same."""
+        if self._command:
+            return self._command
+        ticked = [run for run in self._all if run.path in self._ticked]
+        if not ticked:
+            return "lathesim plot RUN.h5"
+        return shlex.join(["lathesim", "plot", str(ticked[0].path), *(self._channels if self._view == TIME else [])])
+
+
+def _named(name: str, title: str, several: bool) -> str:
+    return f"{name} ({title})" if several else name
+
+
+def _path_lines(runs: list[tuple[str, Record]]) -> list[Line]:
+    from lathesim.tui.drawing.lathe_scene import Motion
+
+    lines: list[Line] = []
+    for title, record in runs:
+        motion = Motion.of(record)
+        if motion is None:
+            continue
+        if not lines:
+            lines.append(Line(motion.z_reference * 1e3, motion.x_reference * 1e3, "reference"))
+        lines.append(Line(motion.z * 1e3, motion.x * 1e3, title))
+    return lines
+
+
+def _surface_lines(runs: list[tuple[str, Record]]) -> list[Line]:
+    from lathesim.analysis.surface import roughness_along
+
+    lines = []
+    for title, record in runs:
+        try:
+            surface = roughness_along(record)
+        except LatheSimError:
+            continue
+        if len(surface.z):
+            lines.append(Line(np.asarray(surface.z) * 1e3, np.asarray(surface.roughness) * 1e6, title))
+    return lines

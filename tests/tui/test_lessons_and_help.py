@@ -1,0 +1,105 @@
+"""Lessons with their hints and the student's book; help; the palette."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from textual.widgets import Input, Markdown, OptionList, Static, Tree
+
+from lathesim.tui.model.student_book import StudentBook
+from lathesim.tui.model.suggestion import suggestion
+from tests.tui.driving import opened, run_to_end, until
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+async def test_a_hint_opens_after_a_try_and_the_book_keeps_the_best() -> None:
+    async with opened() as (app, pilot):
+        await pilot.press("f6")
+        await pilot.pause(0.2)
+        goals = app.screen.query_one("#goals", Static)
+        assert "A hint opens after your first run." in str(goals.content)
+        await run_to_end(app, pilot)
+        await pilot.press("f6")
+        await pilot.pause(0.2)
+        assert "Hint: Raise the proportional gain" in str(goals.content)
+        assert "best 0.6851 mm" in str(goals.content)
+    book = json.loads(Path("lathesim_progress.json").read_text(encoding="utf-8"))
+    entry = book["lessons"]["01_contour_error"]
+    assert entry["tries"] == 1
+    assert not entry["best"]["max_contour_error at most"]["met"]
+
+
+async def test_a_thing_to_try_sets_its_values_on_the_bench() -> None:
+    async with opened() as (app, pilot):
+        await pilot.press("f6")
+        await pilot.pause(0.2)
+        tries = app.screen.query_one("#tries", OptionList)
+        tries.focus()
+        tries.highlighted = 2
+        await pilot.press("enter")
+        await pilot.pause(0.2)
+        assert app.current_mode == "bench"
+        assert app.workbench.command() == "lathesim run 01_contour_error --variant I --set x_dac.bits=12 --set z_dac.bits=12"
+
+
+async def test_enter_puts_a_lesson_on_the_bench() -> None:
+    async with opened() as (app, pilot):
+        await pilot.press("f6")
+        await pilot.pause(0.2)
+        lessons = app.screen.query_one("#lessons", OptionList)
+        lessons.focus()
+        await pilot.press("down", "enter")
+        await pilot.pause(0.2)
+        assert app.workbench.setup is not None
+        assert app.workbench.setup.lesson.name == "02_process_control"
+
+
+def test_a_damaged_book_is_kept_aside() -> None:
+    Path("lathesim_progress.json").write_text("{ not json", encoding="utf-8")
+    book = StudentBook()
+    assert "kept as lathesim_progress.json.bak" in book.fault
+    assert Path("lathesim_progress.json.bak").read_text(encoding="utf-8") == "{ not json"
+    assert book.entries == {}
+
+
+def test_a_suggestion_is_read_from_the_words_of_a_lesson() -> None:
+    found = suggestion("Try --variant II --set x_axis.time_constant='30 ms', then more.", ("I", "II"))
+    assert (found.variant, found.values) == ("II", (("x_axis.time_constant", "30 ms"),))
+    assert not suggestion("Compare I with II.", ("I", "II")).can_be_set
+
+
+async def test_help_shows_keys_chapters_and_the_page_of_an_effect() -> None:
+    async with opened() as (app, pilot):
+        await pilot.press("f1")
+        await pilot.pause(0.3)
+        assert "Run/Stop" in str(app.screen.query_one("#text", Static).content)
+        app.screen.query_one("#wanted", Input).value = "backlash"
+        await pilot.pause(0.3)
+        tree = app.screen.query_one(Tree)
+        labels = [str(leaf.label) for node in tree.root.children for leaf in node.children]
+        assert "Backlash" in labels
+        await app.show_help("effect", "Backlash")
+        await pilot.pause(0.2)
+        assert "Fingerprint" in str(app.screen.query_one("#text", Static).content)
+        await app.show_help("chapter", "plugins")
+        await pilot.pause(0.3)
+        assert app.screen.query_one(Markdown).display
+
+
+async def test_the_palette_finds_a_channel_and_plots_it() -> None:
+    async with opened() as (app, pilot):
+        await pilot.press("ctrl+p")
+        await pilot.pause(0.2)
+        await pilot.press(*"cutting_force.radial")
+        from textual.command import CommandList
+
+        await until(pilot, lambda: app.screen.query_one(CommandList).option_count > 0, "a hit")
+        await pilot.press("enter")
+        await run_to_end(app, pilot)
+        await until(pilot, lambda: "cutting_force.radial_force" in str(app.screen.query_one("#plot").border_title), "the curve")

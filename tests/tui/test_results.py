@@ -1,0 +1,113 @@
+"""Results: runs alone and laid over each other, values under the cursor, figures and files; an older record, and one that is gone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from textual.widgets import DataTable, Input, SelectionList, Static
+
+from lathesim.cli.main import run_command_line
+from lathesim.lessons.lesson import load_lesson
+from lathesim.record import load
+from lathesim.tui.app import LathesimApp
+from lathesim.tui.widgets.time_plot import TimePlot
+from tests.tui.driving import opened, run_to_end
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def tick_all(app: LathesimApp) -> None:
+    app.screen.query_one("#runs", SelectionList).select_all()
+
+
+async def test_a_student_doubles_the_gain_sees_the_error_fall_and_saves_what_runs_the_same() -> None:
+    async with opened() as (app, pilot):
+        await run_to_end(app, pilot)
+        setup = app.workbench.setup
+        assert setup is not None
+        for axis in ("x", "z"):
+            setup = setup.with_value(f"{axis}_controller.proportional", "0.449 V/mm")
+        app.workbench.change(setup)
+        await run_to_end(app, pilot)
+        await pilot.press("f3")
+        await pilot.pause()
+        tick_all(app)
+        await pilot.pause()
+        table = app.screen.query_one(DataTable)
+        errors = next(table.get_row_at(row) for row in range(table.row_count) if str(table.get_row_at(row)[0]) == "max_contour_error")
+        assert [str(cell) for cell in errors[1:]] == ["0.3379 mm", "0.6851 mm"]
+        assert len(app.screen.query_one(TimePlot).named) == 2
+        await pilot.press("g")
+        await pilot.pause()
+        app.screen.query_one(Input).value = "both.png"
+        await pilot.press("enter")
+        await pilot.pause()
+        assert Path("both.png").stat().st_size > 10_000
+        Path("mine.yaml").write_text(setup.lesson_text(Path()), encoding="utf-8")
+    assert run_command_line(["run", "mine.yaml", "--out", "again.h5", "--no-plots"]) == 0
+    shown, again = load("lathesim_runs/01_contour_error/002.h5"), load("again.h5")
+    assert all((shown[name] == again[name]).all() for name in shown)
+    assert load_lesson("mine.yaml").variants == ()
+
+
+async def test_the_cursor_tells_values_with_units() -> None:
+    async with opened() as (app, pilot):
+        await run_to_end(app, pilot)
+        await pilot.press("f3")
+        await pilot.pause()
+        app.screen.query_one(TimePlot).focus()
+        await pilot.press("greater_than_sign", "greater_than_sign")
+        await pilot.pause()
+        words = str(app.screen.query_one("#cursor", Static).content)
+        assert words.startswith("t = 3.")
+        assert "contour.contour_error: " in words
+        assert words.rstrip().endswith("m")
+
+
+@pytest.mark.parametrize("key", ["t", "x", "e", "u"])
+async def test_every_view_is_drawn_and_its_figure_saved(key: str) -> None:
+    async with opened() as (app, pilot):
+        await run_to_end(app, pilot)
+        await pilot.press("f3")
+        await pilot.pause()
+        app.screen.query_one(TimePlot).focus()
+        await pilot.press(key)
+        await pilot.pause()
+        assert app.screen.query_one(TimePlot).named
+        await pilot.press("g")
+        await pilot.pause()
+        app.screen.query_one(Input).value = "view.svg"
+        await pilot.press("enter")
+        await pilot.pause()
+    assert Path("view.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+
+async def test_an_older_record_is_opened_by_the_command_and_written_as_csv() -> None:
+    assert run_command_line(["run", "01_contour_error", "--variant", "I", "--out", "old.h5", "--no-plots"]) == 0
+    async with opened("old.h5") as (app, pilot):
+        await pilot.pause()
+        assert app.current_mode == "results"
+        app.screen.query_one(TimePlot).focus()
+        await pilot.press("w")
+        await pilot.pause()
+        await pilot.press("enter")
+        await pilot.pause()
+        assert app.screen.query_one("#command").command == "lathesim export old.h5 old.csv"  # type: ignore[attr-defined]
+    assert Path("old.csv").read_text(encoding="utf-8").startswith("time [s],interpolator.x_reference [m]")
+
+
+async def test_a_record_that_is_gone_is_told_in_a_sentence() -> None:
+    assert run_command_line(["run", "01_contour_error", "--variant", "I", "--no-plots"]) == 0
+    async with opened() as (app, pilot):
+        await pilot.press("f3")
+        await pilot.pause()
+        Path("lathesim_runs/01_contour_error/01_contour_error_I.h5").unlink()
+        tick_all(app)
+        await pilot.pause()
+        assert any("there is no" in notice.message for notice in app._notifications)
+        await pilot.press("f2")
+        assert app.current_mode == "bench"
