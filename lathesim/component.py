@@ -45,6 +45,8 @@ BUILT_IN_ARGUMENTS = {
     "sample_period": "time between two updates of this part [s]",
     "step": "length of one integration step [s]",
 }
+GROUPS = ("interpolator", "controllers", "converters", "axes", "spindle", "process", "tool and part")
+"""The groups of a machine's parts, in the order of the shop: from what is asked for to what is cut."""
 LAW_NAMES = ("derivative", "output", "update")
 _PLACEHOLDER = re.compile(r"\{(\w+)\}")
 
@@ -175,6 +177,9 @@ class Component:
     counts), ``resolution``, ``bits`` (parameters: how finely it reads), ``gain`` (parameter: by what a reading is divided to be what is
     measured) ..."""
 
+    group: ClassVar[str] = ""
+    """Where a person looks for the part: one of :data:`GROUPS`; empty for one that stands among "further parts"."""
+
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         cls.declarations = _collect(cls)
@@ -252,6 +257,9 @@ def _argument_names(cls: type[Component], law: str) -> tuple[str, ...]:
 
 def _check_definition(cls: type[Component]) -> None:
     place = f"{cls.__module__}.{cls.__qualname__}"
+    if cls.group and cls.group not in GROUPS:
+        remedy = nearest(cls.group, GROUPS) or f"Groups: {', '.join(GROUPS)}."
+        raise ComponentError(f"there is no group '{cls.group}'.", place=place, remedy=remedy)
     names = cls.declarations
     for name, item in names.items():
         if not item.doc.strip():

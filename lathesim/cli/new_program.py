@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from lathesim.errors import ProgramError
-
-if TYPE_CHECKING:
-    from lathesim.program.new_program import Process
 
 _COMMON: list[Callable[[Any], Any]] = [
     click.option("--length", required=True, help="How far the cut goes behind the face, for example 20mm."),
@@ -43,15 +40,16 @@ def taper(
     large_diameter: str, small_diameter: str, length: str, face: str, clearance: str, feed: str, speed: str, out: Path | None, force: bool
 ) -> None:
     """A taper cut: one pass that widens from the face on."""
-    from lathesim.program.new_program import taper_cut
+    from lathesim.program.cut_form import taper_from_form
 
-    text = taper_cut(
-        small_diameter=_length(small_diameter),
-        large_diameter=_length(large_diameter),
-        length=_length(length),
-        face=_length(face),
-        clearance=_length(clearance),
-        process=_process(feed, speed),
+    text = taper_from_form(
+        small_diameter=small_diameter,
+        large_diameter=large_diameter,
+        length=length,
+        face=face,
+        clearance=clearance,
+        feed=feed,
+        speed=speed,
     )
     _hand_out(text, out, force)
 
@@ -61,38 +59,10 @@ def taper(
 @_with_common
 def straight(diameter: str, length: str, face: str, clearance: str, feed: str, speed: str, out: Path | None, force: bool) -> None:
     """A straight cut: one pass at one diameter."""
-    from lathesim.program.new_program import straight_cut
+    from lathesim.program.cut_form import straight_from_form
 
-    text = straight_cut(
-        diameter=_length(diameter),
-        length=_length(length),
-        face=_length(face),
-        clearance=_length(clearance),
-        process=_process(feed, speed),
-    )
+    text = straight_from_form(diameter=diameter, length=length, face=face, clearance=clearance, feed=feed, speed=speed)
     _hand_out(text, out, force)
-
-
-def _length(text: str) -> float:
-    from lathesim.units import quantity
-
-    return quantity(text, "m")
-
-
-def _process(feed: str, speed: str) -> Process:
-    """Feed and speed by their units: mm/min or mm (mm/rev), rpm or m/min."""
-    from lathesim.program.new_program import Process
-    from lathesim.units import quantity, same_dimension, split_quantity
-
-    feed_text = feed.strip().removesuffix("/rev").removesuffix("/revolution")
-    per_revolution = same_dimension(split_quantity(feed_text)[1] or "m/s", "m")
-    surface = same_dimension(split_quantity(speed)[1] or "rpm", "m/s")
-    return Process(
-        feed=quantity(feed_text, "m" if per_revolution else "m/s"),
-        speed=quantity(speed, "m/s" if surface else "rad/s"),
-        per_revolution=per_revolution,
-        surface=surface,
-    )
 
 
 def _hand_out(text: str, out: Path | None, force: bool) -> None:

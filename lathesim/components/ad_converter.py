@@ -13,6 +13,8 @@ class ADConverter(Component):
     Left out: offset, conversion time, aliasing filter.
     """
 
+    group = "converters"
+
     ports = {"measured": "voltage", "reading": "reading", "bits": "bits"}
 
     voltage = Input("V", doc="voltage of the sensor")

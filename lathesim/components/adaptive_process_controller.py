@@ -22,6 +22,8 @@ class AdaptiveProcessController(Component):
     where (32) is misprinted, it means the rate of the feed. Left out: dynamics between feed and force.
     """
 
+    group = "controllers"
+
     ports = {"measured": "measured"}
 
     measured = Input("{signal}", doc="measured force, torque or power")

@@ -14,6 +14,8 @@ class AnalogSensor(Component):
     Left out: bandwidth, drift, crosstalk, saturation (the converter saturates).
     """
 
+    group = "converters"
+
     ports = {"measured": "measured", "reading": "voltage", "gain": "gain"}
 
     measured = Input("{signal}", doc="what is measured")

@@ -33,6 +33,8 @@ class AnalyticalAxis(Component):
     here, as it follows the voltage at once and would close a loop through the controller: AxisDrive beside it gives current and force.
     """
 
+    group = "axes"
+
     ports = {
         "effort": "force",
         "flow": "velocity",

@@ -17,6 +17,8 @@ class AnalyticalSpindle(Component):
     Left out: inductance, belt and gear elasticity. SpindleDrive gives the current.
     """
 
+    group = "spindle"
+
     ports = {
         "effort": "torque",
         "flow": "speed",

@@ -14,6 +14,8 @@ class AngularEncoder(Component):
     counts a turn is that of the motor bench HSM150 (2023). Left out: eccentricity, interpolation error, lost counts.
     """
 
+    group = "converters"
+
     ports = {"measured": "measured", "reading": "angle", "rate": "rate", "resolution": "resolution"}
 
     measured = Input("rad", doc="actual angle")

@@ -14,6 +14,8 @@ class AxisDrive(Component):
     ``drive_force``. Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equations (6) and (7). Left out: inductance.
     """
 
+    group = "axes"
+
     ports = {"drive": "voltage", "applied": "force"}
 
     voltage = Input("V", doc="voltage to the amplifier")

@@ -19,6 +19,8 @@ class CascadeController(Component):
     command it gives to 0.24 % without the integral. Left out: feed-forward, notch filters.
     """
 
+    group = "controllers"
+
     ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
 
     reference = Input("m", doc="position asked for")

@@ -21,6 +21,8 @@ class ContourError(Component):
     for the cosine v_x/v_r. Left out: the ends of a block, past which the line goes on.
     """
 
+    group = "tool and part"
+
     ports = {"reading": "contour_error"}
 
     x_reference = Input("m", doc="reference radius of the tool tip")

@@ -13,6 +13,8 @@ class CrossCouplingController(Component):
     section Contour control. The integral is limited to what ``largest_voltage`` can use. Left out: variable-gain laws.
     """
 
+    group = "controllers"
+
     ports = {"measured": "deviation"}
 
     deviation = Input("m", doc="sensed contour error, signed alike on lines and arcs")

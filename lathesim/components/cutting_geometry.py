@@ -22,6 +22,8 @@ class CuttingGeometry(Component):
     the surface left by the last turn (chatter).
     """
 
+    group = "process"
+
     ports = {"displacement": "x_position"}
 
     x_position = Input("m", doc="actual radius of the tool tip")

@@ -19,6 +19,8 @@ class CuttingLoad(Component):
     Left out: deflection of tool and part.
     """
 
+    group = "process"
+
     cutting_force = Input("N", doc="force along the cutting speed, F_C")
     longitudinal_force = Input("N", doc="force against the feed, F_lon")
     radial_force = Input("N", doc="force across feed and cutting speed, F_rad")

@@ -19,6 +19,8 @@ class CuttingProcess(Component):
     ratios are assumed. Left out: edge force, the build-up over the first turn, nose radius, wear, temperature, vibration.
     """
 
+    group = "process"
+
     ports = {
         "force": "main_force",
         "thrust_force": "thrust_force",

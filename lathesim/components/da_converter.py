@@ -29,6 +29,8 @@ class DAConverter(Component):
     Left out: offset, settling, differential nonlinearity.
     """
 
+    group = "converters"
+
     ports = {"drive": "command", "measured": "command", "reading": "voltage"}
 
     command = Input("V", doc="voltage asked for")

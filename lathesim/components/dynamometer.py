@@ -12,6 +12,8 @@ class Dynamometer(Component):
     resonance of the mounted dynamometer.
     """
 
+    group = "converters"
+
     ports = {"measured": "main_force", "reading": "main", "thrust_reading": "thrust", "feed_reading": "feed"}
 
     main_force = Input("N", doc="force along the cutting speed")

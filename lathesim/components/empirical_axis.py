@@ -13,6 +13,8 @@ class EmpiricalAxis(Component):
     a drive whose motor is known has Kd = (Kl p)^2/D, see AnalyticalAxis.
     """
 
+    group = "axes"
+
     ports = {"effort": "force", "flow": "velocity", "displacement": "position", "drive": "voltage"}
 
     voltage = Input("V", doc="voltage to the amplifier")

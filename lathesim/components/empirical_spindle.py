@@ -12,6 +12,8 @@ class EmpiricalSpindle(Component):
     analytical set (assumed), Kd = Ks^2/D from the same. Left out: dry friction, saturation of the current.
     """
 
+    group = "spindle"
+
     ports = {"effort": "torque", "flow": "speed", "displacement": "angle", "drive": "voltage"}
 
     voltage = Input("V", doc="voltage to the amplifier")

@@ -12,6 +12,8 @@ class ForceAxis(Component):
     are assumed, of the size of a small lathe's cross slide. Left out: dry friction, elasticity, the drive's own dynamics.
     """
 
+    group = "axes"
+
     ports = {
         "effort": "disturbance",
         "flow": "velocity",

@@ -180,6 +180,8 @@ class ConstantVelocityInterpolator(Component):
     Left out: look-ahead, corner rounding, in-position waits, jerk limits.
     """
 
+    group = "interpolator"
+
     example_tables: ClassVar[dict[str, list[list[float]]]] = {"path": EXAMPLE_PATH}
 
     path = Table("1", PATH_COLUMNS, doc="the path, one row a segment, SI")

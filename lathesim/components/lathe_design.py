@@ -58,6 +58,8 @@ class LatheDesign(Component):
     0.1 um is not to be had.
     """
 
+    group = "process"
+
     spindle_gain = Parameter("rad/(s*V)", 26.09, low=0.1, doc="speed of the spindle per volt")
     spindle_time_constant = Parameter("s", 0.21, low=1e-3, doc="time constant of the spindle")
     spindle_ad_bits = Parameter("1", 12.0, low=1.0, high=32.0, doc="bits of the converter behind the tachometer")

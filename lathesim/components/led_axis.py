@@ -15,6 +15,8 @@ class LedAxis(Component):
     chapter 4 (load of a feed drive); mass and friction are assumed. Left out: the lag of the servo, dry friction, elasticity.
     """
 
+    group = "axes"
+
     ports = {
         "effort": "disturbance",
         "flow": "velocity",

@@ -14,6 +14,8 @@ class LinearEncoder(Component):
     Left out: interpolation error within a period of the scale, lost counts, offset of the read head.
     """
 
+    group = "converters"
+
     ports = {"measured": "measured", "reading": "position", "resolution": "resolution"}
 
     measured = Input("m", doc="actual position of the table")

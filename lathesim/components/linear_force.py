@@ -15,6 +15,8 @@ class LinearForce(Component):
     of its (35) to (37) (steel, coated carbide) over f 0.05 to 0.4 mm, d 0.8 to 3 mm, V 60 to 180 m/min. Left out: ploughing, wear.
     """
 
+    group = "process"
+
     ports = {
         "force": "cutting_force",
         "thrust_force": "radial_force",

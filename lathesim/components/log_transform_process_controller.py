@@ -21,6 +21,8 @@ class LogTransformProcessController(Component):
     Source: L. Harder, Cutting Force Control in Turning, PhD thesis, KTH Stockholm (1995); J. Liu, R. G. Landers (2004), (29), (30).
     """
 
+    group = "controllers"
+
     breaks_where: ClassVar[str] = "ln F is asked of a force that is not above zero, while smallest_measured is 0"
     ports = {"measured": "measured"}
 

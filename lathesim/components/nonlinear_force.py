@@ -25,6 +25,8 @@ class NonlinearForce(Component):
     (36) and (37) over f 0.05 to 0.4 mm, d 0.8 to 3 mm, V 60 to 180 m/min. Left out: ploughing, wear, chip-thickness memory.
     """
 
+    group = "process"
+
     ports = {
         "force": "cutting_force",
         "thrust_force": "radial_force",

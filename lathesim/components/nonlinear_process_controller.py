@@ -36,6 +36,8 @@ class NonlinearProcessController(Component):
     R. G. Landers (2004), equations (25), (26), (38). Left out: a model of the dynamics between feed and force.
     """
 
+    group = "controllers"
+
     ports = {"measured": "measured"}
 
     measured = Input("{signal}", doc="measured force, torque or power")

@@ -16,6 +16,8 @@ class PositionController(Component):
     integration: K. J. Astrom, T. Hagglund, PID Controllers (1995), section 3.5. Left out: a filter on the derivative, feed forward.
     """
 
+    group = "controllers"
+
     ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
 
     reference = Input("m", doc="reference position")

@@ -14,6 +14,8 @@ class ProgrammedFeed(Component):
     Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), Example 2, case I.
     """
 
+    group = "controllers"
+
     measured = Input("{signal}", doc="measured force, torque or power")
     programmed_feed = Input("m", doc="feed per revolution of the interpolator")
     cutting_block = Input("1", doc="1 in blocks run at feed")

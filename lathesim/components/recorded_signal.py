@@ -17,6 +17,8 @@ class RecordedSignal(Component):
     integration stage. Before the first row the first value stands, after the last the last. Left out: resampling and filtering.
     """
 
+    group = "converters"
+
     ports = {"reading": "signal"}
 
     samples = Table("1", ("time", "value"), doc="time and value of each row, time rising")

@@ -14,6 +14,8 @@ class SpindleDrive(Component):
     spindle's ``drive_torque``. Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equations (1), (2). Left out: inductance.
     """
 
+    group = "spindle"
+
     ports = {"drive": "voltage", "applied": "net_torque"}
 
     voltage = Input("V", doc="voltage to the amplifier")

@@ -36,6 +36,8 @@ class Stock(Component):
     Left out: nose radius and flank of the tool, inner contours, threads; a step is as sharp as one cell.
     """
 
+    group = "tool and part"
+
     ports = {"displacement": "x_position"}
 
     x_position = Input("m", doc="actual radius of the tool tip")

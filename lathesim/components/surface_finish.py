@@ -17,6 +17,8 @@ class SurfaceFinish(Component):
     Left out: built-up edge, vibration, tool wear, feeds larger than the nose radius.
     """
 
+    group = "tool and part"
+
     feed = Input("m", doc="feed per revolution")
     in_contact = Input("1", doc="1 while tool and part touch in a block run at feed")
     z_position = Input("m", doc="actual z position of the tool tip")

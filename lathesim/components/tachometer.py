@@ -15,6 +15,8 @@ class Tachometer(Component):
     Left out: nonlinearity, temperature. Noise is new at every sample and held over it.
     """
 
+    group = "converters"
+
     ports = {"measured": "speed", "reading": "voltage", "gain": "gain"}
 
     speed = Input("rad/s", doc="actual speed of the spindle")

@@ -23,6 +23,8 @@ class TaylorWear(Component):
     Materials: ``tool_materials``. End of life at 0.3 mm: ISO 3685. Left out: running-in, feed and depth, crater wear, breakage.
     """
 
+    group = "tool and part"
+
     cutting_speed = Input("m/s", doc="actual cutting speed")
     in_contact = Input("1", doc="1 while the tool cuts")
 

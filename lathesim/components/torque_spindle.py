@@ -12,6 +12,8 @@ class TorqueSpindle(Component):
     b 7.03e-5 N m s. Left out: dry friction, elasticity, the drive's own dynamics.
     """
 
+    group = "spindle"
+
     ports = {
         "effort": "disturbance",
         "flow": "speed",

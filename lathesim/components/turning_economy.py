@@ -18,6 +18,8 @@ class TurningEconomy(Component):
     Left out: scrap, set-up of the batch, regrinding.
     """
 
+    group = "tool and part"
+
     used_life = Input("1", doc="used-up share of the edge's life, since the start")
 
     machine_rate = Parameter("dollar/s", 60.0 / 3600.0, low=0.0, doc="cost of machine and operator per time")

@@ -15,6 +15,8 @@ class VoltageDrive(Component):
     M. Gautier, M. Brunot, Data Set and Reference Models of EMPS (2019). Left out: inductance, current loop, limits, dead zone, ripple.
     """
 
+    group = "axes"
+
     ports = {"drive": "voltage", "flow": "velocity", "back_emf": "back_emf", "current": "current", "applied": "effort"}
 
     voltage = Input("V", doc="command voltage")

@@ -23,10 +23,12 @@ def changed_lesson(
     replace: Mapping[str, str] | None = None,
     program: Path | None = None,
     seed: int | None = None,
+    further: Mapping[str, str] | None = None,
 ) -> str:
     """Give the YAML text of a lesson with further ``insert:`` entries and ``set:`` values, for a file in ``folder``.
 
-    ``replace`` puts other components into places, ``program`` and ``seed`` take the place of the lesson's. With a ``variant`` its changes
+    ``replace`` puts other components into places, ``program`` and ``seed`` take the place of the lesson's, and so do the keys
+    of ``further`` (``sample_period``, ``step``, ``duration``). With a ``variant`` its changes
     become the lesson's own and the text has no variants: what runs is that variant with the other changes on top.
 
     A machine template, a part program or a recording that stands with the lesson is named by its way from the new folder, what came with
@@ -41,6 +43,7 @@ def changed_lesson(
         data["program"] = str(program.resolve())
     if seed is not None:
         data["seed"] = seed
+    data |= further or {}
     if insert:
         data["insert"] = [*data.get("insert", []), *[dict(entry) for entry in insert]]
     if values:

@@ -32,16 +32,18 @@ class Setup:
     inserted: tuple[Insert, ...] = ()
     program: Path | None = None
     seed: int | None = None
+    simulation: Mapping[str, str] = field(default_factory=dict)
+    """``sample_period``, ``step`` and ``duration``, as a lesson has them."""
 
     @property
     def is_changed(self) -> bool:
         """Whether anything differs from the lesson's variant."""
-        return bool(self.values or self.replaced or self.inserted or self.program is not None or self.seed is not None)
+        return bool(self.summary != (self.variant or "as in the lesson"))
 
     @property
     def needs_file(self) -> bool:
         """Whether the changes go beyond the options of ``lathesim run``, so that they are written as a lesson."""
-        return bool(self.replaced or self.inserted)
+        return bool(self.replaced or self.inserted or self.simulation)
 
     @property
     def name(self) -> str:
@@ -55,6 +57,7 @@ class Setup:
         words += [f"{name}={quantity}" for name, quantity in self.values.items()]
         words += [f"{part}: {component}" for part, component in self.replaced.items()]
         words += [f"{entry['effect']} at {entry['at']}" for entry in self.inserted]
+        words += [f"{name}={quantity}" for name, quantity in self.simulation.items()]
         words += [self.program.name] if self.program is not None else []
         words += [f"seed {self.seed}"] if self.seed is not None else []
         return ", ".join(words) or "as in the lesson"
@@ -71,9 +74,9 @@ class Setup:
         """Return the setup with the lesson's own value of ``name``."""
         return replace(self, values={key: value for key, value in self.values.items() if key != name})
 
-    def with_part(self, part: str, component: str) -> Setup:
-        """Return the setup with another component in the place of a part; values of names it lacks are dropped by whoever knows them."""
-        return replace(self, replaced={**self.replaced, part: component})
+    def with_part(self, part: str, component: str, values: Mapping[str, str] | None = None) -> Setup:
+        """Return the setup with another component in the place of a part, and with other ``values`` where they are given."""
+        return replace(self, replaced={**self.replaced, part: component}, values=self.values if values is None else dict(values))
 
     def without_part(self, part: str) -> Setup:
         """Return the setup with the lesson's own component in a place."""
@@ -82,6 +85,24 @@ class Setup:
     def with_insert(self, entry: Insert) -> Setup:
         """Return the setup with one effect more."""
         return replace(self, inserted=(*self.inserted, dict(entry)))
+
+    def with_insert_value(self, position: int, item: str, quantity: str | None) -> Setup:
+        """Return the setup with another value of an inserted effect's parameter; None takes the effect's own."""
+        entry = {key: value for key, value in self.inserted[position].items() if key != item}
+        entry |= {item: quantity} if quantity is not None else {}
+        return replace(self, inserted=tuple(entry if place == position else other for place, other in enumerate(self.inserted)))
+
+    def with_simulation(self, name: str, quantity: str) -> Setup:
+        """Return the setup with another sample period, step or duration."""
+        return replace(self, simulation={**self.simulation, name: quantity})
+
+    def without_simulation(self, name: str) -> Setup:
+        """Return the setup with the lesson's own sample period, step or duration."""
+        return replace(self, simulation={key: value for key, value in self.simulation.items() if key != name})
+
+    def with_seed(self, seed: int | None) -> Setup:
+        """Return the setup with another seed; None takes the lesson's."""
+        return replace(self, seed=seed)
 
     def without_insert(self, position: int) -> Setup:
         """Return the setup with one of its inserted effects taken out."""
@@ -102,6 +123,7 @@ class Setup:
             replace=self.replaced,
             program=self.program,
             seed=self.seed,
+            further=self.simulation,
         )
 
     def prepared(self, registry: Registry) -> Prepared:

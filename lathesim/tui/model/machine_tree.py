@@ -1,0 +1,203 @@
+"""The machine as a person looks through it: groups of parts in the order of the shop, and what can be set at each part."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lathesim.component import GROUPS, Component, DiscreteState, Input, Parameter, State
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import Part
+from lathesim.errors import LatheSimError
+from lathesim.lessons.case import Given
+from lathesim.lessons.part_values import take_value
+from lathesim.lessons.simulate import Prepared
+from lathesim.plugins import Registry
+from lathesim.tui.model.setup import Setup
+from lathesim.units import quantity
+
+EFFECTS, FURTHER, SIMULATION = "effects", "further parts", "simulation"
+_SIMULATION_UNITS = {"sample_period": "s", "step": "s", "duration": "s", "seed": "1"}
+_SIMULATION_WORDS = {
+    "sample_period": "time between two samples of converters and controllers",
+    "step": "length of one integration step",
+    "duration": "length of the run where no output ends it",
+    "seed": "number from which all noise is drawn",
+}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One thing that can be set: ``text`` as it is written now, ``default`` and ``bounds`` in words, ``fed`` by a wire or not."""
+
+    name: str
+    text: str
+    unit: str
+    default: str
+    bounds: str
+    doc: str
+    changed: bool = False
+    fed: str = ""
+
+
+def grouped_parts(case: Prepared) -> dict[str, list[Part]]:
+    """Return the parts by group, groups in the order of the shop, empty ones left out; effects stand by themselves."""
+    found: dict[str, list[Part]] = {group: [] for group in (*GROUPS, EFFECTS, FURTHER)}
+    for part in case.machinery.parts:
+        group = EFFECTS if issubclass(part.component, Effect) else part.component.group
+        found[group if group in found else FURTHER].append(part)
+    return {group: parts for group, parts in found.items() if parts}
+
+
+def part_entries(case: Prepared, setup: Setup, part: Part) -> list[Entry]:
+    """Return the parameters and start values of a part, in the order of their declaration."""
+    entries = []
+    for item, declared in part.component.declarations.items():
+        name = f"{part.name}.{item}"
+        if isinstance(declared, Parameter):
+            feeding = case.plan.feeds.get(name)
+            fed = feeding[1] if feeding is not None and feeding[1] != name else ""
+            bounds = _bounds(declared)
+            default = f"{declared.default:g}"
+        elif isinstance(declared, (State, DiscreteState)):
+            fed, bounds, default = "", "", f"{declared.start:g}"
+        else:
+            continue
+        text = fed or _written(case, setup, part, item) or _with_unit(default, declared.unit)
+        changed = name in setup.values or _inserted_value(setup, part.name, item) is not None
+        doc = declared.doc if isinstance(declared, Parameter) else f"at the start: {declared.doc}"
+        entries.append(Entry(name, text, declared.unit, _with_unit(default, declared.unit), bounds, doc, changed, fed))
+    return entries
+
+
+def simulation_entries(case: Prepared, setup: Setup) -> list[Entry]:
+    """Return what can be set of the run itself."""
+    plan, seed = case.plan, setup.seed if setup.seed is not None else case.case.seed
+    texts = {"sample_period": f"{plan.assembly.sample_period * 1e3:g} ms", "step": f"{plan.assembly.step * 1e3:g} ms", "seed": str(seed)}
+    if case.duration is not None:
+        texts["duration"] = f"{case.duration:g} s"
+    entries = []
+    for name, text in texts.items():
+        changed = name in setup.simulation or (name == "seed" and setup.seed is not None)
+        entries.append(Entry(name, setup.simulation.get(name, text), _SIMULATION_UNITS[name], "", "", _SIMULATION_WORDS[name], changed))
+    return entries
+
+
+def fault_of(case: Prepared, entry: Entry, text: str) -> str:
+    """Return what is wrong with a text as the value of an entry, in one sentence; empty where it is right."""
+    part, _, item = entry.name.partition(".")
+    try:
+        if item:
+            component = next(found.component for found in case.machinery.parts if found.name == part)
+            take_value(part, component, item, Given(text, "", ""), {}, {})
+        elif entry.name == "seed":
+            if not text.strip().isdigit():
+                return "The seed is a whole number from 0 on."
+        elif quantity(text, entry.unit) <= 0.0:
+            return "The time must be above 0 s."
+    except LatheSimError as error:
+        return str(error).removeprefix(": ")
+    return ""
+
+
+def with_entry(setup: Setup, entry: Entry, text: str) -> Setup:
+    """Return the setup with another value of an entry."""
+    if "." not in entry.name:
+        return setup.with_seed(int(text)) if entry.name == "seed" else setup.with_simulation(entry.name, text)
+    part, _, item = entry.name.partition(".")
+    position = inserted_at(setup, part)
+    if position is not None:
+        return setup.with_insert_value(position, item, text)
+    return setup.with_value(entry.name, text)
+
+
+def without_entry(setup: Setup, entry: Entry) -> Setup:
+    """Return the setup with the lesson's own value of an entry."""
+    if "." not in entry.name:
+        return setup.with_seed(None) if entry.name == "seed" else setup.without_simulation(entry.name)
+    part, _, item = entry.name.partition(".")
+    position = inserted_at(setup, part)
+    if position is not None:
+        return setup.with_insert_value(position, item, None)
+    return setup.without_value(entry.name)
+
+
+def candidates(case: Prepared, registry: Registry, part: Part) -> dict[str, type[Component]]:
+    """Return the components that can stand in the place of a part.
+
+    They give every output that a wire takes from it, and the machine feeds every input they cannot do without.
+    """
+    needed = {wire.source.partition(".")[2] for wire in case.machinery.wires if wire.source.partition(".")[0] == part.name}
+    fed = {wire.target.partition(".")[2] for wire in case.machinery.wires if wire.target.partition(".")[0] == part.name}
+    found = {}
+    for name, component in registry.components.items():
+        declared = component.declarations
+        wanted = {item for item, input_ in component.declared(Input).items() if input_.default is None}
+        if needed <= set(declared) and wanted <= fed and fed <= set(declared):
+            found[name] = component
+    return found
+
+
+def proposed_place(case: Prepared, effect: type[Component], chosen: str) -> str:
+    """Return the part to put an effect on, which has the ports it sits on: the chosen one, one wired to it, or the first."""
+    roles = set(effect.pairs()) if issubclass(effect, Effect) else set()
+    fitting = [part.name for part in case.machinery.parts if roles <= set(part.component.ports)]
+    ends = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in case.machinery.wires]
+    beside = {name for pair in ends if chosen in pair for name in pair}
+    return min(fitting, key=lambda name: (name != chosen, name not in beside), default=chosen)
+
+
+def with_component(setup: Setup, part: str, component: type[Component]) -> Setup:
+    """Return the setup with another component in a place; values of names it does not have are dropped."""
+    values = {
+        name: text
+        for name, text in setup.values.items()
+        if name.partition(".")[0] != part or name.partition(".")[2] in component.declarations
+    }
+    return setup.with_part(part, component.__name__, values)
+
+
+def inserted_at(setup: Setup, part: str) -> int | None:
+    """Return where among the setup's inserted effects a part stands; None where it is none of them."""
+    from lathesim.lessons.insertion import effect_part_name
+
+    for position, entry in enumerate(setup.inserted):
+        if (entry.get("name") or effect_part_name(entry["at"], entry["effect"])) == part:
+            return position
+    return None
+
+
+def _inserted_value(setup: Setup, part: str, item: str) -> str | None:
+    position = inserted_at(setup, part)
+    return setup.inserted[position].get(item) if position is not None else None
+
+
+def _written(case: Prepared, setup: Setup, part: Part, item: str) -> str:
+    """Return a value as it is written in the setup, the lesson or the machine; empty where nothing is written."""
+    inserted = _inserted_value(setup, part.name, item)
+    if inserted is not None:
+        return inserted
+    given = case.case.set.get(f"{part.name}.{item}")
+    if given is not None:
+        return str(given.value)
+    of_template = case.case.parts.get(part.name)
+    if of_template is not None:
+        entries: Mapping[str, str] = {**of_template.entry.set, **of_template.entry.start}
+        if item in entries and item in part.component.declarations:
+            return str(entries[item])
+    for insertion in case.case.insert:
+        if insertion.part_name == part.name and item in insertion.further:
+            return str(insertion.further[item].value)
+    values = {**part.parameters, **part.start}
+    return _with_unit(f"{values[item]:g}", part.component.declarations[item].unit) if item in values else ""
+
+
+def _with_unit(number: str, unit: str) -> str:
+    return number if unit == "1" else f"{number} {unit}"
+
+
+def _bounds(declared: Parameter) -> str:
+    low = "" if math.isinf(declared.low) else f"{declared.low:g}"
+    high = "" if math.isinf(declared.high) else f"{declared.high:g}"
+    return f"{low} to {high}" if low and high else f"from {low}" if low else f"to {high}" if high else ""

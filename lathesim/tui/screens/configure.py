@@ -1,0 +1,393 @@
+"""Configure: the machine part by part, its values, its wiring and its part program; save and load as a lesson."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rich.text import Text
+from textual import on
+from textual.binding import Binding
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.widget import Widget
+from textual.widgets import DataTable, Input, Label, Static, TabbedContent, TabPane, Tree
+
+from lathesim.engine.assembly import Part
+from lathesim.errors import LatheSimError
+from lathesim.lessons.simulate import Prepared
+from lathesim.manual.component_page import first_sentence
+from lathesim.tui.drawing.wiring_box import wiring_box
+from lathesim.tui.model.line_words import LineWords
+from lathesim.tui.model.machine_tree import (
+    EFFECTS,
+    SIMULATION,
+    Entry,
+    candidates,
+    fault_of,
+    grouped_parts,
+    part_entries,
+    proposed_place,
+    simulation_entries,
+    with_component,
+    with_entry,
+    without_entry,
+)
+from lathesim.tui.model.program_text import program_lines
+from lathesim.tui.model.setup import Setup
+from lathesim.tui.model.workbench import REGISTRY, SETUP
+from lathesim.tui.screens.workbench_screen import WorkbenchScreen
+from lathesim.tui.widgets.program_listing import ProgramListing
+
+_COLUMNS = ("", "name", "value", "default", "bounds", "what it is")
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """What is chosen in the tree: a part, or the simulation where it is empty."""
+
+    part: str
+
+
+class ConfigureScreen(WorkbenchScreen):
+    """The tree at the left; values, wiring and part program of what is chosen at the right."""
+
+    DEFAULT_CSS = """
+    ConfigureScreen #machine { width: 34; }
+    ConfigureScreen.-narrow #machine { width: 26; }
+    ConfigureScreen #about { height: auto; max-height: 3; padding: 0 1; background: $panel; }
+    ConfigureScreen TabbedContent { height: 1fr; }
+    ConfigureScreen TabPane { padding: 0; }
+    ConfigureScreen #entries { height: 1fr; }
+    ConfigureScreen #edit { height: 1; }
+    ConfigureScreen #edit Label { width: auto; padding: 0 1; }
+    ConfigureScreen #value { width: 1fr; }
+    ConfigureScreen #fault { height: auto; max-height: 3; padding: 0 1; }
+    ConfigureScreen #fault.-wrong { color: $error; }
+    ConfigureScreen #explained { height: auto; max-height: 4; padding: 0 1; background: $panel; }
+    """
+    BINDINGS = [
+        Binding("c", "component", "Other part"),
+        Binding("i", "effect", "Insert effect"),
+        Binding("delete,x", "take_back", "As in lesson", key_display="x"),
+        Binding("g", "program", "Program"),
+        Binding("n", "cut", "New cut"),
+        Binding("ctrl+s", "save", "Save"),
+        Binding("ctrl+o", "load", "Load"),
+        Binding("ctrl+z", "app.undo", "Undo"),
+    ]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._choice = _Choice("")
+        self._entries: list[Entry] = []
+        self._words: LineWords | None = None
+        self._words_of: tuple[Path | None, str] = (None, "")
+
+    def compose_body(self) -> Iterable[Widget]:
+        """Give the tree, and values, wiring and program as tabs."""
+        with Horizontal():
+            yield Tree[_Choice]("Machine", id="machine")
+            with Vertical():
+                yield Static("", id="about", markup=False)
+                with TabbedContent(id="tabs"):
+                    with TabPane("Values", id="values"):
+                        yield DataTable[Any](id="entries", cursor_type="row", zebra_stripes=True)
+                        with Horizontal(id="edit"):
+                            yield Label("", id="edited", markup=False)
+                            yield Input(id="value", compact=True, disabled=True)
+                        yield Static("", id="fault", markup=False)
+                    with TabPane("Wiring", id="wiring"), VerticalScroll():
+                        yield Static("", id="box", markup=False)
+                    with TabPane("Program", id="program"):
+                        yield ProgramListing(id="listing")
+                        yield Static("", id="explained", markup=False)
+
+    def show_changes(self, changed: set[str]) -> None:
+        """Show the machine of the setup."""
+        if not changed & {SETUP, REGISTRY} or self._setup is None:
+            return
+        try:
+            case = self.workbench.prepared()
+        except LatheSimError as error:
+            self._tell(None, f"This setup cannot run: {error} Undo with Ctrl+Z.")
+            return
+        self._fill_tree(case)
+        self._show_part(case)
+        self._show_program(case)
+
+    @property
+    def _setup(self) -> Setup | None:
+        return self.workbench.setup
+
+    def _fill_tree(self, case: Prepared) -> None:
+        tree = self.query_one("#machine", Tree)
+        assert self._setup is not None
+        changed = {name.partition(".")[0] for name in self._setup.values} | set(self._setup.replaced)
+        open_before = {str(node.label) for node in tree.root.children if node.is_expanded} or set()
+        first = not tree.root.children
+        tree.show_root = False
+        tree.clear()
+        chosen = None
+        for group, parts in grouped_parts(case).items():
+            node = tree.root.add(group, expand=first or group in open_before or group == EFFECTS)
+            for part in parts:
+                sign = "*" if part.name in changed or group == EFFECTS else " "
+                leaf = node.add_leaf(Text(f"{sign} {part.name}"), _Choice(part.name))
+                chosen = leaf if part.name == self._choice.part else chosen
+        leaf = tree.root.add_leaf(Text(f"{'*' if self._setup.simulation else ' '} {SIMULATION}"), _Choice(""))
+        start = tree.root.children[0].children[0] if first and not self._choice.part else leaf
+        self.call_after_refresh(tree.move_cursor, chosen or start)
+
+    @on(Tree.NodeHighlighted, "#machine")
+    def _highlight(self, event: Tree.NodeHighlighted[_Choice]) -> None:
+        if event.node.data is None or event.node.data == self._choice:
+            return
+        self._choice = event.node.data
+        try:
+            self._show_part(self.workbench.prepared())
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+
+    def _part(self, case: Prepared) -> Part | None:
+        return next((part for part in case.machinery.parts if part.name == self._choice.part), None)
+
+    def _show_part(self, case: Prepared) -> None:
+        setup, part = self._setup, self._part(case)
+        assert setup is not None
+        about, table = self.query_one("#about", Static), self.query_one("#entries", DataTable)
+        if part is None:
+            self._entries = simulation_entries(case, setup)
+            about.update("The simulation: periods and seed")
+            self.query_one("#box", Static).update("Choose a part to see its wiring.")
+        else:
+            self._entries = part_entries(case, setup, part)
+            about.update(f"{part.name}: {part.component.__name__}. {first_sentence(part.component)}")
+            self.query_one("#box", Static).update(wiring_box(case, part.name, 200))
+        row = table.cursor_row
+        table.clear(columns=True)
+        table.add_columns(*_COLUMNS)
+        for entry in self._entries:
+            name = entry.name.partition(".")[2] or entry.name
+            sign = "*" if entry.changed else "~" if entry.fed else ""
+            style = "bold" if entry.changed else "dim" if entry.fed else ""
+            cells = (sign, name, entry.text, entry.default, entry.bounds, entry.doc)
+            table.add_row(*(Text(cell, style=style) for cell in cells))
+        if self._entries:
+            table.move_cursor(row=min(row, len(self._entries) - 1))
+        self._show_edited()
+
+    def _entry(self) -> Entry | None:
+        row = self.query_one("#entries", DataTable).cursor_row
+        return self._entries[row] if 0 <= row < len(self._entries) else None
+
+    @on(DataTable.RowHighlighted, "#entries")
+    def _show_edited(self) -> None:
+        entry, field = self._entry(), self.query_one("#value", Input)
+        label = self.query_one("#edited", Label)
+        with self.prevent(Input.Changed):
+            if entry is None:
+                label.update("nothing to set")
+                field.value, field.disabled = "", True
+            elif entry.fed:
+                label.update(f"{entry.name} comes by a wire from {entry.fed}")
+                field.value, field.disabled = "", True
+            else:
+                label.update(f"{entry.name} =")
+                field.value, field.disabled = entry.text, False
+        self._tell(entry, "")
+
+    @on(DataTable.RowSelected, "#entries")
+    def _edit(self) -> None:
+        field = self.query_one("#value", Input)
+        if not field.disabled:
+            field.focus()
+
+    @on(Input.Changed, "#value")
+    def _check(self, event: Input.Changed) -> None:
+        entry = self._entry()
+        self._tell(entry, fault_of(self.workbench.prepared(), entry, event.value) if entry is not None else "")
+
+    def _tell(self, entry: Entry | None, fault: str) -> None:
+        """Say below the field what is wrong with the text, or else what the entry is and its bounds."""
+        bounds = f" ({entry.bounds} {entry.unit})" if entry is not None and entry.bounds else ""
+        words = f"✗ {fault}" if fault else f"{entry.doc}{bounds}" if entry is not None else ""
+        self.query_one("#fault", Static).update(words)
+        self.query_one("#fault", Static).set_class(bool(fault), "-wrong")
+
+    @on(Input.Submitted, "#value")
+    def _take(self, event: Input.Submitted) -> None:
+        entry, setup = self._entry(), self._setup
+        if entry is None or setup is None:
+            return
+        fault = fault_of(self.workbench.prepared(), entry, event.value)
+        if fault:
+            self._tell(entry, fault)
+            return
+        if event.value.strip() != entry.text:
+            self._try(with_entry(setup, entry, event.value.strip()))
+        self.query_one("#entries", DataTable).focus()
+
+    def _try(self, setup: Setup) -> bool:
+        """Put a setup on the bench where it can run; else say why not."""
+        try:
+            setup.prepared(self.workbench.registry)
+        except LatheSimError as error:
+            self._tell(None, str(error))
+            self.tell_fault(str(error))
+            return False
+        self.workbench.change(setup)
+        return True
+
+    def action_take_back(self) -> None:
+        """Take the lesson's own value, component or wire again."""
+        setup, entry, part = self._setup, self._entry(), self._choice.part
+        if setup is None:
+            return
+        if entry is not None and entry.changed:
+            self._try(without_entry(setup, entry))
+        elif part in setup.replaced:
+            self._try(setup.without_part(part))
+        else:
+            from lathesim.tui.model.machine_tree import inserted_at
+
+            position = inserted_at(setup, part)
+            if position is None:
+                self.notify("This is as in the lesson.")
+            elif self._try(setup.without_insert(position)):
+                self._choice = _Choice("")
+
+    def action_component(self) -> None:
+        """Choose the component of a place."""
+        from lathesim.tui.screens.part_choice import PartChoice
+
+        try:
+            case = self.workbench.prepared()
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+            return
+        part = self._part(case)
+        if part is None:
+            self.notify("Choose a part in the tree first.")
+            return
+        found = candidates(case, self.workbench.registry, part)
+        title = f"What stands at {part.name}: {len(found)} components fit its wires"
+        present = part.component.__name__
+        self.app.push_screen(PartChoice(title, found, self.workbench.registry.origins, present=present), self._take_component)
+
+    def _take_component(self, chosen: tuple[str, str] | None) -> None:
+        if chosen is not None and self._setup is not None:
+            self._try(with_component(self._setup, self._choice.part, self.workbench.registry.component(chosen[0])))
+
+    def action_effect(self) -> None:
+        """Insert an effect at the part that is chosen."""
+        from lathesim.tui.screens.part_choice import PartChoice
+
+        try:
+            case = self.workbench.prepared()
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+            return
+        registry, part = self.workbench.registry, self._choice.part
+        propose = partial(proposed_place, case, chosen=part)
+        choice = PartChoice("Insert an effect", registry.effects, registry.origins, place=part, propose=propose)
+        self.app.push_screen(choice, self._take_effect)
+
+    def _take_effect(self, chosen: tuple[str, str] | None) -> None:
+        if chosen is None or self._setup is None:
+            return
+        effect, at = chosen
+        if not at:
+            self.tell_fault("An effect needs a place: a part, or part.name.")
+            return
+        from lathesim.lessons.insertion import effect_part_name
+
+        if self._try(self._setup.with_insert({"effect": effect, "at": at})):
+            self._choice = _Choice(effect_part_name(at, effect))
+            self._show_part(self.workbench.prepared())
+
+    def _show_program(self, case: Prepared) -> None:
+        path, dialect = case.case.program, case.case.lesson.settings.dialect
+        listing = self.query_one(ProgramListing)
+        listing.show(program_lines(path))
+        if path is not None and self._words_of != (path, dialect):
+            self._words, self._words_of = None, (path, dialect)
+        words = f"{path.name}, dialect {dialect}. A click or the arrows explain a line." if path is not None else "No part program."
+        self.query_one("#explained", Static).update(words)
+
+    @on(ProgramListing.LineChosen)
+    def _explain(self, event: ProgramListing.LineChosen) -> None:
+        path, dialect = self._words_of
+        if path is None:
+            return
+        if self._words is None:
+            self._words = LineWords(path, dialect)
+        self.query_one("#explained", Static).update(self._words.of(event.line))
+
+    def action_program(self) -> None:
+        """Choose the part program."""
+        from lathesim.tui.screens.program_choice import ProgramChoice
+
+        if self._setup is not None:
+            self.app.push_screen(ProgramChoice(self._setup.lesson.path.parent), self._take_program)
+
+    def action_cut(self) -> None:
+        """Make a part program from a form."""
+        from lathesim.tui.screens.cut_form import CutForm
+
+        self.app.push_screen(CutForm(), self._take_program)
+
+    def _take_program(self, path: Path | None) -> None:
+        if path is not None and self._setup is not None and self._try(self._setup.with_program(path)):
+            self.query_one(TabbedContent).active = "program"
+
+    def action_save(self) -> None:
+        """Save the setup as a lesson."""
+        from lathesim.tui.screens.text_question import TextQuestion
+
+        if self._setup is not None:
+            self.app.push_screen(TextQuestion("Save as a lesson (.yaml)", f"{self._setup.lesson.name}_mine.yaml"), self._save)
+
+    def _save(self, name: str | None) -> None:
+        if name is None or self._setup is None:
+            return
+        path = Path(name).with_suffix(".yaml")
+        try:
+            if path.exists() and path.resolve() == self._setup.lesson.path.resolve():
+                self.tell_fault("The lesson itself is not written over. Choose another name.")
+                return
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(self._setup.lesson_text(path.parent), encoding="utf-8")
+        except OSError as error:
+            self.tell_fault(f"{path}: {error.strerror}. Choose another place.")
+            return
+        self.notify(f"Saved. {shlex.join(['lathesim', 'run', str(path)])} runs it.", markup=False)
+
+    def action_load(self) -> None:
+        """Load a lesson file."""
+        from lathesim.tui.screens.text_question import TextQuestion
+
+        self.app.push_screen(TextQuestion("Lesson to load (a file or a name)", placeholder="mine.yaml"), self._load)
+
+    def _load(self, name: str | None) -> None:
+        if name is None:
+            return
+        try:
+            self.workbench.open_lesson(name)
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+
+    def show_parameter(self, name: str) -> None:
+        """Show where a parameter is set: the palette asks for it."""
+        part, dot, _ = name.partition(".")
+        self._choice = _Choice(part if dot else "")
+        case = self.workbench.prepared()
+        self._fill_tree(case)
+        self._show_part(case)
+        row = next((place for place, entry in enumerate(self._entries) if entry.name == name), 0)
+        table = self.query_one("#entries", DataTable)
+        table.move_cursor(row=row)
+        table.focus()

@@ -1,0 +1,103 @@
+"""The forms of the straight cut and the taper cut: a part program from a few quantities."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.screen import ModalScreen
+from textual.widgets import Button, Input, Label, Select, Static
+
+from lathesim.errors import LatheSimError
+from lathesim.program.cut_form import straight_from_form, taper_from_form
+
+FIELDS = (
+    ("diameter", "Diameter", "30 mm"),
+    ("small_diameter", "Diameter at the face", "30 mm"),
+    ("large_diameter", "Diameter at the far end", "34 mm"),
+    ("length", "Length behind the face", "20 mm"),
+    ("face", "Z of the face", "15 mm"),
+    ("clearance", "Clearance", "5 mm"),
+    ("feed", "Feed (mm/min or mm/rev)", "120 mm/min"),
+    ("speed", "Spindle (rpm or m/min)", "1000 rpm"),
+    ("file", "File", "part_programs/cut.nc"),
+)
+_STRAIGHT, _TAPER = "straight cut", "taper cut"
+
+
+class CutForm(ModalScreen[Path | None]):
+    """Writes the part program and gives its file; None where the dialog was left."""
+
+    BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
+    DEFAULT_CSS = """
+    CutForm .dialog { height: 95%; padding: 0 1; }
+    CutForm .field { height: 1; }
+    CutForm .field Label { width: 28; }
+    CutForm .field Input { width: 1fr; }
+    CutForm #fault { color: $error; height: auto; }
+    CutForm VerticalScroll { height: 1fr; }
+    """
+
+    def compose(self) -> ComposeResult:
+        """Give the kind of cut, its fields, and two buttons."""
+        with Vertical(classes="dialog"):
+            yield Select[str]([(kind, kind) for kind in (_STRAIGHT, _TAPER)], value=_STRAIGHT, allow_blank=False, id="kind", compact=True)
+            with VerticalScroll():
+                for name, title, text in FIELDS:
+                    with Horizontal(classes="field", id=f"row-{name}"):
+                        yield Label(title)
+                        yield Input(text, id=name, compact=True)
+            yield Static("", id="fault", markup=False)
+            with Horizontal(classes="buttons"):
+                yield Button("Write it", variant="primary", id="take", compact=True)
+                yield Button("Leave", id="leave", compact=True)
+
+    @on(Select.Changed, "#kind")
+    def _choose_kind(self) -> None:
+        straight = self.query_one("#kind", Select).value == _STRAIGHT
+        self.query_one("#row-diameter").display = straight
+        self.query_one("#row-small_diameter").display = not straight
+        self.query_one("#row-large_diameter").display = not straight
+        self._check()
+
+    @on(Input.Changed)
+    def _check(self) -> None:
+        try:
+            self._text()
+        except LatheSimError as error:
+            self.query_one("#fault", Static).update(str(error))
+        else:
+            self.query_one("#fault", Static).update("")
+
+    def _text(self) -> str:
+        straight = self.query_one("#kind", Select).value == _STRAIGHT
+        wanted = {"diameter"} if straight else {"small_diameter", "large_diameter"}
+        wanted |= {"length", "face", "clearance", "feed", "speed"}
+        values = {name: self.query_one(f"#{name}", Input).value for name in wanted}
+        return straight_from_form(**values) if straight else taper_from_form(**values)
+
+    @on(Button.Pressed, "#take")
+    @on(Input.Submitted)
+    def _take(self) -> None:
+        path = Path(self.query_one("#file", Input).value.strip() or "cut.nc")
+        fault = self.query_one("#fault", Static)
+        try:
+            text = self._text()
+            if path.exists():
+                fault.update(f"'{path}' is there already. Choose another name.")
+                return
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        except LatheSimError as error:
+            fault.update(str(error))
+        except OSError as error:
+            fault.update(f"'{path}' cannot be written: {error.strerror}. Choose another place.")
+        else:
+            self.dismiss(path)
+
+    @on(Button.Pressed, "#leave")
+    def _leave(self) -> None:
+        self.dismiss(None)

@@ -1,0 +1,185 @@
+"""Configure: values edited and checked, parts and effects exchanged, wiring drawn, programs chosen and made, saved and loaded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import DataTable, Input, OptionList, Static, TabbedContent, Tree
+
+from lathesim.cli.main import run_command_line
+from lathesim.record import load
+from lathesim.tui.app import LathesimApp
+from lathesim.tui.widgets.program_listing import ProgramListing
+from tests.tui.driving import opened, run_to_end, until
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+async def edit(app: LathesimApp, pilot: Pilot[None], name: str, text: str) -> None:
+    """Go to a parameter, write another value and press Enter."""
+    await app.show_parameter(name)
+    await pilot.pause()
+    await pilot.press("enter")
+    await pilot.pause()
+    app.screen.query_one("#value", Input).value = text
+    await pilot.pause()
+    await pilot.press("enter")
+    await pilot.pause()
+
+
+def said(app: LathesimApp) -> str:
+    return str(app.screen.query_one("#fault", Static).content)
+
+
+async def test_a_saved_configuration_gives_the_same_bits_on_the_command_line() -> None:
+    async with opened() as (app, pilot):
+        await edit(app, pilot, "x_controller.proportional", "0.449 V/mm")
+        await edit(app, pilot, "z_controller.proportional", "0.449 V/mm")
+        await pilot.press("ctrl+s")
+        await pilot.pause()
+        app.screen.query_one("#answer", Input).value = "mine.yaml"
+        await pilot.press("enter")
+        await run_to_end(app, pilot)
+    assert run_command_line(["run", "mine.yaml", "--out", "again.h5", "--no-plots"]) == 0
+    shown, again = load("lathesim_runs/01_contour_error/001.h5"), load("again.h5")
+    assert all((shown[name] == again[name]).all() for name in shown)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "fault"),
+    [
+        ("x_controller.proportional", "fast", "'fast' is no quantity"),
+        ("x_controller.proportional", "3 mm", "is given in mm, but V/m is wanted"),
+        ("x_dac.bits", "-3", "outside"),
+        ("x_axis.time_constant", "24", "has no unit"),
+    ],
+)
+async def test_a_wrong_value_is_told_below_the_field_as_it_is_typed(name: str, text: str, fault: str) -> None:
+    async with opened() as (app, pilot):
+        await app.show_parameter(name)
+        await pilot.pause()
+        app.screen.query_one("#value", Input).value = text
+        await pilot.pause()
+        assert fault in said(app)
+        assert said(app).startswith("✗")
+        assert app.workbench.setup is not None
+        assert not app.workbench.setup.is_changed
+
+
+async def test_a_change_is_marked_taken_back_and_undone() -> None:
+    async with opened() as (app, pilot):
+        await edit(app, pilot, "x_axis.gain", "20 mm/(s*V)")
+        table = app.screen.query_one(DataTable)
+        assert str(table.get_row_at(table.cursor_row)[0]) == "*"
+        await pilot.press("x")
+        await pilot.pause()
+        assert app.workbench.command() == "lathesim run 01_contour_error --variant I"
+        await pilot.press("ctrl+z")
+        await pilot.pause()
+        assert app.workbench.command() == "lathesim run 01_contour_error --variant I --set 'x_axis.gain=20 mm/(s*V)'"
+
+
+async def test_the_interpolator_is_exchanged_and_its_own_parameters_appear() -> None:
+    async with opened() as (app, pilot):
+        await app.show_parameter("interpolator.rapid_speed")
+        await pilot.pause()
+        await pilot.press("c")
+        await pilot.pause()
+        found = app.screen.query_one(OptionList)
+        names = [str(found.get_option_at_index(place).prompt).strip("> ") for place in range(found.option_count)]
+        assert set(names) >= {"ConstantVelocityInterpolator", "ConstantAccelerationInterpolator"}
+        found.highlighted = names.index("ConstantAccelerationInterpolator")
+        await pilot.press("enter")
+        await pilot.pause()
+        await edit(app, pilot, "interpolator.acceleration", "0.01 m/s^2")
+        await run_to_end(app, pilot)
+        assert app.workbench.command().startswith("lathesim run lathesim_runs/01_contour_error/001.yaml")
+    time = load("lathesim_runs/01_contour_error/001.h5").time[-1]
+    assert time == pytest.approx(28.83, abs=0.02)
+
+
+async def test_an_effect_is_inserted_set_and_removed() -> None:
+    async with opened() as (app, pilot):
+        await app.show_parameter("x_axis.gain")
+        await pilot.pause()
+        await pilot.press("i")
+        await pilot.pause()
+        app.screen.query_one("#wanted", Input).value = "Backlash"
+        await pilot.pause()
+        listed = app.screen.query_one(OptionList)
+        names = [str(listed.get_option_at_index(place).prompt).strip("> ") for place in range(listed.option_count)]
+        listed.highlighted = names.index("Backlash")
+        listed.focus()
+        await pilot.press("enter")
+        await pilot.pause()
+        setup = app.workbench.setup
+        assert setup is not None
+        assert [dict(entry) for entry in setup.inserted] == [{"effect": "Backlash", "at": "x_encoder"}]
+        width = next(name for name in app.workbench.prepared().plan.parameters if name.startswith("x_encoder_backlash."))
+        await edit(app, pilot, width, "20 um")
+        assert app.workbench.setup is not None
+        assert "20 um" in app.workbench.setup.inserted[0].values()
+        await pilot.press("x")
+        await pilot.press("x")
+        await pilot.pause()
+        assert app.workbench.setup.inserted == ()
+
+
+async def test_the_wiring_shows_what_feeds_a_part_and_what_it_feeds() -> None:
+    async with opened() as (app, pilot):
+        await app.show_parameter("x_dac.bits")
+        app.screen.query_one(TabbedContent).active = "wiring"
+        await pilot.pause()
+        box = str(app.screen.query_one("#box", Static).content)
+        assert "x_controller.voltage──>│command [V]" in box
+        assert "voltage [V]│──> x_axis.voltage" in box
+
+
+async def test_a_program_is_explained_line_by_line_chosen_and_made_from_a_form() -> None:
+    async with opened() as (app, pilot):
+        await pilot.press("f4")
+        await pilot.pause()
+        app.screen.query_one(TabbedContent).active = "program"
+        await pilot.pause()
+        listing = app.screen.query_one(ProgramListing)
+        listing.focus()
+        for _ in range(9):
+            await pilot.press("down")
+        await pilot.pause()
+        explained = str(app.screen.query_one("#explained", Static).content)
+        assert explained == "Line 9: straight line to X 17 mm (radius), Z 40 mm at 180 mm/min."
+        app.screen.query_one(Tree).focus()
+        await pilot.press("n")
+        await pilot.pause()
+        app.screen.query_one("#length", Input).value = "20 s"
+        await pilot.pause()
+        assert "is given in s, but m is wanted" in said(app)
+        app.screen.query_one("#length", Input).value = "20 mm"
+        await pilot.click("#take")
+        await until(pilot, lambda: Path("part_programs/cut.nc").exists(), "the program")
+        await run_to_end(app, pilot)
+        assert "--program part_programs/cut.nc" in app.workbench.command()
+
+
+async def test_the_simulation_is_set_and_loaded_again() -> None:
+    async with opened() as (app, pilot):
+        await pilot.press("f4")
+        await pilot.pause()
+        await app.show_parameter("simulation")
+        await pilot.pause()
+        await pilot.press("down", "down", "enter")
+        app.screen.query_one("#value", Input).value = "11"
+        await pilot.press("enter")
+        await pilot.pause()
+        assert app.workbench.command() == "lathesim run 01_contour_error --variant I --seed 11"
+        await pilot.press("ctrl+o")
+        await pilot.pause()
+        app.screen.query_one("#answer", Input).value = "02_process_control"
+        await pilot.press("enter")
+        await pilot.pause()
+        assert app.workbench.command().startswith("lathesim run 02_process_control")
