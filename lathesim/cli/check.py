@@ -44,7 +44,9 @@ def _checked(path: Path, dialect: str, registry: Registry) -> str:
     if path.suffix in (".yaml", ".yml"):
         return _checked_yaml(path, registry)
     if path.suffix == ".py" or path.is_dir():
-        return _checked_plugin(path)
+        from lathesim.manual.plugin_list import checked_plugin
+
+        return checked_plugin(path)
     if not path.exists():
         raise LatheSimError("there is no such file.", place=str(path))
     from lathesim.lessons.program_path import path_of_program
@@ -67,14 +69,3 @@ def _checked_yaml(path: Path, registry: Registry) -> str:
         prepare(lesson, registry, variant)
     variants = f", {len(lesson.variants)} variants" if lesson.variants else ""
     return f"a lesson on the machine {lesson.machine.name}{variants}."
-
-
-def _checked_plugin(path: Path) -> str:
-    from lathesim.errors import PluginError
-    from lathesim.plugins import load_registry
-
-    registry = load_registry([path], installed=False)
-    registry.ask()
-    if registry.problems:
-        raise PluginError("\n".join(registry.problems))
-    return f"{len(registry.plugins)} plug-in{'' if len(registry.plugins) == 1 else 's'} in order."

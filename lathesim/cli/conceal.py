@@ -2,28 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import click
 
 from lathesim.cli.registry import open_registry, plugins_option
 
-if TYPE_CHECKING:
-    from lathesim.diagnosis.conceal import Concealed, Situation
-    from lathesim.diagnosis.hidden_effect import Wish
-    from lathesim.diagnosis.logged_column import LoggedColumn
-    from lathesim.effects.effect import Effect
-    from lathesim.engine.assembly import FloatArray
-    from lathesim.lessons.lesson import Lesson
-    from lathesim.lessons.simulate import Prepared
-    from lathesim.plugins import Registry
-
 VALIDATION = "validation"
 """Variant of a lesson that is the situation of its second recording."""
-_SEEDS = 1 << 48
-_ATTEMPTS = 10
 
 
 @click.command()
@@ -60,103 +47,32 @@ def conceal(
     behind the recording has other values within what the lesson calls uncertain, noisy sensors, and is run by another integrator with a
     finer step. A class that knows the seed could make the recording again: keep it to yourself.
     """
-    import secrets
-    from functools import partial
-
-    from lathesim.diagnosis.class_folder import answer_place, publish
-    from lathesim.diagnosis.conceal import conceal as concealed_in
-    from lathesim.diagnosis.hidden_effect import read_wish
-    from lathesim.diagnosis.logged_column import logged_columns
+    from lathesim.diagnosis.conceal_case import conceal_case
     from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.simulate import prepare
 
     if at_random == bool(asked):
         raise click.UsageError("Say what is hidden with --effect, or leave it to --random.")
     if "none" in asked and len(asked) > 1:
         raise click.UsageError("--effect none hides nothing, so it stands alone.")
     registry = open_registry(plugin_folders)
-    loaded = load_lesson(lesson)
-    place = answer_place(out, answer)
-    prepared = prepare(loaded, registry)
-    seed = secrets.randbelow(_SEEDS) if seed is None else seed
-    signals = _signals(loaded, prepared, drive, registry) if drive is not None else {}
-    columns = logged_columns(loaded, prepared.machinery, signals)
-    effects = cast("dict[str, type[Effect]]", registry.effects)
-    situations = [_situation(prepared, signals)]
-    if validate:
-        second = VALIDATION if VALIDATION in loaded.variants and not signals else None
-        situations.append(_situation(prepare(loaded, registry, second), signals))
-    made = partial(concealed_in, situations, columns, uncertain=_uncertain(loaded, prepared), seed=seed, noise=noise)
-    if at_random:
-        concealed = _drawn(made, prepared, effects, columns, seed)
-    else:
-        concealed = made([read_wish(text, effects) for text in asked if text != "none"])
-    published = publish(loaded, concealed, out, place, seed=seed, noise=noise)
+    concealed, published = conceal_case(
+        load_lesson(lesson),
+        registry,
+        out,
+        answer=answer,
+        asked=[text for text in asked if text != "none"],
+        at_random=at_random,
+        validate=validate,
+        drive=drive,
+        noise=noise,
+        seed=seed,
+        tell=lambda sentence: click.echo(sentence, err=True),
+    )
     _tell(published.answer, [str(file) for file in published.files], str(published.answer_file), concealed.moves)
 
 
-def _drawn(
-    made: Callable[[list[Wish]], Concealed], prepared: Prepared, effects: dict[str, type[Effect]], columns: list[LoggedColumn], seed: int
-) -> Concealed:
-    """Draw what is hidden, again where what was drawn cannot be seen."""
-    import numpy as np
-
-    from lathesim.diagnosis.conceal import NotSeenError
-    from lathesim.diagnosis.hidden_effect import random_wishes
-
-    compared = [column.target for column in columns if column.role == "compare"]
-    for attempt in range(_ATTEMPTS):
-        wishes = random_wishes(prepared.machinery, effects.values(), compared, np.random.default_rng([seed, 0, attempt]))
-        try:
-            return made(wishes)
-        except NotSeenError as error:
-            if attempt == _ATTEMPTS - 1:
-                raise
-            click.echo(f"Drawn again: {error.fact}", err=True)
-    raise AssertionError("the last attempt gives or raises")
-
-
-def _situation(prepared: Prepared, signals: dict[str, FloatArray]) -> Situation:
-    from lathesim.diagnosis.conceal import Situation
-
-    duration = prepared.duration
-    if signals:
-        duration = (min(len(values) for values in signals.values()) - 1) * prepared.machinery.sample_period
-    return Situation(prepared.machinery, duration, signals)
-
-
-def _signals(lesson: Lesson, prepared: Prepared, file: Path, registry: Registry) -> dict[str, FloatArray]:
-    """Give the driven inputs that a recording holds [SI], one value a sample of the lesson's machine."""
-    from dataclasses import replace
-
-    import numpy as np
-
-    from lathesim.errors import LessonError
-    from lathesim.lessons.recording_mapping import mapping_of
-    from lathesim.recordings.mapping import map_recording
-    from lathesim.recordings.reading import read_recording
-
-    mapping = mapping_of(lesson, prepared.machinery)
-    driven = tuple(signal for signal in mapping.signals if signal.role == "drive")
-    if not driven:
-        raise LessonError("the lesson drives no input by a recording.", place=str(lesson.path), remedy="Leave --drive out.")
-    record = map_recording(read_recording(file, registry.readers.values()), replace(mapping, signals=driven)).record
-    times = np.arange(0.0, record.time[-1], prepared.machinery.sample_period)
-    return {name: np.interp(times, record.time, record[name]) for name in record}
-
-
-def _uncertain(lesson: Lesson, prepared: Prepared) -> dict[str, float]:
-    """Give how uncertain the values of the lesson are; without any the machine is as the lesson says, and that is told."""
-    from lathesim.diagnosis.loading import uncertainties
-
-    if not lesson.settings.uncertain:
-        click.echo("The lesson calls no value uncertain, so the machine has them exactly; 'diagnose' will ask for 'uncertain:'.", err=True)
-        return {}
-    return uncertainties(lesson, prepared.plan)
-
-
 def _tell(answer: object, files: list[str], answer_file: str, moves: object) -> None:
-    from lathesim.cli.reveal import hidden_lines
+    from lathesim.diagnosis.revealed_text import hidden_lines
 
     click.echo("Hidden:")
     for line in hidden_lines(cast("dict[str, object]", answer)):

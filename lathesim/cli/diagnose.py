@@ -10,16 +10,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from lathesim.cli.case_options import variant_option
 from lathesim.cli.registry import open_registry, plugins_option
-
-if TYPE_CHECKING:
-    from lathesim.diagnosis.diagnosis import Diagnosis
-    from lathesim.diagnosis.loading import LoadedCase
 
 STOPPED = 130
 
@@ -66,6 +61,7 @@ def diagnose(
     # the runs of a batch share the cores already: threads of the linear algebra would only fight them
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+    from lathesim.diagnosis.answer_files import write_answer
     from lathesim.diagnosis.answer_text import answer_lines
     from lathesim.diagnosis.diagnose import ask
     from lathesim.diagnosis.diagnose import diagnose as answer
@@ -86,7 +82,7 @@ def diagnose(
     with _progress(shown=not quiet) as tell, _terminated_as_interrupted():
         diagnosis = answer(question, tell)
     folder = out or Path("lathesim_runs") / loaded.name
-    files = [] if no_report else _write(diagnosis, case, folder)
+    files = [] if no_report else write_answer(diagnosis, case.lesson, folder)
     told = json.dumps({**as_json(diagnosis), "report": str(files[0]) if files else None}, indent=2)
     if quiet:
         click.echo(told)
@@ -122,20 +118,3 @@ def _progress(*, shown: bool) -> Iterator[Callable[[str], None]]:
 
     with Console(stderr=True).status("reading the recording") as status:
         yield lambda text: status.update(text.strip())
-
-
-def _write(diagnosis: Diagnosis, case: LoadedCase, folder: Path) -> list[Path]:
-    """Write the report and, where something was found, the lesson with it in."""
-    from lathesim.diagnosis.report import write_report
-    from lathesim.lessons.changed_lesson import changed_lesson
-
-    folder.mkdir(parents=True, exist_ok=True)
-    files = [write_report(diagnosis, folder / "report.html")]
-    if diagnosis.plugin:
-        files.append(folder / "discovered_term.py")
-        files[-1].write_text(diagnosis.plugin, encoding="utf-8")
-    if diagnosis.insert:
-        refitted = {name: f"{item.refit_with:.6g} {item.unit}".removesuffix(" 1") for name, item in diagnosis.baseline.items()}
-        files.append(folder / f"{case.lesson.name}_explained.yaml")
-        files[-1].write_text(changed_lesson(case.lesson, diagnosis.insert, refitted, folder), encoding="utf-8")
-    return files

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
-
-if TYPE_CHECKING:
-    from lathesim.diagnosis.answer_grade import EffectGrade, Grade
 
 
 @click.command()
@@ -28,6 +23,7 @@ def reveal(seal: Path, answer: Path, guess: Path | None, within: float, as_json:
     import json
 
     from lathesim.diagnosis.answer_grade import grade, grade_json, read_guess
+    from lathesim.diagnosis.revealed_text import graded_lines, hidden_lines
     from lathesim.diagnosis.sealed_answer import changed_files, opened
 
     truth = opened(seal, answer)
@@ -45,45 +41,5 @@ def reveal(seal: Path, answer: Path, guess: Path | None, within: float, as_json:
         click.echo(f"  {line}")
     if graded is not None:
         click.echo(f"\n{graded.sentence}")
-        for line in _graded_lines(graded, within):
+        for line in graded_lines(graded, within):
             click.echo(f"  {line}")
-
-
-def hidden_lines(answer: Mapping[str, Any]) -> list[str]:
-    """Give what is hidden and which values the machine really has, a line each."""
-    from lathesim.diagnosis.report_text import pretty_unit, quantity_text
-
-    lines = []
-    for item in answer["effects"]:
-        sizes = [f"{name} = {quantity_text(size['value'], size['unit'])}" for name, size in item["parameters"].items()]
-        lines.append(f"{item['effect']} at {item['at']} ({item['family']}): {', '.join(sizes)}")
-    lines = lines or ["nothing"]
-    for name, item in answer["true_values"].items():
-        off = f" ({(item['true'] - item['given']) / abs(item['given']):+.1%})" if item["given"] else ""
-        lines.append(f"{name} is {item['true']:.5g} {pretty_unit(item['unit'])}, given as {item['given']:.5g}{off}")
-    return lines
-
-
-def _graded_lines(graded: Grade, within: float) -> list[str]:
-    from lathesim.diagnosis.diagnosis import with_unit
-
-    lines = []
-    for item in graded.effects:
-        lines.append(f"{item.effect} at {item.at}: {_naming(item)}")
-        for name, size in item.sizes.items():
-            held = "" if size.covered is None else ", its interval holds the truth" if size.covered else ", its interval misses the truth"
-            verdict = f"within {within:g} %" if size.right else f"not within {within:g} %"
-            off = f"off by {round(size.off, 3) + 0.0:.1%}"
-            guess, true = (with_unit(f"{value:.4g}", size.unit) for value in (size.guess, size.true))
-            lines.append(f"  {name}: {guess} for {true}, {off}, {verdict}{held}")
-    lines += [f"{name} was named in vain" for name in graded.wrong_names]
-    return lines
-
-
-def _naming(item: EffectGrade) -> str:
-    if item.named:
-        first = "named first" if item.first else "named"
-        return first if item.place else f"{first}, at another place"
-    if item.tied:
-        return "not named, but called tied"
-    return "not named, but its family is right" if item.family else "not named"

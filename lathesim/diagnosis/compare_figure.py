@@ -25,7 +25,8 @@ from lathesim.analysis.figure_style import (
     thinned,
 )
 from lathesim.diagnosis.compare import ChannelLines, ChannelResidual, Comparison, Dependence
-from lathesim.diagnosis.spectral_lines import Line, Spectrum
+from lathesim.diagnosis.compare_text import line_text
+from lathesim.diagnosis.spectral_lines import Spectrum
 
 _CHANNELS, _SPECTRA, _BARS = 3, 2, 6
 _TITLES, _CHANNEL, _SPECTRUM, _BAR, _FRAME = 1.0, 2.3, 1.7, 0.34, 1.0
@@ -120,12 +121,3 @@ def axis_of(variable: str, unit: str) -> tuple[float, str, str]:
     if unit == "rad":
         return 2.0 * math.pi, "1/turn", f"orders of {variable.partition(' of ')[2]}"
     return 1e-3, "1/mm", f"lines along {variable.partition(' of ')[2]}"
-
-
-def line_text(line: Line) -> str:
-    """Give a line as a person reads it: ``"38.3 Hz"``, ``"every 12 mm"``, ``"2 per turn"``."""
-    if line.unit == "s":
-        return f"{line.frequency:.4g} Hz"
-    if line.unit == "rad":
-        return f"{line.frequency * 2.0 * math.pi:.4g} per turn"
-    return f"every {line.period * 1e3:.4g} mm"

@@ -23,12 +23,12 @@ def changed_lesson(
     replace: Mapping[str, str] | None = None,
     program: Path | None = None,
     seed: int | None = None,
-    further: Mapping[str, str] | None = None,
+    further: Mapping[str, Any] | None = None,
 ) -> str:
     """Give the YAML text of a lesson with further ``insert:`` entries and ``set:`` values, for a file in ``folder``.
 
     ``replace`` puts other components into places, ``program`` and ``seed`` take the place of the lesson's, and so do the keys
-    of ``further`` (``sample_period``, ``step``, ``duration``). With a ``variant`` its changes
+    of ``further`` (``sample_period``, ``recordings`` ...). With a ``variant`` its changes
     become the lesson's own and the text has no variants: what runs is that variant with the other changes on top.
 
     A machine template, a part program or a recording that stands with the lesson is named by its way from the new folder, what came with

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import lathesim.diagnosis.compare as comparing
-from lathesim.cli.compare import comparison_lines
 from lathesim.diagnosis.class_folder import answer_place, publish
 from lathesim.diagnosis.compare import SCHEMA, Comparison, Dependence, Replayed, as_json, compare, load_recording
-from lathesim.diagnosis.compare_figure import compare_figure, line_text
+from lathesim.diagnosis.compare_figure import compare_figure
+from lathesim.diagnosis.compare_text import comparison_lines, line_text
 from lathesim.diagnosis.conceal import Situation, conceal
 from lathesim.diagnosis.hidden_effect import read_wish
 from lathesim.diagnosis.loading import Recorded

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.cli.compare import _chain
+from lathesim.diagnosis.compare_text import _chain
 from lathesim.diagnosis.spectral_lines import Line, _is_of_the_samples
 
 STEP = 0.5e-3

@@ -92,6 +92,8 @@ class LiveRun:
             self.fault = str(error)
         except OSError as error:
             self.fault = f"{self.path}: {error.strerror or error}. The run is not kept."
+        except Exception as error:
+            self.fault = f"This is a fault of the program, not of your input: {type(error).__name__}: {error}"
         finally:
             self._over.set()
 

@@ -156,6 +156,7 @@ class Workbench:
     def reload_plugins(self) -> None:
         """Read the plug-ins again and work with them from now on."""
         self._registry = self._load_registry()
+        self._registry.ask()
         self._prepared = None
         self.tell(REGISTRY)
 

@@ -113,6 +113,12 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         """Give the curves as much room as there is."""
         low = self.size.height < _LOW
         self.margin_top, self.margin_bottom, self.margin_left = (0, 2, 9) if low else (1, 3, 10)
+        self.call_after_refresh(self._fit_canvases)
+
+    def _fit_canvases(self) -> None:
+        """Draw anew once the margins have their new sizes."""
+        self.refresh(layout=True)
+        self._rerender()
 
     def show(
         self,
@@ -168,8 +174,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             labels = []
             for place, line in enumerate(lines):
                 colour, mode = _COLOURS[place % len(_COLOURS)], _MODES[place % len(_MODES)]
-                stride = max(1, len(line.x) // _MOST_POINTS)
-                self.plot(line.x[::stride], line.y[::stride], line_style=colour, hires_mode=mode)
+                self.plot(*_thinned(line, 2 * self.size.width), line_style=colour, hires_mode=mode)
                 labels.append((_MARKS[place % len(_MARKS)], line.title, colour))
             self.set_xlimits(None, None)
             self.set_ylimits(None, None)
@@ -193,6 +198,16 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         low, high = values
         room = _ROOM * (high - low) or abs(high) or 1.0
         self.set_ylimits(low - room, high + room)
+
+
+def _thinned(line: Line, columns: int) -> tuple[FloatArray, FloatArray]:
+    """Return the points of a line that are drawn: peaks are kept where it goes one way along."""
+    usable = np.isfinite(line.x) & np.isfinite(line.y)
+    x, y = line.x[usable], line.y[usable]
+    if len(x) and bool((np.diff(x) >= 0.0).all()):
+        return envelope(x, y, columns)
+    stride = max(1, len(x) // _MOST_POINTS)
+    return x[::stride], y[::stride]
 
 
 @dataclass(frozen=True)

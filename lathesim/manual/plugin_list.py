@@ -1,0 +1,35 @@
+"""Which plug-ins were loaded, what they gave, and whether a plug-in file is in order."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lathesim.errors import PluginError
+from lathesim.plugins import Registry, load_registry
+
+
+def plugin_lines(registry: Registry) -> list[str]:
+    """Return how much of each kind there is, what of it came from plug-ins and from where, and the plug-ins that were loaded."""
+    registry.ask()
+    kinds = (
+        ("components", registry.components),
+        ("effects", registry.effects),
+        ("metrics", registry.metrics),
+        ("readers", registry.readers),
+    )
+    lines = []
+    for word, found in kinds:
+        guests = [name for name in found if not registry.origins[name].startswith("lathesim.")]
+        lines.append(f"{len(found):>4} {word}" + (f", {len(guests)} of them from plug-ins:" if guests else ""))
+        lines += [f"       {name:<30} {registry.origins[name]}" for name in guests]
+    lines.append("Plug-ins loaded: " + (", ".join(registry.plugins) or "none besides the stock parts."))
+    return lines
+
+
+def checked_plugin(path: Path) -> str:
+    """Return in words that a plug-in file or folder is in order; raises :class:`PluginError` with a line for each fault."""
+    registry = load_registry([path], installed=False)
+    registry.ask()
+    if registry.problems:
+        raise PluginError("\n".join(registry.problems))
+    return f"{len(registry.plugins)} plug-in{'' if len(registry.plugins) == 1 else 's'} in order."

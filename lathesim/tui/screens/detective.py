@@ -1,0 +1,476 @@
+"""Detective: a recording against the simulation, a guess, the diagnosis, and what it explains."""
+
+from __future__ import annotations
+
+import shlex
+import threading
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.text import Text
+from textual import on
+from textual.binding import Binding
+from textual.containers import Horizontal, VerticalScroll
+from textual.widget import Widget
+from textual.widgets import Button, Input, Label, OptionList, RichLog, Select, Static, TabbedContent, TabPane
+from textual.widgets.option_list import Option
+
+from lathesim.analysis.display_unit import display_unit
+from lathesim.errors import LatheSimError
+from lathesim.tui.model import case_file
+from lathesim.tui.model.case_file import CaseFile, Guess
+from lathesim.tui.model.column_mapping import ColumnMeaning, guessed_columns, recordings_entry
+from lathesim.tui.model.workbench import REGISTRY, SETUP
+from lathesim.tui.screens.workbench_screen import WorkbenchScreen
+from lathesim.tui.widgets.browse_list import BrowseList
+from lathesim.tui.widgets.time_plot import Line, TimePlot
+
+if TYPE_CHECKING:
+    from lathesim.record import FloatArray
+    from lathesim.tui.screens.conceal_form import Order
+
+RECORDING, COMPARE, GUESS, DIAGNOSIS, ANSWER = "recording", "compare", "guess", "diagnosis", "answer"
+
+
+class DetectiveScreen(WorkbenchScreen):
+    """Five steps as tabs: recording, compare, guess, diagnosis, answer."""
+
+    DEFAULT_CSS = """
+    DetectiveScreen TabbedContent { height: 1fr; }
+    DetectiveScreen TabPane { padding: 0; }
+    DetectiveScreen #status { height: auto; max-height: 3; padding: 0 1; background: $panel; }
+    DetectiveScreen #nearby { height: 1fr; }
+    DetectiveScreen .row { height: 1; }
+    DetectiveScreen .row Input { width: 1fr; }
+    DetectiveScreen .row Label { padding: 0 1; }
+    DetectiveScreen #pair { height: 1fr; min-height: 8; }
+    DetectiveScreen #pair TimePlot { width: 1fr; }
+    DetectiveScreen #chain { height: auto; max-height: 6; padding: 0 1; }
+    DetectiveScreen #told { height: 1fr; padding: 0 1; }
+    DetectiveScreen #effects { width: 34; height: 1fr; }
+    DetectiveScreen #steps { height: 1fr; min-height: 3; }
+    DetectiveScreen #found { height: 2fr; padding: 0 1; }
+    DetectiveScreen #better { height: 1fr; min-height: 7; }
+    """
+    BINDINGS = [
+        Binding("c", "compare", "Compare"),
+        Binding("g", "guess", "Guess"),
+        Binding("s", "diagnose", "Search/Stop"),
+        Binding("i", "insert", "Insert and run"),
+        Binding("h", "conceal", "Hide an effect"),
+        Binding("v", "reveal", "Reveal"),
+    ]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._case: CaseFile | None = None
+        self._nearby: list[Path] = []
+        self._effects: list[str] = []
+        self._busy = ""
+        self._stop = threading.Event()
+        self._reveal_paths = ("", "")
+
+    def compose_body(self) -> Iterable[Widget]:
+        """Give the steps."""
+        yield Static("", id="status", markup=False)
+        with TabbedContent(id="tabs"):
+            with TabPane("1 Recording", id=RECORDING):
+                yield Label("Cases (folders) and recordings near you; Enter opens one")
+                yield BrowseList(id="nearby")
+                with Horizontal(classes="row"):
+                    yield Label("or a path")
+                    yield Input(placeholder="case_1 or recording.csv", id="path", compact=True)
+                with Horizontal(classes="row"):
+                    yield Button("Open", id="open", compact=True, variant="primary")
+                    yield Button("Compare (c)", id="do-compare", compact=True)
+                    yield Button("Hide an effect (h)", id="do-conceal", compact=True)
+            with TabPane("2 Compare", id=COMPARE):
+                yield Select[str]([], prompt="Channel", id="channel", compact=True)
+                with Horizontal(id="pair"):
+                    yield TimePlot(id="both")
+                    yield TimePlot(id="residual")
+                yield Static("", id="chain", markup=False)
+                with VerticalScroll():
+                    yield Static("", id="told", markup=False)
+            with TabPane("3 Guess", id=GUESS):
+                with Horizontal():
+                    yield BrowseList(id="effects")
+                    with VerticalScroll():
+                        yield Static("", id="page", markup=False)
+                with Horizontal(classes="row"):
+                    yield Label("Place")
+                    yield Input(placeholder="x_axis", id="place", compact=True)
+                    yield Label("Size")
+                    yield Input(placeholder="20 N", id="size", compact=True)
+                with Horizontal(classes="row"):
+                    yield Button("This is my guess", id="take-guess", compact=True, variant="primary")
+                    yield Button("Nothing is missing", id="guess-nothing", compact=True)
+            with TabPane("4 Diagnosis", id=DIAGNOSIS):
+                with Horizontal(classes="row"):
+                    yield Button("Search (s)", id="do-diagnose", compact=True, variant="primary")
+                    yield Button("Insert and run (i)", id="do-insert", compact=True)
+                yield Static("", id="judged", markup=False)
+                yield RichLog(id="steps", wrap=True, max_lines=2000)
+                yield TimePlot(id="better")
+                with VerticalScroll(id="found"):
+                    yield Static("", id="answer-text", markup=False)
+            with TabPane("5 Answer", id=ANSWER):
+                with Horizontal(classes="row"):
+                    yield Label("Case folder")
+                    yield Input(id="seal", compact=True)
+                with Horizontal(classes="row"):
+                    yield Label("Answer")
+                    yield Input(id="sealed", compact=True)
+                yield Button("Reveal (v)", id="do-reveal", compact=True, variant="primary")
+                with VerticalScroll():
+                    yield Static("", id="truth", markup=False)
+
+    def show_changes(self, changed: set[str]) -> None:
+        """Look for recordings near the lesson, and for effects to guess."""
+        if SETUP in changed:
+            setup = self.workbench.setup
+            self._nearby = case_file.recordings_nearby(setup.lesson.path.parent if setup is not None else None)
+            listed = self.query_one("#nearby", BrowseList)
+            listed.clear_options()
+            for path in self._nearby:
+                listed.add_option(Option(Text(f"{'case ' if path.is_dir() else '     '} {path}")))
+        if REGISTRY in changed:
+            self._effects = list(self.workbench.registry.effects)
+            effects = self.query_one("#effects", BrowseList)
+            effects.clear_options()
+            for name in self._effects:
+                effects.add_option(Option(Text(name)))
+        self._show_status()
+
+    def _show_status(self) -> None:
+        case = self._case
+        words = "Choose a recording: a case that was hidden for you, or one of a real machine."
+        if case is not None:
+            words = f"{case.recording} against the lesson '{case.lesson.title}'."
+        self.query_one("#status", Static).update(f"{words} {self._busy}".strip())
+        searching = self._busy.startswith("Searching")
+        self.query_one("#do-diagnose", Button).label = "Stop (s)" if searching else "Search (s)"
+
+    def _go(self, tab: str) -> None:
+        self.query_one(TabbedContent).active = tab
+
+    # 1 Recording
+
+    @on(OptionList.OptionSelected, "#nearby")
+    def _open_nearby(self, event: OptionList.OptionSelected) -> None:
+        self._open(self._nearby[event.option_index])
+
+    @on(Input.Submitted, "#path")
+    @on(Button.Pressed, "#open")
+    def _open_typed(self) -> None:
+        typed = self.query_one("#path", Input).value.strip()
+        place = self.query_one("#nearby", BrowseList).highlighted
+        if typed:
+            self._open(Path(typed).expanduser())
+        elif place is not None:
+            self._open(self._nearby[place])
+
+    def _open(self, path: Path) -> None:
+        try:
+            self._case = case_file.open_case(path, self.workbench.setup)
+            setup = self.workbench.setup
+            if setup is None or setup.lesson.path.resolve() != self._case.lesson.path.resolve():
+                self.workbench.open_lesson(self._case.lesson)
+            if not self._case.has_mapping:
+                self._ask_mapping(self._case)
+                return
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+            return
+        folder = path if path.is_dir() else path.parent
+        self.query_one("#seal", Input).value = str(folder)
+        self.query_one("#sealed", Input).value = str(folder.parent / f"{folder.name}_answer.json")
+        self._show_status()
+        self.action_compare()
+
+    def _ask_mapping(self, case: CaseFile) -> None:
+        from lathesim.tui.screens.mapping_form import MappingForm
+
+        prepared = self.workbench.prepared()
+        columns = guessed_columns(case.recording, prepared, self.workbench.registry)
+        targets = [*prepared.plan.channels, *prepared.plan.feeds]
+        self.app.push_screen(MappingForm(case.recording, columns, targets), self._take_mapping)
+
+    def _take_mapping(self, columns: list[ColumnMeaning] | None) -> None:
+        from lathesim.lessons.changed_lesson import changed_lesson
+
+        case, setup = self._case, self.workbench.setup
+        if columns is None or case is None or setup is None:
+            return
+        folder = case.recording.parent
+        path = folder / f"{case.lesson.name}_{case.recording.stem}.yaml"
+        try:
+            text = changed_lesson(case.lesson, (), {}, folder, variant=setup.variant, further={"recordings": recordings_entry(columns)})
+            path.write_text(text, encoding="utf-8")
+            self.workbench.open_lesson(path)
+            assert self.workbench.setup is not None
+            self._case = CaseFile(self.workbench.setup.lesson, case.recording)
+        except (LatheSimError, OSError) as error:
+            self.tell_fault(str(error))
+            return
+        self.notify(f"The meaning of the columns is kept in {path}.", markup=False)
+        self.action_compare()
+
+    # 2 Compare
+
+    @on(Button.Pressed, "#do-compare")
+    def action_compare(self) -> None:
+        """Hold the recording against the simulation."""
+        if self._case is None:
+            self.tell_fault("Choose a recording first.")
+            return
+        self._in_thread(
+            "Comparing ...", partial(case_file.compare, self._case, self.workbench.setup, self.workbench.registry), self._show_compared
+        )
+
+    def _show_compared(self) -> None:
+        case = self._case
+        if case is None or case.comparison is None:
+            return
+        select = self.query_one("#channel", Select)
+        with self.prevent(Select.Changed):
+            names = [item.channel for item in case.comparison.channels]
+            select.set_options([(f"{item.channel}: {item.over_floor:.3g} floors off", item.channel) for item in case.comparison.channels])
+            if names:
+                select.value = names[0]
+        self.query_one("#chain", Static).update(self._chain(case))
+        self.query_one("#told", Static).update("\n".join(case_file.comparison_text(case)))
+        if not self.query_one("#place", Input).value:
+            self.query_one("#place", Input).value = case.comparison.suspect
+        self._go(COMPARE)
+        self.call_after_refresh(self._draw_channel)
+
+    def _chain(self, case: CaseFile) -> Text:
+        """Return the parts that make each channel, those in which the mismatch sits in red and with a sign."""
+        assert case.comparison is not None
+        found = Text.assemble(("Wiring, from the sensor back; ✗ marks where the mismatch sits\n", "dim"))
+        for item in case.comparison.replayed[:4]:
+            found.append(f"{item.channel}: ")
+            for place, part in enumerate(item.parts[:6]):
+                found.append(" <- " if place else "")
+                off = part in case.comparison.suspects
+                found.append(f"[✗ {part}]" if off else part, style="bold red" if off else "")
+            found.append("\n")
+        return found
+
+    @on(Select.Changed, "#channel")
+    def _draw_channel(self) -> None:
+        case, name = self._case, self.query_one("#channel", Select).value
+        if case is None or case.comparison is None:
+            return
+        for item in case.comparison.channels:
+            if item.channel == name:
+                unit, (recorded, simulated) = _scaled(item.unit, item.recorded, item.simulated)
+                lines = [Line(item.time, recorded, "recorded"), Line(item.time, simulated, "simulated")]
+                self.query_one("#both", TimePlot).show_lines(lines, "t / s", unit)
+                unit, (residual,) = _scaled(item.unit, item.residual)
+                self.query_one("#residual", TimePlot).show_lines([Line(item.time, residual, "recorded - simulated")], "t / s", unit)
+
+    # 3 Guess
+
+    def action_guess(self) -> None:
+        """Go to the guess."""
+        self._go(GUESS)
+        self.query_one("#effects", BrowseList).focus()
+
+    @on(OptionList.OptionHighlighted, "#effects")
+    def _look_at_effect(self, event: OptionList.OptionHighlighted) -> None:
+        from typing import Any, cast
+
+        from lathesim.manual.component_page import component_page
+        from lathesim.manual.effect_notes import effect_notes
+
+        registry = self.workbench.registry
+        effect = registry.effect(self._effects[event.option_index])
+        self.query_one("#page", Static).update(f"{component_page(effect, '')}\n{effect_notes(cast('Any', effect))}")
+
+    @on(OptionList.OptionSelected, "#effects")
+    @on(Button.Pressed, "#take-guess")
+    def _take_guess(self) -> None:
+        place = self.query_one("#effects", BrowseList).highlighted
+        if place is None:
+            self.tell_fault("Choose an effect in the list.")
+            return
+        at, size = (self.query_one(f"#{name}", Input).value.strip() for name in ("place", "size"))
+        self._set_guess(Guess(self._effects[place], at, size))
+
+    @on(Button.Pressed, "#guess-nothing")
+    def _guess_nothing(self) -> None:
+        self._set_guess(Guess())
+
+    def _set_guess(self, guess: Guess) -> None:
+        if self._case is None:
+            self.tell_fault("Choose a recording first.")
+            return
+        self._case.guess = guess
+        words = f"{guess.effect} at {guess.at} {guess.size}".strip() if guess.effect else "nothing is missing"
+        self.query_one("#judged", Static).update(f"Your guess: {words}. s starts the search.")
+        self._go(DIAGNOSIS)
+
+    # 4 Diagnosis
+
+    @on(Button.Pressed, "#do-diagnose")
+    def action_diagnose(self) -> None:
+        """Search for what was left out, or stop the search and keep what is known."""
+        if self._busy.startswith("Searching"):
+            self._stop.set()
+            self._busy = "Searching: stops at the next step ..."
+            self._show_status()
+            return
+        case = self._case
+        if case is None:
+            self.tell_fault("Choose a recording first.")
+            return
+        if case.guess is None:
+            self.notify("Guess first. 'Nothing is missing' is a guess too.")
+            self.action_guess()
+            return
+        self._stop.clear()
+        self.query_one("#steps", RichLog).clear()
+        self._go(DIAGNOSIS)
+        tell = partial(self.app.call_from_thread, self._tell_step)
+        work = partial(case_file.diagnose, case, self.workbench.setup, self.workbench.registry, tell, self._stop)
+        self._in_thread("Searching ...", work, self._show_diagnosed)
+
+    def _tell_step(self, step: str) -> None:
+        self.query_one("#steps", RichLog).write(step)
+
+    def _show_diagnosed(self) -> None:
+        case = self._case
+        if case is None or case.diagnosis is None:
+            return
+        self.query_one("#judged", Static).update(case_file.judged_guess(case))
+        self.query_one("#answer-text", Static).update("\n".join(case_file.diagnosis_text(case)).strip())
+        traces = case.diagnosis.evidence.traces
+        if traces:
+            trace = traces[0]
+            unit, (before, after) = _scaled(trace.unit, trace.recorded - trace.before, trace.recorded - trace.after)
+            lines = [Line(trace.time, before, f"residual of {trace.channel} before"), Line(trace.time, after, "after")]
+            self.query_one("#better", TimePlot).show_lines(lines, "t / s", unit)
+
+    @on(Button.Pressed, "#do-insert")
+    def action_insert(self) -> None:
+        """Insert what was found into the lesson, run it, and compare again."""
+        case, setup = self._case, self.workbench.setup
+        if case is None or case.diagnosis is None or setup is None:
+            self.tell_fault("There is no diagnosis yet: s starts the search.")
+            return
+        if not case.diagnosis.insert:
+            self.notify("Nothing was found that could be inserted.")
+            return
+        found = case_file.with_what_was_found(case, setup)
+        try:
+            found.prepared(self.workbench.registry)
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+            return
+        self.workbench.change(found)
+        self.lathesim.action_run_or_stop()
+        self.action_compare()
+
+    # 5 Answer
+
+    @on(Button.Pressed, "#do-reveal")
+    def action_reveal(self) -> None:
+        """Open the sealed answer."""
+        self._go(ANSWER)
+        seal, answer = (self.query_one(f"#{name}", Input).value.strip() for name in ("seal", "sealed"))
+        if not seal or not answer:
+            self.tell_fault("Write the case folder and the file of the answer.")
+            return
+        try:
+            lines = case_file.reveal(Path(seal), Path(answer), self._case)
+        except (LatheSimError, OSError) as error:
+            self.query_one("#truth", Static).update(f"✗ {error}")
+            return
+        self.query_one("#truth", Static).update("\n".join(lines))
+
+    @on(Button.Pressed, "#do-conceal")
+    def action_conceal(self) -> None:
+        """Hide an effect for somebody else."""
+        from lathesim.tui.screens.conceal_form import ConcealForm
+
+        setup = self.workbench.setup
+        if setup is not None:
+            self.app.push_screen(ConcealForm(setup.lesson.name), self._conceal)
+
+    def _conceal(self, order: Order | None) -> None:
+        setup = self.workbench.setup
+        if order is None or setup is None:
+            return
+
+        def make() -> None:
+            tell = partial(self.app.call_from_thread, self._tell_step)
+            for folder in order.folders:
+                made = case_file.conceal(
+                    setup.lesson, self.workbench.registry, folder, hidden=order.hidden, validate=order.validate, tell=tell
+                )
+                self.app.call_from_thread(self.notify, "\n".join(made), markup=False, timeout=10.0)
+
+        self._in_thread("Hiding and recording ...", make, partial(self.show_changes, {SETUP}))
+
+    def _in_thread(self, busy: str, work: Callable[[], object], done: Callable[[], object]) -> None:
+        """Do long work in a thread, with a word about it; what went wrong is told."""
+        if self._busy:
+            self.notify(f"{self._busy} Wait, or stop it.", severity="warning", markup=False)
+            return
+        self._busy = busy
+        self._show_status()
+
+        def run() -> None:
+            fault = ""
+            try:
+                work()
+            except LatheSimError as error:
+                fault = str(error)
+            except OSError as error:
+                fault = f"{error.filename or 'a file'}: {error.strerror or error}."
+            except KeyboardInterrupt:
+                fault = "The search was stopped before it knew anything."
+            except Exception as error:
+                fault = f"This is a fault of the program, not of your input: {type(error).__name__}: {error}"
+            self.app.call_from_thread(self._worked, fault, done)
+
+        self.run_worker(run, thread=True, group="detective", exit_on_error=False)
+
+    def _worked(self, fault: str, done: Callable[[], object]) -> None:
+        self._busy = ""
+        self._show_status()
+        if fault:
+            self.tell_fault(fault)
+        else:
+            done()
+        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+
+    def command(self) -> str:
+        """Return the command of the step one is at."""
+        case = self._case
+        if case is None:
+            return "lathesim compare LESSON RECORDING"
+        active = self.query_one(TabbedContent).active if self.is_mounted else COMPARE
+        lesson, recording = str(case.lesson.path), str(case.recording)
+        if active == ANSWER:
+            return shlex.join(["lathesim", "reveal", str(case.recording.parent), self.query_one("#sealed", Input).value or "ANSWER"])
+        if active in (GUESS, DIAGNOSIS):
+            second = ["--validate", str(case.validation)] if case.validation is not None else []
+            return shlex.join(["lathesim", "diagnose", lesson, recording, *second])
+        return shlex.join(["lathesim", "compare", lesson, recording])
+
+    @on(TabbedContent.TabActivated)
+    def _show_command(self) -> None:
+        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+
+
+def _scaled(unit: str, *values: FloatArray) -> tuple[str, list[FloatArray]]:
+    """Return the display unit of values [SI] and the values in it."""
+    largest = max((float(np.nanmax(np.abs(item))) for item in values if len(item) and np.isfinite(item).any()), default=0.0)
+    factor, name = display_unit(unit, largest)
+    return name or "1", [item / factor for item in values]
