@@ -20,6 +20,7 @@ INPUT_FAULT, USAGE, PROGRAM_FAULT, STOPPED = 1, 2, 3, 130
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "tui": ("lathesim.cli.tui:tui", "Open the terminal app, as lathesim alone does."),
+    "serve": ("lathesim.cli.serve:serve", "Serve the terminal app to a browser."),
     "help": ("lathesim.cli.help:help_", "List the chapters of the manual, or print one."),
     "run": ("lathesim.cli.run:run", "Run a lesson: numbers, plots and a record."),
     "lessons": ("lathesim.cli.lessons:lessons", "List the lessons."),

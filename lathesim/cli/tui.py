@@ -21,9 +21,15 @@ FIRST_LESSON = "01_contour_error"
 @plugins_option
 def tui(opened: str | None, variant: str | None, plugin_folders: tuple[Path, ...]) -> int:
     """Open the terminal app, with a lesson or a record where one is named."""
+    import os
     import sys
 
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+    served = "TEXTUAL_DRIVER" in os.environ
+    if served:
+        from lathesim.tui.served import end_with_parent
+
+        end_with_parent()
+    if not served and not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise click.UsageError("the app needs a terminal. In scripts use the commands, see 'lathesim --help'.")
     return open_app(opened, variant, plugin_folders)
 
