@@ -26,7 +26,7 @@ def texts() -> Iterator[Path]:
     """Give every text file of the project."""
     for top in ("lathesim", "lesson_configs", "part_programs", "plugins", "tests"):
         yield from (path for path in sorted((ROOT / top).rglob("*")) if path.suffix in TEXTS)
-    yield from (ROOT / "README.md", ROOT / "pyproject.toml")
+    yield from (ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "pyproject.toml"))
 
 
 def public(node: ast.Module | ast.ClassDef, prefix: str = "") -> Iterator[tuple[str, Definition]]:
