@@ -31,7 +31,7 @@ def readings(record: Record, sample: int, *, as_diameter: bool = False) -> list[
         Reading("Time", f"{record.time[sample]:.2f} s" if len(record) else NONE),
         Reading(f"X {sign}", values.shown("m", "x_axis.position", factor=factor), values.shown("m", ".x_reference", factor=factor)),
         Reading("Z", values.shown("m", "z_axis.position"), values.shown("m", ".z_reference")),
-        Reading("Error", values.shown("m", "contour.contour_error", ".contour_error")),
+        Reading("Error", values.shown("m", "contour.contour_error", ".contour_error") if values.in_cut else "not in cut"),
         Reading("Spindle", values.shown("rad/s", "spindle.speed"), values.shown("rad/s", ".spindle_reference")),
         Reading("Feed", _text(speed, "m/s"), values.shown("m/s", ".feed_speed")),
         Reading("Feed/rev", values.shown("m", "cutting.feed"), values.shown("m", ".feed_per_revolution")),
@@ -58,6 +58,11 @@ class _At:
     def value(self, *wanted: str) -> float:
         name = find_channel(self.record, *wanted)
         return float(self.record[name][self.sample]) if name is not None and 0 <= self.sample < len(self.record) else math.nan
+
+    @property
+    def in_cut(self) -> bool:
+        """Whether the tool cuts; a contour error of a rapid move says nothing of the part."""
+        return not self.value(".engaged", ".in_contact") < 0.5
 
     def shown(self, unit: str, *wanted: str, factor: float = 1.0) -> str:
         return _text(self.value(*wanted) * factor, unit)

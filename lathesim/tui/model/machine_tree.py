@@ -126,7 +126,8 @@ def without_entry(setup: Setup, entry: Entry) -> Setup:
 def candidates(case: Prepared, registry: Registry, part: Part) -> dict[str, type[Component]]:
     """Return the components that can stand in the place of a part.
 
-    They give every output that a wire takes from it, and the machine feeds every input they cannot do without.
+    They give every output that a wire takes from it, and the machine feeds every input they cannot do without. Wires to inputs that they do
+    not have are dropped, as 'replace:' in a lesson does.
     """
     needed = {wire.source.partition(".")[2] for wire in case.machinery.wires if wire.source.partition(".")[0] == part.name}
     fed = {wire.target.partition(".")[2] for wire in case.machinery.wires if wire.target.partition(".")[0] == part.name}
@@ -134,7 +135,7 @@ def candidates(case: Prepared, registry: Registry, part: Part) -> dict[str, type
     for name, component in registry.components.items():
         declared = component.declarations
         wanted = {item for item, input_ in component.declared(Input).items() if input_.default is None}
-        if needed <= set(declared) and wanted <= fed and fed <= set(declared):
+        if needed <= set(declared) and wanted <= fed:
             found[name] = component
     return found
 

@@ -66,10 +66,11 @@ class DetectiveScreen(WorkbenchScreen):
 
     def __init__(self) -> None:
         super().__init__()
-        self._case: CaseFile | None = None
+        self.case: CaseFile | None = None
         self._nearby: list[Path] = []
         self._effects: list[str] = []
-        self._busy = ""
+        self.busy = ""
+        self._fault = ""
         self._stop = threading.Event()
         self._reveal_paths = ("", "")
 
@@ -146,15 +147,18 @@ class DetectiveScreen(WorkbenchScreen):
         self._show_status()
 
     def _show_status(self) -> None:
-        case = self._case
+        case = self.case
         words = "Choose a recording: a case that was hidden for you, or one of a real machine."
         if case is not None:
             words = f"{case.recording} against the lesson '{case.lesson.title}'."
-        self.query_one("#status", Static).update(f"{words} {self._busy}".strip())
-        searching = self._busy.startswith("Searching")
+        self.query_one("#status", Static).update(f"{words} {self.busy}{self._fault}".strip())
+        searching = self.busy.startswith("Searching")
         self.query_one("#do-diagnose", Button).label = "Stop (s)" if searching else "Search (s)"
 
     def _go(self, tab: str) -> None:
+        """Show a step; what had the focus in another one loses it, else it would call its own step back."""
+        if self.query_one(TabbedContent).active != tab:
+            self.set_focus(None)
         self.query_one(TabbedContent).active = tab
 
     # 1 Recording
@@ -175,12 +179,12 @@ class DetectiveScreen(WorkbenchScreen):
 
     def _open(self, path: Path) -> None:
         try:
-            self._case = case_file.open_case(path, self.workbench.setup)
+            self.case = case_file.open_case(path, self.workbench.setup)
             setup = self.workbench.setup
-            if setup is None or setup.lesson.path.resolve() != self._case.lesson.path.resolve():
-                self.workbench.open_lesson(self._case.lesson)
-            if not self._case.has_mapping:
-                self._ask_mapping(self._case)
+            if setup is None or setup.lesson.path.resolve() != self.case.lesson.path.resolve():
+                self.workbench.open_lesson(self.case.lesson)
+            if not self.case.has_mapping:
+                self._ask_mapping(self.case)
                 return
         except LatheSimError as error:
             self.tell_fault(str(error))
@@ -202,7 +206,7 @@ class DetectiveScreen(WorkbenchScreen):
     def _take_mapping(self, columns: list[ColumnMeaning] | None) -> None:
         from lathesim.lessons.changed_lesson import changed_lesson
 
-        case, setup = self._case, self.workbench.setup
+        case, setup = self.case, self.workbench.setup
         if columns is None or case is None or setup is None:
             return
         folder = case.recording.parent
@@ -212,7 +216,7 @@ class DetectiveScreen(WorkbenchScreen):
             path.write_text(text, encoding="utf-8")
             self.workbench.open_lesson(path)
             assert self.workbench.setup is not None
-            self._case = CaseFile(self.workbench.setup.lesson, case.recording)
+            self.case = CaseFile(self.workbench.setup.lesson, case.recording)
         except (LatheSimError, OSError) as error:
             self.tell_fault(str(error))
             return
@@ -224,15 +228,15 @@ class DetectiveScreen(WorkbenchScreen):
     @on(Button.Pressed, "#do-compare")
     def action_compare(self) -> None:
         """Hold the recording against the simulation."""
-        if self._case is None:
+        if self.case is None:
             self.tell_fault("Choose a recording first.")
             return
         self._in_thread(
-            "Comparing ...", partial(case_file.compare, self._case, self.workbench.setup, self.workbench.registry), self._show_compared
+            "Comparing ...", partial(case_file.compare, self.case, self.workbench.setup, self.workbench.registry), self._show_compared
         )
 
     def _show_compared(self) -> None:
-        case = self._case
+        case = self.case
         if case is None or case.comparison is None:
             return
         select = self.query_one("#channel", Select)
@@ -263,7 +267,7 @@ class DetectiveScreen(WorkbenchScreen):
 
     @on(Select.Changed, "#channel")
     def _draw_channel(self) -> None:
-        case, name = self._case, self.query_one("#channel", Select).value
+        case, name = self.case, self.query_one("#channel", Select).value
         if case is None or case.comparison is None:
             return
         for item in case.comparison.channels:
@@ -300,17 +304,18 @@ class DetectiveScreen(WorkbenchScreen):
             self.tell_fault("Choose an effect in the list.")
             return
         at, size = (self.query_one(f"#{name}", Input).value.strip() for name in ("place", "size"))
-        self._set_guess(Guess(self._effects[place], at, size))
+        self.take_guess(Guess(self._effects[place], at, size))
 
     @on(Button.Pressed, "#guess-nothing")
     def _guess_nothing(self) -> None:
-        self._set_guess(Guess())
+        self.take_guess(Guess())
 
-    def _set_guess(self, guess: Guess) -> None:
-        if self._case is None:
+    def take_guess(self, guess: Guess) -> None:
+        """Take a guess down; the search may begin."""
+        if self.case is None:
             self.tell_fault("Choose a recording first.")
             return
-        self._case.guess = guess
+        self.case.guess = guess
         words = f"{guess.effect} at {guess.at} {guess.size}".strip() if guess.effect else "nothing is missing"
         self.query_one("#judged", Static).update(f"Your guess: {words}. s starts the search.")
         self._go(DIAGNOSIS)
@@ -320,12 +325,12 @@ class DetectiveScreen(WorkbenchScreen):
     @on(Button.Pressed, "#do-diagnose")
     def action_diagnose(self) -> None:
         """Search for what was left out, or stop the search and keep what is known."""
-        if self._busy.startswith("Searching"):
+        if self.busy.startswith("Searching"):
             self._stop.set()
-            self._busy = "Searching: stops at the next step ..."
+            self.busy = "Searching: stops at the next step ..."
             self._show_status()
             return
-        case = self._case
+        case = self.case
         if case is None:
             self.tell_fault("Choose a recording first.")
             return
@@ -344,7 +349,7 @@ class DetectiveScreen(WorkbenchScreen):
         self.query_one("#steps", RichLog).write(step)
 
     def _show_diagnosed(self) -> None:
-        case = self._case
+        case = self.case
         if case is None or case.diagnosis is None:
             return
         self.query_one("#judged", Static).update(case_file.judged_guess(case))
@@ -359,7 +364,7 @@ class DetectiveScreen(WorkbenchScreen):
     @on(Button.Pressed, "#do-insert")
     def action_insert(self) -> None:
         """Insert what was found into the lesson, run it, and compare again."""
-        case, setup = self._case, self.workbench.setup
+        case, setup = self.case, self.workbench.setup
         if case is None or case.diagnosis is None or setup is None:
             self.tell_fault("There is no diagnosis yet: s starts the search.")
             return
@@ -386,8 +391,12 @@ class DetectiveScreen(WorkbenchScreen):
         if not seal or not answer:
             self.tell_fault("Write the case folder and the file of the answer.")
             return
+        self.reveal(seal, answer)
+
+    def reveal(self, seal: str, answer: str) -> None:
+        """Show the sealed answer, or why it cannot be opened."""
         try:
-            lines = case_file.reveal(Path(seal), Path(answer), self._case)
+            lines = case_file.reveal(Path(seal), Path(answer), self.case)
         except (LatheSimError, OSError) as error:
             self.query_one("#truth", Static).update(f"✗ {error}")
             return
@@ -419,10 +428,10 @@ class DetectiveScreen(WorkbenchScreen):
 
     def _in_thread(self, busy: str, work: Callable[[], object], done: Callable[[], object]) -> None:
         """Do long work in a thread, with a word about it; what went wrong is told."""
-        if self._busy:
-            self.notify(f"{self._busy} Wait, or stop it.", severity="warning", markup=False)
+        if self.busy:
+            self.notify(f"{self.busy} Wait, or stop it.", severity="warning", markup=False)
             return
-        self._busy = busy
+        self.busy, self._fault = busy, ""
         self._show_status()
 
         def run() -> None:
@@ -442,7 +451,8 @@ class DetectiveScreen(WorkbenchScreen):
         self.run_worker(run, thread=True, group="detective", exit_on_error=False)
 
     def _worked(self, fault: str, done: Callable[[], object]) -> None:
-        self._busy = ""
+        self.busy = ""
+        self._fault = f"✗ {fault}" if fault else ""
         self._show_status()
         if fault:
             self.tell_fault(fault)
@@ -452,7 +462,7 @@ class DetectiveScreen(WorkbenchScreen):
 
     def command(self) -> str:
         """Return the command of the step one is at."""
-        case = self._case
+        case = self.case
         if case is None:
             return "lathesim compare LESSON RECORDING"
         active = self.query_one(TabbedContent).active if self.is_mounted else COMPARE

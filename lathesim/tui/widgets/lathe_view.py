@@ -28,8 +28,8 @@ class LatheView(Widget):
     DEFAULT_CSS = """
     LatheView {
         background: $surface;
-        & > .lathe--material { background: $primary-darken-2; color: $text; }
-        & > .lathe--edge { color: $primary-darken-2; }
+        & > .lathe--material { background: $primary-muted; color: $foreground; }
+        & > .lathe--edge { color: $primary-muted; }
         & > .lathe--reference { color: $warning; }
         & > .lathe--actual { color: $success; text-style: bold; }
         & > .lathe--tool { color: $error; text-style: bold; }

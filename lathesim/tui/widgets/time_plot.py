@@ -6,11 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from rich.segment import Segment
+from rich.style import Style
 from textual import events
+from textual.app import ComposeResult
 from textual.binding import Binding
+from textual.containers import Grid
 from textual.content import Content
 from textual.message import Message
+from textual.strip import Strip
+from textual_hires_canvas import Canvas
 from textual_plot import HiResMode, PlotWidget
+from textual_plot.plot_widget import Legend
 
 from lathesim.analysis.display_unit import display_unit
 from lathesim.analysis.metric import find_channel
@@ -50,6 +57,17 @@ class Line:
     title: str
 
 
+class _StyledCanvas(Canvas):
+    """A canvas whose segments all have a style: without colours (``NO_COLOR``) the app's filter asks each for it."""
+
+    def render_line(self, y: int) -> Strip:
+        strip = super().render_line(y)
+        if all(segment.style is not None for segment in strip):
+            return strip
+        styled = [Segment(segment.text, segment.style or Style.null(), segment.control) for segment in strip]
+        return Strip(styled, strip.cell_length)
+
+
 class TimePlot(PlotWidget, inherit_bindings=False):
     """Draws curves, each thinned to the width of the widget; the legend names channel and unit.
 
@@ -85,6 +103,13 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         super().__init__(id=id)
         self._labels_shown: list[tuple[str, str, str]] = []
         self._pressed_at: tuple[int, int] | None = None
+
+    def compose(self) -> ComposeResult:
+        """Give the canvases of the plot and its margins."""
+        with Grid():
+            for name in ("margin-top", "margin-left", "plot", "margin-bottom"):
+                yield _StyledCanvas(1, 1, id=name)
+        yield Legend(id="legend")
 
     @property
     def named(self) -> list[tuple[str, str, str]]:
@@ -155,7 +180,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             self.set_xlabel("t / s")
             self.set_ylabel(units[0] or "1" if len(set(units)) == 1 else "")
             if cursor is not None and units:
-                self.add_v_line(cursor, line_style="white")
+                self.add_v_line(cursor, line_style="grey50")
             self._show_names(labels)
 
     def show_cursor(self, cursor: float | None) -> None:
@@ -163,7 +188,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         self._v_lines.clear()
         self._v_lines_labels.clear()
         if cursor is not None:
-            self.add_v_line(cursor, line_style="white")
+            self.add_v_line(cursor, line_style="grey50")
 
     def show_lines(self, lines: Sequence[Line], x_label: str, y_label: str, *, cursor: float | None = None) -> None:
         """Draw lines of any two quantities; the axes fit all of them."""
@@ -181,7 +206,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             self.set_xlabel(x_label)
             self.set_ylabel(y_label)
             if cursor is not None and lines:
-                self.add_v_line(cursor, line_style="white")
+                self.add_v_line(cursor, line_style="grey50")
             self._show_names(labels)
 
     def _show_names(self, labels: list[tuple[str, str, str]]) -> None:

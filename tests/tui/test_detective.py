@@ -1,0 +1,168 @@
+"""The detective: a concealed case is compared, guessed at, diagnosed, explained and revealed; recordings without a mapping; stopping."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+from textual.screen import Screen
+from textual.widgets import Input, Select, Static, TabbedContent
+
+from lathesim.cli.main import run_command_line
+from lathesim.tui.app import LathesimApp
+from lathesim.tui.model.case_file import CaseFile, Guess
+from lathesim.tui.model.column_mapping import COMPARE, TIME, ColumnMeaning, recordings_entry
+from lathesim.tui.screens.detective import DetectiveScreen
+from tests.tui.driving import opened, until
+
+LESSON = "12_what_is_wrong_with_this_machine"
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def hide(effect: str, folder: str = "case_1") -> None:
+    assert run_command_line(["conceal", LESSON, "--effect", effect, "--validate", "--seed", "5", "--out", folder]) == 0
+
+
+async def compared(app: LathesimApp, pilot: Pilot[None], place: str) -> tuple[DetectiveScreen, CaseFile]:
+    """Open a case on the screen and wait until it is compared."""
+    await pilot.press("f7")
+    await pilot.pause()
+    screen = app.screen
+    assert isinstance(screen, DetectiveScreen)
+    screen.query_one("#path", Input).value = place
+    await pilot.click("#open")
+    await until(pilot, lambda: screen.case is not None and screen.case.comparison is not None and not screen.busy, "the comparison")
+    assert screen.case is not None
+    return screen, screen.case
+
+
+def text(screen: Screen[Any], name: str) -> str:
+    return str(screen.query_one(f"#{name}", Static).content)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+async def test_a_detective_guesses_is_told_inserts_the_effect_and_sees_the_residual_fall() -> None:
+    hide("CoulombFriction:level=20 N@x_axis")
+    async with opened(LESSON) as (app, pilot):
+        screen, case = await compared(app, pilot, "case_1")
+        before = max(item.over_floor for item in case.comparison.channels) if case.comparison else 0.0
+        assert "[✗ x_axis]" in text(screen, "chain")
+        await pilot.press("s")
+        await pilot.pause()
+        assert app.screen.query_one(TabbedContent).active == "guess"
+        screen.query_one("#size", Input).value = "19 N"
+        screen.take_guess(Guess("CoulombFriction", "x_axis", "19 N"))
+        await pilot.press("s")
+        await until_long(pilot, lambda: case.diagnosis is not None and not screen.busy)
+        assert "✓ Right: CoulombFriction at x_axis. ✓ level is 20.2 N, you said 19 N." in text(screen, "judged")
+        await pilot.press("i")
+        await until_long(pilot, lambda: not screen.busy and screen.case is not None and app.workbench.live is None)
+        assert app.workbench.setup is not None
+        assert app.workbench.setup.inserted[0]["effect"] == "CoulombFriction"
+        await until_long(pilot, lambda: case.comparison is not None and max(i.over_floor for i in case.comparison.channels) < before / 20)
+        screen.reveal("case_1", "case_1_answer.json")
+        assert "✓ Your guess: CoulombFriction x_axis 19 N" in text(screen, "truth")
+
+
+async def until_long(pilot: Pilot[None], holds: object) -> None:
+    for _ in range(8):
+        try:
+            await until(pilot, holds, "it")  # type: ignore[arg-type]
+        except AssertionError:
+            continue
+        return
+    raise AssertionError("it did not come")
+
+
+async def test_a_search_is_stopped_and_a_wrong_answer_refused() -> None:
+    hide("none")
+    async with opened(LESSON) as (app, pilot):
+        screen, _ = await compared(app, pilot, "case_1")
+        screen.take_guess(Guess())
+        await pilot.press("s")
+        await until(pilot, lambda: screen.busy.startswith("Searching"), "the search")
+        await pilot.press("s")
+        await until(pilot, lambda: not screen.busy, "the end of the search")
+        screen.reveal("case_1", "case_1/seal.json")
+        assert text(screen, "truth").startswith("✗")
+        await pilot.press("f2")
+        assert app.current_mode == "bench"
+
+
+async def test_columns_are_mapped_in_a_form_where_the_lesson_says_nothing() -> None:
+    assert run_command_line(["run", "01_contour_error", "--variant", "I", "--out", "run.h5", "--no-plots"]) == 0
+    assert run_command_line(["export", "run.h5", "whole.csv"]) == 0
+    rows = Path("whole.csv").read_text(encoding="utf-8").splitlines()
+    names = rows[0].split(",")
+    kept = [names.index(name) for name in ("time [s]", "x_axis.position [m]", "z_axis.position [m]")]
+    data = np.array([[float(row.split(",")[place]) for place in kept] for row in rows[1:]])
+    header = "time [s],x axis position [m],z axis position [m]"
+    np.savetxt("mine.csv", data, delimiter=",", header=header, comments="")
+    async with opened("01_contour_error") as (app, pilot):
+        await pilot.press("f7")
+        await pilot.pause()
+        app.screen.query_one("#path", Input).value = "mine.csv"
+        await pilot.click("#open")
+        await pilot.pause()
+        assert [app.screen.query_one(f"#role-{place}", Select).value for place in range(3)] == [TIME, COMPARE, COMPARE]
+        assert app.screen.query_one("#target-1", Input).value == "x_axis.position"
+        app.screen.query_one("#unit-1", Input).value = ""
+        await pilot.click("#take")
+        await pilot.pause(0.3)
+        assert "needs a channel and a unit" in text(app.screen, "fault")
+        app.screen.query_one("#unit-1", Input).value = "m"
+        await pilot.pause()
+        await pilot.click("#take")
+        await until(pilot, lambda: isinstance(app.screen, DetectiveScreen), "the screen")
+        screen = app.screen
+        assert isinstance(screen, DetectiveScreen)
+        await until(pilot, lambda: not screen.busy and screen.case is not None and screen.case.comparison is not None, "the comparison")
+        assert screen.query_one(TabbedContent).active == "compare"
+    assert "x_axis.position" in Path("01_contour_error_mine.yaml").read_text(encoding="utf-8")
+
+
+async def test_what_is_no_recording_is_told_in_a_sentence() -> None:
+    Path("empty.csv").write_text("", encoding="utf-8")
+    async with opened() as (app, pilot):
+        await pilot.press("f7")
+        await pilot.pause()
+        for typed in ("nowhere.csv", "empty.csv", "lathesim_runs"):
+            app.screen.query_one("#path", Input).value = typed
+            await pilot.click("#open")
+            await pilot.pause(0.3)
+        told = [notice.message for notice in app._notifications]
+        assert len(told) == 3, told
+        await pilot.press("s")
+        assert isinstance(app.screen, DetectiveScreen)
+
+
+async def test_a_case_is_hidden_for_somebody_else() -> None:
+    async with opened(LESSON) as (app, pilot):
+        await pilot.press("f7")
+        await pilot.pause()
+        await pilot.press("h")
+        await pilot.pause()
+        app.screen.query_one("#hidden", Input).value = "CoulombFriction:level=20 N@x_axis"
+        await pilot.click("#take")
+        await until(pilot, lambda: Path("case_1/seal.json").exists() and Path("case_1_answer.json").exists(), "the case")
+        screen = app.screen
+        assert isinstance(screen, DetectiveScreen)
+        await until(pilot, lambda: not screen.busy, "the end")
+
+
+def test_a_mapping_needs_a_time_and_something_to_compare() -> None:
+    entry = recordings_entry([ColumnMeaning("t", TIME, "", "ms"), ColumnMeaning("x", COMPARE, "x_axis.position", "mm", 2.0)])
+    assert entry == {
+        "time": {"column": "t", "unit": "ms"},
+        "compare": {"x_axis.position": {"column": "x", "unit": "mm", "scale": 2.0}},
+    }
+    with pytest.raises(Exception, match="no column is the time"):
+        recordings_entry([ColumnMeaning("x", COMPARE, "x_axis.position", "mm")])
