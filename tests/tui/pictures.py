@@ -1,37 +1,90 @@
-"""The picture of the app in the README: ``python -m tests.tui.pictures`` draws it again, in a folder that is thrown away."""
+"""The pictures of the app in the manual and the goldens of the tests: ``python -m tests.tui.pictures`` draws them again."""
 
 from __future__ import annotations
 
 import asyncio
-import os
 import tempfile
-from pathlib import Path
+from collections.abc import Awaitable, Callable
+from contextlib import chdir
 
+from textual.pilot import Pilot
+from textual.widgets import SelectionList
+
+from lathesim.tui.app import LathesimApp
+from lathesim.tui.widgets.slider import Slider
 from tests.cli.command import ROOT
 from tests.tui.driving import opened, run_to_end
+from tests.tui.lathe_moments import GOLDENS, pictures
+from tests.tui.screen_words import words_of
 
 PICTURES = ROOT / "lathesim" / "manual" / "pictures"
 SIZE = (110, 34)
 
 
-async def bench() -> str:
-    """Return the bench after the first lesson, as SVG."""
-    async with opened(size=SIZE) as (app, pilot):
-        await run_to_end(app, pilot)
-        return app.export_screenshot(title="lathesim")
+async def bench(app: LathesimApp, pilot: Pilot[None]) -> None:
+    """Show the bench in the taper of the first lesson."""
+    await run_to_end(app, pilot)
+    slider = app.screen.query_one(Slider)
+    slider.focus()
+    for _ in range(3):
+        await pilot.press("shift+left")
+
+
+async def configure(app: LathesimApp, pilot: Pilot[None]) -> None:
+    """Show the gain of an axis, changed."""
+    assert app.workbench.setup is not None
+    app.workbench.change(app.workbench.setup.with_value("x_controller.proportional", "0.449 V/mm"))
+    await app.show_parameter("x_controller.proportional")
+
+
+async def results(app: LathesimApp, pilot: Pilot[None]) -> None:
+    """Show two cases laid over each other."""
+    await run_to_end(app, pilot)
+    assert app.workbench.setup is not None
+    app.workbench.change(app.workbench.setup.with_variant("II"))
+    await run_to_end(app, pilot)
+    await pilot.press("f3")
+    await pilot.pause()
+    app.screen.query_one("#runs", SelectionList).select_all()
+    await pilot.press("tab")
+    await pilot.press("e")
+
+
+async def lessons(app: LathesimApp, pilot: Pilot[None]) -> None:
+    """Show the first lesson."""
+    await pilot.press("f6")
+
+
+SCREENS: dict[str, Callable[[LathesimApp, Pilot[None]], Awaitable[None]]] = {
+    "bench": bench,
+    "configure": configure,
+    "results": results,
+    "lessons": lessons,
+}
+SNAPSHOTS = ("configure", "lessons")
+"""Screens whose words are kept as goldens."""
+
+
+async def shown(name: str) -> str:
+    """Return a screen as SVG, driven in a folder that is thrown away."""
+    with tempfile.TemporaryDirectory() as folder, chdir(folder):
+        async with opened(size=SIZE) as (app, pilot):
+            await SCREENS[name](app, pilot)
+            await pilot.pause(0.5)
+            return app.export_screenshot(title="lathesim")
 
 
 def main() -> None:
-    """Draw the pictures."""
-    here = Path.cwd()
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        try:
-            text = asyncio.run(bench())
-        finally:
-            os.chdir(here)
+    """Draw all."""
     PICTURES.mkdir(exist_ok=True)
-    (PICTURES / "bench.svg").write_text(text, encoding="utf-8")
+    GOLDENS.mkdir(exist_ok=True)
+    for name in SCREENS:
+        svg = asyncio.run(shown(name))
+        (PICTURES / f"{name}.svg").write_text(svg, encoding="utf-8")
+        if name in SNAPSHOTS:
+            (GOLDENS / f"{name}.txt").write_text(words_of(svg), encoding="utf-8")
+    for name, text in pictures().items():
+        (GOLDENS / f"{name}.txt").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -180,13 +180,15 @@ class ConfigureScreen(WorkbenchScreen):
             table.move_cursor(row=min(row, len(self._entries) - 1))
         self._show_edited()
 
-    def _entry(self) -> Entry | None:
+    @property
+    def entry(self) -> Entry | None:
+        """What the cursor of the table stands on."""
         row = self.query_one("#entries", DataTable).cursor_row
         return self._entries[row] if 0 <= row < len(self._entries) else None
 
     @on(DataTable.RowHighlighted, "#entries")
     def _show_edited(self) -> None:
-        entry, field = self._entry(), self.query_one("#value", Input)
+        entry, field = self.entry, self.query_one("#value", Input)
         label = self.query_one("#edited", Label)
         with self.prevent(Input.Changed):
             if entry is None:
@@ -208,7 +210,7 @@ class ConfigureScreen(WorkbenchScreen):
 
     @on(Input.Changed, "#value")
     def _check(self, event: Input.Changed) -> None:
-        entry = self._entry()
+        entry = self.entry
         self._tell(entry, fault_of(self.workbench.prepared(), entry, event.value) if entry is not None else "")
 
     def _tell(self, entry: Entry | None, fault: str) -> None:
@@ -220,7 +222,7 @@ class ConfigureScreen(WorkbenchScreen):
 
     @on(Input.Submitted, "#value")
     def _take(self, event: Input.Submitted) -> None:
-        entry, setup = self._entry(), self._setup
+        entry, setup = self.entry, self._setup
         if entry is None or setup is None:
             return
         fault = fault_of(self.workbench.prepared(), entry, event.value)
@@ -244,7 +246,7 @@ class ConfigureScreen(WorkbenchScreen):
 
     def action_take_back(self) -> None:
         """Take the lesson's own value, component or wire again."""
-        setup, entry, part = self._setup, self._entry(), self._choice.part
+        setup, entry, part = self._setup, self.entry, self._choice.part
         if setup is None:
             return
         if entry is not None and entry.changed:

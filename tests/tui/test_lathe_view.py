@@ -1,0 +1,88 @@
+"""The half section in characters: three moments of Example 1, the stock that is cut, and what the dots mean."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lathesim.analysis.nothing_cut import RawStock
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare, run_prepared
+from lathesim.plugins import load_registry
+from lathesim.tui.drawing.braille import BRAILLE, braille_codes, trace
+from lathesim.tui.drawing.carved_stock import CarvedStock
+from lathesim.tui.drawing.envelope import envelope
+from lathesim.tui.drawing.lathe_picture import View, draw
+from lathesim.tui.drawing.lathe_scene import LatheScene, Motion
+from tests.tui.lathe_moments import GOLDENS, MOMENTS, pictures
+
+BAR = RawStock("stock", 0.010, 0.040, 0.0, "x", "z", free_end=-1.0, edge_length=0.005)
+
+
+@pytest.fixture(scope="module")
+def drawn() -> dict[str, str]:
+    return pictures()
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_a_moment_of_example_1_looks_as_it_did(drawn: dict[str, str], moment: str) -> None:
+    """``python -m tests.tui.pictures`` draws the goldens again; look at them before they are kept."""
+    assert drawn[moment] == (GOLDENS / f"{moment}.txt").read_text(encoding="utf-8")
+
+
+def test_the_carved_stock_is_that_of_the_stock_part() -> None:
+    """The volume that the stock part says was taken off is that of the picture, to a cell's width."""
+    case = prepare(load_lesson("01_contour_error"), load_registry(), "I")
+    record = run_prepared(case)
+    motion, stock = Motion.of(record), RawStock.of(record)
+    assert motion is not None
+    assert stock is not None
+    radius = CarvedStock(stock).cut(motion.x, motion.z, len(motion))
+    volume = np.pi * np.sum(stock.stock_radius**2 - radius**2) * stock.stock_length / len(radius)
+    assert volume == pytest.approx(record["stock.removed_volume"][-1], rel=2e-3)
+
+
+def test_going_back_gives_the_raw_stock_again() -> None:
+    carved = CarvedStock(BAR)
+    x, z = np.full(5, 0.008), np.linspace(0.0, 0.02, 5)
+    carved.cut(x, z, 5)
+    assert carved.radius.min() == 0.008
+    assert (carved.cut(x, z, 0) == BAR.stock_radius).all()
+
+
+def test_a_wrong_rapid_return_digs_in() -> None:
+    carved = CarvedStock(BAR)
+    radius = carved.cut(np.array([0.012, 0.006]), np.array([0.030, 0.010]), 2)
+    assert radius.min() < 0.0075
+
+
+def test_facing_takes_what_stands_towards_the_free_end() -> None:
+    carved = CarvedStock(BAR)
+    radius = carved.cut(np.array([0.012, 0.0]), np.array([0.001, 0.001]), 2)
+    assert (radius[:40] == 0.0).all()
+    assert (radius[60:] == BAR.stock_radius).all()
+
+
+def test_a_dot_is_as_wide_as_it_is_high_and_the_gain_moves_the_actual_path() -> None:
+    scene = LatheScene(BAR, np.array([0.008, 0.008]), np.array([0.0, 0.04]))
+    motion = Motion(np.full(2, 0.0081), np.array([0.0, 0.04]), np.full(2, 0.008), np.array([0.0, 0.04]))
+    plain, magnified = draw(scene, motion, 2, 60, 20), draw(scene, motion, 2, 60, 20, View(gain=20.0))
+    rows = [int(np.flatnonzero((picture.layer == 2).any(axis=1))[0]) for picture in (plain, magnified)]
+    moved = round(0.0001 * 19 / (4.0 * plain.dot))
+    assert rows[0] - rows[1] == pytest.approx(moved, abs=1)
+
+
+def test_braille_dots_stand_where_they_are_set() -> None:
+    dots = np.zeros((4, 2), dtype=bool)
+    trace(dots, [0, 0], [0, 3])
+    assert chr(BRAILLE + int(braille_codes(dots)[0, 0])) == "⡇"
+
+
+def test_an_envelope_keeps_every_peak() -> None:
+    time = np.arange(10_000.0)
+    values = np.zeros(10_000)
+    values[[17, 4321, 9999]] = [5.0, -7.0, 3.0]
+    thin_time, thin = envelope(time, values, 50)
+    assert len(thin) <= 200
+    assert {5.0, -7.0, 3.0} <= set(thin.tolist())
+    assert (np.diff(thin_time) >= 0.0).all()

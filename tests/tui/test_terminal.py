@@ -1,0 +1,174 @@
+"""The app in a real terminal, without colours, with the mouse alone, and when the terminal goes away."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from textual.widgets import Button, Input
+
+from lathesim.record import load
+from tests.cli.command import environment
+from tests.tui.driving import opened, run_to_end, until
+from tests.tui.lathe_moments import GOLDENS
+from tests.tui.pictures import SNAPSHOTS, shown
+from tests.tui.screen_words import words_of
+
+PATIENCE = 40.0
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def wait(holds: Callable[[], bool]) -> bool:
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        if holds():
+            return True
+        time.sleep(0.1)
+    return False
+
+
+class Terminal:
+    """A terminal of tmux with the app in it."""
+
+    def __init__(self, folder: Path) -> None:
+        self._call = ["tmux", "-L", f"lathesim{os.getpid()}", "-f", "/dev/null"]
+        paths = environment()
+        command = f"{sys.executable} -m lathesim; echo LEFT $?; sleep 60"
+        size = ["-x", "100", "-y", "30"]
+        subprocess.run(
+            [*self._call, "new-session", "-d", *size, "-c", str(folder), command], check=True, env={**paths, "TERM": "xterm-256color"}
+        )
+
+    def send(self, *keys: str) -> None:
+        subprocess.run([*self._call, "send-keys", *keys], check=True)
+
+    def screen(self) -> str:
+        return subprocess.run([*self._call, "capture-pane", "-p"], check=True, capture_output=True, text=True).stdout
+
+    def shows(self, text: str) -> bool:
+        return wait(lambda: text in self.screen())
+
+    def pid(self) -> int:
+        found = subprocess.run([*self._call, "list-panes", "-F", "#{pane_pid}"], check=True, capture_output=True, text=True).stdout
+        shell = int(found.split()[0])
+        children = Path(f"/proc/{shell}/task/{shell}/children").read_text(encoding="ascii").split()
+        return int(children[0])
+
+    def end(self) -> None:
+        subprocess.run([*self._call, "kill-server"], check=False, capture_output=True)
+
+
+@pytest.fixture
+def terminal(tmp_path: Path) -> Iterator[Terminal]:
+    if shutil.which("tmux") is None:
+        pytest.skip("there is no tmux on this machine")
+    found = Terminal(tmp_path)
+    yield found
+    found.end()
+
+
+@pytest.mark.timeout(180)
+def test_a_lesson_runs_in_a_real_terminal(terminal: Terminal) -> None:
+    assert terminal.shows("Half section"), terminal.screen()
+    terminal.send("F5")
+    assert terminal.shows("max_contour_error"), terminal.screen()
+    terminal.send("F4")
+    assert terminal.shows("interpolator"), terminal.screen()
+    terminal.send("C-q")
+    assert terminal.shows("LEFT 0"), terminal.screen()
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="asks /proc for the process in the terminal")
+@pytest.mark.timeout(180)
+def test_nothing_is_lost_when_the_terminal_goes_away(terminal: Terminal, tmp_path: Path) -> None:
+    assert terminal.shows("Half section"), terminal.screen()
+    terminal.send("p")
+    assert terminal.shows("x1 10/s"), terminal.screen()
+    terminal.send("F5")
+    assert terminal.shows("STOP"), terminal.screen()
+    time.sleep(1.0)
+    os.kill(terminal.pid(), signal.SIGHUP)
+    path = tmp_path / "lathesim_runs" / "01_contour_error" / "001.h5"
+    assert wait(path.exists)
+    assert load(path).status == "stopped"
+
+
+@pytest.mark.parametrize("screen", SNAPSHOTS)
+async def test_a_screen_looks_as_it_did(screen: str) -> None:
+    """``python -m tests.tui.pictures`` draws the snapshots again; look at them before they are kept."""
+    assert words_of(await shown(screen)) == (GOLDENS / f"{screen}.txt").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("theme", ["textual-dark", "textual-light"])
+async def test_every_screen_is_drawn_without_colours_on_a_dark_and_a_light_theme(theme: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "1")
+    async with opened(size=(80, 24)) as (app, pilot):
+        app.theme = theme
+        await run_to_end(app, pilot)
+        for key in ("f1", "f2", "f3", "f4", "f6", "f7", "f8"):
+            await pilot.press(key)
+            await pilot.pause(0.1)
+            assert len(words_of(app.export_screenshot()).split()) > 10
+
+
+async def test_a_lesson_is_opened_run_and_its_results_seen_with_the_mouse_alone() -> None:
+    async with opened() as (app, pilot):
+        await pilot.click("#go-lessons")
+        await until(pilot, lambda: app.current_mode == "lessons", "the lessons")
+        await pilot.pause(0.3)
+        await pilot.click("#lessons", offset=(5, 8))
+        await pilot.pause(0.3)
+        await pilot.click(Button)
+        await until(pilot, lambda: app.current_mode == "bench", "the bench")
+        assert app.workbench.setup is not None
+        opened_lesson = app.workbench.setup.lesson.name
+        assert opened_lesson != "01_contour_error"
+        await pilot.click("#go-run")
+        await until(pilot, lambda: bool(app.workbench.runs) and app.workbench.live is None, "the end of the run")
+        await pilot.pause(0.3)
+        await pilot.click("#slider", offset=(10, 0))
+        await pilot.click("#go-results")
+        await until(pilot, lambda: app.current_mode == "results", "the results")
+        assert app.workbench.runs[0].path.parent.name == opened_lesson
+
+
+@pytest.mark.parametrize("key", ["f1", "f3", "f4", "f6", "f7", "f8"])
+async def test_a_screen_survives_a_tiny_terminal_and_comes_back(key: str) -> None:
+    async with opened(size=(80, 24)) as (app, pilot):
+        await pilot.press(key)
+        await pilot.pause(0.1)
+        await pilot.resize_terminal(20, 5)
+        await pilot.pause(0.1)
+        await pilot.resize_terminal(80, 24)
+        await pilot.pause(0.1)
+        assert len(words_of(app.export_screenshot()).split()) > 10
+
+
+async def test_a_full_disk_is_told_and_the_run_is_still_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    from lathesim.errors import RecordError
+    from lathesim.lessons import kept_run
+
+    def full(record: object, path: Path) -> None:
+        raise RecordError("the disk is full.", place=str(path), remedy="Make room, then run again.")
+
+    monkeypatch.setattr(kept_run, "save", full)
+    async with opened() as (app, pilot):
+        await pilot.press("f5")
+        await until(pilot, lambda: bool(app.workbench.runs) and app.workbench.live is None, "the end of the run")
+        await pilot.pause(0.5)
+        assert "the disk is full" in words_of(app.export_screenshot()).replace("\n", " ")
+        await pilot.press("space")
+        await pilot.press("f4")
+        await pilot.pause(0.2)
+        assert app.screen.query_one("#value", Input)
