@@ -86,6 +86,8 @@ def _move(index: int, move: Move) -> dict[str, Any]:
         }
     item["spindle"] = _spindle(move.spindle)
     item["tool"] = move.tool
+    if move.cycle:
+        item["cycle"], item["cycle_line"] = move.cycle, move.cycle_line
     return item
 
 

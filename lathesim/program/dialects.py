@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from lathesim.errors import ProgramError, nearest
-from lathesim.program.meanings import Meaning
+from lathesim.program.meanings import NOT_INTERPRETED, Meaning
 
 M = Meaning  # the tables name it on every line
 
@@ -26,6 +26,9 @@ class Dialect:
     move an axis incrementally, ``dwell`` the letters of a dwell with what one unit of them is in seconds, ``surface_limit`` the
     letter that bounds the spindle speed beside a surface speed, ``start`` where the tool stands at the
     beginning and ``machine_zero`` where machine coordinates begin [m, X as a radius].
+    ``carried_out`` are meanings that not every dialect's codes are interpreted in. With ``thread_drive_line`` G76 is that of LinuxCNC; with
+    ``cancels_beside_motion`` G80 may stand beside another motion code, which then counts; with ``spindle_stops_after_motion`` M5 acts at
+    the end of its block.
     """
 
     name: str
@@ -40,6 +43,10 @@ class Dialect:
     tool_changes_at_t: bool = False
     program_number: bool = False
     end_required: bool = False
+    carried_out: frozenset[M] = frozenset()
+    thread_drive_line: bool = False
+    cancels_beside_motion: bool = False
+    spindle_stops_after_motion: bool = False
     start: tuple[float, float] = (0.0, 0.0)
     machine_zero: tuple[float, float] = (0.0, 0.0)
 
@@ -99,6 +106,8 @@ LINUXCNC = Dialect(
         "L": "repeats", "Q": "contour or depth", "E": "taper of a thread",
     },
     dwell={"P": 1.0},
+    carried_out=frozenset({M.THREADING_CYCLE, M.OFFSET_OTHER}),
+    thread_drive_line=True,
     surface_limit="D",
     end_required=True,
 )  # fmt: skip
@@ -125,11 +134,18 @@ FANUC = Dialect(
         "U": "incremental X", "W": "incremental Z", "P": "block number or milliseconds", "Q": "block number or depth",
         "T": "tool and offset",
         "O": "program number", "D": "depth of a cycle", "E": "lead of a thread",
+        "A": "angle of a thread",
     },
     x_is_diameter=True,
     per_revolution=True,
     incremental={"U": "X", "W": "Z"},
     dwell={"X": 1.0, "U": 1.0, "P": 0.001},
+    carried_out=frozenset({
+        M.THREAD_BY_FEED, M.ROUGHING_CYCLE, M.FACING_CYCLE, M.REPEATING_CYCLE, M.FINISHING_CYCLE, M.FACE_GROOVING_CYCLE, M.GROOVING_CYCLE,
+        M.THREADING_CYCLE, M.TURNING_CYCLE_SIMPLE, M.THREADING_CYCLE_SIMPLE, M.FACING_CYCLE_SIMPLE, M.COMPENSATION_ON, M.OFFSET_OTHER,
+    }),
+    cancels_beside_motion=True,
+    spindle_stops_after_motion=True,
     tool_changes_at_t=True,
     program_number=True,
     start=(0.1, 0.2),
@@ -137,6 +153,11 @@ FANUC = Dialect(
 )  # fmt: skip
 
 DIALECTS: dict[str, Dialect] = {dialect.name: dialect for dialect in (PAPER, LINUXCNC, FANUC)}
+
+
+def not_interpreted(meaning: M, dialect: Dialect) -> bool:
+    """Say whether a dialect has a meaning that is not carried out for it."""
+    return meaning in NOT_INTERPRETED and meaning not in dialect.carried_out
 
 
 def dialect_named(name: str) -> Dialect:

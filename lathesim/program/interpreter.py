@@ -4,7 +4,8 @@ The steps of a block run in a fixed order, whatever the order of its words: comm
 units, distance mode, non-modal codes, motion, stops. Anything a block says and no step uses is refused.
 
 Source: NIST RS274NGC Interpreter version 3, table 8 (order of execution); LinuxCNC 2.9 rs274 for what the manuals leave open.
-Left out: cycles, nose compensation, work offsets beyond the first, subprograms (all refused by name, see ``meanings``).
+Left out: subprograms and the cycles of other dialects (refused by name, see ``meanings``); nose radii and work offsets are taken as zero,
+and that is said.
 """
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ from __future__ import annotations
 import math
 
 from lathesim.errors import ProgramError
+from lathesim.program.cycle_blocks import Cycles
 from lathesim.program.dialects import Dialect, dialect_named
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.motions import Motions
 from lathesim.program.moves import Program
 from lathesim.program.vocabulary import check_vocabulary, other_readings, sort_block
-from lathesim.program.words import Blocks, Warned, Word
+from lathesim.program.words import Block, Blocks, Warned, Word
 
 TURRET_STATIONS = 12  # assumed: a common turret; a tool number beyond it is a slip
 _REVOLUTION = 2.0 * math.pi
@@ -40,25 +41,43 @@ def interpret(
     return _Interpreter(blocks, table, table.start if start is None else start, stations).program()
 
 
-class _Interpreter(Motions):
+class _Interpreter(Cycles):
     """Runs the steps of every block in their order."""
 
     def program(self) -> Program:
         """Run every block and give the program."""
-        for block in self.blocks.blocks:
-            self.block = sort_block(block, self.dialect, self.blocks.place(block.line))
-            self.used = set()
+        for position, block in enumerate(self.blocks.blocks):
+            self.position = position
+            if position in self.passed:
+                continue
             moves_before = len(self.moves)
-            for step in (
-                self.comment, self.feed_mode, self.feed, self.spindle_speed, self.tool, self.spindle, self.coolant, self.dwell, self.units,
-                self.distance, self.once, self.motion, self.stops, self.unused,
-            ):  # fmt: skip
-                step()
+            self.run_block(block)
             if not self.moves or moves_before == 0:
                 self.say_groups()
         self.close()
         self.note_assumptions()
         return Program(self.blocks.name, self.dialect.name, tuple(self.moves), tuple(self.events), tuple(self.warnings), self.assumed)
+
+    def run_block(self, block: Block) -> None:
+        """Run the steps of a block in their order."""
+        self.block = sort_block(block, self.dialect, self.blocks.place(block.line))
+        self.block_number, self.used = block.number.lstrip("0"), set()
+        for step in (
+            self.comment, self.feed_mode, self.feed, self.spindle_speed, self.tool, self.spindle, self.coolant, self.dwell, self.units,
+            self.compensation, self.distance, self.once, self.motion, self.spindle_behind, self.stops, self.unused,
+        ):  # fmt: skip
+            step()
+
+    def compensation(self) -> None:
+        """G41, G42 and further work offsets are read; both are taken as zero, and that is said."""
+        if self.has(Meaning.COMPENSATION_ON):
+            code = self.block.codes[Meaning.COMPENSATION_ON].text
+            self.take("D")
+            self.assumed["nose_compensation"] = "a nose radius of 0: the tool point runs along the programmed path"
+            self.warn(f"{code} is read with a nose radius of 0: the tool point runs along the programmed path.")
+        if self.has(Meaning.OFFSET_OTHER):
+            self.assumed["work_offsets"] = "all zero"
+            self.warn(f"{self.block.codes[Meaning.OFFSET_OTHER].text} is read with an offset of 0.")
 
     def comment(self) -> None:
         """(MSG, text) is a message to the operator."""
@@ -78,6 +97,8 @@ class _Interpreter(Motions):
 
     def feed(self) -> None:
         """F in mm or inch per minute or per revolution."""
+        if self._feed_is_lead():
+            return
         word = self.take("F")
         if word is None:
             return
@@ -87,6 +108,12 @@ class _Interpreter(Motions):
         length = self.modal.metres(word.value)
         self.modal.feed = length if self.modal.per_revolution else length / 60.0
         self.modal.feed_line = self.block.line
+
+    def _feed_is_lead(self) -> bool:
+        """Say whether F of this block is the lead of a thread."""
+        leads = (Meaning.THREAD_BY_FEED, Meaning.THREADING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE)
+        own = self.block.of_group(Group.MOTION)
+        return own in leads or (own is None and self.modal.motion in leads)
 
     def no_units_change(self, word: Word) -> None:
         """F and surface speeds in the very block that changes the units: controls differ, so it is refused."""
@@ -157,8 +184,19 @@ class _Interpreter(Motions):
             self.event("tool", tool=modal.tool)
 
     def spindle(self) -> None:
-        """M3, M4, M5."""
+        """M3 and M4, and M5 where it acts before the motion of its block."""
         meaning = self.block.of_group(Group.SPINDLE)
+        if meaning is Meaning.SPINDLE_OFF and self.dialect.spindle_stops_after_motion:
+            return
+        self.turn_spindle(meaning)
+
+    def spindle_behind(self) -> None:
+        """M5 where it acts behind the motion of its block."""
+        if self.has(Meaning.SPINDLE_OFF) and self.dialect.spindle_stops_after_motion:
+            self.turn_spindle(Meaning.SPINDLE_OFF)
+
+    def turn_spindle(self, meaning: Meaning | None) -> None:
+        """Turn the spindle on or off."""
         if meaning is not None:
             self.modal.direction = {Meaning.SPINDLE_FORWARD: 1, Meaning.SPINDLE_REVERSE: -1}.get(meaning, 0)
             self.event("spindle", direction=self.modal.direction)

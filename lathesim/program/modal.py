@@ -13,7 +13,8 @@ class Modal:
     """The modal state while a program is interpreted.
 
     ``feed`` is [m/s] or, with ``per_revolution``, [m]; ``feed_lost`` tells the line whose feed a change of feed mode dropped.
-    ``speed`` is [rad/s] or, with ``surface``, [m/s]. ``said`` are the groups the program has spoken of before its first move.
+    ``speed`` is [rad/s] or, with ``surface``, [m/s]. ``taper`` to ``thread_allowance`` [m, rad] are what blocks tell later cycles.
+    ``said`` are the groups the program has spoken of before its first move.
     """
 
     x: float
@@ -37,6 +38,17 @@ class Modal:
     tool_ready: int | None = None
     shift_x: float = 0.0
     shift_z: float = 0.0
+    taper: float = 0.0
+    cycle_end: tuple[float, float] | None = None
+    cycle_depth: float | None = None
+    cycle_retract: float | None = None
+    relief: tuple[float, float] = (0.0, 0.0)
+    repeats: int = 1
+    peck_retract: float | None = None
+    thread_finishing: int = 1
+    thread_angle: float = 0.0
+    thread_smallest: float = 0.0
+    thread_allowance: float = 0.0
     said: set[Group] = field(default_factory=set)
 
     @property

@@ -13,7 +13,7 @@ from lathesim.program.meanings import Group, Meaning
 from lathesim.program.modal import Modal
 from lathesim.program.moves import Arc, Event, EventKind, Move, MoveKind
 from lathesim.program.vocabulary import Sorted
-from lathesim.program.words import Blocks, Warned, Word
+from lathesim.program.words import Block, Blocks, Warned, Word
 
 _ARCS = (Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE)
 
@@ -33,6 +33,9 @@ class Motions:
         self.assumed: dict[str, str] = {}
         self.used: set[str] = set()
         self.block = Sorted(0, "", {}, {}, ())
+        self.block_number = ""
+        self.passed: set[int] = set()
+        self.walking = False
 
     # ---- small tools of the steps ------------------------------------------------------------------------------------------------
 
@@ -66,8 +69,18 @@ class Motions:
 
     # ---- motions -----------------------------------------------------------------------------------------------------------------
 
+    def cycle(self) -> bool:
+        """Carry out the cycle of the block; say whether there was one."""
+        return False
+
+    def run_block(self, block: Block) -> None:
+        """Run the steps of a block."""
+        raise NotImplementedError
+
     def motion(self) -> None:
         """The motion of the block, by its own code or by the one in force."""
+        if self.cycle():
+            return
         modal, block = self.modal, self.block
         meaning = block.of_group(Group.MOTION)
         if meaning is not None:
@@ -204,9 +217,13 @@ class Motions:
         per_revolution: bool = False,
         seconds: float = 0.0,
         arc: Arc | None = None,
+        line: int | None = None,
+        cycle: str = "",
+        cycle_line: int = 0,
     ) -> None:
         """Append a move and go to its end (x, z) [m]."""
         modal = self.modal
         start = (modal.x, modal.z)
-        self.moves.append(Move(kind, self.block.line, *start, *end, modal.spindle, feed, per_revolution, arc, seconds, modal.tool))
+        line = self.block.line if line is None else line
+        self.moves.append(Move(kind, line, *start, *end, modal.spindle, feed, per_revolution, arc, seconds, modal.tool, cycle, cycle_line))
         modal.x, modal.z = end

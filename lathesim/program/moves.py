@@ -69,6 +69,9 @@ class Move:
     arc: Arc | None = None
     seconds: float = 0.0
     tool: int | None = None
+    cycle: str = ""
+    """The code of the cycle that the move was expanded from, as ``G71``, and the line of its block."""
+    cycle_line: int = 0
 
     @property
     def length(self) -> float:

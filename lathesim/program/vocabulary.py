@@ -9,11 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lathesim.errors import ProgramError
-from lathesim.program.dialects import DIALECTS, Dialect
+from lathesim.program.dialects import DIALECTS, Dialect, not_interpreted
 from lathesim.program.meanings import GROUP_OF, NOT_INTERPRETED, Group, Meaning
 from lathesim.program.words import Block, Blocks, Word
 
 _FOREIGN_AXES = "YABCV"
+"""Axes that a two-axis lathe does not have, unless the dialect has the letter for something else."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def check_vocabulary(blocks: Blocks, dialect: Dialect) -> None:
             meaning = dialect.codes.get(word.code)
             if meaning is None:
                 raise _foreign_code(word, blocks, dialect, place)
-            if meaning in NOT_INTERPRETED:
+            if not_interpreted(meaning, dialect):
                 raise _not_interpreted(word, meaning, blocks, dialect, place)
 
 
@@ -65,13 +66,15 @@ def sort_block(block: Block, dialect: Dialect, place: str) -> Sorted:
             continue
         meaning = dialect.codes[word.code]
         for earlier, first in codes.items():
-            if GROUP_OF[earlier] is GROUP_OF[meaning] and not _may_stand_together(earlier, meaning):
+            if GROUP_OF[earlier] is GROUP_OF[meaning] and not _may_stand_together(earlier, meaning, dialect):
                 raise ProgramError(
                     f"{first.text} and {word.text} exclude each other ({GROUP_OF[meaning]}).",
                     place=place,
                     remedy="Keep one, or write two blocks.",
                 )
         codes[meaning] = word
+    if dialect.cancels_beside_motion and sum(GROUP_OF[meaning] is Group.MOTION for meaning in codes) > 1:
+        codes.pop(Meaning.MOTION_OFF, None)
     for letter, axis in (dialect.incremental or {}).items():
         if letter in words and axis in words:
             raise ProgramError(
@@ -82,9 +85,11 @@ def sort_block(block: Block, dialect: Dialect, place: str) -> Sorted:
     return Sorted(block.line, place, codes, words, block.comments)
 
 
-def _may_stand_together(first: Meaning, second: Meaning) -> bool:
+def _may_stand_together(first: Meaning, second: Meaning, dialect: Dialect) -> bool:
     if first is second:
         return False
+    if dialect.cancels_beside_motion and Meaning.MOTION_OFF in (first, second):
+        return True
     group = GROUP_OF[first]
     return group is Group.OTHER or (group is Group.COOLANT and Meaning.COOLANT_OFF not in (first, second))
 
@@ -119,7 +124,7 @@ def _complete(blocks: Blocks, leave_out: Dialect, readable: bool) -> list[str]:
     found = []
     for dialect in DIALECTS.values():
         known = all(word.code in dialect.codes if word.letter in "GM" else word.letter in dialect.letters for word in words)
-        refused = known and any(word.letter in "GM" and dialect.codes[word.code] in NOT_INTERPRETED for word in words)
+        refused = known and any(word.letter in "GM" and not_interpreted(dialect.codes[word.code], dialect) for word in words)
         if dialect.name != leave_out.name and known and not (readable and refused):
             found.append(dialect.name)
     return found

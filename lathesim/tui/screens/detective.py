@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import shlex
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 from rich.text import Text
 from textual import on
 from textual.binding import Binding
@@ -18,8 +17,8 @@ from textual.widget import Widget
 from textual.widgets import Button, Input, Label, OptionList, RichLog, Select, Static, TabbedContent, TabPane
 from textual.widgets.option_list import Option
 
-from lathesim.analysis.display_unit import display_unit
 from lathesim.errors import LatheSimError
+from lathesim.tui.drawing.case_words import scaled, wiring_chain
 from lathesim.tui.model import case_file
 from lathesim.tui.model.case_file import CaseFile, Guess
 from lathesim.tui.model.column_mapping import ColumnMeaning, guessed_columns, recordings_entry
@@ -29,7 +28,6 @@ from lathesim.tui.widgets.browse_list import BrowseList
 from lathesim.tui.widgets.time_plot import Line, TimePlot
 
 if TYPE_CHECKING:
-    from lathesim.record import FloatArray
     from lathesim.tui.screens.conceal_form import Order
 
 RECORDING, COMPARE, GUESS, DIAGNOSIS, ANSWER = "recording", "compare", "guess", "diagnosis", "answer"
@@ -69,7 +67,6 @@ class DetectiveScreen(WorkbenchScreen):
         self.case: CaseFile | None = None
         self._nearby: list[Path] = []
         self._effects: list[str] = []
-        self.busy = ""
         self._fault = ""
         self._stop = threading.Event()
         self._reveal_paths = ("", "")
@@ -231,7 +228,7 @@ class DetectiveScreen(WorkbenchScreen):
         if self.case is None:
             self.tell_fault("Choose a recording first.")
             return
-        self._in_thread(
+        self.in_thread(
             "Comparing ...", partial(case_file.compare, self.case, self.workbench.setup, self.workbench.registry), self._show_compared
         )
 
@@ -245,25 +242,12 @@ class DetectiveScreen(WorkbenchScreen):
             select.set_options([(f"{item.channel}: {item.over_floor:.3g} floors off", item.channel) for item in case.comparison.channels])
             if names:
                 select.value = names[0]
-        self.query_one("#chain", Static).update(self._chain(case))
+        self.query_one("#chain", Static).update(wiring_chain(case))
         self.query_one("#told", Static).update("\n".join(case_file.comparison_text(case)))
         if not self.query_one("#place", Input).value:
             self.query_one("#place", Input).value = case.comparison.suspect
         self._go(COMPARE)
         self.call_after_refresh(self._draw_channel)
-
-    def _chain(self, case: CaseFile) -> Text:
-        """Return the parts that make each channel, those in which the mismatch sits in red and with a sign."""
-        assert case.comparison is not None
-        found = Text.assemble(("Wiring, from the sensor back; ✗ marks where the mismatch sits\n", "dim"))
-        for item in case.comparison.replayed[:4]:
-            found.append(f"{item.channel}: ")
-            for place, part in enumerate(item.parts[:6]):
-                found.append(" <- " if place else "")
-                off = part in case.comparison.suspects
-                found.append(f"[✗ {part}]" if off else part, style="bold red" if off else "")
-            found.append("\n")
-        return found
 
     @on(Select.Changed, "#channel")
     def _draw_channel(self) -> None:
@@ -272,10 +256,10 @@ class DetectiveScreen(WorkbenchScreen):
             return
         for item in case.comparison.channels:
             if item.channel == name:
-                unit, (recorded, simulated) = _scaled(item.unit, item.recorded, item.simulated)
+                unit, (recorded, simulated) = scaled(item.unit, item.recorded, item.simulated)
                 lines = [Line(item.time, recorded, "recorded"), Line(item.time, simulated, "simulated")]
                 self.query_one("#both", TimePlot).show_lines(lines, "t / s", unit)
-                unit, (residual,) = _scaled(item.unit, item.residual)
+                unit, (residual,) = scaled(item.unit, item.residual)
                 self.query_one("#residual", TimePlot).show_lines([Line(item.time, residual, "recorded - simulated")], "t / s", unit)
 
     # 3 Guess
@@ -343,7 +327,7 @@ class DetectiveScreen(WorkbenchScreen):
         self._go(DIAGNOSIS)
         tell = partial(self.app.call_from_thread, self._tell_step)
         work = partial(case_file.diagnose, case, self.workbench.setup, self.workbench.registry, tell, self._stop)
-        self._in_thread("Searching ...", work, self._show_diagnosed)
+        self.in_thread("Searching ...", work, self._show_diagnosed)
 
     def _tell_step(self, step: str) -> None:
         self.query_one("#steps", RichLog).write(step)
@@ -357,7 +341,7 @@ class DetectiveScreen(WorkbenchScreen):
         traces = case.diagnosis.evidence.traces
         if traces:
             trace = traces[0]
-            unit, (before, after) = _scaled(trace.unit, trace.recorded - trace.before, trace.recorded - trace.after)
+            unit, (before, after) = scaled(trace.unit, trace.recorded - trace.before, trace.recorded - trace.after)
             lines = [Line(trace.time, before, f"residual of {trace.channel} before"), Line(trace.time, after, "after")]
             self.query_one("#better", TimePlot).show_lines(lines, "t / s", unit)
 
@@ -424,40 +408,12 @@ class DetectiveScreen(WorkbenchScreen):
                 )
                 self.app.call_from_thread(self.notify, "\n".join(made), markup=False, timeout=10.0)
 
-        self._in_thread("Hiding and recording ...", make, partial(self.show_changes, {SETUP}))
+        self.in_thread("Hiding and recording ...", make, partial(self.show_changes, {SETUP}))
 
-    def _in_thread(self, busy: str, work: Callable[[], object], done: Callable[[], object]) -> None:
-        """Do long work in a thread, with a word about it; what went wrong is told."""
-        if self.busy:
-            self.notify(f"{self.busy} Wait, or stop it.", severity="warning", markup=False)
-            return
-        self.busy, self._fault = busy, ""
-        self._show_status()
-
-        def run() -> None:
-            fault = ""
-            try:
-                work()
-            except LatheSimError as error:
-                fault = str(error)
-            except OSError as error:
-                fault = f"{error.filename or 'a file'}: {error.strerror or error}."
-            except KeyboardInterrupt:
-                fault = "The search was stopped before it knew anything."
-            except Exception as error:
-                fault = f"This is a fault of the program, not of your input: {type(error).__name__}: {error}"
-            self.app.call_from_thread(self._worked, fault, done)
-
-        self.run_worker(run, thread=True, group="detective", exit_on_error=False)
-
-    def _worked(self, fault: str, done: Callable[[], object]) -> None:
-        self.busy = ""
+    def show_busy(self, fault: str) -> None:
+        """Show what is being done, or what went wrong with it."""
         self._fault = f"✗ {fault}" if fault else ""
         self._show_status()
-        if fault:
-            self.tell_fault(fault)
-        else:
-            done()
         self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
 
     def command(self) -> str:
@@ -477,10 +433,3 @@ class DetectiveScreen(WorkbenchScreen):
     @on(TabbedContent.TabActivated)
     def _show_command(self) -> None:
         self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
-
-
-def _scaled(unit: str, *values: FloatArray) -> tuple[str, list[FloatArray]]:
-    """Return the display unit of values [SI] and the values in it."""
-    largest = max((float(np.nanmax(np.abs(item))) for item in values if len(item) and np.isfinite(item).any()), default=0.0)
-    factor, name = display_unit(unit, largest)
-    return name or "1", [item / factor for item in values]

@@ -10,6 +10,7 @@ from textual.screen import Screen
 from textual.widget import Widget
 from textual.widgets import Footer
 
+from lathesim.errors import LatheSimError
 from lathesim.tui.model.workbench import REGISTRY, RUN, RUNS, SETUP, Workbench
 from lathesim.tui.widgets.command_line import CommandLine
 from lathesim.tui.widgets.navigation_bar import NavigationBar
@@ -28,6 +29,8 @@ class WorkbenchScreen(Screen[None]):
         super().__init__()
         self._stale = {SETUP, RUN, RUNS, REGISTRY}
         self._forget: Callable[[], None] | None = None
+        self.busy = ""
+        """What is being done in a thread, in words; empty where nothing is."""
 
     @property
     def lathesim(self) -> LathesimApp:
@@ -90,3 +93,38 @@ class WorkbenchScreen(Screen[None]):
     def tell_fault(self, sentence: str, **further: Any) -> None:
         """Show a sentence about what is at fault, in place, for as long as it takes to read."""
         self.notify(sentence, severity="error", timeout=max(6.0, len(sentence) / 12.0), markup=False, **further)
+
+    def in_thread(self, busy: str, work: Callable[[], object], done: Callable[[], object]) -> None:
+        """Do long work in a thread, one at a time; ``busy`` says what. Afterwards call ``done``, or tell what went wrong."""
+        if self.busy:
+            self.notify(f"{self.busy} Wait, or stop it.", severity="warning", markup=False)
+            return
+        self.busy = busy
+        self.show_busy("")
+
+        def run() -> None:
+            fault = ""
+            try:
+                work()
+            except LatheSimError as error:
+                fault = str(error)
+            except OSError as error:
+                fault = f"{error.filename or 'a file'}: {error.strerror or error}."
+            except KeyboardInterrupt:
+                fault = "It was stopped before anything was known."
+            except Exception as error:
+                fault = f"This is a fault of the program, not of your input: {type(error).__name__}: {error}"
+            self.app.call_from_thread(self._worked, fault, done)
+
+        self.run_worker(run, thread=True, exit_on_error=False)
+
+    def _worked(self, fault: str, done: Callable[[], object]) -> None:
+        self.busy = ""
+        if fault:
+            self.tell_fault(fault)
+        else:
+            done()
+        self.show_busy(fault)
+
+    def show_busy(self, fault: str) -> None:
+        """Show what is being done (``busy``), or the fault it ended with."""

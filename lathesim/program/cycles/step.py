@@ -1,0 +1,22 @@
+"""One step of an expanded cycle: where the tool goes, and how."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from lathesim.program.moves import Arc
+
+Point = tuple[float, float]
+"""(x, z) [m], X as a radius."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A rapid, a feed, an arc or a thread to ``end``; ``feed`` [m/s or m] where it is not the one in force, ``lead`` [m] along the path."""
+
+    kind: Literal["rapid", "feed", "arc", "thread"]
+    end: Point
+    arc: Arc | None = None
+    feed: float | None = None
+    lead: float | None = None

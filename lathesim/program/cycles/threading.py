@@ -1,0 +1,97 @@
+"""The threading cycle G76 as Fanuc and Haas have it: passes of equal chip area down one flank.
+
+Pass n stands at the depth d_n = d_1 sqrt(n), at least ``smallest`` deeper than the one before, down to the height less the finishing
+allowance; then come the finishing passes at full depth. The tool is fed along the flank: pass n begins d_n tan(angle/2) further along.
+
+Source: Fanuc 0i-T operator's manual, multiple threading cycle. Left out: the chamfer at the end, and other ways of feeding in.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from lathesim.program.cycles.single_pass import lead_along_path
+from lathesim.program.cycles.step import Point, Step
+
+MOST_PASSES = 1000
+_EPSILON = 1e-9
+
+
+@dataclass(frozen=True)
+class Threading:
+    """What G76 is told: the root at the end of the thread, height and depths [m] as radii, ``taper`` as R, ``angle`` [rad], lead [m]."""
+
+    start: Point
+    end: Point
+    height: float
+    first_depth: float
+    lead: float
+    smallest: float = 0.0
+    allowance: float = 0.0
+    finishing: int = 1
+    angle: float = 0.0
+    taper: float = 0.0
+
+    def depths(self) -> list[float]:
+        """Return the depth of each pass below the crest [m], the last ones at full height."""
+        rough = self.height - self.allowance
+        found: list[float] = []
+        depth = 0.0
+        for number in range(1, MOST_PASSES + 1):
+            depth = min(rough, max(self.first_depth * math.sqrt(number), depth + self.smallest))
+            if found and depth - found[-1] < _EPSILON:
+                break
+            found.append(depth)
+            if rough - depth < _EPSILON:
+                break
+        return [*found, *[self.height] * max(1 if self.allowance > _EPSILON else 0, self.finishing)]
+
+    def steps(self) -> list[Step]:
+        """Return the whole cycle, from the start point and back to it."""
+        outside = 1.0 if self.start[0] >= self.end[0] else -1.0
+        way = -1.0 if self.end[1] < self.start[1] else 1.0
+        steps: list[Step] = []
+        for depth in self.depths():
+            above = outside * (self.height - depth)
+            begin = (self.end[0] + self.taper + above, self.start[1] + way * depth * math.tan(0.5 * self.angle))
+            end = (self.end[0] + above, self.end[1])
+            steps += [
+                Step("rapid", (self.start[0], begin[1])),
+                Step("rapid", begin),
+                Step("thread", end, lead=lead_along_path(begin, end, self.lead)),
+                Step("rapid", (self.start[0], end[1])),
+                Step("rapid", self.start),
+            ]
+        return steps
+
+
+def drive_line_threading(
+    start: Point, end_z: float, *, pitch: float, peak: float, first: float, full: float, degression: float, slide: float, spring: int
+) -> list[Step]:
+    """Return LinuxCNC's G76: the drive line is the X of ``start``, ``peak`` its distance to the crest (below zero outside), lengths [m].
+
+    Pass n stands at d_n = first n^(1/degression); ``slide`` [rad] feeds along the flank, at the beginning and at the end of a pass alike.
+    Source: LinuxCNC 2.9 manual, G76. Left out: entry and exit tapers.
+    """
+    outside = -1.0 if peak < 0.0 else 1.0
+    depths: list[float] = []
+    for number in range(1, MOST_PASSES + 1):
+        depth = first * float(number) ** (1.0 / degression)
+        if depth >= full - _EPSILON:
+            break
+        depths.append(depth)
+    depths += [full] * (1 + spring)
+    steps: list[Step] = []
+    for depth in depths:
+        clear = start[0] - outside * (full - depth)
+        begin_z = start[1] - depth * math.tan(slide) * (1.0 if end_z < start[1] else -1.0)
+        finish_z = end_z + (full - depth) * math.tan(slide) * (1.0 if end_z < start[1] else -1.0)
+        x = start[0] + peak + outside * depth
+        steps += [
+            Step("rapid", (clear, begin_z)),
+            Step("rapid", (x, begin_z)),
+            Step("thread", (x, finish_z), lead=pitch),
+            Step("rapid", (clear, finish_z)),
+        ]
+    return [*steps, Step("rapid", (start[0], end_z))]
