@@ -14,25 +14,69 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--dialect", default="paper", show_default=True, help="How the program is written: paper, linuxcnc or fanuc.")
+@click.option("--dialect", default="auto", show_default=True, help="paper, linuxcnc or fanuc; else found out, and said.")
 @click.option("--json", "as_json", is_flag=True, help="Print canonical moves, schema lathe-canon/1.")
+@click.option("--explain", "as_words", is_flag=True, help="Say in a sentence what each block does.")
+@click.option("--check", "as_check", is_flag=True, help="Only say what is odd or wrong; leaves with 1 where something is.")
+@click.option("--plot", "figure", type=click.Path(path_type=Path), metavar="F.png", help="Draw the path.")
 @click.option("--block-delete/--no-block-delete", default=True, show_default=True, help="Leave out the lines that begin with /.")
-def program(file: Path, dialect: str, as_json: bool, block_delete: bool) -> None:
+def program(file: Path, dialect: str, as_json: bool, as_words: bool, as_check: bool, figure: Path | None, block_delete: bool) -> int:
     """Show the moves of a part program. Lengths are in mm and X is a radius."""
     from lathesim.program.canon import canon
-    from lathesim.program.loading import load_program
+    from lathesim.program.checks import checked
+    from lathesim.program.detect import detect_dialect
+    from lathesim.program.explain import explain
+    from lathesim.program.interpreter import interpret
+    from lathesim.program.words import read_program_file
 
     if not file.is_file():
         from lathesim.lessons.lesson import find_program
 
         file = find_program(file, Path.cwd()) or file
-    interpreted = load_program(file, dialect, block_delete=block_delete)
+    blocks = read_program_file(file, block_delete=block_delete)
+    if dialect == "auto":
+        detected = detect_dialect(blocks)
+        dialect = detected.dialect.name
+        click.echo(f"Read in the dialect '{dialect}': {detected.reason}. --dialect chooses another.", err=True)
+    interpreted = interpret(blocks, dialect)
+    warnings = [*interpreted.warnings, *checked(interpreted)]
+    if figure is not None:
+        _draw(interpreted, figure)
     if as_json:
         click.echo(json.dumps(canon(interpreted), indent=1, ensure_ascii=False))
-        return
-    click.echo("\n".join(_table(interpreted)))
-    for warned in interpreted.warnings:
-        click.echo(f"{interpreted.name}:{warned.line}: {warned.sentence}", err=True)
+        return 0
+    if as_words:
+        click.echo("\n".join(f"{line:>4}  {sentence}" for line, sentence in explain(blocks, interpreted)))
+    elif not as_check:
+        click.echo("\n".join(_table(interpreted)))
+    for warned in warnings:
+        click.echo(f"{interpreted.name}:{warned.line}: {warned.sentence}", err=not as_check)
+    if as_check and not warnings:
+        click.echo(f"{interpreted.name}: {len(interpreted.moves)} moves, nothing odd.")
+    return int(as_check and bool(warnings))
+
+
+def _draw(interpreted: Program, figure: Path) -> None:
+    from lathesim.analysis.plots import save_figure
+    from lathesim.analysis.program_figure import program_figure
+
+    save_figure(program_figure(interpreted.name, [_points(move) for move in interpreted.moves if move.kind != "dwell"]), figure)
+    click.echo(f"drew {figure}", err=True)
+
+
+def _points(move: Move) -> tuple[str, list[float], list[float]]:
+    """Give kind, z and x [mm] of the points along a move."""
+    from math import cos, sin
+
+    if move.arc is None:
+        return move.kind, [1e3 * move.start_z, 1e3 * move.end_z], [1e3 * move.start_x, 1e3 * move.end_x]
+    arc = move.arc
+    angles = [arc.start_angle + arc.sweep * step / 48 for step in range(49)]
+    return (
+        "feed",
+        [1e3 * (arc.centre_z + arc.radius * cos(a)) for a in angles],
+        [1e3 * (arc.centre_x + arc.radius * sin(a)) for a in angles],
+    )
 
 
 def _table(interpreted: Program) -> list[str]:

@@ -38,7 +38,8 @@ class Cycles(Motions):
         """Carry out the cycle of the block, by its own code or a single-pass cycle in force; say whether there was one."""
         meaning = self.block.of_group(Group.MOTION)
         if meaning is None and self.modal.motion in SINGLE:
-            meaning = self.modal.motion if any(letter in self.block.words for letter in ("X", "Z", "U", "W")) else None
+            named = any(letter in self.block.words and letter not in self.used for letter in ("X", "Z", "U", "W"))
+            meaning = self.modal.motion if named else None
         if meaning is None:
             return False
         if meaning in SINGLE:
@@ -116,7 +117,7 @@ class Cycles(Motions):
         """G71 and G72 in one block (D) or in two (the first with U or W and R)."""
         modal, code = self.modal, self.block.codes[meaning].code
         across = meaning is Meaning.FACING_CYCLE
-        if "P" not in self.block.words:
+        if not {"P", "Q"} & set(self.block.words):
             depth, retract = self.take("W" if across else "U"), self.take("R")
             modal.cycle_depth = modal.metres(depth.value) if depth is not None else modal.cycle_depth
             modal.cycle_retract = modal.metres(retract.value) if retract is not None else modal.cycle_retract
@@ -161,7 +162,7 @@ class Cycles(Motions):
     def _repeating(self) -> None:
         """G73: the whole contour again and again, nearer each time."""
         modal, code = self.modal, self.block.codes[Meaning.REPEATING_CYCLE].code
-        if "P" not in self.block.words:
+        if not {"P", "Q"} & set(self.block.words):
             relief_x, relief_z, count = self.take("U"), self.take("W"), self.take("R")
             modal.relief = (modal.metres(relief_x.value) if relief_x else 0.0, modal.metres(relief_z.value) if relief_z else 0.0)
             modal.repeats = max(1, round(count.value)) if count is not None else 1

@@ -188,7 +188,8 @@ def test_refused_with_place_fact_and_remedy(name: str) -> None:
             "G71 G90 G94 G18\nG0 X1\nM2", "linuxcnc",
             "turn.nc:1: G71 means the roughing cycle in the dialect 'linuxcnc', and that is not interpreted here; "
             "in the dialect 'paper' it means millimetres. "
-            "Write its passes out as single moves, or choose the dialect the program is written in; 'paper' has all its words.",
+            "Write its passes out as single moves, or choose the dialect the program is written in; "
+            "'paper' and 'fanuc' have all its words.",
         ),
         ("G4\nM2", "linuxcnc", "turn.nc:1: G4 needs a time and has none. Write one, as in G4 P1.5."),
         ("G4 P-1\nM2", "linuxcnc", "turn.nc:1: P of G4 is a negative time. A dwell takes 0 s or more."),

@@ -152,7 +152,7 @@ async def test_a_program_is_explained_line_by_line_chosen_and_made_from_a_form()
             await pilot.press("down")
         await pilot.pause()
         explained = str(app.screen.query_one("#explained", Static).content)
-        assert explained == "Line 9: straight line to X 17 mm (radius), Z 40 mm at 180 mm/min."
+        assert explained == "Line 9: Straight line to X 17 mm (radius), Z 40 mm at 180 mm/min."
         app.screen.query_one(Tree).focus()
         await pilot.press("n")
         await pilot.pause()

@@ -1,0 +1,112 @@
+"""The cycles hold what they promise: where they begin and end, how deep each pass is, what is left, and that nothing is gouged."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from lathesim.errors import ProgramError
+from lathesim.program.interpreter import interpret
+from lathesim.program.moves import Move, Program
+from lathesim.program.words import read_program
+
+HEAD = "G21 G99 G97 S800 M03\n"
+CONTOUR = "N10 G00 X20.\nG01 Z0 F0.1\nX24. Z-2.\nZ-20.\nG02 X30. Z-23. R3.\nG01 X36.\nZ-40.\nX48. Z-50.\nN20 X52.\n"
+
+
+def run(text: str) -> Program:
+    return interpret(read_program(f"{HEAD}{text}M30\n"), "fanuc")
+
+
+def of_cycle(program: Program, code: str) -> list[Move]:
+    found = [move for move in program.moves if move.cycle == code]
+    assert found
+    ends = [(move.end_x, move.end_z) for move in found]
+    assert ends[:-1] == [(move.start_x, move.start_z) for move in found[1:]]
+    return found
+
+
+def test_a_roughing_cycle_of_the_face_goes_down_along_z() -> None:
+    text = "G00 X82. Z2.\nG72 W2. R0.5\nG72 P10 Q20 U0.4 W0.2 F0.2\nN10 G00 Z-30.\nG01 X60. F0.1\nX40. Z-20.\nX20.\nZ-10.\nN20 X10. Z2.\n"
+    moves = of_cycle(run(text), "G72")
+    assert (moves[-1].end_x, moves[-1].end_z) == (0.041, 0.002)
+    cuts = [move for move in moves if move.kind == "feed" and move.end_z == move.start_z and abs(move.end_x - move.start_x) > 1e-4]
+    levels = sorted({round(move.end_z, 6) for move in cuts}, reverse=True)
+    assert all(here - there <= 0.002 + 1e-9 for here, there in zip([0.0022, *levels], levels, strict=False))
+    assert min(move.end_z for move in moves) >= -0.030 + 0.0002 - 1e-9
+
+
+def test_a_pattern_is_repeated_from_far_to_near() -> None:
+    moves = of_cycle(run(f"G00 X60. Z5.\nG73 U6. W2. R4\nG73 P10 Q20 U0.4 W0.1 F0.3\n{CONTOUR}"), "G73")
+    lowest = [move.end_x for move in moves if move.kind == "rapid" and move.end_x < 0.017]
+    assert lowest == pytest.approx([0.010 + 0.0002 + 0.006 * share for share in (1.0, 2.0 / 3.0, 1.0 / 3.0, 0.0)], abs=1e-9)
+    assert (moves[-1].end_x, moves[-1].end_z) == (0.030, 0.005)
+
+
+def test_pecking_goes_in_by_steps_and_out_at_the_start() -> None:
+    moves = of_cycle(run("G00 X0. Z2.\nG74 R0.5\nG74 Z-10. Q3000 F0.08\n"), "G74")
+    depths = [move.end_z for move in moves if move.kind == "feed"]
+    assert depths == pytest.approx([-0.001, -0.004, -0.007, -0.010])
+    assert [move.end_z for move in moves if move.kind == "rapid"] == pytest.approx([-0.0005, -0.0035, -0.0065, 0.002])
+    assert all(move.feed == pytest.approx(8e-5) for move in moves if move.kind == "feed")
+
+
+def test_grooving_covers_the_width_by_steps() -> None:
+    moves = of_cycle(run("G00 X42. Z-10.\nG75 R0.3\nG75 X30. Z-16. P2000 Q2500 F0.1\n"), "G75")
+    places = sorted({round(move.end_z, 6) for move in moves if move.kind == "feed"}, reverse=True)
+    assert places == [-0.010, -0.0125, -0.015, -0.016]
+    assert min(move.end_x for move in moves) == pytest.approx(0.015)
+    assert max(abs(move.end_x - move.start_x) for move in moves if move.kind == "feed") <= 0.0023 + 1e-9
+    assert (moves[-1].end_x, moves[-1].end_z) == (0.021, -0.010)
+
+
+def test_a_thread_is_cut_in_passes_of_equal_area_to_its_root() -> None:
+    moves = of_cycle(run("G00 X22. Z5.\nG76 P020060 Q50 R0.05\nG76 X18.16 Z-17. P920 Q300 F1.5\n"), "G76")
+    passes = [move for move in moves if move.kind == "thread"]
+    depths = np.array([0.00908 + 0.00092 - move.end_x for move in passes])
+    assert depths[0] == pytest.approx(0.0003)
+    assert depths[1] == pytest.approx(0.0003 * math.sqrt(2.0))
+    assert depths[-2:] == pytest.approx([0.00092, 0.00092])
+    assert (np.diff(depths)[:-3] >= 0.00005 - 1e-9).all()
+    assert all(move.feed == pytest.approx(0.0015) for move in passes)
+    starts = np.array([0.005 - move.start_z for move in passes])
+    assert starts == pytest.approx(depths * math.tan(math.radians(30.0)))
+    assert (moves[-1].end_x, moves[-1].end_z) == (0.011, 0.005)
+
+
+def test_finishing_runs_the_contour_with_its_own_feeds_and_returns() -> None:
+    program = run(f"G00 X52. Z2.\nG71 U2. R0.5\nG71 P10 Q20 U0.4 W0.1 F0.3\n{CONTOUR}G70 P10 Q20\n")
+    moves = of_cycle(program, "G70")
+    assert {round(move.feed or 0.0, 9) for move in moves if move.kind in ("feed", "arc")} == {1e-4}
+    assert (moves[-1].end_x, moves[-1].end_z) == (0.026, 0.002)
+    assert sum(move.kind == "arc" for move in moves) == 1
+
+
+def test_a_roughing_cycle_inside_goes_outwards() -> None:
+    contour = "N10 G00 X40.\nG01 Z-10. F0.1\nX30. Z-20.\nN20 Z-30.\n"
+    moves = of_cycle(run(f"G00 X18. Z2.\nG71 U1.5 R0.5\nG71 P10 Q20 U-0.4 W0.1 F0.2\n{contour}"), "G71")
+    cuts = [move for move in moves if move.kind == "feed" and move.start_x == move.end_x]
+    assert max(move.end_x for move in cuts) == pytest.approx(0.020 - 0.0002)
+    assert max(move.end_x for move in moves) <= 0.020 - 0.0002 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("G71 P10 Q20 U0.4\n", "names a block N10 that is not there"),
+        ("G00 X52. Z2.\nG71 U2. R0.5\nG71 Q20\n", "needs P and Q"),
+        (f"G00 X52. Z2.\nG71 P10 Q20 F0.2\n{CONTOUR}", "needs a depth of cut above 0"),
+        ("G00 X22. Z5.\nN6 G70 P6 Q6\n", "names the block it stands in"),
+        ("G00 X22. Z5.\nG76 X18. Z-17. F1.5\n", "needs the height of the thread"),
+        ("G00 X22. Z5.\nG92 X18. Z-17.\n", "needs a lead"),
+        ("G00 X0. Z2.\nG74 Z-10000. Q1 F0.1\n", "more than 200000 passes"),
+        ("G00 X52. Z2.\nG71 U2. R0.5\nG71 P10 Q20 F0.2\nN10 G00 X20.\nG71 P10 Q20\nN20 X52.\n", "in the contour of a cycle"),
+    ],
+)
+def test_a_cycle_that_says_too_little_is_refused(text: str, sentence: str) -> None:
+    with pytest.raises(ProgramError, match=sentence) as refused:
+        run(text)
+    assert refused.value.place.startswith("program:")
+    assert refused.value.remedy
