@@ -9,13 +9,18 @@ from lathesim.component import DiscreteState, Parameter
 from lathesim.components.interpolator import (
     DWELL,
     DWELL_PAUSE,
+    FEED_MODE,
     KIND,
     LENGTH,
+    NO_ANGLE,
     SAMPLE_SLACK,
     SLOWEST,
+    THREAD,
     ConstantVelocityInterpolator,
     next_row,
     takes_time,
+    thread_start,
+    thread_way,
     wanted_speed,
     x_on_path,
 )
@@ -79,7 +84,7 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
     sample falls on the end point. Where the wanted speed changes inside a block, the rest is laid out anew from the speed reached.
 
     Source: J. Liu, R. G. Landers (2004), section Interpolator; that rapid moves ramp too is fitted to the cycle time of case IV.
-    Left out: as with constant velocity.
+    Left out: as with constant velocity; a thread follows the spindle from its index on without a ramp.
     """
 
     acceleration = Parameter("m/s^2", 0.01, low=1e-6, doc="acceleration and deceleration along the path")
@@ -99,10 +104,12 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
         at_end: float,
         started: float,
         done: float,
+        index: float,
         plan_from: float,
         plan_start_speed: float,
         plan_samples: float,
         spindle_speed: float,
+        spindle_angle: float,
         feed_command: float,
         feed_override: float,
         spindle_override: float,
@@ -119,19 +126,28 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
                 done = 1.0
             if rows > 0 and started < 0.5 and not takes_time(path, row):
                 at_end = 1.0
-            return segment, travelled, samples_left, planned_speed, 0.0, at_end, 1.0, done, plan_from, plan_start_speed, plan_samples
+            return segment, travelled, samples_left, planned_speed, 0.0, at_end, 1.0, done, index, plan_from, plan_start_speed, plan_samples
         if at_end > 0.5:
             row = next_row(path, row)
             travelled = 0.0
             samples_left = 0.0
             planned_speed = -1.0
             path_speed = 0.0
+            index = -1.0
         if path[row][KIND] == DWELL_PAUSE:
             if planned_speed < 0.0:
                 samples_left = max(1.0, math.ceil(path[row][DWELL] / sample_period - SAMPLE_SLACK) * 1.0)
                 planned_speed = 0.0
             samples_left -= 1.0
             path_speed = 0.0
+        elif path[row][FEED_MODE] == THREAD and spindle_angle > NO_ANGLE:
+            if index < 0.0:
+                index = thread_start(spindle_angle)
+            before = travelled
+            travelled = thread_way(path, row, travelled, spindle_angle, index)
+            path_speed = (travelled - before) / sample_period
+            samples_left = 0.0 if travelled >= path[row][LENGTH] else 1.0
+            planned_speed = 0.0
         else:
             length = path[row][LENGTH] * 1.0
             x = x_on_path(path, row, travelled)
@@ -164,4 +180,17 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
                     path_speed = 0.0
         at_end = 1.0 if samples_left < 0.5 else 0.0
         done = 1.0 if at_end > 0.5 and next_row(path, row) >= rows else 0.0
-        return row * 1.0, travelled, samples_left, planned_speed, path_speed, at_end, 1.0, done, plan_from, plan_start_speed, plan_samples
+        return (
+            row * 1.0,
+            travelled,
+            samples_left,
+            planned_speed,
+            path_speed,
+            at_end,
+            1.0,
+            done,
+            index,
+            plan_from,
+            plan_start_speed,
+            plan_samples,
+        )

@@ -42,19 +42,24 @@ EXAMPLE_PATH = [
     [2.0, math.pi * 5e-6, 3e-5, 4e-5, 4e-5, 5e-5, 4e-5, 4e-5, 1e-5, -math.pi / 2, math.pi / 2, 2e-3, 0.0, 2.0, 2.0, 300.0, 0.0, 2.0, 1.0],
     [3.0, 0.0, 4e-5, 5e-5, 4e-5, 5e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -100.0, 0.0, 0.01, 3.0, -1.0],
     [1.0, 1e-5, 4e-5, 5e-5, 4e-5, 6e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-4, 1.0, 1.0, -100.0, 0.0, 0.0, 4.0, -1.0],
+    [1.0, 1e-5, 4e-5, 6e-5, 4e-5, 7e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-4, 2.0, 1.0, -100.0, 0.0, 0.0, 5.0, -1.0],
 ]
-"""A rapid, an arc, a dwell and a line of some micrometres, for the conformance test."""
+"""A rapid, an arc, a dwell, a line and a thread of some micrometres, for the conformance test."""
 
 RAPID = 0.0
 LINE_MOVE = 1.0
 ARC_MOVE = 2.0
 DWELL_PAUSE = 3.0
+THREAD = 2.0
+"""Feed mode of a thread: the way follows the angle of the spindle."""
 CONSTANT_SPEED = 1.0
 CONSTANT_SURFACE_SPEED = 2.0
 
 TWO_PI = 2.0 * math.pi
 NOT_WIRED = 1.0e9
 """Spindle speed [rad/s] that means "nothing is wired here": the programmed speed then counts as reached."""
+NO_ANGLE = -1.0e300
+"""Spindle angle [rad] that means "nothing is wired here": a thread then follows the speed alone."""
 SLOWEST = 1.0e-12
 """Path speed [m/s] below which the tool stands."""
 FEW_SAMPLES = 4.0
@@ -144,6 +149,20 @@ def z_on_path(path: Any, row: int, travelled: float) -> float:
     return float(path[row][START_Z] + (path[row][END_Z] - path[row][START_Z]) * (travelled / length))
 
 
+def thread_start(angle: float) -> float:
+    """Give the first whole turn [rad] from ``angle`` on, in the sense it turns: where the encoder gives its index."""
+    return math.ceil(abs(angle) / TWO_PI - 1e-12) * TWO_PI
+
+
+def thread_way(path: Any, row: int, travelled: float, angle: float, index: float) -> float:
+    """Give how far along a thread [m] the tool stands: lead (angle - index)/(2 pi), never back and never beyond its end."""
+    way = float(path[row][FEED]) * (abs(angle) - index) / TWO_PI
+    if way < travelled:
+        way = travelled
+    length = float(path[row][LENGTH])
+    return length if way > length else way
+
+
 def wanted_speed(
     path: Any,
     row: int,
@@ -162,6 +181,8 @@ def wanted_speed(
     if feed_command < 0.0 and path[row][FEED_MODE] == 0.0:
         return float(path[row][FEED]) * override
     speed = programmed_spindle(path, row, x, spindle_override, largest) if spindle_speed >= NOT_WIRED else spindle_speed
+    if path[row][FEED_MODE] == THREAD:
+        return float(path[row][FEED]) * abs(speed) / TWO_PI
     feed = feed_command if feed_command >= 0.0 else float(path[row][FEED])
     return feed * override * abs(speed) / TWO_PI
 
@@ -173,7 +194,9 @@ class ConstantVelocityInterpolator(Component):
     sample falls on its end point. The first reference, at t = 0, is the start of the path. Where the speed changes inside a block (feed
     override, a process controller, feed per revolution with a moving spindle) the tool goes on at just that speed, and the rest of the
     block is cut anew once the speed stays, or a few samples before its end; at speed zero the tool stands. Rapid moves go straight
-    along the path at ``rapid_speed``. Arcs: points on the true circle, equal steps of the angle.
+    along the path at ``rapid_speed``. A thread waits for the index of the spindle and then stands at
+    s = lead (angle - index)/(2 pi) whatever the speed does, so that all its passes meet; feed override and process controllers do not act
+    on it. Arcs: points on the true circle, equal steps of the angle.
 
     Source: J. Liu, R. G. Landers, Integrated Modular Machine Tool Simulation, Int. J. Eng. Educ. 20 (2004), section Interpolator; the
     cutting into equal samples is fitted to the cycle times of its Table 1.
@@ -187,6 +210,7 @@ class ConstantVelocityInterpolator(Component):
     path = Table("1", PATH_COLUMNS, doc="the path, one row a segment, SI")
 
     spindle_speed = Input("rad/s", default=NOT_WIRED, doc="actual spindle speed, which feed per revolution follows")
+    spindle_angle = Input("rad", default=NO_ANGLE, doc="angle turned by the spindle, which threads follow")
     feed_command = Input("m", default=-1.0, previous=True, doc="feed per revolution from a process controller; below zero: none")
     feed_override = Parameter("1", 1.0, low=0.0, doc="factor on every programmed feed, 1 as programmed; may be wired")
     spindle_override = Parameter("1", 1.0, low=0.0, doc="factor on every programmed spindle or surface speed; may be wired")
@@ -201,6 +225,7 @@ class ConstantVelocityInterpolator(Component):
     at_end = DiscreteState("1", doc="1 when this segment is done")
     started = DiscreteState("1", doc="1 after the first sample")
     done = DiscreteState("1", doc="1 when the path is done")
+    index = DiscreteState("rad", -1.0, doc="angle at which the thread in work began; below zero: none")
 
     x_reference = Output("m", doc="reference radius of the tool tip")
     z_reference = Output("m", doc="reference z position of the tool tip")
@@ -232,14 +257,16 @@ class ConstantVelocityInterpolator(Component):
         at_end: float,
         started: float,
         done: float,
+        index: float,
         spindle_speed: float,
+        spindle_angle: float,
         feed_command: float,
         feed_override: float,
         spindle_override: float,
         rapid_speed: float,
         largest_spindle_speed: float,
         sample_period: float,
-    ) -> tuple[float, float, float, float, float, float, float, float]:
+    ) -> tuple[float, float, float, float, float, float, float, float, float]:
         """Walk one sample further."""
         rows = len(path)
         row = int(segment)
@@ -248,12 +275,13 @@ class ConstantVelocityInterpolator(Component):
                 done = 1.0
             if rows > 0 and started < 0.5 and not takes_time(path, row):
                 at_end = 1.0
-            return segment, travelled, samples_left, planned_speed, 0.0, at_end, 1.0, done
+            return segment, travelled, samples_left, planned_speed, 0.0, at_end, 1.0, done, index
         if at_end > 0.5:
             row = next_row(path, row)
             travelled = 0.0
             samples_left = 0.0
             planned_speed = -1.0
+            index = -1.0
         reached = 0.0
         if path[row][KIND] == DWELL_PAUSE:
             if planned_speed < 0.0:
@@ -262,6 +290,14 @@ class ConstantVelocityInterpolator(Component):
             samples_left -= 1.0
             reached = 1.0 if samples_left < 0.5 else 0.0
             path_speed = 0.0
+        elif path[row][FEED_MODE] == THREAD and spindle_angle > NO_ANGLE:
+            if index < 0.0:
+                index = thread_start(spindle_angle)
+            before = travelled
+            travelled = thread_way(path, row, travelled, spindle_angle, index)
+            path_speed = (travelled - before) / sample_period
+            reached = 1.0 if travelled >= path[row][LENGTH] else 0.0
+            planned_speed = 0.0
         else:
             length = float(path[row][LENGTH])
             x = x_on_path(path, row, travelled)
@@ -288,7 +324,7 @@ class ConstantVelocityInterpolator(Component):
                 travelled = length if reached > 0.5 else travelled + way
         at_end = reached
         done = 1.0 if at_end > 0.5 and next_row(path, row) >= rows else 0.0
-        return row * 1.0, travelled, samples_left, planned_speed, path_speed, at_end, 1.0, done
+        return row * 1.0, travelled, samples_left, planned_speed, path_speed, at_end, 1.0, done, index
 
     @staticmethod
     def output(

@@ -18,7 +18,7 @@ from lathesim.program.path import (
     KIND,
     KIND_RAPID,
     LENGTH,
-    PER_REVOLUTION,
+    PER_MINUTE,
     SPINDLE_MODE,
     SPINDLE_SPEED,
     SPINDLE_SURFACE,
@@ -63,7 +63,7 @@ def expected_time(table: FloatArray, rapid_speed: float) -> float:
     for row in table:
         if row[KIND] == KIND_RAPID:
             speed = rapid_speed
-        elif row[FEED_MODE] == PER_REVOLUTION:
+        elif row[FEED_MODE] != PER_MINUTE:
             turns = abs(row[SPINDLE_SPEED]) / (2.0 * math.pi)
             if row[SPINDLE_MODE] == SPINDLE_SURFACE:
                 radius = max(row[START_X], row[END_X], 1e-3)

@@ -25,7 +25,8 @@ FEED, FEED_MODE, SPINDLE_MODE, SPINDLE_SPEED, SPINDLE_LIMIT, DWELL, LINE, DIRECT
 COLUMNS = 19
 
 KIND_RAPID, KIND_LINE, KIND_ARC, KIND_DWELL, KIND_STOP = range(5)
-PER_MINUTE, PER_REVOLUTION = 0, 1
+PER_MINUTE, PER_REVOLUTION, THREAD = 0, 1, 2
+"""Feed modes; a thread goes by the angle of the spindle, its lead stands as the feed."""
 SPINDLE_OFF, SPINDLE_CONSTANT, SPINDLE_SURFACE = range(3)
 
 SHORTEST = 1e-12  # [m] shorter moves make no row, assumed: rounding of the arithmetic, no programmed length
@@ -142,7 +143,7 @@ def _row(move: Move, kind: int, length: float, start: tuple[float, float], end: 
     row[KIND], row[LENGTH], row[LINE] = float(kind), length, float(move.line)
     row[START_X], row[START_Z], row[END_X], row[END_Z] = start[0], start[1], end[0], end[1]
     row[FEED] = move.feed or 0.0
-    row[FEED_MODE] = float(PER_REVOLUTION if move.per_revolution else PER_MINUTE)
+    row[FEED_MODE] = float(THREAD if move.kind == "thread" else PER_REVOLUTION if move.per_revolution else PER_MINUTE)
     spindle = move.spindle
     row[DIRECTION] = float(spindle.direction)
     if spindle.direction != 0:

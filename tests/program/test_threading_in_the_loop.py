@@ -1,0 +1,75 @@
+"""Threads follow the angle of the spindle: all passes begin at its index, whatever its speed does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare, run_prepared
+from lathesim.plugins import load_registry
+from lathesim.record import Record
+
+LEAD = 0.002
+PROGRAM = """O0001
+G21 G99 G97 S{speed} M03
+G00 X{x} Z14.
+G04 X1.
+G00 X35.
+G32 Z30. F2.
+G00 X40.
+Z14.
+X34.6
+G32 Z30. F2.
+G00 X40.
+M30
+"""
+LESSON = """lesson: A thread
+machine: {machine}
+dialect: fanuc
+program: thread.nc
+{more}
+"""
+
+
+def threaded(folder: Path, machine: str, more: str = "", speed: int = 300) -> Record:
+    (folder / "thread.nc").write_text(PROGRAM.format(speed=speed, x="40."), encoding="utf-8")
+    (folder / "thread.yaml").write_text(LESSON.format(machine=machine, more=more), encoding="utf-8")
+    case = prepare(load_lesson(folder / "thread.yaml"), load_registry())
+    return run_prepared(case, engine="plain")
+
+
+def passes(record: Record) -> list[np.ndarray]:
+    """Give the samples of each thread pass in which the tool is on its way."""
+    found = []
+    for line in (6, 10):
+        there = (record["interpolator.program_line"] == line) & (record["interpolator.feed_speed"] > 0.0)
+        found.append(np.flatnonzero(there)[1:-1])
+    return found
+
+
+@pytest.mark.parametrize("machine", ["two_axis_lathe", "two_axis_lathe_analytical"])
+@pytest.mark.parametrize("interpolator", ["ConstantVelocityInterpolator", "ConstantAccelerationInterpolator"])
+def test_every_pass_begins_at_the_index_of_the_spindle_and_keeps_its_lead(tmp_path: Path, machine: str, interpolator: str) -> None:
+    record = threaded(tmp_path, machine, f"replace: {{interpolator: {interpolator}}}")
+    z, angle = record["interpolator.z_reference"], record["spindle.angle"]
+    begins = []
+    for samples in passes(record):
+        assert len(samples) > 20
+        begin = angle[samples] - (z[samples] - 0.014) * 2.0 * np.pi / LEAD
+        assert np.ptp(begin) < 1e-6
+        begins.append(begin[0] / (2.0 * np.pi))
+    assert begins[0] == pytest.approx(round(begins[0]), abs=1e-6)
+    assert begins[1] == pytest.approx(round(begins[1]), abs=1e-6)
+    assert begins[1] > begins[0]
+
+
+def test_a_spindle_that_is_not_yet_up_to_speed_leaves_the_lead_as_it_is(tmp_path: Path) -> None:
+    record = threaded(tmp_path, "two_axis_lathe", "set: {spindle.time_constant: 3 s}", speed=900)
+    samples = passes(record)[0]
+    z, angle, speed = (record[name][samples] for name in ("interpolator.z_reference", "spindle.angle", "spindle.speed"))
+    assert speed.max() > 1.05 * speed.min()
+    slope = np.diff(z) / np.diff(angle) * 2.0 * np.pi
+    assert slope == pytest.approx(np.full(len(slope), LEAD), rel=1e-6)
