@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--dialect", default="paper", show_default=True, help="Dialect of the part programs.")
+@click.option("--dialect", default="auto", show_default=True, help="Dialect of the part programs.")
 @plugins_option
 def check(files: tuple[Path, ...], dialect: str, plugin_folders: tuple[Path, ...]) -> int:
     """Check lessons and machine templates (.yaml), plug-ins (.py, folders) and part programs (any other ending).

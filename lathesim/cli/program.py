@@ -19,8 +19,11 @@ if TYPE_CHECKING:
 @click.option("--explain", "as_words", is_flag=True, help="Say in a sentence what each block does.")
 @click.option("--check", "as_check", is_flag=True, help="Only say what is odd or wrong; leaves with 1 where something is.")
 @click.option("--plot", "figure", type=click.Path(path_type=Path), metavar="F.png", help="Draw the path.")
+@click.option("--write", "written", type=click.Path(path_type=Path), metavar="F.ngc", help="Write the moves as a plain LinuxCNC program.")
 @click.option("--block-delete/--no-block-delete", default=True, show_default=True, help="Leave out the lines that begin with /.")
-def program(file: Path, dialect: str, as_json: bool, as_words: bool, as_check: bool, figure: Path | None, block_delete: bool) -> int:
+def program(
+    file: Path, dialect: str, as_json: bool, as_words: bool, as_check: bool, figure: Path | None, written: Path | None, block_delete: bool
+) -> int:
     """Show the moves of a part program. Lengths are in mm and X is a radius."""
     from lathesim.program.canon import canon
     from lathesim.program.checks import checked
@@ -42,6 +45,8 @@ def program(file: Path, dialect: str, as_json: bool, as_words: bool, as_check: b
     warnings = [*interpreted.warnings, *checked(interpreted)]
     if figure is not None:
         _draw(interpreted, figure)
+    if written is not None:
+        _write(interpreted, written)
     if as_json:
         click.echo(json.dumps(canon(interpreted), indent=1, ensure_ascii=False))
         return 0
@@ -54,6 +59,19 @@ def program(file: Path, dialect: str, as_json: bool, as_words: bool, as_check: b
     if as_check and not warnings:
         click.echo(f"{interpreted.name}: {len(interpreted.moves)} moves, nothing odd.")
     return int(as_check and bool(warnings))
+
+
+def _write(interpreted: Program, place: Path) -> None:
+    from lathesim.errors import ProgramError
+    from lathesim.program.writer import linuxcnc_text
+
+    if place.exists():
+        raise ProgramError(f"'{place}' is there already.", remedy="Choose another name.")
+    try:
+        place.write_text(linuxcnc_text(interpreted), encoding="utf-8")
+    except OSError as error:
+        raise ProgramError(f"'{place}' cannot be written: {error.strerror}.", remedy="Choose another place.") from error
+    click.echo(f"wrote {place}", err=True)
 
 
 def _draw(interpreted: Program, figure: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from lathesim.program.detect import detect_dialect
 from lathesim.program.interpreter import interpret
 from lathesim.program.moves import Program
 from lathesim.program.words import read_program_file
@@ -14,6 +15,8 @@ def load_program(
 ) -> Program:
     """Read and interpret the program in the file ``path``; every fault is a :class:`ProgramError` of ``lathesim.errors``.
 
-    ``start`` is where the tool stands at first (x, z) [m], without it the dialect's.
+    ``dialect`` "auto" finds it, see :func:`lathesim.program.detect.detect_dialect`. ``start`` is where the tool stands at first (x, z)
+    [m], without it the dialect's.
     """
-    return interpret(read_program_file(path, block_delete=block_delete), dialect, start=start)
+    blocks = read_program_file(path, block_delete=block_delete)
+    return interpret(blocks, detect_dialect(blocks).dialect if dialect == "auto" else dialect, start=start)

@@ -39,7 +39,7 @@ def test_every_machine_and_every_part_program_can_be_read() -> None:
     for path in shipped_files("lesson_configs/machines", "*.yaml"):
         assert load_machine(path).settings.parts
     for path in shipped_files("part_programs", "*.nc"):
-        assert load_program(path, "paper")
+        assert load_program(path, "auto")
 
 
 def test_lessons_are_numbered_without_a_gap() -> None:

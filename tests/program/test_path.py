@@ -129,7 +129,7 @@ def test_speed_limit_dwell_and_thread_of_the_linuxcnc_dialect() -> None:
     assert table[1, columns.KIND] == columns.KIND_DWELL
     assert table[1, columns.DWELL] == 1.5 and table[1, columns.LENGTH] == 0.0
     assert table[2, columns.KIND] == columns.KIND_LINE
-    assert table[2, columns.FEED] == pytest.approx(0.0015) and table[2, columns.FEED_MODE] == columns.PER_REVOLUTION
+    assert table[2, columns.FEED] == pytest.approx(0.0015) and table[2, columns.FEED_MODE] == columns.THREAD
 
 
 LIMITS = Limits(x_low=-0.005, x_high=0.08, z_low=-0.01, z_high=0.3, feed=0.1)

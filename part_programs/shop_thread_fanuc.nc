@@ -1,0 +1,23 @@
+%
+O1002 (dialect: fanuc)
+(Thread M30x2: turned, then cut with G76)
+(Face of the part at Z0, chuck at smaller Z, X is a diameter)
+G21 G18 G40 G80 G99
+T0101
+G50 S2500
+G96 S180 M03
+G00 X42. Z2.
+G71 U2. R0.5
+G71 P10 Q20 U0.3 W0.1 F0.25
+N10 G00 X26.
+G01 X30. Z-1. F0.12
+Z-25.
+N20 X42.
+G70 P10 Q20
+G97 S400 M03
+G00 X34. Z6.
+G76 P010060 Q50 R0.03
+G76 X27.546 Z-18. P1227 Q300 F2.
+G00 X60. Z30.
+M30
+%
