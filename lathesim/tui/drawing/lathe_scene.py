@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
 
 _ARC_POINTS = 32
+_NEAR = 0.5
+"""Share of the length of the stock, beyond its ends, within which the path is always shown; across it is twice as much of the radius."""
 _MOST_POINTS = 20_000
 
 
@@ -37,9 +39,17 @@ class LatheScene:
         return self.stock is None and not len(self.path_x)
 
     def bounds(self) -> tuple[float, float, float, float]:
-        """Return the smallest and largest z and the smallest and largest x [m] of stock and path; the axis of the spindle is inside."""
-        z = [*self.path_z[np.isfinite(self.path_z)]]
-        x = [0.0, *self.path_x[np.isfinite(self.path_x)]]
+        """Return the smallest and largest z and the smallest and largest x [m] of stock and path; the axis of the spindle is inside.
+
+        Of a path that comes from far away only what lies near the stock counts.
+        """
+        usable = np.isfinite(self.path_x) & np.isfinite(self.path_z)
+        if self.stock is not None:
+            length, radius = self.stock.stock_length, self.stock.stock_radius
+            near = (self.path_z > self.stock.face - _NEAR * length) & (self.path_z < self.stock.face + (1.0 + _NEAR) * length)
+            usable &= near & (np.abs(self.path_x) < (1.0 + 2.0 * _NEAR) * radius)
+        z = [*self.path_z[usable]]
+        x = [0.0, *self.path_x[usable]]
         if self.stock is not None:
             z += [self.stock.face, self.stock.face + self.stock.stock_length]
             x.append(self.stock.stock_radius)

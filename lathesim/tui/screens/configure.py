@@ -215,7 +215,7 @@ class ConfigureScreen(WorkbenchScreen):
 
     def _tell(self, entry: Entry | None, fault: str) -> None:
         """Say below the field what is wrong with the text, or else what the entry is and its bounds."""
-        bounds = f" ({entry.bounds} {entry.unit})" if entry is not None and entry.bounds else ""
+        bounds = f" ({entry.bounds} {entry.unit})".replace(" 1)", ")") if entry is not None and entry.bounds else ""
         words = f"✗ {fault}" if fault else f"{entry.doc}{bounds}" if entry is not None else ""
         self.query_one("#fault", Static).update(words)
         self.query_one("#fault", Static).set_class(bool(fault), "-wrong")
@@ -344,6 +344,7 @@ class ConfigureScreen(WorkbenchScreen):
 
     def _take_program(self, path: Path | None) -> None:
         if path is not None and self._setup is not None and self._try(self._setup.with_program(path)):
+            self.set_focus(None)
             self.query_one(TabbedContent).active = "program"
 
     def action_save(self) -> None:

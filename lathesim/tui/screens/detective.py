@@ -141,6 +141,7 @@ class DetectiveScreen(WorkbenchScreen):
             effects.clear_options()
             for name in self._effects:
                 effects.add_option(Option(Text(name)))
+            effects.highlighted = 0 if self._effects else None
         self._show_status()
 
     def _show_status(self) -> None:

@@ -11,6 +11,7 @@ class BrowseList(OptionList):
 
     DEFAULT_CSS = """
     BrowseList { text-wrap: nowrap; text-overflow: ellipsis; border: none; padding: 0; }
+    BrowseList:focus { border: none; }
     """
 
     def on_click(self, event: events.Click) -> None:

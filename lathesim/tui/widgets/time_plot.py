@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -163,17 +164,22 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             return
         with self.app.batch_update():
             self.clear()
-            units, low, high, labels = [], [], [], []
+            units: list[str] = []
+            low: list[float] = []
+            high: list[float] = []
+            labels: list[tuple[str, str, str]] = []
             for place, curve in enumerate(curve for curve in curves if curve.channel in curve.record):
                 drawn = _scaled(curve, max(10, 2 * (self.size.width - self.margin_left)), fit_to_feed)
                 if drawn is None:
                     continue
                 units.append(drawn.unit)
-                low.append(drawn.low)
-                high.append(drawn.high)
+                power = _power(max(map(abs, (*low, *high)), default=0.0), max(abs(drawn.low), abs(drawn.high)), set(units))
+                low.append(drawn.low * power)
+                high.append(drawn.high * power)
                 colour, mode = _COLOURS[place % len(_COLOURS)], _MODES[place % len(_MODES)]
-                label = f"{curve.title or curve.channel} [{drawn.unit or '1'}]"
-                self.plot(drawn.time, drawn.values, line_style=colour, hires_mode=mode)
+                times = f" x{power:g}" if power != 1.0 else ""
+                label = f"{curve.title or curve.channel} [{drawn.unit or '1'}]{times}"
+                self.plot(drawn.time, drawn.values * power, line_style=colour, hires_mode=mode)
                 labels.append((_MARKS[place % len(_MARKS)], label, colour))
             if not keep_zoom:
                 self._fit(span, (min(low), max(high)) if low else None)
@@ -223,6 +229,13 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         low, high = values
         room = _ROOM * (high - low) or abs(high) or 1.0
         self.set_ylimits(low - room, high + room)
+
+
+def _power(largest: float, own: float, units: set[str]) -> float:
+    """Return the power of ten by which a curve of another unit is drawn larger or smaller, so that it stands beside the others."""
+    if len(units) < 2 or largest <= 0.0 or own <= 0.0:
+        return 1.0
+    return float(10.0 ** math.floor(math.log10(largest / own)))
 
 
 def _thinned(line: Line, columns: int) -> tuple[FloatArray, FloatArray]:
