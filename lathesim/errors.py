@@ -7,7 +7,7 @@ anything else that escapes is a fault of the program (exit code 3).
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 
 class LatheSimError(Exception):
@@ -47,6 +47,21 @@ class WiringError(LatheSimError):
 
 class ProgramError(LatheSimError):
     """A part program cannot be read; the place is ``file:physical line``."""
+
+
+class SeveralFaultsError(ProgramError):
+    """Several lines of a part program cannot be read; ``errors`` are told one below the other, and the first gives place and remedy."""
+
+    def __init__(self, errors: Sequence[ProgramError], more: int = 0) -> None:
+        self.errors = tuple(errors)
+        self.more = more
+        super().__init__(errors[0].fact, place=errors[0].place, remedy=errors[0].remedy)
+
+    @property
+    def message(self) -> str:
+        """All sentences, a line each."""
+        rest = [f"and {self.more} more"] if self.more else []
+        return "\n".join([*(error.message for error in self.errors), *rest])
 
 
 class LessonError(LatheSimError):

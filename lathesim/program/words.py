@@ -14,10 +14,12 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from lathesim.errors import ProgramError, nearest
+from lathesim.errors import ProgramError, SeveralFaultsError, nearest
 
 LINE_LIMIT = 256  # characters of code in one line. Source: NIST RS274NGC version 3, section 3.3
 DIGIT_LIMIT = 9  # digits before the decimal point, assumed: a larger number is a slip, and its square must stay finite
+
+MOST_FAULTS = 20  # lines at fault that are told, assumed: whoever wrote more has to look at the file anyway
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _COMMENT_GAP = "\n"  # stands in the compacted line where a comment was, so that X1(a)2 does not become X12
@@ -87,12 +89,13 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
     """Give the blocks of a program text.
 
     ``name`` stands in front of the line in every message; with ``block_delete`` lines that begin with ``/`` are left out.
-    Raises :class:`ProgramError` for everything that is no word, with place, fact and remedy.
+    Raises :class:`ProgramError` for everything that is no word, with place, fact and remedy; all lines at fault are told at once.
     """
     text = source if isinstance(source, str) else _decoded(source, name)
     lines = re.split(r"\r\n|\n|\r", text.removeprefix("\ufeff").rstrip("\x1a"))
     blocks: list[Block] = []
     warnings: list[Warned] = []
+    faults: list[ProgramError] = []
     ending = ""
     opened = 0
     line = 0
@@ -106,7 +109,11 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
                 continue
             ending = "%"
             break
-        block = _block(raw, line, place, block_delete)
+        try:
+            block = _block(raw, line, place, block_delete)
+        except ProgramError as error:
+            faults.append(error)
+            continue
         if block is None:
             continue
         blocks.append(block)
@@ -114,6 +121,10 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
         if stop is not None:
             ending = stop.code
             break
+    if len(faults) == 1:
+        raise faults[0]
+    if faults:
+        raise SeveralFaultsError(faults[:MOST_FAULTS], max(0, len(faults) - MOST_FAULTS))
     if opened and not ending:
         raise ProgramError(
             f"The % of line {opened} opens the program and no second % closes it.",

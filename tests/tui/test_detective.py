@@ -82,6 +82,7 @@ async def until_long(pilot: Pilot[None], holds: object) -> None:
     raise AssertionError("it did not come")
 
 
+@pytest.mark.slow
 async def test_a_search_is_stopped_and_a_wrong_answer_refused() -> None:
     hide("none")
     async with opened(LESSON) as (app, pilot):
