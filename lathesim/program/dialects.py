@@ -134,7 +134,7 @@ FANUC = Dialect(
         "U": "incremental X", "W": "incremental Z", "P": "block number or milliseconds", "Q": "block number or depth",
         "T": "tool and offset",
         "O": "program number", "D": "depth of a cycle", "E": "lead of a thread",
-        "A": "angle of a thread",
+        "A": "angle of a thread", "L": "repeats",
     },
     x_is_diameter=True,
     per_revolution=True,
@@ -143,6 +143,7 @@ FANUC = Dialect(
     carried_out=frozenset({
         M.THREAD_BY_FEED, M.ROUGHING_CYCLE, M.FACING_CYCLE, M.REPEATING_CYCLE, M.FINISHING_CYCLE, M.FACE_GROOVING_CYCLE, M.GROOVING_CYCLE,
         M.THREADING_CYCLE, M.TURNING_CYCLE_SIMPLE, M.THREADING_CYCLE_SIMPLE, M.FACING_CYCLE_SIMPLE, M.COMPENSATION_ON, M.OFFSET_OTHER,
+            M.SUBPROGRAM, M.SUBPROGRAM_END,
     }),
     cancels_beside_motion=True,
     spindle_stops_after_motion=True,

@@ -4,13 +4,14 @@ The steps of a block run in a fixed order, whatever the order of its words: comm
 units, distance mode, non-modal codes, motion, stops. Anything a block says and no step uses is refused.
 
 Source: NIST RS274NGC Interpreter version 3, table 8 (order of execution); LinuxCNC 2.9 rs274 for what the manuals leave open.
-Left out: subprograms and the cycles of other dialects (refused by name, see ``meanings``); nose radii and work offsets are taken as zero,
+Left out: O-words and the cycles of other dialects (refused by name, see ``meanings``); nose radii and work offsets are taken as zero,
 and that is said.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from lathesim.errors import ProgramError
 from lathesim.program.cycle_blocks import Cycles
@@ -21,6 +22,9 @@ from lathesim.program.vocabulary import check_vocabulary, other_readings, sort_b
 from lathesim.program.words import Block, Blocks, Warned, Word
 
 TURRET_STATIONS = 12  # assumed: a common turret; a tool number beyond it is a slip
+DEEPEST_CALL = 4  # Source: Fanuc 0i-T operator's manual, subprogram nesting
+MOST_CALLS = 9999  # repeats of one call. Source: the same
+MOST_RUNS = 100_000  # runs of subprograms in one program, assumed: far more than any part needs, and done in seconds
 _REVOLUTION = 2.0 * math.pi
 
 
@@ -42,10 +46,20 @@ def interpret(
 
 
 class _Interpreter(Cycles):
-    """Runs the steps of every block in their order."""
+    """Runs the steps of every block in their order; ``depth`` counts the subprograms under way, ``runs`` all of them."""
+
+    depth = 0
+    runs = 0
 
     def program(self) -> Program:
         """Run every block and give the program."""
+        self.run_blocks()
+        self.close()
+        self.note_assumptions()
+        return Program(self.blocks.name, self.dialect.name, tuple(self.moves), tuple(self.events), tuple(self.warnings), self.assumed)
+
+    def run_blocks(self) -> None:
+        """Run one block after the other, up to the end or the return from a subprogram."""
         for position, block in enumerate(self.blocks.blocks):
             self.position = position
             if position in self.passed:
@@ -54,9 +68,41 @@ class _Interpreter(Cycles):
             self.run_block(block)
             if not self.moves or moves_before == 0:
                 self.say_groups()
-        self.close()
-        self.note_assumptions()
-        return Program(self.blocks.name, self.dialect.name, tuple(self.moves), tuple(self.events), tuple(self.warnings), self.assumed)
+            if self.has(Meaning.SUBPROGRAM_END):
+                return
+
+    def subprogram(self) -> None:
+        """M98 P n L k calls the program O n k times; P 30012 calls O0012 three times."""
+        if self.has(Meaning.SUBPROGRAM_END) and self.depth == 0:
+            code = self.block.codes[Meaning.SUBPROGRAM_END].text
+            raise self.error(f"{code} in the main program would repeat it without end.", "Write M30; M99 ends a subprogram.")
+        if not self.has(Meaning.SUBPROGRAM):
+            return
+        code, p, repeats = self.block.codes[Meaning.SUBPROGRAM].text, self.take("P"), self.take("L")
+        if p is None or p.value < 0.0 or p.value != math.floor(p.value):
+            raise self.error(f"{code} needs the number of a program.", f"Write it as {code} P0012.")
+        number, times = int(p.value), 1 if repeats is None else int(repeats.value)
+        if number not in self.blocks.subprograms and number > 9999 and repeats is None:
+            number, times = number % 10_000, number // 10_000
+        if number not in self.blocks.subprograms:
+            known = ", ".join(f"O{key:04d}" for key in self.blocks.subprograms)
+            remedy = f"It has {known}." if known else "Write it behind the M30 of the main program, from its O number to M99."
+            raise self.error(f"{code} calls the program O{number:04d}, which the file does not have.", remedy)
+        if self.depth >= DEEPEST_CALL:
+            raise self.error(f"{code} calls more than {DEEPEST_CALL} programs deep.", "A program may not call itself.")
+        if not 0 <= times <= MOST_CALLS:
+            raise self.error(f"{code} repeats {times} times.", f"Repeat at most {MOST_CALLS} times.")
+        kept = (self.blocks, self.block, self.block_number, self.used, self.position, self.passed)
+        self.depth += 1
+        for _ in range(times):
+            self.runs += 1
+            if self.runs > MOST_RUNS:
+                raise self.error(f"Subprograms are run more than {MOST_RUNS} times.", "Repeat less often.")
+            self.blocks, self.passed = replace(self.blocks, blocks=self.blocks.subprograms[number]), set()
+            self.run_blocks()
+            self.blocks = kept[0]
+        self.depth -= 1
+        self.blocks, self.block, self.block_number, self.used, self.position, self.passed = kept
 
     def run_block(self, block: Block) -> None:
         """Run the steps of a block in their order."""
@@ -64,7 +110,7 @@ class _Interpreter(Cycles):
         self.block_number, self.used = block.number.lstrip("0"), set()
         for step in (
             self.comment, self.feed_mode, self.feed, self.spindle_speed, self.tool, self.spindle, self.coolant, self.dwell, self.units,
-            self.compensation, self.distance, self.once, self.motion, self.spindle_behind, self.stops, self.unused,
+            self.compensation, self.distance, self.once, self.motion, self.spindle_behind, self.subprogram, self.stops, self.unused,
         ):  # fmt: skip
             step()
 

@@ -34,7 +34,7 @@ class Sorted:
 
 def check_vocabulary(blocks: Blocks, dialect: Dialect) -> None:
     """Refuse the first word of the program that the dialect does not have, or that is not interpreted."""
-    for block in blocks.blocks:
+    for block in (*blocks.blocks, *(block for blocks_of in blocks.subprograms.values() for block in blocks_of)):
         for word in block.words:
             place = blocks.place(block.line)
             if word.letter not in "GM":

@@ -5,12 +5,13 @@ parentheses or behind ``;``, block delete ``/``, ``%`` lines, N numbers, CRLF an
 decided later (dialects, interpreter). Reading ends at the second ``%`` or behind a block with M2 or M30.
 
 Source: EIA RS-274-D; NIST RS274NGC Interpreter version 3 (Kramer, Proctor, Messina 2000), section 3 (format of a line).
-Left out: expressions in brackets, ``#`` variables, O-word subroutines; they are refused.
+Left out: expressions in brackets, ``#`` variables, O-word subroutines of LinuxCNC; they are refused.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -22,6 +23,7 @@ DIGIT_LIMIT = 9  # digits before the decimal point, assumed: a larger number is 
 MOST_FAULTS = 20  # lines at fault that are told, assumed: whoever wrote more has to look at the file anyway
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+_PROGRAM_NUMBER = re.compile(r"\s*[Oo]\s*([0-9]{1,8})(?![0-9.])")
 _COMMENT_GAP = "\n"  # stands in the compacted line where a comment was, so that X1(a)2 does not become X12
 
 
@@ -66,6 +68,8 @@ class Blocks:
     ending: str
     last_line: int
     warnings: tuple[Warned, ...] = field(default=())
+    subprograms: Mapping[int, tuple[Block, ...]] = field(default_factory=dict)
+    """Programs behind the end of the main one, by their O number."""
 
     def place(self, line: int) -> str:
         """The place of a physical line as errors show it."""
@@ -131,12 +135,43 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
             place=f"{name}:{len(lines)}",
             remedy="The file may be cut short. End it with M30 and %.",
         )
+    further = _Further(lines, line, name, block_delete) if ending in ("M2", "M30") else None
     rest = next((k for k, raw in enumerate(lines[line:], start=line + 1) if raw.strip() not in ("", "%")), None)
-    if ending and rest is not None:
+    subprograms = further.programs() if further is not None else {}
+    if ending and rest is not None and not subprograms:
         warnings.append(Warned(rest, f"Everything behind {ending} of line {line} is ignored, from here on."))
     if not any(block.words for block in blocks):
         warnings.append(Warned(1, "The program is empty."))
-    return Blocks(name, tuple(blocks), ending, line if ending else max((block.line for block in blocks), default=1), tuple(warnings))
+    last = line if ending else max((block.line for block in blocks), default=1)
+    return Blocks(name, tuple(blocks), ending, last, tuple(warnings), subprograms)
+
+
+@dataclass(frozen=True)
+class _Further:
+    """The lines behind the end of a main program, in which subprograms may stand: each begins with its O number and ends with M99."""
+
+    lines: list[str]
+    first: int
+    name: str
+    block_delete: bool
+
+    def programs(self) -> dict[int, tuple[Block, ...]]:
+        """Return the subprograms by number; nothing where the lines behind the end do not begin with one."""
+        found: dict[int, list[Block]] = {}
+        number: int | None = None
+        for line, raw in enumerate(self.lines[self.first :], start=self.first + 1):
+            if raw.strip() in ("", "%"):
+                continue
+            begins = _PROGRAM_NUMBER.match(raw)
+            if begins is not None:
+                number = int(begins[1])
+                found[number] = []
+            elif number is None:
+                return {}
+            block = _block(raw, line, f"{self.name}:{line}", self.block_delete)
+            if block is not None and number is not None:
+                found[number].append(block)
+        return {key: tuple(blocks) for key, blocks in found.items()}
 
 
 def _decoded(content: bytes, name: str) -> str:
