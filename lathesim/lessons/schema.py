@@ -175,6 +175,26 @@ class Recordings(_Model):
     compare: dict[PartItem, RecordedSignal] = Field(default_factory=dict, description="output -> signal it is held against")
 
 
+class ModeEntry(_Model):
+    """A mode of the tool point."""
+
+    frequency: Quantity
+    damping: Quantity
+    stiffness: Quantity
+    direction: Quantity = "0 deg"
+
+
+class ToolPointEntry(_Model):
+    """What decides whether a cut chatters: the modes of the tool point, and the cut that excites them."""
+
+    modes: Annotated[list[ModeEntry], Field(min_length=1)]
+    cutting_stiffness: Quantity = Field(description="force per chip area, as '700 N/mm^2'")
+    force_angle: Quantity = Field(default="0 deg", description="angle of the cutting force from the surface normal")
+    process_damping: Quantity = Field(default="0 N/m", description="force per width and slope of the surface")
+    diameter: Quantity = Field(default="36 mm", description="diameter at which it cuts, for the process damping")
+    interrupted: Quantity = Field(default="1", description="share of each turn in which a slotted bar is in the cut")
+
+
 class Changes(_Model):
     """What a lesson or one of its variants changes of the machine."""
 
@@ -217,6 +237,7 @@ class LessonSettings(Changes):
     variants: dict[str, Variant] = Field(default_factory=dict)
     goals: list[Goal] = Field(default_factory=list)
     recordings: Recordings | None = None
+    tool_point: ToolPointEntry | None = Field(default=None, description="modes and cut, for 'lathesim lobes'")
     uncertain: dict[PartItem, Quantity] = Field(default_factory=dict, description="one standard deviation, as '5 %' or a quantity")
 
 
