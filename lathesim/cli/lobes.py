@@ -12,7 +12,7 @@ import click
 @click.command()
 @click.argument("lesson")
 @click.option("--method", type=click.Choice(("frequency", "collocation")), default="frequency", show_default=True, help="How to compute.")
-@click.option("--speed", "speeds", default="500..8000:76", show_default=True, metavar="LOW..HIGH:N", help="Speeds [rpm].")
+@click.option("--speed", "speeds", default="500..8000:301", show_default=True, metavar="LOW..HIGH:N", help="Speeds [rpm].")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-lobes/1) and nothing else.")
 @click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the lobes.")
 def lobes(lesson: str, method: str, speeds: str, as_json: bool, save: Path | None) -> None:
