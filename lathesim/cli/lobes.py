@@ -24,7 +24,7 @@ def lobes(lesson: str, method: str, speeds: str, as_json: bool, save: Path | Non
 
     loaded = load_lesson(lesson)
     cut = cut_of(loaded)
-    asked = _speeds(speeds)
+    asked = read_range("--speed", speeds)
     found = limits(cut, asked, method)
     smallest = smallest_limit(cut.tool, cut.stiffness)
     if save is not None:
@@ -57,16 +57,16 @@ def lobes(lesson: str, method: str, speeds: str, as_json: bool, save: Path | Non
         click.echo(f"See {save}")
 
 
-def _speeds(text: str) -> list[float]:
-    """Read ``500..8000:76``: the ends and how many."""
+def read_range(option: str, text: str) -> list[float]:
+    """Read ``500..8000:76`` of an option: the ends and how many values, evenly spaced."""
     ends, _, count = text.partition(":")
     low, dots, high = ends.partition("..")
     try:
         first, last, number = float(low), float(high if dots else low), int(count) if count else (2 if dots else 1)
     except ValueError:
-        raise click.UsageError(f"--speed {text}: write it as --speed 500..8000:76.") from None
+        raise click.UsageError(f"{option} {text}: write it as {option} 500..8000:76.") from None
     if not 0.0 < first <= last or not 1 <= number <= 100_000:
-        raise click.UsageError(f"--speed {text}: speeds rise from above 0, and there is at least one.")
+        raise click.UsageError(f"{option} {text}: values rise from above 0, and there is at least one.")
     return [first + (last - first) * place / max(1, number - 1) for place in range(number)]
 
 
