@@ -183,3 +183,17 @@ async def test_the_simulation_is_set_and_loaded_again() -> None:
         await pilot.press("enter")
         await pilot.pause()
         assert app.workbench.command().startswith("lathesim run 02_process_control")
+
+
+async def test_the_part_asked_for_last_is_shown_and_the_arrows_go_on_from_there() -> None:
+    async with opened() as (app, pilot):
+        await app.show_parameter("x_axis.gain")
+        await app.show_parameter("z_dac.bits")
+        for _ in range(4):
+            await pilot.pause()
+        about = app.screen.query_one("#about", Static)
+        assert str(about.content).startswith("z_dac: DAConverter")
+        app.screen.query_one(Tree).focus()
+        await pilot.press("down")
+        await pilot.pause()
+        assert str(about.content).startswith("tachometer: Tachometer")

@@ -13,6 +13,7 @@ from textual.widget import Widget
 from textual.widgets import Label, ProgressBar, Select, Static
 
 from lathesim.analysis.metric import find_channel
+from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.drawing.lathe_scene import LatheScene, Motion, scene_of_case, scene_of_record
 from lathesim.tui.drawing.readings import program_line, readings
@@ -126,9 +127,7 @@ class BenchScreen(WorkbenchScreen):
             self._scene = scene_of_case(shown.live.case)
         try:
             self._follow(shown.record())
-        except Exception as error:
-            if not hasattr(error, "remedy"):
-                raise
+        except LatheSimError as error:
             self.tell_fault(str(error))
             return
         if self._scene is None and self._record is not None:

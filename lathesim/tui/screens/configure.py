@@ -15,6 +15,7 @@ from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widget import Widget
 from textual.widgets import DataTable, Input, Label, Static, TabbedContent, TabPane, Tree
+from textual.widgets.tree import TreeNode
 
 from lathesim.engine.assembly import Part
 from lathesim.errors import LatheSimError
@@ -84,6 +85,8 @@ class ConfigureScreen(WorkbenchScreen):
         super().__init__()
         self._choice = _Choice("")
         self._entries: list[Entry] = []
+        self._placed: TreeNode[_Choice] | None = None
+        """Node on which the cursor is to be put; none once it is there."""
         self._words: LineWords | None = None
         self._words_of: tuple[Path | None, str] = (None, "")
 
@@ -140,10 +143,24 @@ class ConfigureScreen(WorkbenchScreen):
                 chosen = leaf if part.name == self._choice.part else chosen
         leaf = tree.root.add_leaf(Text(f"{'*' if self._setup.simulation else ' '} {SIMULATION}"), _Choice(""))
         start = tree.root.children[0].children[0] if first and not self._choice.part else leaf
-        self.call_after_refresh(tree.move_cursor, chosen or start)
+        self._placed = chosen or start
+        self.call_after_refresh(self._place_cursor)
+
+    def _place_cursor(self) -> None:
+        """Put the cursor of the tree on what was chosen last, once the tree stands; several changes may have come before."""
+        if self._placed is not None:
+            self.query_one("#machine", Tree).move_cursor(self._placed)
+            self.call_after_refresh(self._cursor_is_placed, self._placed)
+
+    def _cursor_is_placed(self, node: TreeNode[_Choice]) -> None:
+        """From now on the cursor goes where a person moves it."""
+        if self._placed is node:
+            self._placed = None
 
     @on(Tree.NodeHighlighted, "#machine")
     def _highlight(self, event: Tree.NodeHighlighted[_Choice]) -> None:
+        if self._placed is not None and event.node is not self._placed:
+            return  # the tree is being filled, and its cursor goes by
         if event.node.data is None or event.node.data == self._choice:
             return
         self._choice = event.node.data

@@ -415,7 +415,7 @@ class DetectiveScreen(WorkbenchScreen):
         """Show what is being done, or what went wrong with it."""
         self._fault = f"✗ {fault}" if fault else ""
         self._show_status()
-        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+        self.show_command()
 
     def command(self) -> str:
         """Return the command of the step one is at."""
@@ -433,4 +433,4 @@ class DetectiveScreen(WorkbenchScreen):
 
     @on(TabbedContent.TabActivated)
     def _show_command(self) -> None:
-        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+        self.show_command()

@@ -108,7 +108,7 @@ class HelpScreen(WorkbenchScreen):
             except LatheSimError as error:
                 text.update(str(error))
         self.query_one("#page", VerticalScroll).scroll_home(animate=False)
-        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+        self.show_command()
 
     def _part_page(self, kind: str, name: str) -> str:
         from lathesim.manual.component_page import component_page

@@ -117,7 +117,7 @@ class LessonsScreen(WorkbenchScreen):
         self._suggestions = [suggestion(text, lesson.variants) for text in lesson.settings.try_]
         for item in self._suggestions:
             tries.add_option(Option(Text(f"{'▶' if item.can_be_set else '-'} {item.text}")))
-        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+        self.show_command()
 
     def _chosen(self) -> Lesson | None:
         place = self.query_one("#lessons", OptionList).highlighted

@@ -71,7 +71,7 @@ class ResultsScreen(WorkbenchScreen):
         self._older: list[BenchRun] = []
         self._cursor: float | None = None
         self._command = ""
-        self._measured: dict[int, Measurements] = {}
+        self._measured: dict[Record, Measurements] = {}
 
     def compose_body(self) -> Iterable[Widget]:
         """Give the choices at the left, the curves with their values and the metrics at the right."""
@@ -203,10 +203,11 @@ class ResultsScreen(WorkbenchScreen):
                 table.add_row(Text(name), *(Text(cell) for cell in cells))
 
     def _measurements(self, record: Record) -> Measurements:
-        key = id(record)
-        if key not in self._measured or record.status == "running":
-            self._measured[key] = measure(record, self.workbench.registry.metrics)
-        return self._measured[key]
+        if record.status == "running":
+            return measure(record, self.workbench.registry.metrics)
+        if record not in self._measured:
+            self._measured[record] = measure(record, self.workbench.registry.metrics)
+        return self._measured[record]
 
     @on(SelectionList.SelectedChanged, "#runs")
     def _tick_runs(self, event: SelectionList.SelectedChanged[int]) -> None:
@@ -298,7 +299,7 @@ class ResultsScreen(WorkbenchScreen):
             self.tell_fault(str(error))
             return
         self._command = self._plot_command(name)
-        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+        self.show_command()
         self.notify(f"The figure is in {name}.", markup=False)
 
     def _figure(self, runs: list[tuple[str, Record]]) -> Any:
@@ -339,7 +340,7 @@ class ResultsScreen(WorkbenchScreen):
             return
         path = next(run.path for run in self._all if run.path in self._ticked)
         self._command = shlex.join(["lathesim", "export", str(path), name])
-        self.query_one("#command").show(self.command())  # type: ignore[attr-defined]
+        self.show_command()
         self.notify(f"The data are in {name}.", markup=False)
 
     def command(self) -> str:

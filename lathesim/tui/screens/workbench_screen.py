@@ -84,6 +84,10 @@ class WorkbenchScreen(Screen[None]):
         changed, self._stale = self._stale, set()
         self.show_changes(changed)
         self.query_one(NavigationBar).show_running(self.workbench.live is not None)
+        self.show_command()
+
+    def show_command(self) -> None:
+        """Show the command anew: what it stands for has changed."""
         self.query_one(CommandLine).show(self.command())
 
     def command(self) -> str:
