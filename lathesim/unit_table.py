@@ -7,12 +7,30 @@ import re
 _BY_DIMENSION: dict[str, dict[str, float]] = {
     "[length] / [current] / [time]": {"V/N": 1.0, "mV/N": 0.001},
     "1 / [length]": {"1/m": 1.0},
-    "1 / [time]": {"Hz": 1.0, "kHz": 1000.0, "krpm": 104.71975511965977, "rad/s": 1.0, "rpm": 0.10471975511965977, "1/s": 1.0},
+    "1 / [time]": {
+        "Hz": 1.0,
+        "kHz": 1000.0,
+        "krpm": 104.71975511965977,
+        "rad/s": 1.0,
+        "rev/min": 0.10471975511965977,
+        "rev/s": 6.283185307179586,
+        "rpm": 0.10471975511965977,
+        "1/s": 1.0,
+    },
     "[currency]": {"dollar": 1.0},
     "[currency] / [time]": {"dollar/h": 1.0 / 3600.0, "dollar/s": 1.0},
     "[current]": {"A": 1.0, "mA": 0.001},
     "[current] ** 2 * [time] ** 3 / [length] ** 2 / [mass]": {"A/V": 1.0},
-    "[length]": {"m": 1.0, "m/rad": 1.0, "mm": 0.001, "nm": 1e-09, "um": 1e-06},
+    "[length]": {
+        "in": 0.0254,
+        "m": 1.0,
+        "m/rad": 1.0,
+        "mm": 0.001,
+        "mm/rad": 0.001,
+        "mm/rev": 0.00015915494309189535,
+        "nm": 1e-09,
+        "um": 1e-06,
+    },
     "[length] * [time]": {"m*s": 1.0},
     "[length] ** 2": {"m^2": 1.0, "mm^2": 1e-06},
     "[length] ** 2 * [time]": {"m^2*s": 1.0, "mm^2*s": 1e-06},
@@ -42,7 +60,7 @@ _BY_DIMENSION: dict[str, dict[str, float]] = {
     "[current] * [time] ** 2 / [length] ** 2 / [mass]": {"rad/(s*V)": 1.0},
     "[time] / [mass]": {"m/(s*N)": 1.0},
     "[time] / [length] ** 2 / [mass]": {"rad/(s*N*m)": 1.0},
-    "dimensionless": {"%": 0.01, "deg": 0.017453292519943295, "rad": 1.0},
+    "dimensionless": {"%": 0.01, "count": 1.0, "counts": 1.0, "deg": 0.017453292519943295, "rad": 1.0, "rev": 6.283185307179586},
 }
 
 KNOWN_UNITS: dict[str, tuple[float, str]] = {
@@ -50,8 +68,23 @@ KNOWN_UNITS: dict[str, tuple[float, str]] = {
 }
 """Unit -> what one of it is in SI base units, and its dimension as pint writes it."""
 
+ANGLE_POWERS: dict[str, int] = {
+    **dict.fromkeys(("rad", "deg", "rev", "rpm", "krpm", "rev/min", "rev/s", "rad/s"), 1),
+    **dict.fromkeys(("m/rad", "mm/rad", "mm/rev", "V/krpm", "V*s/rad", "V/rad", "V/(rad/s)", "N*m*s/rad"), -1),
+}
+"""Unit of the table -> the power of the angle in it: 1 for rad/s, -1 for mm/rev; the others of the table hold no angle."""
+
 
 def known_unit(unit: str) -> tuple[float, str] | None:
-    """Give factor and dimension of a unit of the table, also where replaced placeholders left brackets around it: ``V/((N))``."""
+    """Return factor and dimension of a unit of the table, also where replaced placeholders left brackets around it: ``V/((N))``."""
     plain = re.sub(r"\(\(([^()]*)\)\)", r"(\1)", unit.strip())
     return KNOWN_UNITS.get(re.sub(r"\((\w+)\)", r"\1", plain))
+
+
+def known_angle_power(unit: str) -> int | None:
+    """Return the power of the angle in a unit of the table; none for other units."""
+    plain = unit.strip()
+    return ANGLE_POWERS.get(plain, 0) if plain in KNOWN_UNITS and plain not in _OTHER_ANGLES else None
+
+
+_OTHER_ANGLES = frozenset(unit for unit in KNOWN_UNITS if re.search("rad|deg|rev|rpm", unit)) - frozenset(ANGLE_POWERS)

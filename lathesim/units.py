@@ -15,7 +15,7 @@ from typing import Any
 
 from lathesim.cache_folder import cache_folder
 from lathesim.errors import UnitError
-from lathesim.unit_table import known_unit
+from lathesim.unit_table import known_angle_power, known_unit
 
 
 def _kept_definitions(pint: Any) -> Path:
@@ -36,6 +36,11 @@ def registry() -> Any:
     units.define("percent = 0.01 = %")
     units.define("encoder_count = 1 = count")
     units.define("dollar = [currency] = $ = USD")
+    # a lathe hand writes feeds and leads per revolution, which pint calls a turn
+    units.define("@alias turn = rev")
+    units.define("inch_per_minute = inch / minute = ipm")
+    units.define("inch_per_revolution = inch / turn = ipr")
+    units.define("@alias encoder_count = increment = pulse = tick")
     return units
 
 
@@ -52,6 +57,85 @@ def si_factor(unit: str) -> tuple[float, str]:
     except Exception as error:
         raise UnitError(f"'{unit}' is no unit.", remedy="Write units as in 'mm', 'm/s', 'N*s/m', 'V/mm', 'rpm'.") from error
     return float(base.magnitude), dimension_text(base.dimensionality)
+
+
+@functools.cache
+def angle_power(unit: str) -> int:
+    """Return the power of the angle in a unit: 1 for rad/s and rpm, -1 for mm/rev, 0 for m/s and Hz."""
+    if unit.strip() in ("", "1"):
+        return 0
+    known = known_angle_power(unit)
+    if known is not None:
+        return known
+    names: dict[str, float] = dict(registry().parse_units(unit)._units)
+    return round(sum(power * _ANGLES.get(name, 0) for name, power in names.items()))
+
+
+_ANGLES = dict.fromkeys(("radian", "milliradian", "microradian", "degree", "arcminute", "arcsecond", "turn", "grade"), 1) | dict.fromkeys(
+    ("revolutions_per_minute", "kilorevolutions_per_minute", "revolutions_per_second", "inch_per_revolution"), 1
+)
+_ANGLES["inch_per_revolution"] = -1
+_TURN = 2.0 * math.pi
+_STANDARD_GRAVITY = 9.80665
+
+
+@functools.cache
+def conversion(given: str, wanted: str) -> float:
+    """Return the factor from ``given`` to SI for a quantity that is wanted in ``wanted``.
+
+    The wanted unit decides what an angle means. For a lead in m/rad, 1 mm/rev is 1e-3/(2 pi). For a feed in m it is 1e-3, the travel of one
+    turn. Hz are turns a second, so that 1 Hz is 2 pi rad/s. ``g`` is 9.80665 m/s^2 where an acceleration is wanted, and a gram elsewhere.
+    Raises :class:`UnitError` where the two are of different kinds, or where a lead is given without an angle.
+    """
+    factor, dimension = si_factor(given)
+    wanted_dimension = si_factor(wanted)[1]
+    if given.strip() in ("g", "mg") and wanted_dimension == _ACCELERATION:
+        return _STANDARD_GRAVITY * (1.0 if given.strip() == "g" else 1e-3)
+    if dimension != wanted_dimension:
+        remedy = "Give the length of one count as 'resolution'." if is_count(given) else f"Use a unit like {wanted}."
+        raise UnitError(f"the unit is {given}, but {wanted} is wanted.", remedy=remedy)
+    if given.strip() == wanted.strip():
+        return factor
+    power, wanted_power = _turning_power(given), _turning_power(wanted)
+    if is_count(given) and wanted_power:
+        raise UnitError(f"the unit is {given}, but {wanted} is wanted.", remedy="Give the angle of one count as 'resolution'.")
+    if power == wanted_power:
+        return factor / (_TURN if _is_hertz(wanted) else 1.0) * (_TURN if _is_hertz(given) else 1.0)
+    if wanted_power == -1 and power == 0 and wanted_dimension == "[length]":
+        raise UnitError(f"the unit is {given}, but {wanted} is wanted.", remedy=f"Say per which angle: {given}/rev or {given}/rad.")
+    if power == -1 and wanted_power == 1 and dimension == "dimensionless":
+        raise UnitError(f"the unit is {given}, but {wanted} is wanted.", remedy="Give the angle of one count, as in '0.036 deg'.")
+    # a feed is the travel of one turn
+    return factor * _TURN if power == -1 and wanted_power == 0 and dimension == "[length]" else factor
+
+
+def convertible(given: str, wanted: str) -> bool:
+    """Return whether ``conversion`` has an answer; raises :class:`UnitError` for what is no unit."""
+    si_factor(given)
+    si_factor(wanted)
+    try:
+        conversion(given, wanted)
+    except UnitError:
+        return False
+    return True
+
+
+def is_count(unit: str) -> bool:
+    """Return whether a unit counts the steps of an encoder."""
+    return unit.strip() in _COUNTS
+
+
+_COUNTS = ("count", "counts", "encoder_count", "encoder_counts", "increment", "increments", "pulse", "pulses", "tick", "ticks")
+_ACCELERATION = "[length] / [time] ** 2"
+
+
+def _is_hertz(unit: str) -> bool:
+    return unit.strip() in ("Hz", "kHz", "mHz", "MHz", "hertz")
+
+
+def _turning_power(unit: str) -> int:
+    """Return the power of the angle, where Hz are turns a second."""
+    return 1 if _is_hertz(unit) else angle_power(unit)
 
 
 def dimension_text(dimensionality: Mapping[str, float]) -> str:
@@ -108,9 +192,11 @@ def quantity(text: str, unit: str) -> float:
         if si_factor(unit)[1] == "dimensionless" and unit.strip() in ("", "1"):
             return value
         raise UnitError(f"'{text}' has no unit.", remedy=f"Write it with one, for example '{text.strip()} {unit}'.")
-    factor, dimension = si_factor(given)
-    if dimension != si_factor(unit)[1]:
-        raise UnitError(f"'{text}' is given in {given}, but {unit} is wanted.", remedy=f"Use a unit like {unit}.")
+    si_factor(given)
+    try:
+        factor = conversion(given, unit)
+    except UnitError as error:
+        raise UnitError(f"'{text}' is given in {given}, but {unit} is wanted.", remedy=error.remedy) from None
     return value * factor
 
 

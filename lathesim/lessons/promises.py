@@ -17,7 +17,7 @@ from lathesim.lessons.part_values import no_item, placed_at, si_value
 from lathesim.lessons.schema import DrivingSignal, LessonSettings, RecordedSignal
 from lathesim.lessons.yaml_source import Location, Source
 from lathesim.plugins import Registry
-from lathesim.units import same_dimension, si_factor, split_quantity
+from lathesim.units import convertible, is_count, si_factor, split_quantity
 
 
 def check_promises(lesson: Lesson, assembly: Assembly, registry: Registry) -> None:
@@ -75,7 +75,8 @@ def _check_signal(lesson: Lesson, signal: RecordedSignal, unit: str, location: L
         if signal.lasting is not None:
             _value(lesson.source, signal.lasting, (*location, "lasting"), "s")
         return
-    _same_kind(lesson, signal.unit, unit, (*location, "unit"))
+    if not is_count(signal.unit):  # their size is looked for when the columns are mapped
+        _same_kind(lesson, signal.unit, unit, (*location, "unit"))
     if signal.resolution is not None:
         _value(lesson.source, signal.resolution, (*location, "resolution"), unit)
 
@@ -83,7 +84,7 @@ def _check_signal(lesson: Lesson, signal: RecordedSignal, unit: str, location: L
 def _same_kind(lesson: Lesson, given: str, unit: str, location: Location) -> None:
     place = lesson.source.place(location)
     with placed_at(place):
-        same = same_dimension(given, unit)
+        same = convertible(given, unit)
     if not same:
         raise LessonError(f"the column is given in {given}, and {unit} is wanted.", place=place, remedy=f"Use a unit like {unit}.")
 

@@ -15,6 +15,7 @@ from lathesim.lessons.schema import DrivingSignal, RecordedSignal
 from lathesim.lessons.yaml_source import Location
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping
 from lathesim.recordings.threshold import Threshold
+from lathesim.units import is_count
 
 _LASTING = 10e-3
 _EXAMPLE = "recordings: {time: {column: t, unit: s}, drive: {x_controller.reference: {column: r, unit: m}}, compare: {...}}"
@@ -39,10 +40,11 @@ def mapping_of(lesson: Lesson, assembly: Assembly) -> RecordingMapping:
     declared = {f"{part.name}.{name}": item for part in assembly.parts for name, item in part.component.declarations.items()}
     feeding = {wire.target: wire.source for wire in assembly.wires if wire.source}
     signals = [
-        _signal(lesson, "drive", name, entry, declared, (feeding[name],) if name in feeding else ())
+        _signal(lesson, "drive", name, entry, declared, (feeding[name],) if name in feeding else (), 0.0)
         for name, entry in recordings.drive.items()
     ]
-    signals += [_signal(lesson, "compare", name, entry, declared, ()) for name, entry in recordings.compare.items()]
+    steps = _steps(assembly)
+    signals += [_signal(lesson, "compare", name, entry, declared, (), steps.get(name, 0.0)) for name, entry in recordings.compare.items()]
     time = recordings.time
     rate = None if time.rate is None else _si(lesson, time.rate, "Hz", ("recordings", "time", "rate"))
     place = lesson.source.place(("recordings", "time", "column" if time.column is not None else "rate"))
@@ -58,7 +60,9 @@ def _signal(
     entry: RecordedSignal,
     declared: Mapping[str, Declaration],
     also: tuple[str, ...],
+    step: float,
 ) -> SignalMapping:
+    """Return the mapping of one column; ``step`` is the size [SI] of a count of the sensor that gives it, 0 where nothing counts."""
     location: Location = ("recordings", role, name)
     unit = declared[name].unit
     resolution = None if entry.resolution is None else _si(lesson, entry.resolution, unit, (*location, "resolution"))
@@ -68,7 +72,26 @@ def _signal(
             "the scale is 0.", place=lesson.source.place((*location, "scale")), remedy="Leave it out, or write another number."
         )
     threshold = _threshold(lesson, entry, unit, location) if isinstance(entry, DrivingSignal) else None
-    return SignalMapping(name, entry.column, entry.unit, entry.scale, resolution, role, unit, also=also, place=place, threshold=threshold)
+    written, scale = entry.unit, entry.scale
+    if threshold is None and is_count(written) and unit != "1":
+        count = resolution or step
+        if not count:
+            where = lesson.source.place((*location, "unit"))
+            remedy = f"Add the size of one count, as in resolution: {'0.036 deg' if unit == 'rad' else '1 um'}."
+            raise LessonError(f"nothing says what one of the counts of {name} is worth.", place=where, remedy=remedy)
+        written, scale, resolution = unit, scale * count, count
+    return SignalMapping(name, entry.column, written, scale, resolution, role, unit, also=also, place=place, threshold=threshold)
+
+
+def _steps(assembly: Assembly) -> dict[str, float]:
+    """Return the size [SI] of one count for the reading of each sensor that counts."""
+    steps = {}
+    for part in assembly.parts:
+        ports, declared = part.component.ports, part.component.declarations
+        if "reading" in ports and "resolution" in ports:
+            name = ports["resolution"]
+            steps[f"{part.name}.{ports['reading']}"] = float(part.parameters.get(name, getattr(declared[name], "default", 0.0)))
+    return steps
 
 
 def _threshold(lesson: Lesson, entry: DrivingSignal, unit: str, location: Location) -> Threshold | None:

@@ -31,11 +31,10 @@ def taper_from_form(*, large_diameter: str, small_diameter: str, length: str, fa
 
 def _process(feed: str, speed: str) -> Process:
     """Return feed and speed by their units: mm/min or mm (mm/rev), rpm or m/min."""
-    feed_text = feed.strip().removesuffix("/rev").removesuffix("/revolution")
-    per_revolution = same_dimension(split_quantity(feed_text)[1] or "m/s", "m")
+    per_revolution = same_dimension(split_quantity(feed)[1] or "m/s", "m")
     surface = same_dimension(split_quantity(speed)[1] or "rpm", "m/s")
     return Process(
-        feed=quantity(feed_text, "m" if per_revolution else "m/s"),
+        feed=quantity(feed, "m" if per_revolution else "m/s"),
         speed=quantity(speed, "m/s" if surface else "rad/s"),
         per_revolution=per_revolution,
         surface=surface,

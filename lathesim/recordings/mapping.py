@@ -18,7 +18,7 @@ from lathesim.recordings.finding import Finding, counted
 from lathesim.recordings.raw_table import RawTable, is_unit
 from lathesim.recordings.sample_grid import SHORT_GAP, SampleGrid, even_grid, regular_grid
 from lathesim.recordings.threshold import Threshold, switched
-from lathesim.units import same_dimension, si_factor
+from lathesim.units import conversion, convertible, same_dimension, si_factor
 
 __all__ = ["Finding", "MappedRecording", "RecordingMapping", "SignalMapping", "map_recording"]
 
@@ -54,6 +54,11 @@ class SignalMapping:
     also: tuple[str, ...] = ()
     place: str = ""
     threshold: Threshold | None = None
+
+    @property
+    def kind(self) -> str:
+        """The unit that says what kind of thing the column holds; one that switches an input has a unit of its own."""
+        return self.si_unit if self.threshold is None else self.unit
 
 
 @dataclass(frozen=True)
@@ -131,10 +136,10 @@ def _column(table: RawTable, signal: SignalMapping, findings: list[Finding]) -> 
         return table.columns[found]
     for name in (signal.target, *signal.also) if signal.threshold is None else ():
         unit = table.units.get(name, "")
-        if name in table.columns and (unit == signal.si_unit or (is_unit(unit) and same_dimension(unit, signal.si_unit))):
+        if name in table.columns and (unit == signal.si_unit or (is_unit(unit) and convertible(unit, signal.si_unit))):
             fact = f"the file has no column '{signal.column}', but one called '{name}' in {unit}"
             findings.append(Finding("mapping", signal.target, fact, "that one is taken"))
-            return table.columns[name] * (si_factor(unit)[0] / si_factor(signal.unit)[0] / signal.scale)
+            return table.columns[name] * (conversion(unit, signal.si_unit) / conversion(signal.unit, signal.kind) / signal.scale)
     raise RecordingError(f"{table.source.name} has no column '{signal.column}'.", place=signal.place, remedy=table.near(signal.column))
 
 
@@ -142,18 +147,18 @@ def _check_header_unit(header: str, signal: SignalMapping, findings: list[Findin
     """Note where the file names another unit than the lesson; with a scale in the lesson that is meant."""
     if not header or header == signal.unit or signal.scale != 1.0 or not is_unit(header):
         return
-    if not same_dimension(header, signal.unit):
+    if not convertible(header, signal.kind):
         fact = f"the file calls '{signal.column}' {header} and the lesson reads it as {signal.unit}"
         findings.append(Finding("unit", signal.target, fact, "the lesson counts"))
         return
-    ratio = si_factor(header)[0] / si_factor(signal.unit)[0]
+    ratio = conversion(header, signal.kind) / conversion(signal.unit, signal.kind)
     if abs(ratio - 1.0) > 1e-9:
         fact = f"the unit of '{signal.column}' is {header} in the file and {signal.unit} in the lesson, a factor of {ratio:.6g}"
         findings.append(Finding("unit", signal.target, fact, f"the lesson counts; write unit: {header} there if the file is right", True))
 
 
 def _in_si(column: FloatArray, signal: SignalMapping) -> FloatArray:
-    values = column * (signal.scale * si_factor(signal.unit)[0]) + signal.offset
+    values = column * (signal.scale * conversion(signal.unit, signal.kind)) + signal.offset
     values[~np.isfinite(values)] = np.nan
     return values
 

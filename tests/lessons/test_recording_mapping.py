@@ -142,3 +142,21 @@ def test_a_lesson_that_only_a_recording_drives_says_how_to_see_it(tmp_path: Path
         "pushed: a recording drives this lesson (x_axis.force), and none is given. "
         "Name one, as in 'lathesim run LESSON --recording FILE'; without one it needs a 'duration:'."
     )
+
+
+def test_a_column_of_counts_has_the_size_of_its_encoder_or_of_the_lesson(tmp_path: Path) -> None:
+    """The ruler of the small machine measures exactly, so the lesson says what a count is worth; an encoder says it itself."""
+    counted = RECORDINGS.replace("unit: mm, resolution: 1 um", "unit: counts, resolution: 2 um, scale: -1")
+    assert mapping(tmp_path, counted).signals[1] == SignalMapping(
+        "ruler.reading", "q", "m", -2e-6, 2e-6, "compare", "m", place=f"{tmp_path / 'lesson.yaml'}:9:29"
+    )
+    with pytest.raises(LatheSimError, match=r"nothing says what one of the counts of ruler\.reading is worth\. Add the size of one count"):
+        mapping(tmp_path, RECORDINGS.replace("unit: mm, resolution: 1 um", "unit: counts"))
+    path = tmp_path / "axis.yaml"
+    path.write_text(
+        "lesson: Pushed\nmachine: force_axis\n" + PUSHED.replace("column: q, unit: m", "column: q, unit: counts"), encoding="utf-8"
+    )
+    registry = load_registry()
+    prepared = prepare(load_lesson(path), registry)
+    found = mapping_of(prepared.case.lesson, prepared.machinery).signals[1]
+    assert (found.unit, found.scale, found.resolution) == ("m", pytest.approx(5e-8), pytest.approx(5e-8))
