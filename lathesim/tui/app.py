@@ -83,6 +83,7 @@ class LathesimApp(App[None]):
         self.workbench = workbench
         self._first = first
         self._lesson = lesson
+        workbench.is_opening = bool(lesson)
         self._watched: LiveRun | None = None
         self._book: StudentBook | None = None
 
@@ -98,7 +99,7 @@ class LathesimApp(App[None]):
     def on_mount(self) -> None:
         """Show the first screen, and keep the data when the terminal goes away."""
         if self._lesson:
-            self.call_after_refresh(self.workbench.open_lesson, self._lesson)
+            self.call_after_refresh(self.open_first)
         if self._first != self.DEFAULT_MODE:
             self.switch_mode(self._first)
         self.set_interval(0.1, self._watch_run)
@@ -110,6 +111,19 @@ class LathesimApp(App[None]):
                 loop.add_signal_handler(number, self._leave)
             except (NotImplementedError, RuntimeError, ValueError):
                 return
+
+    def open_first(self) -> None:
+        """Read the lesson the app begins with, then begin the run that was asked for meanwhile."""
+        workbench = self.workbench
+        wanted = workbench.run_is_wanted
+        workbench.is_opening = workbench.run_is_wanted = False
+        try:
+            workbench.open_lesson(self._lesson)
+        except LatheSimError as error:
+            self.notify(str(error), severity="error", timeout=12.0, markup=False)
+            return
+        if wanted:
+            self.action_run_or_stop()
 
     def tell(self, sentence: str) -> None:
         """Show a sentence, from whichever thread it comes."""
@@ -141,7 +155,10 @@ class LathesimApp(App[None]):
         self._leave()
 
     def action_run_or_stop(self) -> None:
-        """Run what stands on the bench, or stop the run under way."""
+        """Run what stands on the bench, or stop the run under way; before the lesson is read, note that it shall run, or shall not."""
+        if self.workbench.is_opening:
+            self.workbench.want_run(not self.workbench.run_is_wanted)
+            return
         live = self.workbench.live
         if live is not None:
             live.stop()

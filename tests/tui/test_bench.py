@@ -11,11 +11,13 @@ from textual.geometry import Region
 from textual.widgets import Select, Static
 
 from lathesim.cli.main import run_command_line
+from lathesim.cli.tui import make_app
 from lathesim.record import load
 from lathesim.tui.widgets.lathe_view import LatheView
 from lathesim.tui.widgets.program_listing import ProgramListing
 from lathesim.tui.widgets.slider import Slider
 from tests.tui.driving import opened, run_to_end, until
+from tests.tui.screen_words import words_of
 
 
 @pytest.fixture(autouse=True)
@@ -38,6 +40,33 @@ async def test_a_run_is_drawn_kept_and_judged_and_its_command_gives_the_same_bit
     assert run_command_line([*words[1:], "--no-plots"]) == 0
     again = load("again.h5")
     assert all(np.array_equal(shown[name], again[name]) for name in again)
+
+
+async def test_a_run_asked_for_before_the_lesson_is_read_begins_once_it_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    app = make_app()
+    read_lesson = app.open_first
+    monkeypatch.setattr(app, "open_first", lambda: None)
+    async with app.run_test(size=(120, 36)) as pilot:
+        await pilot.pause()
+        assert "being read" in str(app.screen.query_one("#result", Static).content)
+        await pilot.press("f5")
+        await pilot.pause()
+        assert "The run begins as soon as it is there" in str(app.screen.query_one("#result", Static).content)
+        assert "STOP" in words_of(app.export_screenshot())
+        read_lesson()
+        await until(pilot, lambda: bool(app.workbench.runs) and app.workbench.live is None, "the end of the run")
+        await until(pilot, lambda: "max_contour_error" in str(app.screen.query_one("#result", Static).content), "the result")
+
+
+async def test_a_run_asked_for_too_early_can_be_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    app = make_app()
+    read_lesson = app.open_first
+    monkeypatch.setattr(app, "open_first", lambda: None)
+    async with app.run_test(size=(120, 36)) as pilot:
+        await pilot.press("f5", "f5")
+        read_lesson()
+        await until(pilot, lambda: app.workbench.setup is not None, "the lesson")
+        assert not app.workbench.runs
 
 
 async def test_stop_keeps_the_data() -> None:

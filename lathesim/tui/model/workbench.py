@@ -53,6 +53,9 @@ class Workbench:
         self.runs: list[BenchRun] = []
         self.shown: BenchRun | None = None
         self.pace = 0.0
+        self.is_opening = False
+        """Whether a lesson is still to be read; a run asked for meanwhile begins once it is there (:attr:`run_is_wanted`)."""
+        self.run_is_wanted = False
         self._listeners: list[Callable[[str], None]] = []
         self._prepared: tuple[Setup, Prepared | None, str] | None = None
 
@@ -83,6 +86,11 @@ class Workbench:
         """The run under way, or None."""
         found = self.runs[-1].live if self.runs else None
         return found if found is not None and not found.is_over else None
+
+    def want_run(self, wanted: bool) -> None:
+        """Note that a run shall begin once the lesson is there, or that it shall not."""
+        self.run_is_wanted = wanted
+        self.tell(RUN)
 
     def open_lesson(self, lesson: str | Path | Lesson, variant: str | None = None) -> None:
         """Put a lesson on the bench, its first variant where none is asked for; raises what :func:`load_lesson` raises."""

@@ -93,8 +93,7 @@ class BenchScreen(WorkbenchScreen):
             self._show_setup()
         if changed & {SETUP, RUN, RUNS}:
             self._take_run()
-            words = self._result() or self.workbench.fault()
-            self.query_one("#result", Static).update(words)
+            self.query_one("#result", Static).update(self._status())
         self._draw()
 
     def _show_setup(self) -> None:
@@ -159,6 +158,12 @@ class BenchScreen(WorkbenchScreen):
                 self._show_progress()
         elif self._playing and self._record is not None:
             self._play_on(now)
+
+    def _status(self) -> str:
+        """Return how the last run ended, what the setup lacks, or what is waited for."""
+        if self.workbench.is_opening:
+            return "The lesson is being read. " + ("The run begins as soon as it is there." if self.workbench.run_is_wanted else "")
+        return self._result() or self.workbench.fault()
 
     def _result(self) -> str:
         shown = self.workbench.shown

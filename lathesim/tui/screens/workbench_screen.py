@@ -83,7 +83,7 @@ class WorkbenchScreen(Screen[None]):
             return
         changed, self._stale = self._stale, set()
         self.show_changes(changed)
-        self.query_one(NavigationBar).show_running(self.workbench.live is not None)
+        self.query_one(NavigationBar).show_running(self.workbench.live is not None or self.workbench.run_is_wanted)
         self.show_command()
 
     def show_command(self) -> None:
