@@ -47,6 +47,14 @@ STOCK = {
     "TaylorWear": "taylor_wear",
     "LatheDesign": "lathe_design",
     "TurningEconomy": "turning_economy",
+    "DelayLine": "closed_controller.delay_line",
+    "MultiOscillatoryController": "closed_controller.multi_oscillatory_controller",
+    "OscillatoryElement": "closed_controller.multi_oscillatory_controller",
+    "SpeedController": "closed_controller.drive_loops",
+    "PowerController": "closed_controller.drive_loops",
+    "DriveElectronics": "closed_controller.drive_loops",
+    "MotorSlide": "closed_controller.drive_loops",
+    "ControllerTuning": "closed_controller.controller_tuning",
 }
 """Class name -> the file it stands in."""
 

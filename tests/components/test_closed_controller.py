@@ -1,0 +1,134 @@
+"""The closed controller: transport delays keep the order of RK4, and the nominal machine has the numbers of its equations."""
+
+import cmath
+import math
+
+import numpy as np
+import pytest
+
+from lathesim.component import Component, Input, Output, Parameter, State
+from lathesim.components.closed_controller.delay_line import DelayLine
+from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.engine.run import run
+from lathesim.engine.wiring import wire
+from lathesim.errors import SimulationError
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import simulate
+from lathesim.plugins import Registry, load_registry
+from lathesim.record import Record
+
+LESSON = "16_a_controller_that_tells_nothing"
+
+
+class LateTank(Component):
+    """A level that is filled ever faster and empties with what it was:  dx/dt = t^4 - r x(t - d)."""
+
+    late = Input("m", doc="level one delay ago")
+    rate = Parameter("1/s", 1.0, doc="r")
+    level = State("m", doc="level")
+    value = Output("m", doc="level")
+
+    @staticmethod
+    def derivative(late: float, rate: float, time: float) -> float:
+        return time * time * time * time - rate * late
+
+    @staticmethod
+    def output(level: float) -> float:
+        return level
+
+
+def late_tank(step: float, delay: float, duration: float) -> Record:
+    """Run dx/dt = t^4 - x(t - d), x = 0 until the start."""
+    parts = (Part("tank", LateTank), Part("line", DelayLine.with_units({"signal": "m"}), {"delay": delay}))
+    wires = (Wire("tank.late", "line.outgoing"), Wire("line.incoming", "tank.value"))
+    return run(wire(Assembly(parts, wires, step, step)), duration=duration, engine="plain")
+
+
+def exact_level(time: float, delay: float) -> float:
+    """Return the solution by the method of steps: the sum over k of (-1)^k 4! (t - k d)^(5 + k)/(5 + k)! while t > k d."""
+    terms = range(math.ceil(time / delay))
+    return math.fsum((-1) ** k * 24.0 * (time - k * delay) ** (5 + k) / math.factorial(5 + k) for k in terms)
+
+
+@pytest.fixture(scope="module")
+def registry() -> Registry:
+    return load_registry(installed=False)
+
+
+@pytest.mark.parametrize("rest", [0.0, 0.37, 0.8])
+def test_delay_keeps_the_fourth_order_of_runge_kutta(rest: float) -> None:
+    delay = 0.4
+    steps = [delay / (whole + rest) for whole in (4, 8, 16, 32)]
+    errors = []
+    for step in steps:
+        record = late_tank(step, delay, 2.0)
+        exact = [exact_level(float(time), delay) for time in record.time]
+        errors.append(np.abs(record.channels["tank.value"].values - exact).max())
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert order == pytest.approx(4.0, abs=0.15)
+
+
+def test_delayed_cubic_arrives_exactly() -> None:
+    class Cubic(Component):
+        """A cubic of time."""
+
+        value = Output("m", doc="cubic")
+
+        @staticmethod
+        def output(time: float) -> float:
+            return time * time * time - 0.3 * time * time
+
+    parts = (Part("source", Cubic), Part("line", DelayLine.with_units({"signal": "m"}), {"delay": 0.0237}))
+    record = run(wire(Assembly(parts, (Wire("line.incoming", "source.value"),), 0.01, 0.01)), duration=1.0, engine="plain")
+    late = record.time[20:] - 0.0237
+    assert record.channels["line.outgoing"].values[20:] == pytest.approx(late**3 - 0.3 * late**2, abs=1e-12)
+
+
+def test_delay_longer_than_the_ring_is_named() -> None:
+    with pytest.raises(SimulationError, match=r"line\.\w+ stopped being a number .* delay = 1"):
+        late_tank(0.001, 1.0, 0.1)
+
+
+def test_staircase_lags_by_what_the_loop_gain_and_the_delay_give(registry: Registry) -> None:
+    record = simulate(load_lesson(LESSON), registry, "staircase", engine="compiled")
+    error = record.channels["interpolator.x_reference"].values - record.channels["x_axis.position"].values
+    just_before_the_corner = int(np.searchsorted(record.time, 2.0 - 1e-9))
+    # kv e = v with e = reference - x(t - d); the reference is held, on average half a sample late
+    lag = 6e-3 * (1 / 20 - 1e-3 + 0.5 * 0.25e-3)
+    assert error[just_before_the_corner] == pytest.approx(lag, abs=1e-7)
+    after = slice(just_before_the_corner, just_before_the_corner + 8000)
+    assert record.channels["x_axis.position"].values[after].max() - 12e-3 == pytest.approx(0.0005e-3, abs=0.05e-6)
+    assert abs(error[-1]) < 1e-9
+    assert record.time[-1] == pytest.approx(25.0)
+
+
+def test_too_long_a_delay_swings_up_at_the_rate_of_its_rightmost_root(registry: Registry) -> None:
+    overrides = {"x_late_position.delay": "2.6 ms"}
+    with pytest.raises(SimulationError, match="stopped being a number") as caught:
+        simulate(load_lesson(LESSON), registry, "staircase", overrides, engine="compiled")
+    record = caught.value.record
+    assert record is not None
+    speed = np.abs(record.channels["x_axis.velocity"].values)
+    peaks = [place for place in range(len(speed) // 3, len(speed) - 1) if speed[place - 1] < speed[place] >= speed[place + 1]]
+    rate = np.polyfit(record.time[peaks], np.log(speed[peaks]), 1)[0]
+    assert rate == pytest.approx(rightmost_root(2.6e-3, 90 + 450j).real, rel=0.01)
+    assert rightmost_root(2.0e-3, 25 + 486j).real < 0.0 < rightmost_root(2.1e-3, 25 + 486j).real
+
+
+def rightmost_root(delay: float, start: complex) -> complex:
+    """Give the root of the closed loop of the X slide near ``start``, by Newton's method on equations (1) to (5)."""
+
+    def characteristic(s: complex) -> complex:
+        late = cmath.exp(-s * delay)
+        elements = zip((6, 15, 40, 90), (0.5, 0.4, 0.3, 0.3), strict=True)
+        position = 20 * (1 + sum(0.02 * w * s / (s * s + 2 * w * z * s + w * w) for w, z in elements))
+        current = (s + 5 * late) * s / 0.5
+        voltage = (s + 200 * late) * current / 200 + 50 * late * s
+        asked = (166.7 + 6944 / s) * (-position * late - late * s)
+        return (0.002 * s + late) * voltage - (0.833 + 166.7 / s) * (asked - late * current)
+
+    root = start
+    for _ in range(80):
+        slope = (characteristic(root + 1e-4) - characteristic(root - 1e-4)) / 2e-4
+        root -= characteristic(root) / slope
+    return root
