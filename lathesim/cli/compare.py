@@ -11,7 +11,7 @@ from lathesim.cli.case_options import variant_option
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
-    from lathesim.diagnosis.compare import Comparison
+    from lathesim.diagnosis.comparison.compare import Comparison
 
 
 @click.command()
@@ -36,10 +36,10 @@ def compare(
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    from lathesim.diagnosis.compare import as_json as json_of
-    from lathesim.diagnosis.compare import compare as compared
-    from lathesim.diagnosis.compare import load_recording
-    from lathesim.diagnosis.compare_text import comparison_lines
+    from lathesim.diagnosis.comparison.compare import as_json as json_of
+    from lathesim.diagnosis.comparison.compare import compare as compared
+    from lathesim.diagnosis.comparison.compare import load_recording
+    from lathesim.diagnosis.comparison.compare_text import comparison_lines
     from lathesim.lessons.lesson import load_lesson
 
     registry = open_registry(plugin_folders)
@@ -57,7 +57,7 @@ def compare(
 
 def _drawn(comparison: Comparison, path: Path) -> Path:
     from lathesim.analysis.plots import save_figure
-    from lathesim.diagnosis.compare_figure import compare_figure
+    from lathesim.diagnosis.comparison.compare_figure import compare_figure
     from lathesim.errors import RecordError
 
     try:

@@ -47,7 +47,7 @@ def conceal(
     behind the recording has other values within what the lesson calls uncertain, noisy sensors, and is run by another integrator with a
     finer step. A class that knows the seed could make the recording again: keep it to yourself.
     """
-    from lathesim.diagnosis.conceal_case import conceal_case
+    from lathesim.exercises.conceal_case import conceal_case
     from lathesim.lessons.lesson import load_lesson
 
     if at_random == bool(asked):
@@ -72,7 +72,7 @@ def conceal(
 
 
 def _tell(answer: object, files: list[str], answer_file: str, moves: object) -> None:
-    from lathesim.diagnosis.revealed_text import hidden_lines
+    from lathesim.exercises.revealed_text import hidden_lines
 
     click.echo("Hidden:")
     for line in hidden_lines(cast("dict[str, object]", answer)):

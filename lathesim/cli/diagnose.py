@@ -61,13 +61,13 @@ def diagnose(
     # the runs of a batch share the cores already: threads of the linear algebra would only fight them
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    from lathesim.diagnosis.answer_files import write_answer
-    from lathesim.diagnosis.answer_text import answer_lines
+    from lathesim.diagnosis.ablation import without
     from lathesim.diagnosis.diagnose import ask
     from lathesim.diagnosis.diagnose import diagnose as answer
-    from lathesim.diagnosis.diagnosis import as_json
-    from lathesim.diagnosis.left_out_step import without
-    from lathesim.diagnosis.loading import load_case
+    from lathesim.diagnosis.records.diagnosis import as_json
+    from lathesim.diagnosis.reporting.answer_files import write_answer
+    from lathesim.diagnosis.reporting.terminal_text import answer_lines
+    from lathesim.identification.replay.loading import load_case
     from lathesim.lessons.lesson import load_lesson
     from lathesim.units import quantity
 

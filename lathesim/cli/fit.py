@@ -14,7 +14,7 @@ from lathesim.cli.case_options import read_settings, set_option, variant_option
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
-    from lathesim.diagnosis.parameter_fit import FittedParameter, ParameterFit
+    from lathesim.identification.estimation.multistart import FittedParameter, ParameterFit
     from lathesim.lessons.lesson import Lesson
 
 
@@ -54,9 +54,9 @@ def fit(
     # the runs of a batch share the cores already: threads of the linear algebra would only fight them
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    from lathesim.diagnosis.fit_question import ask_fit
-    from lathesim.diagnosis.parameter_fit import as_json as json_of
-    from lathesim.diagnosis.parameter_fit import fit_parameters
+    from lathesim.identification.estimation.fit_question import ask_fit
+    from lathesim.identification.estimation.multistart import as_json as json_of
+    from lathesim.identification.estimation.multistart import fit_parameters
     from lathesim.lessons.lesson import load_lesson
 
     loaded = load_lesson(lesson)

@@ -22,9 +22,9 @@ def reveal(seal: Path, answer: Path, guess: Path | None, within: float, as_json:
     """
     import json
 
-    from lathesim.diagnosis.answer_grade import grade, grade_json, read_guess
-    from lathesim.diagnosis.revealed_text import graded_lines, hidden_lines
-    from lathesim.diagnosis.sealed_answer import changed_files, opened
+    from lathesim.exercises.grading import grade, grade_json, read_guess
+    from lathesim.exercises.revealed_text import graded_lines, hidden_lines
+    from lathesim.exercises.sealed_answer import changed_files, opened
 
     truth = opened(seal, answer)
     graded = grade(truth, read_guess(guess), within / 100.0) if guess is not None else None

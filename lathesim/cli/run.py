@@ -104,7 +104,7 @@ class _Runs:
 
     def driven(self, case: Prepared, recording: Path) -> Prepared:
         """Give a case driven by a recording, and keep what was found in that."""
-        from lathesim.diagnosis.driven_run import driven_by
+        from lathesim.identification.replay.driven_run import driven_by
 
         found = driven_by(case, recording, self.registry)
         self.findings |= dict.fromkeys(found.findings)

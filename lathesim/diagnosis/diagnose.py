@@ -10,30 +10,45 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.adequacy import Adequacy, adequacy
-from lathesim.diagnosis.another_law import AnotherLaw, another_law
-from lathesim.diagnosis.belief import Settings, is_of_a_clock
-from lathesim.diagnosis.changed_midway import changed_midway, jumped_midway
-from lathesim.diagnosis.clipped_reading import clipped_reading
-from lathesim.diagnosis.coarse_counts import coarse_counts
-from lathesim.diagnosis.contradiction import contradicted, exchanged_with, in_another_unit, of_another_period, swapped, wrong_unit
-from lathesim.diagnosis.controller_rate import closes_a_loop
-from lathesim.diagnosis.controller_value import controller_value, with_commands_followed
-from lathesim.diagnosis.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
-from lathesim.diagnosis.discovery import discover, plugin_text
-from lathesim.diagnosis.eligible import without_one_sided
-from lathesim.diagnosis.evidence import Compared, compared, gather, located, missing_signals, strongest_variables
-from lathesim.diagnosis.fit import Fitted, fit, with_start
-from lathesim.diagnosis.found import Found
-from lathesim.diagnosis.growth import leave_out
-from lathesim.diagnosis.held_out import parted
-from lathesim.diagnosis.lesson_entry import lesson_entry, on_held_out, without_undetermined
-from lathesim.diagnosis.loading import Recorded
-from lathesim.diagnosis.parameters import (
+from lathesim.diagnosis.candidates.eligibility import without_one_sided
+from lathesim.diagnosis.discovery.generated_plugin import plugin_text
+from lathesim.diagnosis.discovery.sparse_regression import discover
+from lathesim.diagnosis.location.closed_loop_fit import Compared, compared
+from lathesim.diagnosis.location.missing_share import missing_signals, next_to_nothing
+from lathesim.diagnosis.location.operating_conditions import resting
+from lathesim.diagnosis.location.spindle_orders import told, turn_lines
+from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.recording_checks.change_points import changed_midway, jumped_midway
+from lathesim.diagnosis.recording_checks.clipping import clipped_reading
+from lathesim.diagnosis.recording_checks.command_consistency import contradicted
+from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw, another_law
+from lathesim.diagnosis.recording_checks.controller_value import controller_value, with_commands_followed
+from lathesim.diagnosis.recording_checks.different_machine import another_machine
+from lathesim.diagnosis.recording_checks.exchanged_channels import exchanged_with, swapped
+from lathesim.diagnosis.recording_checks.mistaken_unit import in_another_unit, wrong_unit
+from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
+from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
+from lathesim.diagnosis.recording_checks.sensor_zero import zeros_told
+from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Interval, Verdict, listed, no_surer_than
+from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
+from lathesim.diagnosis.reporting.evidence import gather, located, strongest_variables
+from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_held_out, without_undetermined
+from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, still_missing, strained_values, unseen_forms, value_instead
+from lathesim.diagnosis.selection.acceptance import is_of_a_clock
+from lathesim.diagnosis.selection.forward import leave_out
+from lathesim.diagnosis.selection.laboratory import Bench, is_strained, judged_score
+from lathesim.diagnosis.selection.refusal import all_push, is_much_of_it
+from lathesim.diagnosis.selection.search import search
+from lathesim.diagnosis.verdict.adequacy import Adequacy, adequacy
+from lathesim.diagnosis.verdict.ranking import NAMED_SHARE, Standing, removed_share, standing, takes_nothing
+from lathesim.diagnosis.verdict.residual_tests import hardly_missed, not_adequate, spoils_something
+from lathesim.effects.effect import Effect
+from lathesim.identification.estimation.estimates import (
     CONFIDENCE,
     Estimate,
     Estimates,
@@ -43,38 +58,19 @@ from lathesim.diagnosis.parameters import (
     is_significant,
     with_error_of_form,
 )
-from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
-from lathesim.diagnosis.refusal import all_push, is_much_of_it
-from lathesim.diagnosis.reported_effect import bounded, declared_in, reported
-from lathesim.diagnosis.same_machine import another_machine
-from lathesim.diagnosis.search import search
-from lathesim.diagnosis.sensor_zero import zeros_told
-from lathesim.diagnosis.shortfall import hardly_missed, next_to_nothing, not_adequate, spoils_something
-from lathesim.diagnosis.terms import Term
-from lathesim.diagnosis.trial import Bench, is_strained, judged_score
-from lathesim.diagnosis.turn_lines import told, turn_lines
-from lathesim.diagnosis.variables import resting
-from lathesim.diagnosis.verdict import NAMED_SHARE, Standing, removed_share, standing, takes_nothing
-from lathesim.diagnosis.what_is_left import not_determined, not_shown, still_missing, strained_values, unseen_forms, value_instead
-from lathesim.effects.effect import Effect
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.machine.roles import closes_a_loop
+from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.fit import Fitted, with_start
+from lathesim.identification.replay.experiment import Machine, Rig, baseline_free, build_rigs
+from lathesim.identification.replay.loading import Recorded
+from lathesim.identification.replay.validation_split import parted
 
 Tell = Callable[[str], None]
 _NEARLY_OPEN = 0.05
 """Share of its size down to which the interval of an effect may come for the size not to be called determined."""
 MOVED = 0.05
 """Share of the error that a refit of the baseline must remove for its values to be called off."""
-
-
-@dataclass(frozen=True)
-class Question:
-    """What a diagnosis is asked: a machine, the recording it is fitted to, the one it is judged on, and the effects to be tried."""
-
-    lesson: str
-    machine: Machine
-    fitted: Recorded
-    held_out: Recorded | None
-    effects: tuple[type[Effect], ...]
-    settings: Settings = field(default_factory=Settings)
 
 
 def diagnose(question: Question, tell: Tell | None = None) -> Diagnosis:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.compare import compare, load_recording
+from lathesim.diagnosis.comparison.compare import compare, load_recording
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import load_registry
 from lathesim.record import load

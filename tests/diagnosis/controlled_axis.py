@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lathesim.diagnosis.problem import Machine
+from lathesim.identification.replay.experiment import Machine
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry

@@ -9,8 +9,8 @@ import numpy as np
 
 from lathesim.components.cutting_process import CuttingProcess
 from lathesim.components.dynamometer import Dynamometer
-from lathesim.diagnosis.problem import Machine
 from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.identification.replay.experiment import Machine
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import PERIOD, as_record
 

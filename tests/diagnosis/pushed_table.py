@@ -18,13 +18,14 @@ import numpy as np
 
 from lathesim.components.force_axis import ForceAxis
 from lathesim.components.linear_encoder import LinearEncoder
-from lathesim.diagnosis.fit import Fitted, fit
-from lathesim.diagnosis.problem import Machine, Rig, baseline_free, build_rigs
 from lathesim.effects.effect import Effect
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.motor_ripple import TorqueRipple
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import Machine, Rig, baseline_free, build_rigs
 from lathesim.record import Channel, Record
 
 MASS, VISCOUS, PERIOD, RESOLUTION = 40.0, 200.0, 2e-3, 1e-6

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.diagnosis import (
+from lathesim.diagnosis.records.diagnosis import (
     BaselineValue,
     ChannelFit,
     ChannelTrace,

@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from lathesim.diagnosis import loading
+from lathesim.identification.replay import loading
 from lathesim.recordings import raw_table
 from tests.cli.command import call
 

@@ -8,11 +8,12 @@ from typing import Any
 
 import pytest
 
-import lathesim.diagnosis.adequacy as judging
 import lathesim.diagnosis.diagnose as diagnosing
-from lathesim.diagnosis.diagnose import Question, ask, diagnose
-from lathesim.diagnosis.diagnosis import Diagnosis, as_json
-from lathesim.diagnosis.loading import Recorded
+import lathesim.diagnosis.verdict.adequacy as judging
+from lathesim.diagnosis.diagnose import ask, diagnose
+from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.records.diagnosis import Diagnosis, as_json
+from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
 from lathesim.recordings.finding import Finding
 from tests.diagnosis.controlled_axis import controlled_axis

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.locate import passed_through
-from lathesim.diagnosis.motion import counted_motion
-from lathesim.diagnosis.replay import follow
-from lathesim.diagnosis.terms import insert_candidates
+from lathesim.diagnosis.location.missing_force import passed_through
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import wire
+from lathesim.identification.catalogue.placement import insert_candidates
+from lathesim.identification.replay.measured_motion import counted_motion
+from lathesim.identification.replay.open_loop import follow
 from lathesim.lessons.lesson import load_machine
 from lathesim.lessons.simulate import check_machine
 from lathesim.plugins import Registry, load_registry

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.diagnose import ask, diagnose
-from lathesim.diagnosis.diagnosis import Diagnosis
-from lathesim.diagnosis.loading import Recorded
+from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.effects.effect import Effect
 from lathesim.effects.friction import CoulombFriction, StribeckFriction
 from lathesim.effects.motor_ripple import TorqueRipple
 from lathesim.effects.offset_and_gain import DriveGainError, ForceOffset
 from lathesim.effects.time_shift import TransportDelay
+from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import (
     EFFECTS,

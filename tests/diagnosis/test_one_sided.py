@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.diagnose import Question, diagnose
-from lathesim.diagnosis.eligible import without_one_sided
-from lathesim.diagnosis.loading import Recorded
-from lathesim.diagnosis.variables import one_way
-from lathesim.diagnosis.verdict import is_told_by_direction
+from lathesim.diagnosis.candidates.eligibility import without_one_sided
+from lathesim.diagnosis.diagnose import diagnose
+from lathesim.diagnosis.location.operating_conditions import one_way
+from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.verdict.ranking import is_told_by_direction
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PositionDependentFriction
 from lathesim.effects.motor_ripple import Cogging
 from lathesim.effects.offset_and_gain import ForceOffset
+from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import FORCE, POSITION, RESOLUTION, Hidden, as_record, force, machine, recording, rigs, travel
 

@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from lathesim.diagnosis.belief import Settings, simplest
+from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.selection.acceptance import simplest
 
 
 def trial(name: str, gain: float, values: int, catalogue: int, spare: int = 0, share: float = 0.9) -> Any:

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from lathesim.component import Parameter
-from lathesim.diagnosis.problem import Machine, Rig, build_rigs
 from lathesim.effects.register import stock_effects
+from lathesim.identification.replay.experiment import Machine, Rig, build_rigs
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from lathesim.components.force_axis import ForceAxis
-from lathesim.diagnosis.signals import HeldSignal
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
+from lathesim.identification.replay.recorded_parts import HeldSignal
 from lathesim.lessons.insertion import insert_effect
 from lathesim.record import Record
 

@@ -3,7 +3,7 @@
 import re
 
 from lathesim.cli.main import COMMANDS
-from lathesim.diagnosis.diagnosis import VERDICTS
+from lathesim.diagnosis.records.diagnosis import VERDICTS
 from lathesim.manual.chapters import chapters
 from lathesim.shipped import FOLDERS, shipped_files
 from tests.cli.command import ROOT

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 from lathesim.errors import LatheSimError, RecordingError
 
 if TYPE_CHECKING:
-    from lathesim.diagnosis.compare import Comparison
-    from lathesim.diagnosis.diagnosis import Diagnosis
+    from lathesim.diagnosis.comparison.compare import Comparison
+    from lathesim.diagnosis.records.diagnosis import Diagnosis
     from lathesim.lessons.lesson import Lesson
     from lathesim.plugins import Registry
     from lathesim.tui.model.setup import Setup
@@ -104,8 +104,8 @@ def lesson_of(case: CaseFile, setup: Setup | None) -> Lesson:
 
 def compare(case: CaseFile, setup: Setup | None, registry: Registry) -> Comparison:
     """Hold the recording against the simulation of the lesson as it now stands on the bench; raises :class:`LatheSimError`."""
-    from lathesim.diagnosis.compare import compare as compared
-    from lathesim.diagnosis.compare import load_recording
+    from lathesim.diagnosis.comparison.compare import compare as compared
+    from lathesim.diagnosis.comparison.compare import load_recording
 
     lesson = lesson_of(case, setup)
     found = compared(lesson.name, *load_recording(lesson, case.recording, registry))
@@ -118,7 +118,7 @@ def compare(case: CaseFile, setup: Setup | None, registry: Registry) -> Comparis
 def comparison_text(case: CaseFile) -> list[str]:
     """Return the comparison in lines, and beside it what it was before the changes on the bench."""
     from lathesim.analysis.display_unit import shown_with_unit
-    from lathesim.diagnosis.compare_text import comparison_lines
+    from lathesim.diagnosis.comparison.compare_text import comparison_lines
 
     assert case.comparison is not None
     lines = comparison_lines(case.comparison)
@@ -135,7 +135,7 @@ def diagnose(case: CaseFile, setup: Setup | None, registry: Registry, tell: Call
     """Search for what the lesson left out, told step by step; ``stop`` ends the search and keeps what is known until then."""
     from lathesim.diagnosis.diagnose import ask
     from lathesim.diagnosis.diagnose import diagnose as answer
-    from lathesim.diagnosis.loading import load_case
+    from lathesim.identification.replay.loading import load_case
 
     def told(text: str) -> None:
         case.steps.append(text.strip())
@@ -154,7 +154,7 @@ def diagnose(case: CaseFile, setup: Setup | None, registry: Registry, tell: Call
 
 def diagnosis_text(case: CaseFile) -> list[str]:
     """Return the answer in lines: what, how sure, where, how much better, what is left, the rivals."""
-    from lathesim.diagnosis.answer_text import answer_lines
+    from lathesim.diagnosis.reporting.terminal_text import answer_lines
 
     assert case.diagnosis is not None
     lines = answer_lines(case.diagnosis)
@@ -208,7 +208,7 @@ def _size_words(guess: Guess, parameters: Mapping[str, Any]) -> str:
 
 def with_what_was_found(case: CaseFile, setup: Setup) -> Setup:
     """Return the setup with what the diagnosis found inserted, and with the values that were fitted beside it."""
-    from lathesim.diagnosis.answer_files import refitted_values
+    from lathesim.diagnosis.reporting.answer_files import refitted_values
 
     diagnosis = case.diagnosis
     assert diagnosis is not None
@@ -221,7 +221,7 @@ def with_what_was_found(case: CaseFile, setup: Setup) -> Setup:
 
 def write_report(case: CaseFile, folder: Path) -> list[Path]:
     """Write report and explained lesson as ``lathesim diagnose`` does; return the files."""
-    from lathesim.diagnosis.answer_files import write_answer
+    from lathesim.diagnosis.reporting.answer_files import write_answer
 
     assert case.diagnosis is not None
     return write_answer(case.diagnosis, case.lesson, folder)
@@ -229,7 +229,7 @@ def write_report(case: CaseFile, folder: Path) -> list[Path]:
 
 def conceal(lesson: Lesson, registry: Registry, folder: Path, *, hidden: str, validate: bool, tell: Callable[[str], None]) -> list[str]:
     """Make a case in a folder: ``hidden`` is an effect as ``--effect`` takes it, ``none``, or empty for one drawn at random."""
-    from lathesim.diagnosis.conceal_case import conceal_case
+    from lathesim.exercises.conceal_case import conceal_case
 
     asked = [hidden] if hidden and hidden != "none" else []
     concealed, published = conceal_case(lesson, registry, folder, asked=asked, at_random=not hidden, validate=validate, tell=tell)
@@ -241,10 +241,10 @@ def conceal(lesson: Lesson, registry: Registry, folder: Path, *, hidden: str, va
 
 def reveal(seal: Path, answer: Path, case: CaseFile | None) -> list[str]:
     """Return the sealed answer in lines, and how diagnosis and guess stand beside it; raises :class:`RecordingError`."""
-    from lathesim.diagnosis.answer_grade import grade
-    from lathesim.diagnosis.diagnosis import as_json
-    from lathesim.diagnosis.revealed_text import graded_lines, hidden_lines
-    from lathesim.diagnosis.sealed_answer import changed_files, opened
+    from lathesim.diagnosis.records.diagnosis import as_json
+    from lathesim.exercises.grading import grade
+    from lathesim.exercises.revealed_text import graded_lines, hidden_lines
+    from lathesim.exercises.sealed_answer import changed_files, opened
 
     truth = opened(seal, answer)
     lines = ["The answer is the one that was sealed.", *[f"✗ {name} was changed." for name in changed_files(seal, truth)]]

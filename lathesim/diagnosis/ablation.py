@@ -1,0 +1,57 @@
+"""A diagnosis with a step of the method left out, to see what the step is good for: the answer gets worse, and each in its own way.
+
+    replay     the effects are fitted in the lesson's own simulation, where a controller hides a fault in its command
+    baseline   the uncertain values stay as given, so that an effect has to repair what is only a wrong mass
+    null       the residual is taken for white noise, and an effect is believed as soon as its gain in likelihood is above the Bayesian
+               penalty, (k/2) ln n, of its k parameters and the n recorded values; what forces that nobody modelled do to the channels,
+               what chance reaches, and whether the effect is large enough to matter, is not asked
+    held-out   the recording that was fitted is its own judge
+
+Source of the penalty: G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6 (1978).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import replace
+
+from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.question import Question
+from lathesim.recordings.finding import Finding
+
+LEFT_OUT = {
+    "replay": "effects were fitted in the lesson's own simulation, not by replaying what was recorded",
+    "baseline": "the uncertain values stayed as the lesson gives them",
+    "null": "the residual was taken for white noise, and every effect believed whose gain is above the Bayesian penalty",
+    "held-out": "the recording that was fitted judged itself",
+}
+"""The steps that may be left out, and what an answer without them says of itself."""
+
+
+def without(question: Question, steps: Collection[str]) -> Question:
+    """Give the question to be answered without some steps of :data:`LEFT_OUT`; the answer's findings say so."""
+    unknown = sorted(set(steps) - set(LEFT_OUT))
+    if unknown:
+        raise ValueError(f"there is no step {unknown[0]!r} to leave out; there are {', '.join(LEFT_OUT)}")
+    asked = question
+    if "replay" in steps:
+        asked = replace(asked, machine=replace(asked.machine, replay=False))
+    if "baseline" in steps:
+        asked = replace(asked, machine=replace(asked.machine, uncertain={}))
+    if "null" in steps:
+        numbers = len(asked.machine.compare) * len(asked.fitted.record)
+        asked = replace(asked, machine=replace(asked.machine, white=True), settings=_on_penalty_alone(asked.settings, numbers))
+    if "held-out" in steps:
+        asked = replace(asked, held_out=replace(asked.fitted, findings=()))
+    said = tuple(Finding("left out", "", f"Answered without {step}: {LEFT_OUT[step]}", "") for step in LEFT_OUT if step in steps)
+    return replace(asked, fitted=replace(asked.fitted, findings=(*said, *asked.fitted.findings)))
+
+
+def _on_penalty_alone(settings: Settings, numbers: int) -> Settings:
+    """Give settings with which the gain in likelihood on ``numbers`` values decides alone."""
+    nothing = -math.inf
+    return replace(
+        settings, margin=0.0, per_parameter=0.5 * math.log(numbers), against_chance=False, smallest_move=nothing, share_of_all=nothing,
+        share_of_rest=nothing, most_spoilt=math.inf, largest_size=math.inf,
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Which effects may explain what is missing, from which starting points, in which order."""

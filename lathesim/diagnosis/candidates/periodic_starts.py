@@ -1,0 +1,239 @@
+"""Where a periodic effect is looked for: the wavelengths, over the place of a part, at which the missing signals are strongest.
+
+A ripple, a pitch error or an eccentricity repeats over position; fitting its period from a typical one ends in the nearest wrong hump. The
+periodogram over position, |sum_k r_k exp(-i w x_k)|^2, is taken of every missing signal: the samples are summed into fine bins of x and
+transformed at once. Source: Lomb, Least-squares frequency analysis of unequally spaced data, Astrophysics and Space Science 39 (1976).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.fft import next_fast_len, rfft, rfftfreq
+
+from lathesim.diagnosis.location.missing_force import missing_signal
+from lathesim.diagnosis.location.operating_conditions import direction_of
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.machine.roles import acting
+from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.measured_motion import measured_output, recorded_motion, velocity_of
+
+WAVES = "once per turn"
+"""The family of effects that repeat along the way of their host."""
+PERIODS = ("lead", "turn", "period", "signal_period", "length")
+"""What effects call the place after which they repeat."""
+_ORDER = "order"
+_SIZES = ("amplitude", "ripple")
+_SHARE = "share"
+_STRONGEST, _STANDING_OUT = 1, 2
+"""How many of the strongest waves are tried, and of those that stand out most."""
+_SPREAD = 8
+"""Places of a padded periodogram on each side that belong to one line."""
+_SHORTEST_STRETCH, _STRETCHES = 64, 40
+_PHASES = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
+"""As few as tell the best one."""
+_MOST_BINS = 1 << 18
+_LEAST_TURNS, _LEAST_TURNS_OF_A_FORCE = 2.0, 5.0
+_NO_WAVE, _NO_WAVE_OF_A_FORCE = 3.0, 1.0
+"""Ways of a recording beyond which what is told of a wave's length is a constant, or a slope; a motor that ripples does so at least once on
+the way, and a friction may be larger at one end of it."""
+_LONGER = 10.0
+"""By what factor the wave of a geometry may be longer than usual."""
+_ALONG_ALL = (1.0, 1.5, 2.0, 3.0)
+"""Waves in the whole way that are tried besides: so few are no line of a periodogram, and its trend takes a part of them."""
+_OFTEN = 3.0
+"""Times that each of several waves must be there."""
+_SLOWLY = 0.25
+_BEYOND = 1.3
+"""By how much a wavelength may lie outside the typical range."""
+
+
+def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatArray]:
+    """Give starting values by term part for effects that repeat over the place of their host: strongest wavelengths, three phases."""
+    places = _places(rig)
+    signals = [_standardised(missing_signal(rig, fitted, row).values) for row in range(len(rig.machine.compare))]
+    # what is missing is known in the band of the motion; a shorter ripple shows in the residual's second differences
+    fast = [_standardised(np.diff(row, n=2, prepend=[row[0], row[0]])) for row in fitted.residual]
+    spectra: dict[tuple[str, str], list[tuple[FloatArray, FloatArray]]] = {}
+    found: dict[str, FloatArray] = {}
+    for term in terms:
+        names = [name.partition(".")[2] for name in term.parameters]
+        wave = next((name for name in (*PERIODS, _ORDER) if name in names), "")
+        size = next((name for name in (*_SIZES, *term.effect.neutral) if name in names), "")
+        seen = places.get(term.part if term.effect.along else term.at)
+        if not wave or not size or seen is None:
+            continue
+        host, place, velocity = seen
+        column = names.index(wave)
+        # the shortest waves of the range are no longer than samples are apart on a fast axis: chance has lines there
+        low, high = float(term.points[:, column].min()), float(term.usual[column])
+        if wave == _ORDER:
+            low, high = (2.0 * math.pi / order for order in reversed(term.effect.typical[_ORDER]))
+        else:
+            # a belt's pulley turns once in a tenth of a metre, a geared shaft once in some turns of its motor; a force must be there more
+            # often, as other slow ones are there too
+            least = _LEAST_TURNS if term.effect.site == "measured" else _LEAST_TURNS_OF_A_FORCE
+            high = max(high, min(float(np.ptp(place)) / least, _LONGER * high))
+        low = max(low, 2.0 * _BEYOND * _way_per_sample(place))
+        points = []
+        # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
+        sizes = [(size, "direction" if term.family == WAVES and _is_friction(term) else "")]
+        sizes += [(_SHARE, "drive")] if _SHARE in names and size != _SHARE else []
+        for name, factor in sizes:
+            key = (term.at if factor == "drive" else host, factor)
+            if key not in spectra:
+                times = _driving(rig, term.at) if factor == "drive" else None
+                if factor and times is None:
+                    times = direction_of(velocity)
+                together = {name for name, (other, *_) in places.items() if other == host}
+                spectra[key] = [_periodogram(place, kind, times, _shortest(terms, together)) for kind in (signals, fast)]
+            lengths = [length for spectrum in spectra[key] for length in _strongest(*spectrum, low / _BEYOND, high * _BEYOND)]
+            lengths += [length for length in float(np.ptp(place)) / np.array(_ALONG_ALL) if low < length < float(term.usual[column])]
+            for length in lengths:
+                for phase in _PHASES:
+                    point = np.where(np.isin(names, ["phase", "second_phase"]), phase, term.neutral)
+                    point[column] = 2.0 * math.pi / length if wave == _ORDER else length
+                    point[names.index(name)] = float(np.median(term.points[:, names.index(name)]))
+                    points.append(point)
+        if points:
+            # whole numbers a turn are tried besides
+            found[term.part] = np.vstack([points, term.points]) if wave == _ORDER else np.array(points)
+    return found
+
+
+def is_a_wave(rig: Rig, term: Term, values: Mapping[str, float]) -> bool:
+    """Say whether enough of a wave is there for it to be one, if a term is a wave at all."""
+    length = next((values[name] for name in term.parameters if name.partition(".")[2] in PERIODS), 0.0)
+    if not length:
+        return True
+    seen = _places(rig).get(term.part if term.effect.along else term.at)
+    is_a_force = term.effect.site == "effort" and not _is_friction(term)
+    return seen is None or length < (_NO_WAVE_OF_A_FORCE if is_a_force else _NO_WAVE) * float(np.ptp(seen[1]))
+
+
+def _is_friction(term: Term) -> bool:
+    return "Friction" in term.name
+
+
+def drawn_by_waves(rig: Rig, terms: Sequence[Term], values: Mapping[str, float]) -> tuple[Term, ...]:
+    """Give the waves at one part of which several act on one port and some are there so few times that together they may draw anything that
+    goes with the place: a bump is the sum of a wave that fits into the way and of one half as long. A single one does so that is longer
+    than the way, with its harmonics and a constant beside it."""
+    longer = tuple(term for term in terms if not is_a_wave(rig, term, values))
+    if longer or len(terms) < 2:
+        return longer
+    places = _places(rig)
+    lengths: dict[tuple[str, str, bool], list[tuple[float, Term]]] = {}
+    for term in terms:
+        length = next((values[name] for name in term.parameters if name.partition(".")[2] in PERIODS), 0.0)
+        if length and term.part in rig.sensed.plan.parts and not term.effect.along and term.at in places:
+            # what turns over with the direction draws nothing together with what does not
+            lengths.setdefault((term.at, term.effect.site, _is_friction(term)), []).append((length, term))
+    for (at, *_), found in lengths.items():
+        longest = max(length for length, _ in found)
+        if len(found) > 1 and longest * _OFTEN > float(np.ptp(places[at][1])):
+            return tuple(term for _, term in found)
+    return ()
+
+
+def _places(rig: Rig) -> dict[str, tuple[str, FloatArray, FloatArray]]:
+    """Give by part which part moves, its place and its velocity: of a moving part its own, of a sensor those of the part it looks at, of an
+    effect that repeats along something else that, as simulated."""
+    recorded = {name: rig.record[name] for name in rig.machine.compare}
+    motion = recorded_motion(rig.with_candidates, recorded)
+    parts = {part.name: part for part in rig.machine.assembly.parts}
+    wires = {wire.target: wire for wire in rig.machine.assembly.wires}
+    found: dict[str, tuple[str, FloatArray, FloatArray]] = {}
+    for name, part in parts.items():
+        ports = part.component.ports
+        host = name if "displacement" in ports else measured_output(parts, wires, f"{name}.{ports.get('reading', '')}").partition(".")[0]
+        of_host = parts[host].component.ports if host in parts else {}
+        place, velocity = (motion.get(f"{host}.{of_host.get(role, '')}") for role in ("displacement", "flow"))
+        if place is not None and velocity is not None and np.ptp(place) > 0.0:
+            found[name] = (host, place, velocity)
+    for term in rig.candidates:
+        if term.effect.along:
+            way = rig.way_of(term)
+            if np.ptp(way) > 0.0:
+                found[term.part] = (term.part, way, velocity_of(way, rig.machine.assembly.sample_period))
+    return found
+
+
+def _way_per_sample(place: FloatArray) -> float:
+    """Give the way from one sample to the next where it moves slowly: what repeats within two of them cannot be told from a slow wave."""
+    steps = np.abs(np.diff(place))
+    return float(np.quantile(steps[steps > 0.0], _SLOWLY)) if np.any(steps > 0.0) else 0.0
+
+
+def _driving(rig: Rig, part: str) -> FloatArray | None:
+    """Give what drives a part in the replay, as a multiple of its usual size; none where nothing is wired to it."""
+    plan = rig.sensed.plan
+    source = next((source for target, source in acting(plan.assembly) if target.partition(".")[0] == part), "")
+    if source not in plan.channels:
+        return None
+    drive = np.nan_to_num(rig.sensed.channel([], [], plan.channels.index(source)))
+    size = float(np.sqrt(np.mean(drive * drive)))
+    return np.asarray(drive / size) if size > 0.0 else None
+
+
+def _standardised(values: FloatArray) -> FloatArray:
+    spread = float(np.std(values))
+    return (values - float(np.mean(values))) / spread if spread > 0.0 and np.isfinite(spread) else np.zeros_like(values)
+
+
+def _shortest(terms: list[Term], at: set[str]) -> float:
+    """Give the shortest wavelength that a term at one of some parts may have."""
+    inside = [term for term in terms if at & {term.at, term.part}]
+    there = [(term, column, name.partition(".")[2]) for term in inside for column, name in enumerate(term.parameters)]
+    lengths = [float(term.least[column]) for term, column, name in there if name in PERIODS]
+    lengths += [2.0 * math.pi / term.effect.typical[_ORDER][1] for term, _, name in there if name == _ORDER]
+    return min(lengths, default=math.inf) / _BEYOND
+
+
+def _periodogram(place: FloatArray, signals: list[FloatArray], times: FloatArray | None, shortest: float) -> tuple[FloatArray, FloatArray]:
+    """Give waves per length and power, summed over the signals ``times`` a factor; the slowest trend over the place is taken out."""
+    span = float(np.ptp(place))
+    bins = int(np.clip(6.0 * span / shortest, 256, _MOST_BINS)) if math.isfinite(shortest) else 4096
+    index = np.minimum(((place - place.min()) / span * bins).astype(np.int64), bins - 1)
+    padded = next_fast_len(4 * bins, real=True)
+    power = np.zeros(padded // 2 + 1)
+    scaled = (place - place.min()) / span - 0.5
+    for signal in signals:
+        values = signal if times is None else signal * times
+        trend = np.polynomial.Polynomial.fit(scaled, values, 3)
+        power += np.abs(rfft(np.bincount(index, weights=values - trend(scaled), minlength=bins), padded)) ** 2
+    return np.asarray(rfftfreq(padded, span / bins)), power
+
+
+def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float) -> list[float]:
+    """Give the wavelengths between two that are strongest, and those that stand out most from their neighbours: what is missing is the
+    noisier the shorter the wave, and a long one stands out where it is not the largest."""
+    inside = (waves > 1.0 / high) & (waves < 1.0 / low)
+    found: list[int] = []
+    for strength, many in ((power, _STRONGEST), (power / np.maximum(_background(power), 1e-300), _STANDING_OUT)):
+        left = np.where(inside, strength, 0.0)
+        for other in found:
+            left[_beside(waves, other)] = 0.0
+        for _ in range(many):
+            if left.max(initial=0.0) > 0.0:
+                found.append(int(np.argmax(left)))
+                left[_beside(waves, found[-1])] = 0.0
+    return [float(1.0 / waves[place]) for place in found]
+
+
+def _beside(waves: FloatArray, place: int) -> slice:
+    """Give the places that one line spreads over."""
+    return slice(max(0, place - _SPREAD), place + _SPREAD + 1)
+
+
+def _background(power: FloatArray) -> FloatArray:
+    """Give what a periodogram is around each wave: the median over stretches that grow with the wave number."""
+    edges = np.unique(np.r_[0, np.geomspace(_SHORTEST_STRETCH, len(power), _STRETCHES).astype(np.int64)])
+    middles = [0.5 * (begin + end) for begin, end in itertools.pairwise(edges)]
+    medians = [float(np.median(power[begin:end])) for begin, end in itertools.pairwise(edges)]
+    return np.interp(np.arange(len(power)), middles, medians)

@@ -1,0 +1,327 @@
+"""``compare``: a recording held against the simulation of a lesson, without a search: how far off, where, on what it depends, which lines.
+
+Three views side by side. The lesson's own simulation, in which only the driven inputs are recorded: what a user sees, and what a
+controller may hide. The replay, in which every part gets what was recorded of its inputs: where the mismatch sits. And the residual's
+spectra against time and against the way of each part. Only the starting values of the replay are fitted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.diagnosis.location.dependence import bars
+from lathesim.diagnosis.location.missing_force import missing_signal, places
+from lathesim.diagnosis.location.missing_share import FORCES, NEXT_TO_NOTHING, missing_share
+from lathesim.diagnosis.location.operating_conditions import direction_of, variables
+from lathesim.diagnosis.recording_checks.checks import at_odds
+from lathesim.diagnosis.recording_checks.sensor_zero import zeros_told
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.closed_loop import SETTLING
+from lathesim.identification.replay.experiment import Machine, Rig
+from lathesim.identification.replay.loading import Recorded, read_for
+from lathesim.identification.replay.validation_split import parted
+from lathesim.identification.signal.order_spectrum import Line, Spectrum, lines_of
+from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import Registry
+
+SCHEMA = "lathesim-compare/1"
+OFF = 3.0
+"""Floors from which on a channel, or a part in the replay, counts as off."""
+_AS_TIME = 1.05
+"""Times by which a variable must tell more than the time alone: else what is missing comes once, and goes with all that changed then."""
+_WINDOWS = 50
+"""Stretches of a recording of which the worst is told."""
+_LEAST_BAR = 0.05
+_MOST_BARS = 8
+
+
+@dataclass(frozen=True)
+class ChannelResidual:
+    """A channel in the lesson's own simulation: recorded and simulated (samples,) [``unit``], and how far they are apart.
+
+    ``rms`` is taken after the settling of the start; ``worst`` is the stretch of time [s] in which the residual is largest.
+    """
+
+    channel: str
+    unit: str
+    floor: float
+    rms: float
+    worst: tuple[float, float]
+    time: FloatArray
+    recorded: FloatArray
+    simulated: FloatArray
+
+    @property
+    def over_floor(self) -> float:
+        """Root mean square of the residual, in floors."""
+        return self.rms / self.floor
+
+    @property
+    def residual(self) -> FloatArray:
+        """Recorded minus simulated."""
+        return self.recorded - self.simulated
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A channel in the replay: how far off it is, the parts whose laws make it, and what is missing there [``unit``].
+
+    ``share`` is the size of what is missing as a share of what acts there.
+    """
+
+    channel: str
+    parts: tuple[str, ...]
+    over_floor: float
+    at: str
+    unit: str
+    missing: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """The share of what is missing behind a channel that a variable explains, learned on one part and scored on the other."""
+
+    channel: str
+    variable: str
+    share: float
+
+
+@dataclass(frozen=True)
+class ChannelLines:
+    """The lines of a channel's residual, the strongest first, and its spectra."""
+
+    channel: str
+    lines: tuple[Line, ...]
+    spectra: tuple[Spectrum, ...]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A recording against the simulation of a lesson, each list with the worst first."""
+
+    lesson: str
+    recording: str
+    samples: int
+    period: float
+    channels: tuple[ChannelResidual, ...]
+    replayed: tuple[Replayed, ...]
+    depends_on: tuple[Dependence, ...]
+    spectra: tuple[ChannelLines, ...]
+    findings: tuple[str, ...]
+    wires: tuple[tuple[str, str], ...]
+    faults: tuple[str, ...] = ()
+    """What makes the recording unfit to say anything of the machine; each is among the findings too."""
+
+    @property
+    def suspects(self) -> tuple[str, ...]:
+        """The parts that the replay turns red, that in which most of what acts is missing first."""
+        found: list[str] = []
+        for item in self._off:
+            part = next((part for part in item.parts if item.at.startswith(f"{part}.")), item.parts[0])
+            found.append(self._read_by(part) or part)
+        return tuple(dict.fromkeys(found))
+
+    @property
+    def suspect(self) -> str:
+        """The first of these, empty where no part is off."""
+        return next(iter(self.suspects), "")
+
+    @property
+    def explained_by(self) -> tuple[Dependence, ...]:
+        """What the mismatch depends on, where there is one in some part."""
+        return self.depends_on if self.suspects else ()
+
+    @property
+    def _off(self) -> list[Replayed]:
+        far = [item for item in self.replayed if item.over_floor > OFF and item.parts]
+        return [item for item in far if item.unit not in FORCES or not item.share < NEXT_TO_NOTHING]
+
+    @property
+    def within_floors(self) -> bool:
+        """Whether the lesson's own simulation is hardly off in any channel."""
+        return all(item.over_floor <= OFF for item in self.channels)
+
+    @property
+    def adds_up(self) -> bool:
+        """Whether a channel is off though no part is: what is next to nothing in each of them adds up where nothing recorded holds it."""
+        return not self.suspects and any(item.over_floor > OFF for item in self.channels)
+
+    def _read_by(self, part: str) -> str:
+        """Give what several readings of one sensor have in common where they are off: what they measure."""
+        before = [item.parts[1:2] for item in self._off if item.parts[0] == part and item.at.startswith(f"{part}.")]
+        return before[0][0] if len(before) > 1 and before[0] and all(parts == before[0] for parts in before) else ""
+
+
+def load_recording(lesson: Lesson, file: Path, registry: Registry, variant: str | None = None) -> tuple[Machine, Recorded]:
+    """Give the machine of a lesson and a recording of it; raises what ``load_case`` raises, but asks for no uncertainties."""
+    return read_for(prepare(lesson, registry, variant), file, registry)
+
+
+def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
+    """Hold a recording against a machine."""
+    first, second, rig = parted(machine, recorded.name, recorded.record, ())
+    fitted, *pieces = [_started(item) for item in (rig, first, second)]
+    channels, replayed = _channels(rig, fitted), _replayed(rig, fitted)
+    faults = (*(str(item) for item in recorded.faults), *at_odds(rig, {}))
+    findings = (*(str(item) for item in recorded.findings), *zeros_told(rig), *faults)
+    wires = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in machine.assembly.wires if wire.source]
+    return Comparison(
+        lesson,
+        recorded.name,
+        len(recorded.record),
+        recorded.record.sample_period,
+        tuple(sorted(channels, key=lambda item: -item.over_floor)),
+        replayed,
+        _depends_on(first, pieces[0], second, pieces[1]),
+        _spectra(rig, channels, {item.channel: item.parts for item in replayed}),
+        tuple(dict.fromkeys(findings)),
+        tuple(dict.fromkeys(wires)),
+        faults,
+    )
+
+
+def _started(rig: Rig) -> Fitted:
+    """Give the replay from the start that leaves least, in floors: that which the recording shows, at rest or not, or one fitted to it.
+
+    Where nothing feeds back a fit that allows for forces hardly knows how fast a table started, and that would show as an error.
+    """
+    shown = rig.start_states(rig.sensed.plan)
+    plan = rig.sensed.plan
+    rest = [replace(item, start=rig.sensed.given(item.name)) if plan.unit(item.name).endswith("/s") else item for item in shown]
+    tried = [fit(rig.sensed, starts, rounds=0) for starts in (rest, shown)]
+    tried.append(fit(rig.sensed, shown, rounds=2, iterations=6, slopes="kept"))
+    return min(tried, key=lambda fitted: float(np.sum((fitted.residual / rig.sensed.seen_floors[:, None]) ** 2)))
+
+
+def _channels(rig: Rig, fitted: Fitted) -> list[ChannelResidual]:
+    """Run the lesson's own simulation from the fitted start and hold each channel against the recording."""
+    names = [name for name in fitted.by_name if name in rig.own.plan.states]
+    simulated = rig.sensed.from_zero_of(rig.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0])
+    begin = int(SETTLING * rig.own.samples)
+    time = rig.record.time
+    found = []
+    for row, channel in enumerate(rig.machine.compare):
+        recorded = rig.own.recorded[row]
+        residual = (recorded - simulated[row])[begin:]
+        unit = rig.own.plan.unit(rig.own.channels[row])
+        worst = _worst_stretch(time[begin:], residual)
+        found.append(ChannelResidual(channel, unit, rig.floors[channel], _rms(residual), worst, time, recorded, simulated[row]))
+    return found
+
+
+def _worst_stretch(time: FloatArray, residual: FloatArray) -> tuple[float, float]:
+    """Give the fiftieth of a recording in which the residual's mean square is largest."""
+    width = max(1, len(residual) // _WINDOWS)
+    count = len(residual) // width
+    power = np.where(np.isfinite(residual), residual**2, 0.0)[: count * width].reshape(count, width).mean(axis=1)
+    place = int(np.argmax(power)) * width
+    return float(time[place]), float(time[min(place + width, len(time) - 1)])
+
+
+def _rms(values: FloatArray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if len(finite) else math.nan
+
+
+def _replayed(rig: Rig, fitted: Fitted) -> tuple[Replayed, ...]:
+    rows = {name: row for row, name in enumerate(rig.machine.compare)}
+    found = []
+    for place in places(rig, fitted):
+        row = rows[place.channel]
+        missing = missing_signal(rig, fitted, row)
+        share, _ = missing_share(rig, fitted, row)
+        found.append(Replayed(place.channel, place.parts, place.over_floor, missing.at, missing.unit, _rms(missing.values), share))
+    return tuple(sorted(found, key=lambda item: (item.over_floor <= OFF, -item.share if math.isfinite(item.share) else 0.0)))
+
+
+def _depends_on(first: Rig, fitted: Fitted, second: Rig, judged: Fitted) -> tuple[Dependence, ...]:
+    """Give the variables that explain most, each where it explains most, as far as they tell more than the time does there."""
+    tallest: dict[str, Dependence] = {}
+    found = bars(first, fitted, second, judged)
+    by_time = {bar.channel: bar.share for bar in found if bar.variable == "time"}
+    for bar in found:
+        least = max(_LEAST_BAR, _AS_TIME * by_time.get(bar.channel, 0.0) if bar.variable != "time" else 0.0)
+        if bar.share > least:
+            tallest.setdefault(bar.variable, Dependence(bar.channel, bar.variable, bar.share))
+    return tuple(tallest.values())[:_MOST_BARS]
+
+
+def _spectra(rig: Rig, channels: Sequence[ChannelResidual], made_by: Mapping[str, Sequence[str]]) -> tuple[ChannelLines, ...]:
+    """Look for lines of each channel, along the ways of the parts that it is ``made_by`` (channel -> parts, the nearest first) before
+    others."""
+    begin = int(SETTLING * rig.own.samples)
+    ways, motions = _ways(rig, begin)
+    ordered = sorted(channels, key=lambda item: -item.over_floor)
+    found = []
+    for item in ordered:
+        residual = item.residual[begin:]
+        if np.isfinite(residual).all():
+            parts = list(made_by.get(item.channel, ()))
+            nearest = sorted(ways, key=lambda way: parts.index(host) if (host := way.partition(" of ")[2]) in parts else len(parts))
+            lines, spectra = lines_of(residual, {"time": ways["time"], **{way: ways[way] for way in nearest}}, motions)
+            found.append(ChannelLines(item.channel, tuple(lines), tuple(spectra)))
+    return tuple(found)
+
+
+def _ways(rig: Rig, begin: int) -> tuple[dict[str, tuple[str, FloatArray]], list[FloatArray]]:
+    """Give what lines are looked for against (time, position or angle of each part) and the motions whose rhythm is none."""
+    ways = {"time": ("s", rig.record.time[begin:])}
+    motions = []
+    parts = {part.name: part.component for part in rig.machine.assembly.parts}
+    for name, values in variables(rig).items():
+        kind, _, host = name.partition(" of ")
+        if kind == "position" and host in parts:
+            unit = parts[host].declarations[parts[host].ports["displacement"]].unit
+            ways[name] = (unit, values[0][begin:])
+        if kind == "velocity":
+            motions += [values[0][begin:], direction_of(values[0])[begin:]]
+    return ways, motions
+
+
+def as_json(comparison: Comparison) -> dict[str, Any]:
+    """Give the JSON of a comparison, schema ``lathesim-compare/1``; numbers that are not finite become null."""
+    return {
+        "schema": SCHEMA,
+        "lesson": comparison.lesson,
+        "recording": comparison.recording,
+        "samples": comparison.samples,
+        "sample_period_s": _number(comparison.period),
+        "channels": {
+            item.channel: {
+                "unit": item.unit, "floor": _number(item.floor), "rms": _number(item.rms), "over_floor": _number(item.over_floor),
+                "worst_window_s": [_number(item.worst[0]), _number(item.worst[1])],
+            }
+            for item in comparison.channels
+        },
+        "suspect": comparison.suspect or None,
+        "suspects": list(comparison.suspects),
+        "replay": [
+            {"channel": item.channel, "parts": list(item.parts), "over_floor": _number(item.over_floor), "missing_at": item.at,
+             "unit": item.unit, "missing": _number(item.missing), "share": _number(item.share)}
+            for item in comparison.replayed
+        ],
+        "depends_on": [
+            {"channel": item.channel, "variable": item.variable, "share": _number(item.share)} for item in comparison.depends_on
+        ],
+        "lines": [
+            {"channel": item.channel, "against": line.variable, "frequency": _number(line.frequency), "unit": f"1/{line.unit}",
+             "amplitude": _number(line.amplitude), "share": _number(line.share)}
+            for item in comparison.spectra for line in item.lines
+        ],
+        "recording_findings": list(comparison.findings),
+        "recording_faults": list(comparison.faults),
+    }  # fmt: skip
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.8g}") if math.isfinite(value) else None

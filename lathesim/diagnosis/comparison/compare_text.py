@@ -1,0 +1,96 @@
+"""A comparison as a person reads it: tables, where the mismatch sits, and what it depends on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.diagnosis.comparison.compare import OFF, Comparison
+from lathesim.identification.signal.order_spectrum import Line
+
+_NEAREST = 4
+"""Parts of a chain that are told."""
+
+
+def comparison_lines(comparison: Comparison) -> list[str]:
+    """Give a comparison as a person reads it."""
+    lines = [f"Recording: {text}" for text in comparison.findings]
+    lines += [""] * bool(lines)
+    lines += _table(_channel_rows(comparison))
+    lines += ["", "Every part with the inputs that were recorded:", *_table(_replay_rows(comparison))]
+    lines += ["", *mismatch_sentences(comparison)]
+    if comparison.adds_up:
+        lines.append("Each part leaves next to nothing. Run by itself, with no recording to hold it, the simulation adds that up.")
+    if comparison.explained_by:
+        lines += ["", "What is missing depends on (learned on one half, scored on the other):"]
+        lines += [f"  {_bar(item.share)} {item.share:4.0%}  {item.variable}" for item in comparison.explained_by]
+    found = _line_rows(comparison)
+    return lines + (["", "Lines of the residual:", *_table(found)] if len(found) > 1 else [])
+
+
+def mismatch_sentences(comparison: Comparison) -> list[str]:
+    """Say where the mismatch sits, and how much that means."""
+    sits = " and in ".join(comparison.suspects)
+    if comparison.faults:
+        return ["The recording itself is at fault; until that is mended the rest says little of the machine."]
+    if not sits:
+        return ["No part is off by itself."]
+    if comparison.within_floors:
+        within = f"Nothing is wrong that this shows: the lesson's own simulation is within {OFF:g} floors."
+        return [f"{within} What little is left sits in {sits}."]
+    because = "a load that nobody measured, or another of its uncertain values, may be all of it."
+    return [f"The mismatch sits in {sits}. Values are as the lesson has them: {because}"]
+
+
+def _channel_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = [("channel", "residual, rms", "floor", "over floor", "worst")]
+    for item in comparison.channels:
+        shown = [shown_with_unit(value, item.unit, 3) for value in (item.rms, item.floor)]
+        rows.append((item.channel, *shown, f"{item.over_floor:.3g}", f"{item.worst[0]:.4g} to {item.worst[1]:.4g} s"))
+    return rows
+
+
+def _replay_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = [("channel", "made by", "missing at", "rms", "of what acts there")]
+    for item in comparison.replayed:
+        share = f"{item.share:.2%}" if item.share == item.share else "-"
+        rows.append((item.channel, _chain(item.parts), item.at, shown_with_unit(item.missing, item.unit, 3), share))
+    return rows
+
+
+def _chain(parts: Sequence[str]) -> str:
+    """Give the parts that make a channel, the nearest first; of a whole machine only these."""
+    more = len(parts) - _NEAREST
+    shown = " <- ".join(parts[:_NEAREST] if more > 1 else parts)
+    return f"{shown} <- {more} more" if more > 1 else shown
+
+
+def _line_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+    units = {item.channel: item.unit for item in comparison.channels}
+    rows: list[tuple[str, ...]] = [("channel", "line", "fixed in", "amplitude", "share")]
+    for item in comparison.spectra:
+        for line in item.lines:
+            fixed = "time (Hz)" if line.variable == "time" else line.variable
+            size = shown_with_unit(line.amplitude, units[item.channel], 3)
+            rows.append((item.channel, line_text(line), fixed, size, f"{line.share:.0%}"))
+    return rows
+
+
+def _bar(share: float) -> str:
+    return f"{'#' * round(20 * min(1.0, share)):<20}"
+
+
+def _table(rows: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return [lines[0], "  ".join("-" * width for width in widths), *lines[1:]]
+
+
+def line_text(line: Line) -> str:
+    """Give a line as a person reads it: ``"38.3 Hz"``, ``"every 12 mm"``, ``"2 per turn"``."""
+    if line.unit == "s":
+        return f"{line.frequency:.4g} Hz"
+    if line.unit == "rad":
+        return f"{line.frequency * 2.0 * math.pi:.4g} per turn"
+    return f"every {line.period * 1e3:.4g} mm"

@@ -1,0 +1,236 @@
+"""What a mismatch outside the catalogue looks like as a formula: sparse regression of the missing signal on functions with units.
+
+    missing(t) = sum_j c_j f_j(v, q, t)
+
+Groups of functions are added one at a time, each time the one that explains most of the missing signal on the held-out recording, as long
+as it explains more. What the uncertain values can absorb (a friction absorbs what is linear in speed, a mass what goes with acceleration)
+is taken out of both sides. The coefficients are then fitted together with those values by replaying the recording, and judged by replaying
+the held-out one: no derivative of noisy data decides. The formula is empirical and holds where the recording has been.
+Source: Brunton, Proctor, Kutz, Discovering governing equations from data by sparse identification of nonlinear dynamical systems, PNAS
+113 (2016), here with held-out selection in place of a threshold.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.fft import irfft, rfft
+
+from lathesim.diagnosis.discovery.function_library import Column, groups_of
+from lathesim.diagnosis.location.missing_force import missing_signal
+from lathesim.diagnosis.records.discovered import Addend, Discovered, Span
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records.fit import Fitted, Free, with_start
+from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
+from lathesim.identification.replay.open_loop import seen
+from lathesim.identification.replay.recorded_parts import SplineTerm
+from lathesim.lessons.insertion import Machinery, first_input
+
+WORTH = 0.05
+"""Share of the missing signal that a group must explain further on the held-out recording."""
+_MOST_GROUPS = 3
+_MOST_COLUMNS = 8
+_ENDS = 0.06
+"""Share at either end of a recording that is left out: the missing signal is tapered there."""
+_ABSORBED = 0.9
+"""A column of which the uncertain values explain this share belongs to them."""
+_SURE = 3.0
+"""Standard errors by which the coefficient of an addend must differ from nothing."""
+_TERM = "discovered_term"
+
+
+@dataclass(frozen=True)
+class _Draft:
+    """A formula before it is replayed: where it belongs and its columns with their amounts."""
+
+    row: int
+    at: str
+    unit: str
+    columns: tuple[Column, ...]
+    amounts: FloatArray
+    share: float
+
+
+def discover(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted) -> Discovered | None:
+    """Give a formula for the largest missing signal, or none where no function explains it on the held-out recording."""
+    drafts = [draft for row in range(len(rig.machine.compare)) if (draft := _draft(rig, fitted, held_out, judged, row)) is not None]
+    for draft in sorted(drafts, key=lambda item: -item.share):
+        found = _replayed(rig, fitted, held_out, judged, draft)
+        if found is not None:
+            return found
+    return None
+
+
+def _draft(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted, row: int) -> _Draft | None:
+    here, there = missing_signal(rig, fitted, row), missing_signal(held_out, judged, row)
+    motion, other = _motion(rig, here.at, row), _motion(held_out, there.at, row)
+    if motion is None or other is None or not np.any(there.values):
+        return None
+    band = rig.sensed.noise_shapes(fitted.by_name)[row].band
+    own = _absorbed(rig, fitted, row, motion, band)
+    signal, scored = _inner(here.values), _inner(there.values)
+    taken = _columns(own, motion, band), _columns(own, other, band)
+    groups = groups_of(motion, here.values)
+    chosen: list[Column] = []
+    best, amounts = 0.0, np.zeros(0)
+    for _ in range(_MOST_GROUPS):
+        trials = []
+        for group in groups:
+            columns = [*chosen, *group]
+            if len(columns) <= _MOST_COLUMNS:
+                tried = _columns(columns, motion, band), _columns(columns, other, band)
+                trials.append((*_explained(signal, scored, *tried, *taken), group))
+        share, weights, group = max(trials, key=lambda trial: trial[0])
+        if share < best + WORTH:
+            break
+        best, amounts, chosen = share, weights, [*chosen, *group]
+        groups = [left for left in groups if left is not group]
+    return _Draft(row, here.at, here.unit, tuple(chosen), amounts, best) if chosen else None
+
+
+def _motion(rig: Rig, at: str, row: int) -> dict[str, FloatArray] | None:
+    """Give time, position, velocity and acceleration of the part where something is missing, none where nothing moves there."""
+    period = rig.machine.assembly.sample_period
+    part = at.partition(".")[0]
+    ports = next((item.component.ports for item in rig.machine.assembly.parts if item.name == part), {})
+    time = np.asarray(np.arange(rig.sensed.samples) * period, dtype=np.float64)
+    if "flow" in ports:
+        motion = recorded_motion(rig.with_candidates, {name: rig.record[name] for name in rig.machine.compare})
+        velocity = motion.get(f"{part}.{ports['flow']}")
+        position = motion.get(f"{part}.{ports.get('displacement', '')}")
+        if velocity is None:
+            return None
+        place = position if position is not None else np.asarray(np.cumsum(velocity) * period)
+        return {"t": time, "v": velocity, "q": place, "a": velocity_of(velocity, period)}
+    if rig.sensed.plan.unit(rig.sensed.channels[row]) not in ("m", "rad"):
+        return None
+    values = np.nan_to_num(rig.sensed.recorded[row])
+    rate = velocity_of(values, period)
+    return {"t": time, "q": values, "v": rate, "a": velocity_of(rate, period)}
+
+
+def _absorbed(rig: Rig, fitted: Fitted, row: int, motion: Mapping[str, FloatArray], band: int) -> list[Column]:
+    """Give what the fitted values of the machine take up anyway, of speed and acceleration."""
+    if fitted.sensitivity is None or not len(fitted.free):
+        return []
+    changed = [_inner(missing_signal(rig, replace(fitted, residual=slope), row).values) for slope in fitted.sensitivity]
+    space = np.stack([item / max(float(np.sqrt(item @ item)), 1e-300) for item in changed], axis=1)
+    found = []
+    for column in (Column("v", "v", lambda m: m["v"]), Column("a", "a", lambda m: m["a"])):
+        values = _columns([column], motion, band)[:, 0]
+        left = values - space @ np.linalg.lstsq(space, values, rcond=1e-8)[0]
+        if float(left @ left) < (1.0 - _ABSORBED) * float(values @ values):
+            found.append(column)
+    return found
+
+
+def _explained(
+    signal: FloatArray, scored: FloatArray, here: FloatArray, there: FloatArray, own_here: FloatArray, own_there: FloatArray
+) -> tuple[float, FloatArray]:
+    """Give the share of ``scored`` that columns fitted to ``signal`` explain beside the machine's own columns, and their amounts."""
+    both = np.hstack([here, own_here])
+    scale = np.maximum(np.sqrt(np.mean(both**2, axis=0)), 1e-300)
+    amounts = (np.linalg.lstsq(both / scale, signal, rcond=1e-8)[0] / scale)[: here.shape[1]]
+    basis = np.linalg.qr(own_there)[0] if own_there.shape[1] else np.zeros((len(scored), 0))
+    off = scored - there @ amounts
+    off, whole = (values - basis @ (basis.T @ values) for values in (off, scored))
+    power = float(whole @ whole)
+    return (1.0 - float(off @ off) / power if power > 0.0 else 0.0), amounts
+
+
+def _columns(columns: Sequence[Column], motion: Mapping[str, FloatArray], band: int) -> FloatArray:
+    """Give columns (samples, columns) in the band of the motion, without the ends."""
+    if not columns:
+        return np.zeros((len(_inner(motion["t"])), 0))
+    return np.stack([_inner(_in_band(column.values(motion), band)) for column in columns], axis=1)
+
+
+def _in_band(values: FloatArray, band: int) -> FloatArray:
+    transformed = rfft(values)
+    transformed[band:] = 0.0
+    return np.asarray(irfft(transformed, n=len(values)))
+
+
+def _inner(values: FloatArray) -> FloatArray:
+    cut = int(_ENDS * len(values))
+    return values[cut : len(values) - cut]
+
+
+def _replayed(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted, draft: _Draft) -> Discovered | None:
+    """Fit the amounts with everything else that is free by replaying, and hold the outcome against the held-out recording."""
+    motion, other = _motion(rig, draft.at, draft.row), _motion(held_out, draft.at, draft.row)
+    assert motion is not None
+    assert other is not None
+    sizes = [max(float(np.sqrt(np.mean(column.values(motion) ** 2))), 1e-300) for column in draft.columns]
+    both = ((rig, motion), (held_out, other))
+    first, second = (replace(item, with_candidates=_with_term(item.with_candidates, draft, moved, sizes)) for item, moved in both)
+    names = [f"{_TERM}.weight_{number}" for number in range(len(draft.columns))]
+    starts = [float(amount * size) for amount, size in zip(draft.amounts, sizes, strict=True)]
+    weights = [Free(name, start, max(abs(start), 1e-12)) for name, start in zip(names, starts, strict=True)]
+    found = fit(first.sensed, [*with_start(fitted), *weights], fitted.constant, rounds=2)
+    sure = [abs(found.by_name[name]) > _SURE * found.error(name) for name in names]
+    if any(sure) and not all(sure):
+        # what the machine's own values or the other addends explain as well is no part of the formula
+        kept = [number for number, keeps in enumerate(sure) if keeps]
+        fewer = replace(draft, columns=tuple(draft.columns[number] for number in kept), amounts=draft.amounts[kept])
+        return _replayed(rig, fitted, held_out, judged, fewer)
+    own = {item.name for item in judged.free}
+    held = fit(second.sensed, with_start(judged), {name: value for name, value in found.by_name.items() if name not in own}, rounds=2)
+    before, after = (missing_signal(one, by, draft.row).values for one, by in ((held_out, judged), (second, held)))
+    share = 1.0 - float(np.sum(_inner(after) ** 2)) / max(float(np.sum(_inner(before) ** 2)), 1e-300)
+    if share < WORTH:
+        return None
+    addends = tuple(
+        Addend(found.by_name[name] / size, _unit_over(draft.unit, column.unit), column.text, found.error(name) / size, column.unit)
+        for name, size, column in zip(names, sizes, draft.columns, strict=True)
+    )
+    used = set(re.findall(r"\b[vqt]\b", " ".join(column.text for column in draft.columns)))
+    length = "rad" if draft.unit in ("N*m", "rad") else "m"
+    units = {"v": f"{length}/s", "q": length, "t": "s"}
+    ends = {name: (float(np.min(motion[name])), float(np.max(motion[name]))) for name in units if name in used}
+    domain = tuple(Span(name, units[name], *span) for name, span in ends.items())
+    return Discovered(draft.at, draft.unit, addends, share, _role(rig, draft.at), domain)
+
+
+def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArray], sizes: Sequence[float]) -> Machinery:
+    """Give the assembly with the draft's columns, each of root mean square one, added where something is missing."""
+    table = np.zeros((len(motion["t"]), _MOST_COLUMNS))
+    for number, (column, size) in enumerate(zip(draft.columns, sizes, strict=True)):
+        values = column.values(motion) / size
+        # a row holds over its sample: the value in its middle
+        table[:, number] = 0.5 * (values + np.append(values[1:], values[-1]))
+    seen_as = dict(assembly.seen_as) if isinstance(assembly, Machinery) else {}
+    wires = {item.target: item for item in assembly.wires}
+    parts = {part.name: part for part in assembly.parts}
+    host, _, item = draft.at.partition(".")
+    declared = parts[host].component.declarations[item]
+    if declared.kind == "output":
+        wires[f"{_TERM}.incoming"] = Wire(f"{_TERM}.incoming", seen(assembly, draft.at))
+        seen_as[draft.at] = f"{_TERM}.outgoing"
+    else:
+        target = first_input(parts, wires, draft.at)
+        feeding = wires.get(target) or Wire(target, constant=float(getattr(declared, "default", 0.0) or 0.0))
+        wires[f"{_TERM}.incoming"] = replace(feeding, target=f"{_TERM}.incoming")
+        wires[target] = Wire(target, f"{_TERM}.outgoing")
+    term = Part(_TERM, SplineTerm.with_units({"signal": declared.unit}), tables={"basis": table})
+    known = {key: getattr(assembly, key) for key in ("sample_period", "step", "finish", "record")}
+    return Machinery((*assembly.parts, term), tuple(wires.values()), **known, seen_as=seen_as)
+
+
+def _role(rig: Rig, at: str) -> str:
+    host, _, item = at.partition(".")
+    ports = next(part.component.ports for part in rig.machine.assembly.parts if part.name == host)
+    return next((role for role, port in ports.items() if port == item), "")
+
+
+def _unit_over(unit: str, of: str) -> str:
+    """Give the unit of a coefficient: that of the missing signal over that of the function, in m or rad."""
+    length = "rad" if unit in ("N*m", "rad") else "m"
+    units = {"1": "", "v": f"({length}/s)", "v^2": f"({length}/s)^2", "v^3": f"({length}/s)^3"}
+    units |= {"q": length, "q^2": f"{length}^2", "q^3": f"{length}^3", "t": "s", "q*v": f"({length}^2/s)"}
+    return f"{unit}/{units[of]}" if units[of] else unit

@@ -1,0 +1,1 @@
+"""What is missing, where it acts, and what it depends on."""

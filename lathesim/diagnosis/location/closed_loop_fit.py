@@ -1,0 +1,50 @@
+"""The lesson's closed-loop simulation beside a recording, without and with what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.diagnosis.records.diagnosis import ChannelFit
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.replay.closed_loop import SETTLING
+from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.simulator import COUNTS
+from lathesim.identification.signal.analysis import root_mean_square
+
+
+@dataclass(frozen=True)
+class Compared:
+    """The lesson's own simulation held against a recording: simulated channels (channels, samples) without and with what was found."""
+
+    before: FloatArray
+    after: FloatArray
+    fit: dict[str, ChannelFit]
+
+
+def compared(rig: Rig, before: Mapping[str, float], after: Mapping[str, float]) -> Compared:
+    """Simulate the lesson with two sets of values and compare both with the recording."""
+    names = rig.own.settable([*before, *after])
+    plan = rig.own.plan
+    values = {name: _own_value(plan, name) for name in names}
+    rows = np.array([[{**values, **chosen}[name] for name in names] for chosen in (before, after)])
+    first, second = (rig.sensed.from_zero_of(run) for run in rig.own.outputs(names, rows))
+    begin = int(SETTLING * rig.own.samples)
+    fits: dict[str, ChannelFit] = {}
+    for row, name in enumerate(rig.machine.compare):
+        recorded, floor = rig.own.recorded[row], rig.floors[name]
+        sizes = [root_mean_square(_counted(rig, recorded - simulated[row])[begin:]) for simulated in (first, second)]
+        fits[name] = ChannelFit(plan.unit(rig.own.channels[row]), floor, sizes[0], sizes[1], rig.name)
+    return Compared(first, second, fits)
+
+
+def _counted(rig: Rig, values: FloatArray) -> FloatArray:
+    """Give values (samples,) without those that do not count."""
+    return values if rig.weights is None else np.where(rig.weights > COUNTS, values, np.nan)
+
+
+def _own_value(plan: object, name: str) -> float:
+    parameters, states = plan.parameters, plan.states  # type: ignore[attr-defined]
+    return float(plan.parameter_values[parameters[name]] if name in parameters else plan.start_states[states[name]])  # type: ignore[attr-defined]

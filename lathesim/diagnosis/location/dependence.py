@@ -1,0 +1,168 @@
+"""What the missing force depends on, and how large it is beside what acts at its place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from lathesim.diagnosis.location.missing_force import missing_signal
+from lathesim.diagnosis.location.operating_conditions import ANGLE, PARTIAL, held_by_friction, samples_per_turn, variables
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.simulator import COUNTS
+
+_BINS = 14
+_SMALL = 0.1
+"""Share of what is possible below which it is asked whether chance explains as much."""
+_STRETCHES = 40
+_DRAWS = 19
+_BEYOND_CHANCE = 2.0
+"""A bar counts that is so many times the most that chance explained in 19 draws: there are dozens, and one draw in twenty is larger."""
+
+
+@dataclass(frozen=True)
+class Bar:
+    """How much of a channel's missing signal a variable explains on the held-out recording (1 all, 0 nothing).
+
+    ``within`` is the share of what the variable could explain: of the samples where it has a value (time since entry has none out of the
+    cut) and, for an angle, of what is faster than a turn.
+    """
+
+    channel: str
+    variable: str
+    share: float
+    within: float
+
+
+def bars(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted) -> list[Bar]:
+    """Give the bars of every channel and variable, the tallest first."""
+    here, there = variables(rig), variables(held_out)
+    result = []
+    for row, channel in enumerate(rig.machine.compare):
+        missing, other = missing_signal(rig, fitted, row), missing_signal(held_out, judged, row)
+        learned, scored, mean_is_known = missing.values, other.values, missing.mean_is_known and other.mean_is_known
+        power = float(np.sum(scored[_counted(held_out)] ** 2))
+        learned, scored = beyond(learned, held_by_friction(rig, fitted, row)), beyond(scored, held_by_friction(held_out, judged, row))
+        for name in here:
+            if name in there and power > 0.0:
+                places_here, places_there = _only(here[name], _counted(rig)), _only(there[name], _counted(held_out))
+                first, second = learned, scored
+                if name.startswith(ANGLE):
+                    first, second = _within_a_turn(learned, here[name][0]), _within_a_turn(scored, there[name][0])
+                elif name.startswith(PARTIAL) and np.isfinite(places_here[0]).any():
+                    usual = float(np.mean(learned[np.isfinite(places_here[0])]))
+                    first, second = learned - usual, scored - usual
+                table = _Table.of(places_here, first, places_there, second, mean_is_known=mean_is_known)
+                gain, possible = table.explained(), table.possible
+                if gain < _SMALL * possible and gain <= _BEYOND_CHANCE * table.by_chance():
+                    gain = 0.0
+                within = gain / possible if possible > 0.0 else 0.0
+                result.append(Bar(channel, name, gain / power, within))
+    return sorted(result, key=lambda bar: -bar.share)
+
+
+def _counted(rig: Rig) -> npt.NDArray[np.bool_]:
+    return np.ones(rig.sensed.samples, dtype=bool) if rig.weights is None else rig.weights > COUNTS
+
+
+def _only(where: list[FloatArray], counted: npt.NDArray[np.bool_]) -> list[FloatArray]:
+    return [np.where(counted, values, np.nan) for values in where]
+
+
+def beyond(missing: FloatArray, held: FloatArray) -> FloatArray:
+    """Give what is missing beyond what may be held there unseen."""
+    return np.asarray(np.sign(missing) * np.maximum(np.abs(missing) - held, 0.0))
+
+
+def _within_a_turn(signal: FloatArray, angle: FloatArray) -> FloatArray:
+    """Give a signal less its mean over the turn around each sample."""
+    width = min(samples_per_turn(angle), len(signal))
+    inside = np.isfinite(angle)
+    ones = np.ones(width)
+    number = np.convolve(inside.astype(np.float64), ones, mode="same")
+    return signal - np.convolve(np.where(inside, signal, 0.0), ones, mode="same") / np.maximum(number, 1.0)
+
+
+def explained(where: list[FloatArray], learned: FloatArray, other: list[FloatArray], scored: FloatArray) -> float:
+    """Give the share of ``scored`` explained by the mean of ``learned`` over bins of the variables."""
+    gain = _Table.of(where, learned, other, scored).explained()
+    power = float(np.sum(scored * scored))
+    return max(0.0, gain / power) if power > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class _Table:
+    """A signal learned in bins of some variables, in one recording, and what it is scored on in another.
+
+    ``learned`` (bins, stretches) is its sum in each bin of each of 40 stretches of the recording, ``number`` how many samples each bin has
+    there; ``scored`` and ``weight`` (bins,) are sum and number of samples in the other, ``possible`` its squares where all variables have
+    a value.
+    """
+
+    learned: FloatArray
+    number: FloatArray
+    scored: FloatArray
+    weight: FloatArray
+    possible: float
+    mean_is_known: bool = True
+
+    @classmethod
+    def of(
+        cls, where: list[FloatArray], learned: FloatArray, other: list[FloatArray], scored: FloatArray, *, mean_is_known: bool = True
+    ) -> _Table:
+        """Sort two signals into the bins of their variables; both the bins and the means are those of the first."""
+        here, there = (np.all(np.isfinite(np.array(values)), axis=0) for values in (where, other))
+        stretch = np.minimum(np.arange(len(learned)) * _STRETCHES // max(len(learned), 1), _STRETCHES - 1)[here]
+        where, other = [values[here] for values in where], [values[there] for values in other]
+        learned, scored = learned[here], scored[there]
+        edges = [_edges(values) for values in where] if len(learned) else [np.zeros(0) for _ in where]
+        count = int(np.prod([len(edge) + 1 for edge in edges]))
+        bins, bins_there = _bin(where, edges), _bin(other, edges)
+        sums = np.bincount(bins * _STRETCHES + stretch, weights=learned, minlength=count * _STRETCHES)
+        return cls(
+            np.asarray(sums.reshape(count, _STRETCHES), dtype=np.float64),
+            np.bincount(bins, minlength=count).astype(np.float64),
+            np.asarray(np.bincount(bins_there, weights=scored, minlength=count), dtype=np.float64),
+            np.bincount(bins_there, minlength=count).astype(np.float64),
+            float(np.sum(scored**2)) if len(learned) else 0.0,
+            mean_is_known,
+        )
+
+    def explained(self) -> float:
+        """Give how much of the squares of what is scored the learned means explain."""
+        return float(self._gains(np.ones((_STRETCHES, 1)))[0])
+
+    def by_chance(self) -> float:
+        """Give how much chance explains: the most that is explained where the sign of each stretch of what is learned is drawn anew.
+
+        Slow noise stays slow noise, and what depends on the variables averages out. Source: Shao, The dependent wild bootstrap, J. American
+        Statistical Association 105 (2010).
+        """
+        signs = np.random.Generator(np.random.Philox(0)).choice([-1.0, 1.0], size=(_DRAWS, _STRETCHES))
+        return max(0.0, float(np.max(self._gains(signs.T))))
+
+    def _gains(self, signs: FloatArray) -> FloatArray:
+        """Give sum(y^2) - sum((y - mean)^2) = sum over bins of 2 mean sum(y) - mean^2 number, for each column of signs."""
+        means = self.learned @ signs / np.maximum(self.number, 1.0)[:, None]
+        if not self.mean_is_known:
+            # what is learned knows no constant, and neither does what it is held against
+            means = means + (self.scored.sum() - self.weight @ means) / max(float(self.weight.sum()), 1.0)
+        return np.asarray(2.0 * self.scored @ means - self.weight @ means**2)
+
+
+def _edges(values: FloatArray) -> FloatArray:
+    """Give the edges between bins of about as many samples each; a variable of few levels has a bin for each."""
+    levels = np.unique(values)
+    if len(levels) <= _BINS:
+        return np.asarray(0.5 * (levels[1:] + levels[:-1]))
+    return np.asarray(np.unique(np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1)))[1:-1])
+
+
+def _bin(values: list[FloatArray], edges: list[FloatArray]) -> npt.NDArray[np.int64]:
+    index = np.zeros(len(values[0]), dtype=np.int64)
+    for array, edge in zip(values, edges, strict=True):
+        index = index * (len(edge) + 1) + np.searchsorted(edge, array)
+    return index

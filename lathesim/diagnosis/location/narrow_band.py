@@ -1,0 +1,142 @@
+"""What is left in a narrow band of frequencies: a squeal, a hum, a chatter, which no force of the catalogue makes.
+
+Whitened by its noise model, a residual without such a thing has the same power at every frequency. A band stands out where its power is
+many times the median of its surroundings and holds a large share of the whole. What a motion repeats makes peaks too: at its own rhythm,
+so only what swings many times in a recording counts. Noise that is merely slow reaches down to zero, and is no swing.
+Source: Randall, Vibration-based Condition Monitoring (2011), section 3.4.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter, uniform_filter1d
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.machine.roles import decides
+from lathesim.identification.noise.noise_model import spectrum
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import Rig
+
+_WIDTHS = (7, 41)
+"""Frequencies over which the power is averaged: of a hum, and of one that wanders."""
+_AROUND = 60
+"""The average is held against the median of so many widths ..."""
+_NEAR = 6
+"""... and added up over so many widths on either side of a peak."""
+_MEDIAN = math.log(2.0)
+"""Median of the power of noise whose mean is one."""
+_PROMINENT = (12.0, 4.0)
+"""Times the median that each average must reach."""
+_SHARE = 0.2
+"""Share of the whitened residual that a band must hold ..."""
+_TOWERING, _MOST = 50.0, 0.3
+"""... or by how much more it must stand out, and what share of the residual as it is it must hold: a noise model takes a strong line for
+noise, and then holds it to be small."""
+_TOP = 0.1
+"""Share of its frequency by which the top of a swing reaches to either side."""
+_BELOW, _QUIET = 0.25, 0.2
+"""Up to this share of its frequency a swing has nothing, less than this share of what its top has: slow noise has as much there."""
+_EDGE = 0.1
+"""Share of the top's power at which a band ends."""
+_LEAST_CYCLES = 60
+"""Cycles in a recording below which the strongest band is the motion's, or the end of a slow drift."""
+_DRIVEN = 12.0
+"""Times the median around it that a drive must have at a frequency to be what swings there."""
+_OF_FLOOR = 0.5
+"""Share of what a channel cannot resolve by which it must swing."""
+_OF_STEP = 0.41
+"""Share of its resolution by which a channel must swing: a sawtooth of one step has 0.29 of it (rms), the difference of two 0.41."""
+_HIGHEST = 0.9
+"""Share of the resolved frequencies above which a difference of two samples rings by itself."""
+
+
+def _is_low_pass(above: FloatArray, peak: int) -> bool:
+    """Say whether what stands above the noise around it (frequencies,) reaches down to zero: noise that is slow, and no swing."""
+    top = above[math.floor((1.0 - _TOP) * peak) : math.ceil((1.0 + _TOP) * peak) + 1]
+    return float(np.mean(above[: int(_BELOW * peak)])) > _QUIET * float(np.mean(top))
+
+
+def _edges(above: FloatArray, peak: int, width: int) -> tuple[int, int]:
+    """Give the first and the last frequency of the band around a peak, averaged over ``width`` frequencies."""
+    smooth = uniform_filter1d(above, width)
+    outside = np.flatnonzero(smooth < _EDGE * smooth[peak])
+    below, beyond = outside[outside < peak], outside[outside > peak]
+    return int(below[-1]) + 1 if len(below) else 0, int(beyond[0]) - 1 if len(beyond) else len(above) - 1
+
+
+def _prominence(power: FloatArray, width: int) -> FloatArray:
+    """Give by how many times the power (frequencies,), averaged over ``width`` frequencies, is above the median around it."""
+    around = median_filter(power, size=_AROUND * width + 1, mode="nearest") / _MEDIAN
+    found: FloatArray = uniform_filter1d(power / np.maximum(around, 1e-300), width)
+    return found
+
+
+def _is_driven(rig: Rig, peak: int, width: int) -> bool:
+    """Say whether the machine is asked to move at a frequency: what is left there may be of the motion."""
+    near = slice(max(0, peak - width), peak + width + 1)
+    drives = (np.diff(np.nan_to_num(rig.record[name])) for name in rig.machine.drive)
+    return any(bool(np.any(_prominence(np.abs(spectrum(drive)) ** 2, width)[near] > _DRIVEN)) for drive in drives)
+
+
+@dataclass(frozen=True)
+class NarrowBand:
+    """A band that is left in a channel: its highest place [Hz], its root mean square [unit of the channel], its share of the whitened
+    residual, and where it begins and ends [Hz]."""
+
+    channel: str
+    frequency: float
+    size: float
+    unit: str
+    share: float
+    low: float
+    high: float
+
+    @property
+    def place(self) -> str:
+        """Where it is, in words: at a frequency, or between two."""
+        if self.high - self.low < 2.0 * _TOP * self.frequency:
+            return f"at {self.frequency:.4g} Hz"
+        return f"between {self.low:.3g} and {self.high:.3g} Hz"
+
+    def __str__(self) -> str:
+        return (
+            f"{self.channel} swings {self.place} by {self.size:.3g} {self.unit} (rms): {self.share:.0%} of what is left "
+            "there, weighed by its noise. Nothing in the machine explains it."
+        )
+
+
+def narrow_bands(rig: Rig, fitted: Fitted) -> list[NarrowBand]:
+    """Give the bands that stand out of what a fit leaves, one for each channel that does not belong to a controller."""
+    found = []
+    parts = {part.name: part.component for part in rig.machine.assembly.parts}
+    seconds = rig.sensed.samples * rig.machine.assembly.sample_period
+    for row, (name, model) in enumerate(zip(rig.machine.compare, fitted.noise, strict=True)):
+        if decides(parts[name.partition(".")[0]]):
+            continue
+        power = np.abs(spectrum(fitted.residual[row], model.differences, model.window)) ** 2 / model.power
+        for width, prominent in zip(_WIDTHS, _PROMINENT, strict=True):
+            if len(power) < 2 * _AROUND * width or not np.any(power):
+                break
+            around = median_filter(power, size=_AROUND * width + 1, mode="nearest") / _MEDIAN
+            prominence = _prominence(power, width)
+            prominence[: width // 2] = 0.0
+            prominence[int(_HIGHEST * len(prominence)) :] = 0.0
+            peak = int(np.argmax(prominence))
+            near = slice(max(0, peak - _NEAR * width), peak + _NEAR * width + 1)
+            share = float(np.sum(power[near]) / np.sum(power))
+            raw = np.abs(spectrum(fitted.residual[row])) ** 2
+            is_most = prominence[peak] > _TOWERING * prominent and float(np.sum(raw[near]) / np.sum(raw)) > _MOST
+            stands_out = share > _SHARE or (is_most and not _is_driven(rig, peak, width))
+            stands_out = stands_out and peak >= _LEAST_CYCLES and prominence[peak] > prominent
+            if stands_out and not _is_low_pass(power - around, peak):
+                size = math.sqrt(2.0 * float(np.sum(raw[near])) / rig.sensed.samples)
+                if size < max(_OF_FLOOR * rig.floors[name], _OF_STEP * rig.machine.resolution.get(name, 0.0)):
+                    # a staircase that is climbed steadily swings, by less than a step, once for each of them
+                    break
+                low, high = (edge / seconds for edge in _edges(power - around, peak, width))
+                found.append(NarrowBand(name, peak / seconds, size, rig.sensed.plan.unit(rig.sensed.channels[row]), share, low, high))
+                break
+    return found

@@ -1,0 +1,42 @@
+"""Lines that a spindle leaves in a force: what is left in the cut, against the angle of the spindle, in orders."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lathesim.diagnosis.location.missing_force import missing_signal
+from lathesim.diagnosis.location.operating_conditions import turns
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.signal.order_spectrum import Line, lines_of
+
+_WHOLE = 0.03
+"""How far an order may be from a whole number; a speed that is given, and not recorded, is known to a few percent."""
+
+
+def turn_lines(rig: Rig, fitted: Fitted) -> list[tuple[str, str, int, Line]]:
+    """Give the lines at whole orders: channel, part, order, and the line against the angle [rad]."""
+    found = []
+    for part, (angle, inside) in turns(rig).items():
+        for row, channel in enumerate(rig.machine.compare):
+            left = missing_signal(rig, fitted, row).values[inside]
+            steady = slice(len(left) // 10, None)
+            trend = np.polynomial.Polynomial.fit(angle[inside][steady], left[steady], 3)
+            lines, _ = lines_of(left[steady] - trend(angle[inside][steady]), {"angle": ("rad", angle[inside][steady])})
+            for line in lines:
+                order = 2.0 * math.pi * line.frequency
+                if round(order) >= 1 and abs(order - round(order)) < _WHOLE * round(order):
+                    found.append((channel, part, round(order), line))
+    return found
+
+
+def told(lines: list[tuple[str, str, int, Line]], units: dict[str, str]) -> list[str]:
+    """Give a sentence for each line."""
+    often = {1: "once", 2: "twice"}
+    return [
+        f"A line {often.get(order, f'{order} times')} per turn of the spindle, {line.amplitude:.3g} {units[channel]}, is left at {channel} "
+        f"(in the cut of {part})."
+        for channel, part, order, line in lines
+    ]

@@ -1,0 +1,1 @@
+"""Whether a recording is at fault: each check is one file."""

@@ -1,0 +1,147 @@
+"""A channel that becomes another one in the middle of a recording: a plug that was changed, a logger that lost samples.
+
+    recorded_k = (1 + a_i) made_k + c_i   or   recorded_k = made_(k - d_i) + c_i        in block i
+
+What a baseline leaves of a channel is put down, block by block, to a scale that is off by a or to a channel that is late by d samples (c is
+a zero). Of a machine both stay what they are or change slowly. Where one of them steps once, and with that step hardly anything is left of
+what the best constant and the best steady change leave, the column changed and not the machine. Source: Basseville, Nikiforov, Detection of
+Abrupt Changes (1993), section 2.6 (one change at an unknown time, by least squares).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.signal.analysis import strongest_jumps
+
+_BLOCKS = 16
+_EDGE = 2
+"""Blocks at either end in which no step is looked for."""
+_LEFT, _OF_STEADY = 0.2, 0.35
+"""Shares of what the best constant and of what the best steady change leaves that a step may leave."""
+_AS_GOOD = 1.5
+"""Times the least that a step may leave for it to be where the step is, too."""
+_FURTHEST = 25
+"""Samples by which a channel may become late or early."""
+_SCALES = np.linspace(-0.2, 0.2, 401)
+"""Steps of a scale that are looked for."""
+_LEAST_SCALE = 0.003
+_JUMPS, _HARDLY_ANY = 10.0, 0.1
+"""Floors by which a sensor must jump beside another one, and share of what they differ by that may be left without the jump."""
+_FAR_MORE = 100.0
+"""Times the power of noise by which another channel may be off."""
+
+
+def changed_midway(rig: Rig, fitted: Fitted) -> str:
+    """Give a sentence where a channel's time, or the scale of one that another tells too, steps once in the middle of a recording; empty
+    where none does. What is told by another is a motion that two sensors show, and the current that a drive's command and motion make: were
+    it really another one, the motion would be. A force may really change its scale, when something breaks."""
+    told_by = _told_by_others(rig)
+    for row, channel in enumerate(rig.machine.compare):
+        residual = np.nan_to_num(fitted.residual[row])
+        recorded = np.nan_to_num(rig.sensed.recorded[row])
+        lags = range(-_FURTHEST, _FURTHEST + 1)
+        step = _step(np.array([_power(recorded - _late(recorded - residual, lag)) for lag in lags]))
+        if step is not None:
+            place, (before, after) = step
+            late = lags[after] - lags[before]
+            return (
+                f"From about {_when(rig, place):.3g} s on {channel} is {abs(late) * rig.sensed.period * 1e3:.3g} ms ({abs(late)} samples) "
+                f"{'later' if late > 0 else 'earlier'} beside the other channels than before: samples were lost or repeated. "
+                "Use what comes before, or after."
+            )
+        step = _step(np.array([_power(residual - scale * recorded) for scale in _SCALES])) if row in told_by else None
+        if step is not None:
+            place, (before, after) = step
+            factor = (1.0 - _SCALES[before]) / (1.0 - _SCALES[after])
+            if abs(factor - 1.0) > _LEAST_SCALE and not _moves_otherwise(rig, fitted, row):
+                return (
+                    f"From about {_when(rig, place):.3g} s on {channel} is {factor:.4g} times what it was before, held against "
+                    f"{told_by[row]}: its scale changed while it was recorded. Use what comes before, or after."
+                )
+    return ""
+
+
+def jumped_midway(rig: Rig, fitted: Fitted) -> str:
+    """Give a sentence where of two sensors of one motion one jumps beside the other once, and stays there; empty where none does. In both
+    recordings that is an effect, LostCounts; in one it happened to that one."""
+    for sight in (sight for sight in rig.sensed.second_sight if not sight.rate):
+        residual = np.nan_to_num(fitted.residual[sight.row])
+        instant, size = strongest_jumps(residual, rig.sensed.period)[0]
+        stepped = np.where(np.arange(len(residual)) * rig.sensed.period < instant, 0.0, size)
+        left = float(np.var(residual - stepped)) / max(float(np.var(residual)), 1e-300)
+        if abs(size) > _JUMPS * rig.sensed.seen_floors[sight.row] and left < _HARDLY_ANY:
+            names = [rig.machine.compare[row] for row in (sight.row, sight.first)]
+            shown = shown_with_unit(abs(size), rig.sensed.plan.unit(rig.sensed.channels[sight.row]), 3)
+            return (
+                f"At about {instant:.3g} s {names[0]} jumps by {shown} beside {names[1]}, which shows the same motion, and stays: one "
+                f"of them lost counts in {rig.name} (LostCounts)."
+            )
+    return ""
+
+
+def _told_by_others(rig: Rig) -> dict[int, str]:
+    """Give the channels (rows) that are told by others too, with what tells them."""
+    found = {sight.row: f"{rig.machine.compare[sight.first]}, which shows the same motion" for sight in rig.sensed.second_sight}
+    ports = {part.name: part.component.ports for part in rig.machine.assembly.parts}
+    for row, channel in enumerate(rig.machine.compare):
+        part, _, item = channel.partition(".")
+        if "back_emf" in ports[part] and item == ports[part].get("current"):
+            found[row] = "what the drive makes of its command, with which the axis moves as it did"
+    return found
+
+
+def _moves_otherwise(rig: Rig, fitted: Fitted, row: int) -> bool:
+    """Say whether another channel than the one of a ``row`` is off, from sample to sample, by far more than it resolves: then something
+    happened to the machine."""
+    others = np.delete(np.nan_to_num(fitted.residual), row, axis=0)
+    floors = np.delete(rig.sensed.seen_floors, row)
+    return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * _FAR_MORE * floors**2))
+
+
+def _when(rig: Rig, place: float) -> float:
+    return place / _BLOCKS * rig.sensed.samples * rig.sensed.period
+
+
+def _late(values: FloatArray, lag: int) -> FloatArray:
+    """Give values (samples,) so many samples later, the ends held."""
+    return values[np.clip(np.arange(len(values)) - lag, 0, len(values) - 1)]
+
+
+def _power(left: FloatArray) -> FloatArray:
+    """Give the power of what is left about its mean in each block (blocks,)."""
+    return np.array([len(block) * float(np.var(block)) for block in np.array_split(left, _BLOCKS)])
+
+
+def _step(power: FloatArray) -> tuple[float, tuple[int, int]] | None:
+    """Give the block from which on another row of ``power`` (choices, blocks) leaves less, and the two rows; none where a single row or a
+    steady change over rows does nearly as well."""
+    steps = list(_steps(power))
+    _, pair, left = min(steps, key=lambda step: step[2])
+    # where a part stands still the step may be earlier or later
+    place = float(np.mean([other for other, rows, error in steps if rows == pair and error <= _AS_GOOD * left]))
+    steady = min(float(np.sum(power[line, np.arange(_BLOCKS)])) for line in _lines(len(power)))
+    constant = float(np.min(np.sum(power, axis=1)))
+    return (place, pair) if pair[0] != pair[1] and left < min(_LEFT * constant, _OF_STEADY * steady) else None
+
+
+def _steps(power: FloatArray) -> Iterator[tuple[int, tuple[int, int], float]]:
+    for place in range(_EDGE, _BLOCKS - _EDGE + 1):
+        halves = [np.sum(half, axis=1) for half in (power[:, :place], power[:, place:])]
+        pair = (int(np.argmin(halves[0])), int(np.argmin(halves[1])))
+        yield place, pair, float(halves[0][pair[0]] + halves[1][pair[1]])
+
+
+def _lines(count: int) -> Iterator[npt.NDArray[np.int64]]:
+    """Give rows that change steadily from one of ``count`` to another, block by block."""
+    some = range(0, count, max(1, count // 40))
+    for first, last in itertools.product(some, some):
+        yield np.rint(np.linspace(first, last, _BLOCKS)).astype(np.int64)

@@ -1,0 +1,60 @@
+"""A current or a force that was cut off where it was read, and not in the machine.
+
+A drive at its limit shows as a current that stands, and so does a logger whose range is too small. The drive's machine goes where that
+current takes it; that of the logger goes on as if there were none: everything else that was recorded follows without a limit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.diagnosis.location.missing_share import missing_share
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import Rig
+
+_READ = ("A", "N", "N*m")
+_LONG = 30
+"""Samples that must stand at a level."""
+_REPEATED = 0.5
+"""Share of the other samples that may repeat the one before: a reading with noise does so seldom."""
+_BEYOND = 3.0
+"""Times what the simulation is usually off, by which it is beyond the level."""
+_USUAL, _MOSTLY = 0.9, 0.9
+_FOLLOWS = 0.025
+"""Share of what acts elsewhere that may be missing there."""
+
+
+def clipped_reading(rig: Rig, fitted: Fitted) -> str:
+    """Give a sentence where a reading stands at a level beyond which the simulation goes on, and all else follows without; else empty."""
+    for row, name in enumerate(rig.machine.compare):
+        unit = rig.sensed.plan.unit(rig.sensed.channels[row])
+        recorded = rig.sensed.recorded[row]
+        if unit not in _READ or not np.isfinite(recorded).all():
+            continue
+        simulated = rig.sensed.seen[row] - fitted.residual[row]
+        ends = ((recorded.max(), 1.0), (recorded.min(), -1.0))
+        levels = [level for level, side in ends if _goes_beyond(recorded, simulated, level, side)]
+        others = [other for other in range(len(rig.machine.compare)) if other != row]
+        if levels and others and all(missing_share(rig, fitted, other)[0] < _FOLLOWS for other in others):
+            stand = int(np.count_nonzero(np.isin(recorded, levels)))
+            where = " and ".join(shown_with_unit(float(level), unit) for level in levels)
+            return (
+                f"{name} is clipped at {where}: {stand} of {len(recorded)} samples stand there, and everything else went on as if it went "
+                "further. Widen the range of the instrument and record again."
+            )
+    return ""
+
+
+def _goes_beyond(recorded: np.ndarray, simulated: np.ndarray, level: float, side: float) -> bool:
+    """Say whether a reading with noise stands at its largest or smallest value for long, while the simulation is beyond it."""
+    flat = recorded == level
+    ends = (recorded == recorded.max()) | (recorded == recorded.min())
+    inside = ~(ends | np.roll(ends, 1))
+    if np.count_nonzero(flat) < _LONG or np.count_nonzero(inside) < _LONG:
+        return False
+    if float(np.mean(np.diff(recorded, prepend=recorded[0])[inside] == 0.0)) > _REPEATED:
+        return False
+    usual = float(np.quantile(np.abs(recorded - simulated)[inside], _USUAL))
+    beyond = side * (simulated - recorded)[flat]
+    return float(np.mean(beyond > 0.0)) > _MOSTLY and float(np.median(beyond)) > _BEYOND * usual

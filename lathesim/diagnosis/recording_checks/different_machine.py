@@ -1,0 +1,64 @@
+"""Whether two recordings are of one machine: values of it that differ between them by more than anybody holds possible."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.component import Parameter
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records.fit import Fitted, Free, with_start
+from lathesim.identification.records.model import Model, is_wide
+from lathesim.identification.replay.experiment import Rig
+
+_APART = 4.0
+"""Declared standard deviations by which two recordings of one machine do not differ ..."""
+_SURELY_APART = 10.0
+"""... nor by this many standard errors of the fits."""
+_WORSE = 2.0
+"""Times by which the held-out recording must be worse explained than the fitted one for the question to be asked."""
+_EXPLAINED = 0.2
+"""Share of the misfit (root mean square) that may be left with values of its own, for these to be the reason."""
+
+
+def another_machine(model: Model, rig: Rig, held_out: Rig) -> str:
+    """Say in a sentence that the held-out recording is of another machine than the fitted one; empty where it may be of the same.
+
+    With values of its own it is explained nearly, with those of the other recording it is not, and the values lie further apart than the
+    lesson's uncertainties allow. Where its own values explain little, something else is wrong, and nothing is said here.
+    """
+    if not np.any(_sizes(model.held_out_fit) > _WORSE * _sizes(model.fitted)):
+        return ""
+    own = _by_itself(model, held_out)
+    if not np.any(_sizes(own) < _EXPLAINED * _sizes(model.held_out_fit)):
+        return ""
+    first = _by_itself(model, rig)
+    for name, deviation in held_out.machine.uncertain.items():
+        here, there = first.by_name[name], own.by_name[name]
+        error = np.hypot(first.error(name), own.error(name))
+        if abs(here - there) > max(_APART * deviation, _SURELY_APART * error):
+            unit = held_out.sensed.plan.unit(name)
+            return f"{held_out.name} is of another machine: {name} is {there:.4g} {unit} there and {here:.4g} {unit} in the fitted one."
+    return ""
+
+
+def _by_itself(model: Model, rig: Rig) -> Fitted:
+    """Fit a model to a recording with nothing held by what the lesson says: what the recording says by itself."""
+    starts = rig.start_states(rig.sensed.plan)
+    states = {item.name for item in starts}
+    unheld = [_unheld(item, rig) for item in with_start(model.fitted) if item.name not in states]
+    return fit(rig.sensed, [*starts, *unheld], model.fitted.constant, rounds=4, wide=is_wide(model.terms))
+
+
+def _unheld(item: Free, rig: Rig) -> Free:
+    """Give a value of the machine within the bounds of its declaration only."""
+    if item.name not in rig.machine.uncertain:
+        return item
+    part, _, name = item.name.partition(".")
+    declared = rig.sensed.plan.parts[part].component.declared(Parameter)[name]
+    return replace(item, uncertainty=np.inf, low=declared.low, high=declared.high)
+
+
+def _sizes(fitted: Fitted) -> np.ndarray:
+    return np.asarray(np.sqrt(np.mean(fitted.residual**2, axis=1)))

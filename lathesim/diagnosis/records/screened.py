@@ -1,0 +1,27 @@
+"""What screening expects of a candidate before it is fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.records.candidate import Term
+
+
+@dataclass(frozen=True)
+class Screened:
+    """A candidate with the log-likelihood its responses promise [nats], and the starting values that promise most, best first.
+
+    ``shares`` are the shares of the whitened residual that they promise to take away, for each channel in the band of the motion and on
+    all frequencies.
+    """
+
+    term: Term
+    gain: float
+    starts: tuple[FloatArray, ...]
+    shares: FloatArray
+
+    @property
+    def share(self) -> float:
+        """The largest of the shares."""
+        return float(self.shares.max(initial=0.0))

@@ -1,0 +1,81 @@
+"""What is told of an effect that was found: its values with their intervals, inside what may be set, and what is not determined."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.component import Declaration, Parameter
+from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
+from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
+from lathesim.diagnosis.verdict.ranking import Standing
+from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates
+from lathesim.identification.records.candidate import Term
+from lathesim.identification.replay.experiment import Rig
+
+
+def reported(item: Standing, values: Estimates, rig: Rig) -> FoundEffect:
+    """Give what is told of an effect; a parameter is not determined where its error is large beside itself and its usual size."""
+    term = item.term
+    parameters, undetermined = {}, []
+    for name, scale in zip(term.parameters, np.abs(term.points).max(axis=0, initial=0.0), strict=True):
+        short = name.partition(".")[2]
+        if name not in values.by_name:
+            continue
+        estimate = values.by_name[name]
+        half = CONFIDENCE * estimate.error
+        value = estimate.value
+        if short == "order":
+            # a whole number; what it seems to be off is the speed
+            half, value = max(half, abs(value - round(value))), float(round(value))
+        declared = declared_in(rig, name)
+        parameters[short] = bounded(Interval(value, declared.unit, value - half, value + half), declared)
+        if estimate.error <= 0.0 or estimate.error > 0.5 * max(float(scale), abs(estimate.value)):
+            undetermined.append(short)
+    others = (*item.tied, *item.forms)
+    tied = tuple(dict.fromkeys(other.name if other.name != term.name else f"{other.name} at {other.at}" for other in others))
+    unseen = next((other.effect.experiment for other in item.unseen), None)
+    experiment = term.effect.experiment if tied or undetermined else unseen
+    return FoundEffect(
+        term.name,
+        term.at,
+        term.family,
+        item.probability,
+        _turned(term, parameters),
+        tied,
+        experiment,
+        item.share,
+        item.removes,
+        _first_line(term),
+        tuple(undetermined),
+    )
+
+
+def declared_in(rig: Rig, name: str) -> Declaration:
+    """Give how ``part.name`` is declared where it sits, with the units of its wires."""
+    part, _, item = name.partition(".")
+    return rig.sensed.plan.parts[part].component.declarations[item]
+
+
+def bounded(interval: Interval, declared: Declaration) -> Interval:
+    """Give an interval that ends where the declaration does: what cannot be negative has no interval below zero."""
+    if not isinstance(declared, Parameter):
+        return interval
+    low, high = (float(np.clip(bound, declared.low, declared.high)) for bound in (interval.low, interval.high))
+    return replace(interval, low=min(low, interval.value), high=max(high, interval.value))
+
+
+def _first_line(term: Term) -> str:
+    return (term.effect.__doc__ or "").strip().splitlines()[0]
+
+
+def _turned(term: Term, parameters: dict[str, Interval]) -> dict[str, Interval]:
+    """Give each wave with a negative size as the same wave of positive size, half a turn on."""
+    values = {f"{term.part}.{name}": item.value for name, item in parameters.items()}
+    turned = dict(parameters)
+    sizes = [size for phase in phases_to_turn(term, values) for size in term.waves[phase] if size in values]
+    for name in (size.partition(".")[2] for size in sizes):
+        item = parameters[name]
+        turned[name] = Interval(-item.value, item.unit, -item.high, -item.low)
+    return turned

@@ -1,0 +1,337 @@
+"""The report of a diagnosis: one self-contained HTML page that reads and prints without anything else.
+
+Top to bottom it answers what, where, how sure, what changed, what the baseline had absorbed, and what could not be told. Everything comes
+from the :class:`Diagnosis`; text is escaped, figures are SVG inside the page, and no script runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import lathesim
+from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, ChannelFit, Diagnosis, FoundEffect, MissingSignal, VariableBar
+from lathesim.diagnosis.reporting.number_text import (
+    NOTHING,
+    TIMES,
+    interval_texts,
+    number,
+    percent,
+    probability_text,
+    quantity_text,
+    takes_part,
+    times,
+    words,
+)
+from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
+from lathesim.errors import RecordError
+from lathesim.identification.estimation.estimates import CONFIDENCE
+
+_WORDS = {
+    "no_mismatch": "No mismatch",
+    "parameters_only": "Parameters only",
+    "named": "Named",
+    "tied": "Tied",
+    "unknown": "Unknown",
+    "recording_fault": "Fault of the recording",
+}
+_BARS, _TRIED, _DRAWINGS, _MISSING, _CHANNELS = 7, 6, 2, 1, 6
+"""How many of each stand on the page: the largest."""
+_STRIP_BEGIN, _STRIP_LENGTH = 40.0, 640.0
+_LEAST_MARK = 1.5
+_MOVED = 3.0
+"""Standard deviations by which a given value must move to be a finding of its own."""
+
+_NEAR = 3.0
+"""Floors up to which a channel is at its floor."""
+
+
+def write_report(diagnosis: Diagnosis, path: str | Path) -> Path:
+    """Write the report of a diagnosis as one HTML file and give its path; :class:`RecordError` where it cannot be written."""
+    place = Path(path)
+    text = report_html(diagnosis)
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise RecordError(f"the report cannot be written: {error.strerror}.", place=str(place), remedy="Choose another place.") from None
+    return place
+
+
+def report_html(diagnosis: Diagnosis) -> str:
+    """Give the report of a diagnosis as the text of an HTML page."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    loader = FileSystemLoader(Path(__file__).parent)
+    page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    return page.get_template("report.html.j2").render(page=_page(diagnosis))
+
+
+def _page(diagnosis: Diagnosis) -> dict[str, Any]:
+    modelled = bool(diagnosis.effects or diagnosis.discovered)
+    changed = modelled or diagnosis.verdict == "parameters_only"
+    order = _by_size(diagnosis.fit)
+    changes = [_change(name, diagnosis.fit[name]) for name in order[:_CHANNELS]]
+    return {
+        "verdict": diagnosis.verdict,
+        "verdict_word": _WORDS[diagnosis.verdict],
+        "sentence": diagnosis.sentence or VERDICTS[diagnosis.verdict],
+        "shortfall": diagnosis.shortfall,
+        "takes_part": "" if diagnosis.names else takes_part(diagnosis),
+        "lesson": diagnosis.lesson,
+        "recording": diagnosis.recording,
+        "held_out": diagnosis.held_out if diagnosis.held_out != diagnosis.recording else "",
+        "complete": diagnosis.complete,
+        "figures": _figures(diagnosis, modelled, changed),
+        "findings": list(diagnosis.findings),
+        "effects": [_effect(effect) for effect in diagnosis.effects],
+        "discovered": diagnosis.discovered,
+        "located": _located(diagnosis),
+        "diagram": wiring_diagram(_own(diagnosis.evidence.wires), _suspects(diagnosis)),
+        "suspects": _suspects(diagnosis),
+        "strip": _strip(diagnosis),
+        "bars": _bars(diagnosis.evidence.bars, changed),
+        "bars_in": max(diagnosis.evidence.bars, key=lambda bar: bar.before).channel if diagnosis.evidence.bars else "",
+        "bars_after": changed,
+        "tried": _tried(diagnosis),
+        "tried_more": max(0, len(diagnosis.evidence.tried) - _TRIED),
+        "sure": _sure(diagnosis),
+        "judged": f"on {diagnosis.held_out}" if diagnosis.held_out else "",
+        "changed": changed,
+        "modelled": modelled,
+        "changes": changes,
+        "shares": [
+            {"at": item.at, "before": percent(item.share_before), "after": percent(item.share_after),
+             "removed": _removed(item.share_before, item.share_after)}
+            for item in _missing(diagnosis) if changed
+        ],
+        "drawings": _drawings(diagnosis, order),
+        "baseline": [_baseline(name, item, modelled) for name, item in diagnosis.baseline.items()],
+        "left": list(diagnosis.left),
+        "not_told": list(diagnosis.not_told),
+        "insert": insert_lines(diagnosis.insert),
+        "version": lathesim.__version__,
+        "wall_time": f"{diagnosis.wall_time:.0f} s" if diagnosis.wall_time >= 1.0 else "",
+    }  # fmt: skip
+
+
+def _own(wires: Wires) -> list[tuple[str, str]]:
+    """Leave out candidates and recorded signals: they are no parts of the machine."""
+    return [pair for pair in wires if not any(name.startswith(("try_", "recorded_", "motion_")) for name in pair)]
+
+
+def insert_lines(entries: Sequence[Mapping[str, str]]) -> str:
+    """Give the ``insert:`` lines of a lesson, as they are pasted."""
+    if not entries:
+        return ""
+    lines = ["  - {" + ", ".join(f"{key}: {value}" for key, value in entry.items()) + "}" for entry in entries]
+    return "\n".join(["insert:", *lines])
+
+
+def _by_size(fit: Mapping[str, ChannelFit]) -> list[str]:
+    """Order the channels by how far they were over their floor, the worst first."""
+    return sorted(fit, key=lambda name: -_over(fit[name].before, fit[name].floor))
+
+
+def _over(size: float, floor: float) -> float:
+    return size / floor if floor > 0.0 and math.isfinite(size) else 0.0
+
+
+def _figures(diagnosis: Diagnosis, modelled: bool, changed: bool) -> list[tuple[str, str]]:
+    """Give the few numbers that stand largest on the page."""
+    found: list[tuple[str, str]] = []
+    if diagnosis.effects and diagnosis.names:
+        found.append(("probability", probability_text(min(effect.probability for effect in diagnosis.effects))))
+    if changed:
+        found.append(("removed on held-out data", percent(diagnosis.removed_share)))
+    if modelled:
+        found.append(("explains the recording", _how_far(diagnosis)))
+    if diagnosis.fit:
+        worst = diagnosis.fit[_by_size(diagnosis.fit)[0]]
+        before, after = times(_over(worst.before, worst.floor)), times(_over(worst.after, worst.floor))
+        found.append(("worst channel", f"{before.removesuffix(TIMES).rstrip()} → {after} floor" if changed else f"{before} floor"))
+    return found
+
+
+def _how_far(diagnosis: Diagnosis) -> str:
+    """Say how far an answer explains the recording: where nothing feeds back, what nobody modelled adds up to many floors."""
+    if not diagnosis.adequate:
+        return "not yet: see what is left"
+    at_floor = all(_over(item.after, item.floor) <= _NEAR for item in diagnosis.fit.values())
+    return "down to the floor" if at_floor else "all that follows the motion"
+
+
+def _effect(effect: FoundEffect) -> dict[str, Any]:
+    rows = []
+    for name, item in effect.parameters.items():
+        value, interval = interval_texts(item.value, item.low, item.high, item.unit)
+        if name in effect.undetermined:
+            interval = f"{interval}; not determined by this recording"
+        rows.append({"name": name.replace("_", " "), "value": value, "interval": interval})
+    rows = rows or [{"name": "", "value": "", "interval": ""}]
+    return {"name": effect.effect, "at": words(effect.at), "family": effect.family, "doc": effect.doc, "rows": rows}
+
+
+def _located(diagnosis: Diagnosis) -> str:
+    location = diagnosis.location
+    said = []
+    if location.components:
+        said.append(f"in {location.components[0]}")
+    if location.channels:
+        said.append(f"seen in {', '.join(location.channels[:3])}")
+    if location.variables:
+        said.append(f"depends on {', '.join(location.variables[:2])}")
+    return "; ".join(said)
+
+
+def _suspects(diagnosis: Diagnosis) -> dict[str, str]:
+    """Give part -> ``first`` or ``other`` for the parts that are marked in the wiring."""
+    hosts = [effect.at.partition(".")[0] for effect in diagnosis.effects]
+    if diagnosis.verdict in ("no_mismatch", "parameters_only"):
+        return {}
+    located = list(diagnosis.location.components)
+    if diagnosis.verdict == "recording_fault" and not located:
+        located = [channel.partition(".")[0] for channel in diagnosis.location.channels]
+    first = (hosts if diagnosis.names else []) or located[:1]
+    return {**dict.fromkeys(located, "other"), **dict.fromkeys(first, "first")}
+
+
+def _strip(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    """Give the time strip: where its marks and ticks stand [px]."""
+    windows = diagnosis.location.windows
+    if not windows:
+        return None
+    drawn = [item.time for item in diagnosis.evidence.traces] + [item.time for item in diagnosis.evidence.missing]
+    begin = min([0.0, *[low for low, _ in windows]])
+    end = max([high for _, high in windows] + [float(time[-1]) for time in drawn if len(time)])
+    scale = _STRIP_LENGTH / max(end - begin, 1e-9)
+
+    def at(time: float) -> float:
+        return round(_STRIP_BEGIN + (time - begin) * scale, 1)
+
+    marks = [(at(low), round(max(_LEAST_MARK, (high - low) * scale), 1)) for low, high in windows]
+    return {"windows": marks, "ticks": [(at(time), text) for time, text in _ticks(begin, end)]}
+
+
+def _ticks(begin: float, end: float) -> list[tuple[float, str]]:
+    rough = max(end - begin, 1e-9) / 8.0
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(power * factor for factor in (1.0, 2.0, 5.0, 10.0) if power * factor >= rough)
+    first = math.ceil(begin / step - 1e-9)
+    places = [step * (first + count) for count in range(math.floor(end / step + 1e-9) - first + 1)]
+    return [(place, f"{place:.10g}" + (" s" if position == len(places) - 1 else "")) for position, place in enumerate(places)]
+
+
+def _bars(bars: Sequence[VariableBar], changed: bool) -> list[dict[str, Any]]:
+    tallest: dict[str, VariableBar] = {}
+    for bar in bars:
+        if bar.variable not in tallest or bar.before > tallest[bar.variable].before:
+            tallest[bar.variable] = bar
+    chosen = sorted(tallest.values(), key=lambda bar: -bar.before)[:_BARS]
+    return [
+        {"variable": bar.variable, "channel": "" if bar.channel == chosen[0].channel else bar.channel, "before": _width(bar.before),
+         "after": _width(bar.after) if changed and math.isfinite(bar.after) else None, "text": f"{_width(bar.before):.0f} %"}
+        for bar in chosen
+    ]  # fmt: skip
+
+
+def _width(share: float) -> float:
+    return round(100.0 * min(1.0, max(0.0, share)), 1) if math.isfinite(share) else 0.0
+
+
+def _tried(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    ordered = sorted(diagnosis.evidence.tried, key=lambda item: -item[2] if math.isfinite(item[2]) else math.inf)
+    return [
+        {"name": name, "gain": number(gain, 0), "held_out": number(held, 0), "found": _is_found(name, diagnosis)}
+        for name, gain, held in ordered[:_TRIED]
+    ]
+
+
+def _is_found(name: str, diagnosis: Diagnosis) -> bool:
+    return any(name.startswith(effect.effect) and effect.at in name for effect in diagnosis.effects)
+
+
+def _sure(diagnosis: Diagnosis) -> list[str]:
+    """Give the sentences about probability, runner-up and ties."""
+    named = diagnosis.effects if diagnosis.names else ()
+    several = named if len(named) > 1 else ()
+    lines = [f"{effect.effect} at {effect.at}: probability {probability_text(effect.probability)}." for effect in several]
+    rest = [item for item in diagnosis.evidence.tried if not _is_found(item[0], diagnosis) and math.isfinite(item[2])]
+    for name, runner, gap in diagnosis.evidence.runners_up if named else ():
+        behind = f"{number(gap, 0)} nats behind" if gap >= 1.0 else "as good"
+        lines.append(f"Runner-up{f' of {name}' if several else ''}: {runner}, {behind} on held-out data.")
+    if rest and not diagnosis.effects and diagnosis.verdict in ("no_mismatch", "parameters_only"):
+        best = max(rest, key=lambda item: item[2])
+        tried = len(diagnosis.evidence.tried)
+        lines.append(f"Of {tried} candidates {best[0]} gained most on held-out data, {number(best[2], 0)} nats: too little to be believed.")
+    for effect in named:
+        if effect.tied_with:
+            lines.append(f"{effect.effect} cannot be told from {', '.join(effect.tied_with)} here.")
+        if effect.separating_experiment:
+            lines.append(f"What would tell: {effect.separating_experiment}")
+    return lines
+
+
+def _change(name: str, item: ChannelFit) -> dict[str, str]:
+    return {
+        "channel": words(name),
+        "floor": quantity_text(item.floor, item.unit, 3),
+        "before": quantity_text(item.before, item.unit, 3),
+        "before_times": times(_over(item.before, item.floor)),
+        "after": quantity_text(item.after, item.unit, 3),
+        "after_times": times(_over(item.after, item.floor)),
+        "removed": _removed(item.before, item.after),
+    }
+
+
+def _removed(before: float, after: float) -> str:
+    """Give the share of the mean square that went away."""
+    if not (before > 0.0 and math.isfinite(after)):
+        return NOTHING
+    return percent(1.0 - (after / before) ** 2)
+
+
+def _missing(diagnosis: Diagnosis) -> list[MissingSignal]:
+    """Give the missing force (or signal) to be shown: the one that is largest beside what acts there."""
+    known = [item for item in diagnosis.evidence.missing if len(item.time) > 1 and np.isfinite(item.before).any()]
+    return sorted(known, key=lambda item: -item.share_before if math.isfinite(item.share_before) else 0.0)[:_MISSING]
+
+
+def _drawings(diagnosis: Diagnosis, order: Sequence[str]) -> list[Any]:
+    """Give the two figures of the page: the worst channel and what is missing, or two channels where no force is."""
+    from markupsafe import Markup
+
+    from lathesim.diagnosis.reporting.figures import HALF, WHOLE, missing_svg, trace_svg
+
+    evidence, windows = diagnosis.evidence, diagnosis.location.windows
+    missing = _missing(diagnosis)
+    rank = {name: place for place, name in enumerate(order)}
+    traces = sorted(evidence.traces, key=lambda item: rank.get(item.channel, len(rank)))[: _DRAWINGS - len(missing)]
+    width = HALF if len(traces) + len(missing) > 1 else WHOLE
+    drawn = []
+    for place, trace in enumerate(traces):
+        floor = diagnosis.fit[trace.channel].floor if trace.channel in diagnosis.fit else 0.0
+        drawn.append(trace_svg(trace, floor, windows, f"trace{place}", width))
+    drawn += [missing_svg(item, windows, f"missing{place}", width) for place, item in enumerate(missing)]
+    return [Markup(text) for text in drawn]
+
+
+def _baseline(name: str, item: BaselineValue, modelled: bool) -> dict[str, Any]:
+    """Give a row of the table of refitted values: with something modelled what they had absorbed without it, else how far off they were."""
+    reference, other = (item.refit_with, item.refit_without) if modelled else (item.given, item.refit_with)
+    value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit)
+    deviation = 0.5 * (item.high - item.low) / CONFIDENCE
+    share = (other - reference) / abs(reference) if reference else math.nan
+    return {
+        "name": words(name),
+        "given": quantity_text(item.given, item.unit),
+        "without": quantity_text(item.refit_without, item.unit),
+        "with_it": value,
+        "interval": interval,
+        "off": f"{'+' if share > 0.0 else ''}{percent(share)}" if math.isfinite(share) else NOTHING,
+        "moved": math.isfinite(deviation) and abs(other - reference) > _MOVED * deviation > 0.0,
+    }

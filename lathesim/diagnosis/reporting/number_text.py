@@ -1,0 +1,103 @@
+"""Numbers of a diagnosis as a person reads them: machinist's units, as many digits as the interval carries, proper signs."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+
+from lathesim.analysis.display_unit import display_unit
+from lathesim.diagnosis.records.diagnosis import Diagnosis
+
+_SIGNS = (("um", "µm"), ("us", "µs"), ("^2", "²"), ("^3", "³"), ("*", "·"))
+MINUS = "\N{MINUS SIGN}"
+TIMES = "\N{MULTIPLICATION SIGN}"
+NOTHING = "\N{EN DASH}"
+
+
+def pretty_unit(unit: str) -> str:
+    """Give ``"N·s/m"`` for ``"N*s/m"``, and an empty text for a pure number."""
+    unit = unit.replace("**", "^")
+    while (bare := re.sub(r"\(([^()*/^ ]+)\)", r"\1", unit)) != unit:
+        unit = bare
+    for plain, sign in _SIGNS:
+        unit = unit.replace(plain, sign)
+    return "" if unit == "1" else unit
+
+
+def shared_unit(values: Iterable[float], unit: str) -> tuple[float, str]:
+    """Give what one display unit is in the SI ``unit``, and its name, such that the largest of ``values`` reads well."""
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    factor, name = display_unit(unit, largest * 10.0 if unit == "m" else largest)
+    return factor, pretty_unit(name)
+
+
+def number(value: float, decimals: int | None = None, digits: int = 4) -> str:
+    """Give a number with ``decimals``, or with as many digits that count."""
+    if not math.isfinite(value):
+        return NOTHING
+    if value == 0.0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    if not -4 <= size < 7 and decimals is None:
+        return f"{value:.3e}".replace("e-0", "e-").replace("e+0", "e").replace("-", MINUS)
+    places = max(0, digits - 1 - size) if decimals is None else max(0, decimals)
+    text = f"{value:.{places}f}"
+    if not text.strip("-0."):
+        return "0"
+    if decimals is None and "." in text:
+        text = text.rstrip("0").rstrip(".")
+    return text.replace("-", MINUS)
+
+
+def quantity_text(value: float, unit: str, digits: int = 4) -> str:
+    """Give an SI value with its display unit: ``"27.3 µm"``."""
+    factor, name = shared_unit([value], unit)
+    return f"{number(value / factor, digits=digits)} {name}".strip() if math.isfinite(value) else NOTHING
+
+
+def interval_texts(value: float, low: float, high: float, unit: str) -> tuple[str, str]:
+    """Give a value and its interval, both to the digit that the interval makes worth telling: ``("20.4 N", "20.2 to 20.6 N")``."""
+    factor, name = shared_unit([value, low, high], unit)
+    shown, least, most = value / factor, low / factor, high / factor
+    if not (math.isfinite(least) and math.isfinite(most)):
+        return quantity_text(value, unit), "not determined here"
+    half = 0.5 * abs(most - least)
+    decimals = min(8, 1 - math.floor(math.log10(half))) if half > 0.0 else None
+    texts = [number(item, decimals) for item in (shown, least, most)]
+    return f"{texts[0]} {name}".strip(), f"{texts[1]} to {texts[2]} {name}".strip()
+
+
+def percent(share: float) -> str:
+    """Give a share as ``"98.3 %"``; between 99.9 % and all, as many digits as it takes to tell them apart."""
+    if not math.isfinite(share):
+        return NOTHING
+    shown = 100.0 * share
+    if 0.999 < share < 1.0:
+        return f"{min(shown, 99.999):.3f} %"
+    return f"{number(shown, 1 if abs(shown) < 99.95 and abs(shown) >= 0.05 else 0)} %"
+
+
+def probability_text(probability: float) -> str:
+    """Give a probability; never as certainty."""
+    return "> 99.9 %" if probability > 0.999 else percent(probability)
+
+
+def times(ratio: float) -> str:
+    """Give a ratio as ``"135 x"``, with the proper sign."""
+    if not math.isfinite(ratio):
+        return NOTHING
+    digits = 0 if ratio >= 10.0 else 1
+    return f"{ratio:.{digits}f} {TIMES}"
+
+
+def words(name: str) -> str:
+    """Give ``x_axis.position`` with places where a line may break."""
+    return name.replace("_", "_\N{ZERO WIDTH SPACE}").replace(".", ".\N{ZERO WIDTH SPACE}")
+
+
+def takes_part(diagnosis: Diagnosis) -> str:
+    """Say what effects are where nothing is named: they take away part of what is missing, or not even that."""
+    judged = diagnosis.held_out or "the recording that judges"
+    where = "" if diagnosis.removed_share > 0.0 else f" in {diagnosis.recording}, all in all nothing in {judged}"
+    return f"This takes away part of it{where}, and is no name for it"

@@ -1,0 +1,107 @@
+"""Sentences of an answer: what is still missing, which values would have to be impossible, what this recording could not tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Evidence, FoundEffect, listed, with_unit
+from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.verdict.ranking import Standing
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import POSSIBLE
+
+_TOLD_SHARE = 5e-4
+"""Share of what acts at a place from which on the share of it that is missing is told."""
+_MUCH = 0.05
+"""Share of what acts at a place from which on it is said that nothing explains what is missing there."""
+_HARDLY_SHOWN = 0.01
+"""Floors of a channel by which a value must move it for some ten thousand samples to show that."""
+
+
+def still_missing(evidence: Evidence, variables: tuple[str, ...], found: Found, settings: Settings) -> tuple[str, ...]:
+    """Say what is still missing, where, and what it depends on."""
+    sentences = []
+    for item in evidence.missing:
+        before, after = (shown_with_unit(size, item.unit, 3) for size in item.sizes)
+        # of a position micrometres are missing, and a share of it says nothing
+        told = max(item.share_before, item.share_after) >= _TOLD_SHARE
+        shares = f", {item.share_before:.1%} of what acts there, and {item.share_after:.1%} after" if told else ""
+        sentences.append(f"{after} is still missing at {item.at}; before it was {before}{shares}.")
+    if variables:
+        sentences.append(f"What is left depends on {', '.join(variables[:3])}.")
+    elif max((item.share_after for item in evidence.missing if np.isfinite(item.share_after)), default=0.0) > _MUCH:
+        sentences.append("What is left goes with nothing that the machine was doing: noise, or a load that nobody measured.")
+    if found.ended_after:
+        sentences.append(f"After {found.ended_after} runs no further effect was looked for.")
+    for trial in found.tried:
+        small = trial.gain > settings.margin and trial.held_out_gain > settings.margin and found.was_held_against(trial)
+        if small and trial.share_of_rest > settings.share_of_rest and found.complete and trial.share_of_all <= settings.share_of_all:
+            shares = f"{trial.share_of_rest:.0%} of the rest, which is {trial.share_of_all:.1%} of all"
+            sentences.append(f"{trial.term.name} at {trial.term.at} would take away {shares}: too little to name it.")
+    return tuple(dict.fromkeys(sentences))
+
+
+def strained_values(strained: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> list[str]:
+    """Say which values would have to be further off than the lesson holds possible."""
+    sentences = []
+    for name in strained:
+        item = baseline[name]
+        off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
+        sentences.append(
+            f"{name} would have to be {with_unit(f'{item.refit_with:.4g}', item.unit)}{off}, further off than the lesson holds possible."
+        )
+    return sentences
+
+
+def not_shown(fitted: Fitted, uncertain: Mapping[str, float], floors: FloatArray) -> list[str]:
+    """Say which ``uncertain`` values (name -> standard deviation) move no channel by a hundredth of its floor (channels,), even as far
+    off as possible."""
+    found = []
+    for name, slope in zip(fitted.names, fitted.sensitivity if fitted.sensitivity is not None else (), strict=False):
+        if name in uncertain and not np.any(np.abs(slope) * POSSIBLE * uncertain[name] > _HARDLY_SHOWN * floors[:, None]):
+            found.append(f"{name} moves nothing that is compared: whether it is another one, these recordings cannot tell.")
+    return found
+
+
+def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue], factor: str = "", *, whole: bool) -> list[str]:
+    """Say which value explains the recordings by itself, or takes a part of it away where it does not do the ``whole``, and which others
+    would as well, or a reading that is off by a ``factor``."""
+    if not names:
+        return []
+    item = baseline[names[0]]
+    off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
+    does = "explains by itself what is missing" if whole else "takes away a part of what is missing, and not the whole"
+    told = f"{names[0]} of {with_unit(f'{item.refit_with:.4g}', item.unit)}{off} {does}, though the lesson holds it impossible"
+    others = f"; so would another value of {' or of '.join(names[1:])}" if len(names) > 1 else ""
+    read = f"; so would a reading of {factor}" if factor else ""
+    return [f"{told}{others}{read}. Measure it, and say in the lesson how sure it is."]
+
+
+def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
+    """Say what a recording cannot tell apart and which values it leaves open, with the experiment that would."""
+    sentences = []
+    for effect in effects:
+        if effect.tied_with:
+            # the same effect at the other of two sensors is told by where it is
+            name = f"{effect.effect} at {effect.at}" if any(" at " in other for other in effect.tied_with) else effect.effect
+            fact = f"{name} cannot be told from {', '.join(effect.tied_with)} here; the lines to paste hold {name}."
+            sentences.append(f"{fact} {effect.separating_experiment or ''}".strip())
+        pasted = [name for name in effect.undetermined if name not in effect.left_out]
+        several = "a set of values that fits" if len(pasted) > 1 else "one value that fits"
+        for names, done in ((effect.left_out, "leave that part of it out"), (pasted, f"hold {several}")):
+            if names:
+                verb = "is" if len(names) == 1 else "are"
+                fact = f"{listed(names)} of {effect.effect} {verb} not determined by this recording; the lines to paste {done}."
+                sentences.append(f"{fact} {effect.separating_experiment or ''}".strip())
+    return tuple(sentences)
+
+
+def unseen_forms(standings: Iterable[Standing]) -> list[str]:
+    """Say which refined forms of what is named the recording could not have shown."""
+    pairs = [(item.term, other) for item in standings for other in item.unseen]
+    return [f"Whether {term.name} is {other.name} this recording cannot tell. {other.effect.experiment}" for term, other in pairs]

@@ -1,0 +1,72 @@
+"""The answer of a diagnosis as lines of text for a person at a terminal: what, how sure, where, how much better, what is left."""
+
+from __future__ import annotations
+
+import math
+
+from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.diagnosis.records.diagnosis import Diagnosis, FoundEffect, with_unit
+from lathesim.diagnosis.reporting.html_report import insert_lines
+from lathesim.diagnosis.reporting.number_text import takes_part
+
+
+def answer_lines(diagnosis: Diagnosis) -> list[str]:
+    """Give the lines of an answer."""
+    lines = [f"Recording: {line}" for line in diagnosis.findings]
+    lines += ["", diagnosis.sentence]
+    if diagnosis.shortfall:
+        lines.append(diagnosis.shortfall)
+    if diagnosis.effects:
+        lines += ["", *([] if diagnosis.names else [f"{takes_part(diagnosis)}:"])]
+        lines += [line for effect in diagnosis.effects for line in _effect_lines(effect, diagnosis)]
+    if diagnosis.location.components and diagnosis.verdict not in ("no_mismatch", "parameters_only"):
+        depends = f"; it depends on {', '.join(diagnosis.location.variables)}" if diagnosis.location.variables else ""
+        lines += ["", f"Where: {', '.join(diagnosis.location.components)}{depends}"]
+    else:
+        lines.append("")
+    if diagnosis.verdict == "parameters_only":
+        for name, value in diagnosis.baseline.items():
+            interval = f"95 %: {value.low:.5g} to {value.high:.5g}"
+            lines.append(f"  {name} = {with_unit(f'{value.refit_with:.5g}', value.unit)}  (given {value.given:.5g}, {interval})")
+    for name, channel in diagnosis.fit.items():
+        sizes = [shown_with_unit(value, channel.unit) for value in (channel.before, channel.after, channel.floor)]
+        lines.append(f"{name} on {channel.recording}: off by {sizes[0]} before, {sizes[1]} after (floor {sizes[2]})")
+    lines += [*diagnosis.left, *diagnosis.not_told]
+    if diagnosis.discovered:
+        lines.append(f"A formula for what is left: {diagnosis.discovered}")
+    if diagnosis.insert:
+        lines += ["", "Paste into the lesson:", insert_lines(diagnosis.insert)]
+        lines += _beside(diagnosis)
+    if not diagnosis.complete:
+        lines.append("The search was stopped; this is what was known until then.")
+    return lines
+
+
+def _beside(diagnosis: Diagnosis) -> list[str]:
+    """Tell which values of the lesson are others beside what is to be pasted: without them it leaves more."""
+    moved = [(name, item) for name, item in diagnosis.baseline.items() if not item.low <= item.given <= item.high]
+    told = [f"{name} = {with_unit(f'{item.refit_with:.4g}', item.unit)} (given {item.given:.4g})" for name, item in moved]
+    return [f"That is with {', '.join(told)}, as in lesson_explained.yaml."] if told else []
+
+
+def _effect_lines(effect: FoundEffect, diagnosis: Diagnosis) -> list[str]:
+    # what is no name takes away no more than all effects together do where they are judged
+    share = effect.share if diagnosis.names else min(effect.share, max(0.0, diagnosis.removed_share))
+    # what is read off the recorded values takes no part of the error
+    taken = f"{share:.0%} of the error" if math.isfinite(effect.share) else "read off the recorded values"
+    said = [f"probability {effect.probability:.2f}", taken] if diagnosis.names else [taken] if diagnosis.removed_share > 0.0 else []
+    lines = [f"  {effect.effect} at {effect.at}  ({', '.join([effect.family, *said])})"]
+    for name, item in effect.parameters.items():
+        doubt = "; not determined" if name in effect.undetermined else ""
+        value, low, high = _told_apart(item.value, item.low, item.high)
+        lines.append(f"    {name} = {with_unit(value, item.unit)}  (95 %: {low} to {high}{doubt})")
+    return lines
+
+
+def _told_apart(*values: float) -> list[str]:
+    """Give numbers with four digits, or as many as it takes to tell them apart: 0.0069999 to 0.0070001 and not 0.007 to 0.007."""
+    for digits in range(4, 12):
+        texts = [f"{value:.{digits}g}" for value in values]
+        if len(set(texts)) == len(set(values)):
+            return texts
+    return [f"{value:.4g}" for value in values]

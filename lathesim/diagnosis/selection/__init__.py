@@ -1,0 +1,1 @@
+"""The search: forward selection, moves on what was selected, and when a model is accepted."""

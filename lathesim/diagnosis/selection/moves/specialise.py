@@ -1,0 +1,54 @@
+"""A finer form whose own values may be nothing gives way to what it refines: a friction that differs by nothing between the directions is
+a plain one.
+
+Nested models, held against each other at the same values of all else. Source: Ljung, System Identification, 2nd ed. 1999, section 16.4
+(the smallest of the models that fit as well).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.selection.laboratory import Bench, term_free
+from lathesim.diagnosis.selection.moves.fix_parameters import SURELY, is_as_good
+from lathesim.diagnosis.selection.moves.split import form_starts
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.fit import with_start
+from lathesim.identification.records.model import Model, is_wide
+
+
+def plain_forms(bench: Bench, found: Found) -> None:
+    """Put what an effect refines in its place where both recordings are explained as well by it; the effect is then told to be a form that
+    shows too little here."""
+    for finer in found.model.terms:
+        for plain in bench.rig.candidates:
+            if plain.at != finer.at or plain.name not in finer.effect.refines or _has_values_of_its_own(finer, plain, found.model):
+                continue
+            model = None if plain in found.model.terms else _in_its_place(bench, found.model, finer, plain)
+            if model is not None and is_as_good(model, found.model):
+                bench.say(f"{finer.name} at {finer.at} is a plain {plain.name}")
+                others = [trial for trial in found.trials.get(finer.part, ()) if trial.term.part != plain.part]
+                found.trials[plain.part] = [replace(trial, term=plain) if trial.term.part == finer.part else trial for trial in others]
+                found.unseen.setdefault(plain.part, []).append(finer)
+                found.model = bench.settled(model)
+                break
+
+
+def _has_values_of_its_own(finer: Term, plain: Term, model: Model) -> bool:
+    """Say whether a value that a plain form does not have is surely something: the way over which bristles bend, if not an asymmetry."""
+    shared = {name.partition(".")[2] for name in plain.parameters}
+    own = [name for name in finer.parameters if name.partition(".")[2] not in shared]
+    return any(abs(model.fitted.by_name[name]) > SURELY * model.fitted.error(name) for name in own)
+
+
+def _in_its_place(bench: Bench, model: Model, finer: Term, plain: Term) -> Model:
+    """Give the model with a plain form in the place of a finer one, from the values that both have."""
+    felt = any(model.fitted.constant.get(name) == 0.0 for name in bench.rig.feeling_their_motion([finer]))
+    motion = bench.rig.feeling_their_motion([plain]) if felt else {}
+    terms = tuple(plain if term is finer else term for term in model.terms)
+    (start,) = form_starts(finer, plain, model, most=0)
+    rest = [item for item in with_start(model.fitted) if item.name not in finer.parameters]
+    constant = {name: value for name, value in model.fitted.constant.items() if not name.startswith(f"{finer.part}.")}
+    return bench.model(terms, fit(bench.rig.sensed, [*rest, *term_free(plain, start)], constant | motion, rounds=1, wide=is_wide(terms)))

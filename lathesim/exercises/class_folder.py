@@ -1,0 +1,87 @@
+"""The folder that a class is given: recording, second recording, lesson and seal; and beside it the answer, which it is not given."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.errors import RecordingError
+from lathesim.exercises.conceal import Concealed
+from lathesim.exercises.logger import TIME, LoggedColumn, recordings_entry
+from lathesim.exercises.sealed_answer import answer_of, file_digest, seal_of
+from lathesim.lessons.class_lesson import class_lesson, files_beside
+from lathesim.lessons.lesson import Lesson
+from lathesim.units import si_factor
+
+RECORDINGS = ("recording.csv", "validate.csv")
+
+
+@dataclass(frozen=True)
+class Published:
+    """What was written: the files of the folder for the class, the answer's file, and the answer."""
+
+    files: tuple[Path, ...]
+    answer_file: Path
+    answer: Mapping[str, Any]
+
+
+def answer_place(folder: Path, wanted: Path | None) -> Path:
+    """Give where the answer goes, and refuse (:class:`RecordingError`) a place in the folder for the class or a case that is there."""
+    place = wanted or folder.parent / f"{folder.name or 'case'}_answer.json"
+    if folder.resolve() in place.resolve().parents:
+        remedy = "Choose another place with --answer."
+        raise RecordingError("the answer would lie in the folder for the class.", place=str(place), remedy=remedy)
+    for taken in (folder / "seal.json", place):
+        if taken.exists():
+            raise RecordingError("there is a sealed case here already.", place=str(taken), remedy="Choose another place, or take it away.")
+    return place
+
+
+def publish(lesson: Lesson, concealed: Concealed, folder: Path, answer_file: Path, *, seed: int, noise: float) -> Published:
+    """Write the folder for the class and the answer; :class:`RecordingError` where they cannot be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        files = [folder / name for name, _ in zip(RECORDINGS, concealed.tables, strict=False)]
+        time_unit = lesson.settings.recordings.time.unit if lesson.settings.recordings is not None else "s"
+        time_name = _time_name(lesson)
+        for file, time, table in zip(files, concealed.times, concealed.tables, strict=True):
+            file.write_text(_csv(time, time_name, time_unit, concealed.columns, table), encoding="utf-8")
+        entry = recordings_entry(lesson, list(concealed.columns))
+        (folder / "lesson.yaml").write_text(class_lesson(lesson, entry), encoding="utf-8")
+        beside = [Path(shutil.copyfile(path, folder / path.name)) for path in files_beside(lesson)]
+        files += [folder / "lesson.yaml", *beside]
+        digests = {file.name: file_digest(file) for file in files}
+        answer = answer_of(concealed, lesson.name, digests, seed=seed, noise=noise)
+        (folder / "seal.json").write_text(json.dumps(seal_of(answer), indent=2) + "\n", encoding="utf-8")
+        answer_file.parent.mkdir(parents=True, exist_ok=True)
+        answer_file.write_text(json.dumps(answer, indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise RecordingError(f"this cannot be written: {error.strerror}.", place=str(error.filename or folder)) from None
+    return Published((*files, folder / "seal.json"), answer_file, answer)
+
+
+def _time_name(lesson: Lesson) -> str:
+    recordings = lesson.settings.recordings
+    return recordings.time.column if recordings is not None and recordings.time.column is not None else TIME
+
+
+def _csv(time: FloatArray, time_name: str, time_unit: str, columns: tuple[LoggedColumn, ...], table: FloatArray) -> str:
+    """Give the recording as text: a header with names and units, one row a sample."""
+    header = ",".join([f"{time_name} [{time_unit}]", *[f"{column.name} [{column.unit}]" for column in columns]])
+    texts = [[f"{value:.9g}" for value in time / si_factor(time_unit)[0]]]
+    for column, row in zip(columns, table, strict=True):
+        texts.append(_numbers(column.in_file(row), column.decimals))
+    return "\n".join([header, *[",".join(cells) for cells in zip(*texts, strict=True)], ""])
+
+
+def _numbers(values: FloatArray, decimals: int | None) -> list[str]:
+    if decimals is None:
+        return [f"{value:.10g}" for value in values]
+    return [f"{value:.{decimals}f}" for value in np.asarray(values) + 0.0]

@@ -1,0 +1,235 @@
+"""A recording in which something is hidden: the lesson's machine with effects, other values and noise, run by another integrator.
+
+The machine is not the model: its uncertain values are drawn within what the lesson calls uncertain, its sensors have noise, it is run by
+Heun's method with a tenth of the step, and what is logged is rounded. What is written down of it is what a class would be given.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lathesim.component import Component, DiscreteState, Input, Noise, Output, Parameter
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.engine.wiring import Plan
+from lathesim.errors import LessonError, SimulationError
+from lathesim.exercises.hidden_effect import Hidden, Wish, drawn_values, place_wishes
+from lathesim.exercises.logger import LoggedColumn
+from lathesim.exercises.reference_run import fine_plan, fine_run
+from lathesim.identification.replay.open_loop import drive, seen
+from lathesim.identification.signal.resolution import channel_floor
+from lathesim.record import Record
+
+SEEN = 5.0
+"""Floors by which an effect of drawn size must move a channel."""
+_TOO_LARGE = 3.0
+"""Standard deviations of a channel by which an effect of drawn size may move it: more is a broken machine."""
+_DRAWS = 25
+_LARGEST_DEVIATION = 2.0
+"""Standard deviations within which the true values are drawn."""
+
+
+class NotSeenError(LessonError):
+    """No usual size of an effect is seen in the recording."""
+
+
+class SensorNoise(Component):
+    """Noise before a sensor, new in each sample and held until the next:  out = in + size n_k."""
+
+    incoming = Input("{signal}", doc="what is measured")
+    outgoing = Output("{signal}", doc="what the sensor sees")
+    size = Parameter("{signal}", 0.0, low=0.0, doc="one standard deviation of the noise")
+    number = Noise(doc="standard normal number of the sample")
+    noise = DiscreteState("{signal}", doc="noise of this sample")
+
+    @staticmethod
+    def update(number: float, size: float) -> float:
+        return size * number
+
+    @staticmethod
+    def output(incoming: float, noise: float) -> float:
+        return incoming + noise
+
+
+@dataclass(frozen=True)
+class Situation:
+    """One run of the machine: its assembly, how long it lasts [s] (none: until it ends itself), and recorded drive signals [SI]."""
+
+    assembly: Assembly
+    duration: float | None
+    signals: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True)
+class TrueValue:
+    """A value of the machine as the lesson gives it, and as it is [``unit``]."""
+
+    given: float
+    true: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Concealed:
+    """What was hidden and recorded: a table (columns, samples) [SI] for each situation, and the truth behind it.
+
+    ``true_values`` tells what the lesson calls uncertain; ``moves`` by how many floors the hidden effects
+    together move each compared channel.
+    """
+
+    hidden: tuple[Hidden, ...]
+    columns: tuple[LoggedColumn, ...]
+    times: tuple[FloatArray, ...]
+    tables: tuple[FloatArray, ...]
+    true_values: Mapping[str, TrueValue]
+    moves: Mapping[str, float]
+
+
+def conceal(
+    situations: Sequence[Situation],
+    columns: Sequence[LoggedColumn],
+    wishes: Sequence[Wish],
+    uncertain: Mapping[str, float],
+    *,
+    seed: int,
+    noise: float = 1.0,
+) -> Concealed:
+    """Hide the wishes in a machine and record it in each situation.
+
+    ``uncertain`` gives one standard deviation [SI] by name, ``noise`` that of each sensor in steps of its resolution. Sizes that were not
+    given are drawn until the effect is seen; raises :class:`NotSeenError` where none is.
+    """
+    rng = np.random.default_rng([seed, 1])
+    machines = [_Machine(situation, columns, wishes, noise) for situation in situations]
+    true_values = {name: _drawn(machines[0].plan, name, deviation, rng) for name, deviation in uncertain.items()}
+    baseline = {name: item.true for name, item in true_values.items()}
+    columns = machines[0].with_resolution(columns, baseline)
+    hidden, moves = _sized(machines[0], columns, baseline, rng, noise)
+    overrides = {**baseline, **_overrides(hidden)}
+    records = [machine.run(overrides, seed + position) for position, machine in enumerate(machines)]
+    tables = []
+    for position, (machine, record) in enumerate(zip(machines, records, strict=True)):
+        tables.append(_logged(record, machine, columns, noise, seed + position))
+    return Concealed(hidden, tuple(columns), tuple(record.time for record in records), tuple(tables), true_values, moves)
+
+
+class _Machine:
+    """The true machine in one situation, made ready to be run with other values."""
+
+    def __init__(self, situation: Situation, columns: Sequence[LoggedColumn], wishes: Sequence[Wish], noise: float) -> None:
+        driven = drive(situation.assembly, situation.signals) if situation.signals else situation.assembly
+        placed, self.hidden = place_wishes(driven, wishes, [column.target for column in columns if column.role == "compare"])
+        noisy = _with_noise(placed, columns, noise)
+        self.channels = [seen(placed, column.channel) for column in columns]
+        self.plan = fine_plan(replace(noisy, record=tuple(dict.fromkeys(self.channels))))
+        self.duration = situation.duration
+
+    def run(self, overrides: Mapping[str, float], seed: int) -> Record:
+        """Run the machine with other values."""
+        return fine_run(self.plan, self.duration, overrides, seed=seed)
+
+    def with_resolution(self, columns: Sequence[LoggedColumn], baseline: Mapping[str, float]) -> list[LoggedColumn]:
+        """Give the columns, each with the step it is rounded to: the one it has, or that of a 16-bit logger over its range."""
+        record = self.run({**baseline, **_neutral(self.hidden)}, 0)
+        return [column.over(record[channel]) for column, channel in zip(columns, self.channels, strict=True)]
+
+
+def _with_noise(assembly: Assembly, columns: Sequence[LoggedColumn], noise: float) -> Assembly:
+    """Put noise before every logged sensor that counts in steps: there it is part of the loop."""
+    parts, wires = list(assembly.parts), {wire.target: wire for wire in assembly.wires}
+    by_name = {part.name: part for part in parts}
+    for sensor in dict.fromkeys(column.sensor for column in columns if column.sensor):
+        part = by_name[sensor]
+        target = f"{sensor}.{part.component.ports['measured']}"
+        step = part.parameters.get(part.component.ports["resolution"], 0.0)
+        unit = part.component.declarations[part.component.ports["measured"]].unit
+        name = f"{sensor}_noise"
+        parts.append(Part(name, SensorNoise.with_units({"signal": unit}), {"size": noise * step}))
+        wires[f"{name}.incoming"] = replace(wires[target], target=f"{name}.incoming")
+        wires[target] = Wire(target, f"{name}.outgoing")
+    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+
+
+def _drawn(plan: Plan, name: str, deviation: float, rng: np.random.Generator) -> TrueValue:
+    """Draw the true value of a name, ``deviation`` [SI] being one standard deviation."""
+    kind, position = plan.settable(name)
+    given = plan.parameter_values[position] if kind == "parameter" else plan.start_states[position]
+    part, _, item = name.partition(".")
+    declared = plan.parts[part].component.declarations[item]
+    low, high = (declared.low, declared.high) if isinstance(declared, Parameter) else (-math.inf, math.inf)
+    off = float(np.clip(rng.standard_normal(), -_LARGEST_DEVIATION, _LARGEST_DEVIATION)) * deviation
+    return TrueValue(given, float(np.clip(given + off, low, high)), declared.unit)
+
+
+def _overrides(hidden: Sequence[Hidden]) -> dict[str, float]:
+    return {name: value for item in hidden for name, value in item.overrides.items()}
+
+
+def _neutral(hidden: Sequence[Hidden]) -> dict[str, float]:
+    return {name: value for item in hidden for name, value in item.neutral.items()}
+
+
+def _sized(
+    machine: _Machine, columns: Sequence[LoggedColumn], baseline: Mapping[str, float], rng: np.random.Generator, noise: float
+) -> tuple[tuple[Hidden, ...], dict[str, float]]:
+    """Give the hidden effects with their values, and by how many floors they move each compared channel together."""
+    if not machine.hidden:
+        return (), {}
+    neutral = _neutral(machine.hidden)
+    without = machine.run({**baseline, **neutral}, 0)
+    floors = {
+        column.target: max(column.floor(noise), channel_floor(without[channel], column.resolution))
+        for column, channel in zip(columns, machine.channels, strict=True)
+    }
+    sized: list[Hidden] = []
+    for item in machine.hidden:
+        for _ in range(_DRAWS if item.drawn else 1):
+            tried = drawn_values(item, rng)
+            try:
+                record = machine.run({**baseline, **neutral, **tried.overrides}, 0)
+            except SimulationError:
+                continue
+            moved = _moves(machine, columns, without, record, floors)
+            if not item.drawn or (max(moved.values()) >= SEEN and not _is_broken(machine, columns, without, record)):
+                sized.append(tried)
+                break
+        else:
+            fact = f"no usual size of {item.effect.__name__} at {item.at} moves a recorded channel by {SEEN:g} floors."
+            raise NotSeenError(fact, remedy="Give its values, or hide another effect.")
+    together = machine.run({**baseline, **_overrides(sized)}, 0)
+    return tuple(sized), _moves(machine, columns, without, together, floors)
+
+
+def _moves(
+    machine: _Machine, columns: Sequence[LoggedColumn], without: Record, record: Record, floors: Mapping[str, float]
+) -> dict[str, float]:
+    """Give by how many floors each compared channel moves; the floor holds what the sensors' noise makes of it in the loop."""
+    moved = {}
+    for column, channel in zip(columns, machine.channels, strict=True):
+        if column.role == "compare":
+            count = min(len(without), len(record))
+            change = float(np.sqrt(np.mean((record[channel][:count] - without[channel][:count]) ** 2)))
+            moved[column.target] = change / floors[column.target]
+    return moved
+
+
+def _is_broken(machine: _Machine, columns: Sequence[LoggedColumn], without: Record, record: Record) -> bool:
+    """Say whether an effect is so large that the machine no longer does its work."""
+    for column, channel in zip(columns, machine.channels, strict=True):
+        count = min(len(without), len(record))
+        change = float(np.sqrt(np.mean((record[channel][:count] - without[channel][:count]) ** 2)))
+        if column.role == "compare" and change > _TOO_LARGE * float(np.std(without[channel])) + 1e-300:
+            return True
+    return False
+
+
+def _logged(record: Record, machine: _Machine, columns: Sequence[LoggedColumn], noise: float, seed: int) -> FloatArray:
+    """Give what the logger writes down, shape (columns, samples) [SI]."""
+    rows = []
+    for position, (column, channel) in enumerate(zip(columns, machine.channels, strict=True)):
+        rng = np.random.default_rng([seed, 2, position])
+        rows.append(column.logged(record[channel], noise, rng))
+    return np.array(rows)

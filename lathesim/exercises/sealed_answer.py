@@ -1,0 +1,100 @@
+"""The sealed answer of a concealed recording: what was hidden stays with the teacher, its digest is published beside the recording.
+
+    digest = SHA-256(answer as JSON with sorted keys and without white space),   the answer holds a random salt of 128 bits
+
+Without the salt a class could try all effects and sizes until the digest fits. Whoever opens the answer later can check that it is the one
+that was sealed, and that the recordings are those that were made with it. Source: FIPS 180-4 (SHA-256).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import secrets
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import lathesim
+from lathesim.errors import RecordingError
+from lathesim.exercises.conceal import Concealed
+
+ANSWER = "lathesim-answer/1"
+SEAL = "lathesim-seal/1"
+HOW = "SHA-256 of the answer as JSON with sorted keys, no white space, ASCII only; the answer holds a random salt"
+
+
+def answer_of(concealed: Concealed, lesson: str, files: Mapping[str, str], *, seed: int, noise: float) -> dict[str, Any]:
+    """Give the answer: the hidden effects and the true values [SI], the digests of the recordings, and a salt."""
+    return {
+        "schema": ANSWER,
+        "lesson": lesson,
+        "effects": [
+            {
+                "effect": item.effect.__name__,
+                "at": item.at,
+                "family": item.effect.family,
+                "parameters": {name: {"value": value, "unit": item.units[name]} for name, value in item.values.items()},
+                "nuisance": [name for name in item.effect.nuisance if name in item.values and name not in item.effect.told_of_one],
+            }
+            for item in concealed.hidden
+        ],
+        "true_values": {name: asdict(item) for name, item in concealed.true_values.items()},
+        "moves_floors": {name: float(f"{value:.3g}") for name, value in concealed.moves.items()},
+        "files": dict(files),
+        "seed": seed,
+        "noise": noise,
+        "lathesim": lathesim.__version__,
+        "salt": secrets.token_hex(16),
+    }
+
+
+def seal_of(answer: Mapping[str, Any]) -> dict[str, Any]:
+    """Give what is published of an answer."""
+    return {"schema": SEAL, "lesson": answer["lesson"], "how": HOW, "digest": digest_of(answer), "files": answer["files"]}
+
+
+def digest_of(answer: Mapping[str, Any]) -> str:
+    """Give the SHA-256 of an answer in its canonical form."""
+    return hashlib.sha256(json.dumps(answer, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()).hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """Give the SHA-256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def opened(seal_path: Path, answer_path: Path) -> dict[str, Any]:
+    """Give the answer that was sealed; :class:`RecordingError` where one of the two files is not what it was."""
+    seal_path = seal_path / "seal.json" if seal_path.is_dir() else seal_path
+    seal = read_json(seal_path, SEAL, "seal", "digest")
+    answer = read_json(answer_path, ANSWER, "answer", "effects")
+    if digest_of(answer) != seal["digest"]:
+        raise RecordingError(
+            f"the answer does not fit the seal: one of them was changed, or {answer_path.name} belongs to another case.",
+            place=str(seal_path),
+            remedy="Ask for the files as they were made.",
+        )
+    return answer
+
+
+def changed_files(seal_path: Path, answer: Mapping[str, Any]) -> list[str]:
+    """Give the names of the published files that are missing or no longer what they were."""
+    folder = seal_path if seal_path.is_dir() else seal_path.parent
+    return [name for name, digest in answer["files"].items() if not (folder / name).is_file() or file_digest(folder / name) != digest]
+
+
+def read_json(path: Path, schema: str, what: str, key: str) -> dict[str, Any]:
+    """Read a JSON file of a schema; :class:`RecordingError` where it is something else."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RecordingError(f"the {what} cannot be read: {error.strerror}.", place=str(path)) from None
+    except (UnicodeDecodeError, json.JSONDecodeError):
+        raise RecordingError(f"the {what} is no JSON file.", place=str(path), remedy="Give the file as it was made.") from None
+    found = data.get("schema") if isinstance(data, dict) else None
+    if found != schema or key not in data:
+        told = f"has the schema '{found}'" if isinstance(found, str) else "has no schema"
+        raise RecordingError(f"the file {told}, and the {what} has the schema {schema}.", place=str(path))
+    return dict(data)

@@ -1,0 +1,253 @@
+"""What may be added to a model: effects of the catalogue at every place where they can sit, all neutral in one machine.
+
+One machine carries all candidates at once; with neutral values each is the identity bit for bit, so trying another candidate changes
+numbers and never compiles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from lathesim.component import Component, DiscreteState, Input, Output, Parameter
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import Assembly, FloatArray, Part
+from lathesim.engine.wiring import wire
+from lathesim.errors import LatheSimError
+from lathesim.identification.machine.roles import decides
+from lathesim.identification.records.candidate import Term
+from lathesim.lessons.insertion import insert_effect
+
+_START_POINTS = 8
+_ORDERS = 3
+"""Whole numbers a turn that are tried."""
+_PHASES = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
+_ROTARY_UNITS = ("N*m", "rad/s", "rad")
+
+
+def insert_candidates(
+    assembly: Assembly, effects: Iterable[type[Effect]], compared: Collection[str] | None = None
+) -> tuple[Assembly, list[Term]]:
+    """Give the assembly with every candidate in it, neutral, and the terms they make.
+
+    With ``compared`` channels, sensors that neither give one of them nor feed a part are left alone: nothing at them can be seen.
+    """
+    unseen = {part.name for part in assembly.parts if compared is not None and _is_unseen(assembly, part, compared)}
+    driven = {part.name for part in assembly.parts if _has_drive_before_it(assembly, part)}
+    second, measured = _second_sensors(assembly), _measured_parts(assembly)
+    places = [
+        (effect, at, senses)
+        for effect in _in_acting_order(effects)
+        for part in assembly.parts
+        if part.name not in unseen
+        for at in (
+            *_own_places(effect, part, driven),
+            *_further_readings(effect, part, compared or ()),
+            *_shown_outputs(effect, part, compared or ()),
+        )
+        for senses in (
+            _from_beside(effect, part, at, assembly, compared)
+            if effect.from_beside
+            else _from_elsewhere(effect, measured.get(part.name, part.name), assembly)
+        )
+    ]
+    terms: list[Term] = []
+    result = assembly
+    for effect, host, senses in places:
+        beside = "".join(f"_{source.partition('.')[0]}" for source in senses.values())
+        name = f"try_{host.replace('.', '_')}_{_snake(effect.__name__)}{beside}"
+        neutral = _neutral_si(effect)
+        try:
+            trial = insert_effect(result, effect, host, name=name, parameters=neutral, sources=dict(senses))
+            placed = next(part for part in trial.parts if part.name == name)
+            if not _carries(effect, placed.component):
+                continue
+            wire(replace(trial, finish="", record=()))
+        except LatheSimError:
+            continue
+        result = trial
+        of_motion = measured.get(host, "")
+        placing: dict[str, Any] = {"second": host in second, "of_motion": of_motion, "senses": senses}
+        term = _as_sampled(_term(name, effect, placed.component, host), assembly.sample_period)
+        terms.append(replace(term, **placing, shaped=replace(term.shaped, **placing) if term.shaped else None))
+    return result, terms
+
+
+def _as_sampled(term: Term, period: float) -> Term:
+    """Give a term whose resonance, if it has one, is no faster than samples show: what swings beyond half their rate may be anything."""
+    resonance = f"{term.part}.{term.effect.resonance}"
+    if resonance not in term.parameters:
+        return term
+    high = np.where(np.array(term.parameters) == resonance, np.minimum(term.high, 0.5 / period), term.high)
+    shaped = _as_sampled(term.shaped, period) if term.shaped else None
+    return replace(term, high=high, points=np.minimum(term.points, high), shaped=shaped)
+
+
+def _from_elsewhere(effect: type[Effect], host: str, assembly: Assembly) -> list[dict[str, str]]:
+    """Give what may feed the inputs of an effect that sense another part: each output of that role of every other part that is pushed and
+    moves as the host does; nothing to be fed where the effect senses its host alone."""
+    component = next(part.component for part in assembly.parts if part.name == host)
+    found: list[dict[str, str]] = [{}]
+    for item, role in effect.elsewhere.items():
+        unit = effect.declarations[item].unit
+        if role not in component.ports or component.declarations[component.ports[role]].unit != unit:
+            return []
+        outputs = [
+            f"{part.name}.{part.component.ports[role]}"
+            for part in assembly.parts
+            if part.name != host and {role, "effort"} <= set(part.component.ports) and not issubclass(part.component, Effect)
+            if part.component.declarations[part.component.ports[role]].unit == unit
+        ]
+        found = [{**senses, item: output} for senses in found for output in outputs]
+    return found
+
+
+def _from_beside(effect: type[Effect], part: Part, at: str, assembly: Assembly, compared: Collection[str] | None) -> list[dict[str, str]]:
+    """Give what may feed the input of an effect that senses another channel of its sensor: what feeds the sensor's other inputs, as far as
+    their readings are compared, which tell it from a factor on the own one."""
+    ports, sources = part.component.ports, {wire.target: wire.source for wire in assembly.wires}
+    reading = at.partition(".")[2] or ports.get("reading", "")
+    readings = [port for role, port in ports.items() if role.endswith("reading") and port != reading]
+    seen = [port for port in readings if compared is None or f"{part.name}.{port}" in compared]
+    # the input of main is main_force
+    others = [name for name in part.component.declared(Input) if name.startswith(tuple(seen))]
+    fed = [sources.get(f"{part.name}.{name}", "") for name in others]
+    return [{effect.from_beside: source} for source in fed if source]
+
+
+def _measured_parts(assembly: Assembly) -> dict[str, str]:
+    """Give for each sensor the part whose motion it measures."""
+    sources = {wire.target: wire.source.partition(".")[0] for wire in assembly.wires}
+    sensors = [part for part in assembly.parts if "reading" in part.component.ports and "measured" in part.component.ports]
+    return {part.name: sources[target] for part in sensors if sources.get(target := f"{part.name}.{part.component.ports['measured']}")}
+
+
+def _own_places(effect: type[Effect], part: Part, driven: Collection[str]) -> list[str]:
+    """Give the part, if the effect fits it; what a drive leaves out belongs to the first part that is driven."""
+    return [part.name] if _fits(effect, part.component) and not (effect.site == "drive" and part.name in driven) else []
+
+
+def _shown_outputs(effect: type[Effect], part: Part, compared: Collection[str]) -> list[str]:
+    """Give the compared outputs of a part that is no sensor, as an amplifier's current: what shows it has errors of its own."""
+    component = part.component
+    if "reading" in component.ports or issubclass(component, Effect) or decides(component):
+        return []
+    if effect.site != "reading" and not effect.of_any_reading:
+        return []
+    return [f"{part.name}.{name}" for name in component.declared(Output) if f"{part.name}.{name}" in compared]
+
+
+def _further_readings(effect: type[Effect], part: Part, compared: Collection[str]) -> list[str]:
+    """Give the other compared readings of a sensor of several channels, each with an amplifier and a zero of its own."""
+    if effect.site != "reading" or not _fits(effect, part.component):
+        return []
+    readings = [f"{part.name}.{port}" for role, port in part.component.ports.items() if role.endswith("_reading")]
+    return [reading for reading in readings if reading in compared]
+
+
+def _is_unseen(assembly: Assembly, part: Part, compared: Collection[str]) -> bool:
+    ports = part.component.ports
+    if "reading" not in ports or "measured" not in ports:
+        return False
+    outputs = {f"{part.name}.{name}" for name in part.component.declared(Output)}
+    return not outputs & set(compared) and not any(wire.source in outputs for wire in assembly.wires)
+
+
+def _second_sensors(assembly: Assembly) -> set[str]:
+    """Give the sensors of a part of which another sensor tells already: one that closes a loop, or comes before them."""
+    sources = {wire.target: wire.source.partition(".")[0] for wire in assembly.wires}
+    feeding = {source for target, source in sources.items() if target.partition(".")[0] != source}
+    sensors: dict[str, list[str]] = {}
+    for sensor, part in _measured_parts(assembly).items():
+        sensors.setdefault(part, []).append(sensor)
+    first = [sorted(names, key=lambda name: name not in feeding)[0] for names in sensors.values()]
+    return {name for names in sensors.values() for name in names} - set(first)
+
+
+def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
+    """Give effects in the order in which they act on one port: frictions after all that pushes, as they answer to the sum of it, and last
+    the spring behind which they hold; what samples a reading after what filters it, which would see steps else; a cut's depth after the
+    forces that are in proportion to it."""
+
+    def order(effect: type[Effect]) -> tuple[bool, bool, bool, int, int, str]:
+        samples = effect.site == "reading" and bool(effect.declared(DiscreteState))
+        return bool(effect.behind), effect.family == "reversal", samples, effect.stage, effect.catalogue, effect.__name__
+
+    return sorted(effects, key=order)
+
+
+def _has_drive_before_it(assembly: Assembly, part: Part) -> bool:
+    """Say whether a part's command comes from a drive of its own (amplifier, motor): what a drive leaves out then belongs there."""
+    port = part.component.ports.get("drive")
+    source = next((wire.source for wire in assembly.wires if wire.target == f"{part.name}.{port}"), "")
+    before = next((other for other in assembly.parts if other.name == source.partition(".")[0]), None)
+    return before is not None and "drive" in before.component.ports and not decides(before.component)
+
+
+def _fits(effect: type[Effect], host: type[Component]) -> bool:
+    if issubclass(host, Effect) or decides(host):
+        return False
+    return set(effect.pairs()) <= set(host.ports)
+
+
+def _snake(name: str) -> str:
+    """Give ``coulomb_friction`` for ``CoulombFriction``."""
+    return "".join(f"_{letter.lower()}" if letter.isupper() and place else letter.lower() for place, letter in enumerate(name))
+
+
+def _carries(effect: type[Effect], placed: type[Component]) -> bool:
+    """Say whether an effect makes sense on a wire of this unit."""
+    return effect.carried is None or placed.declarations["incoming"].unit in effect.carried
+
+
+def _neutral_si(effect: type[Effect]) -> dict[str, float]:
+    return {name: float(value) for name, value in effect.neutral.items()}
+
+
+def _term(part: str, effect: type[Effect], placed: type[Component], host: str, *, shaped: bool = False) -> Term:
+    """Give the term of an effect, in its plain shape or with the values of a finer one free too."""
+    rotary = any(item.unit in _ROTARY_UNITS for item in placed.declared(Input).values())
+    ranges: Mapping[str, tuple[float, float]] = effect.typical_rotary if rotary and effect.typical_rotary else effect.typical
+    declared = placed.declared(Parameter)
+    names = [name for name in declared if name in ranges and (shaped or name not in effect.finer_shape)]
+    points = _spread([ranges[name] for name in names])
+    if "order" in names:
+        # lobes and ripples come in whole numbers a turn, the lowest first; between two of them nothing adds up over many turns
+        lowest, highest = (round(bound) for bound in ranges["order"])
+        orders = np.arange(lowest, min(highest, lowest + _ORDERS - 1) + 1)
+        # one size for all phases of an order: from responses of one size the best phase is worked out
+        points = np.tile([_middle(*ranges[name]) for name in names], (len(_PHASES) * len(orders), 1))
+        points[:, names.index("order")] = np.repeat(orders, len(_PHASES))
+        if "phase" in names:
+            points[:, names.index("phase")] = np.tile(_PHASES, len(orders))
+    neutral = np.array([effect.neutral.get(name, _middle(*ranges[name])) for name in names])
+    low = np.array([declared[name].low for name in names])
+    high = np.array([declared[name].high for name in names])
+    sizes = [sorted(abs(bound) for bound in ranges[name]) for name in names]
+    least, usual = (np.array([size[place] for size in sizes]) for place in (0, 1))
+    if shaped:
+        default = {name: declared[name].default for name in effect.finer_shape}
+        neutral = np.array([default.get(name, value) for name, value in zip(names, neutral, strict=True)])
+    finer = _term(part, effect, placed, host, shaped=True) if effect.finer_shape and not shaped else None
+    return Term(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, least, usual, points, shaped=finer)
+
+
+def _middle(low: float, high: float) -> float:
+    return float(np.sqrt(low * high)) if low > 0 else 0.5 * (low + high)
+
+
+def _spread(ranges: Sequence[tuple[float, float]]) -> FloatArray:
+    """Give starting values over the ranges: logarithmic where a range is positive and wide, a Sobol sequence over all of them."""
+    if not ranges:
+        return np.zeros((0, 0))
+    count = _START_POINTS if len(ranges) > 1 else 3
+    unit = qmc.Sobol(len(ranges), scramble=False).random(16)[1 : count + 1]
+    columns = []
+    for column, (low, high) in enumerate(ranges):
+        share = unit[:, column]
+        columns.append(low * (high / low) ** share if low > 0 and high > 3 * low else low + (high - low) * share)
+    return np.stack(columns, axis=1)

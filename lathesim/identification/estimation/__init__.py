@@ -1,0 +1,1 @@
+"""Parameters from recordings: least squares, covariance, bias, transfer to another recording."""

@@ -1,0 +1,48 @@
+"""How far a replay draws the values that are fitted to it: the found machine is simulated, and what it would have recorded is fitted again.
+
+A replay feeds each part with what was recorded, noise and rounding included: a friction turns round where a noisy speed does, and a lag
+that is fitted beside it answers to that. With b the value fitted to what a machine of value v would have recorded, |b - v| is a systematic
+error of every value so fitted. It is told and not taken off: the found machine is not the real one. Source: Efron, Tibshirani, An
+Introduction to the Bootstrap, 1993, chapter 10 (parametric bootstrap of a bias). Left out: the loads that nobody measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records.fit import Fitted, with_start
+from lathesim.identification.replay.experiment import Rig
+from lathesim.record import Record
+
+_BEYOND_NOISE = 3.0
+"""Standard errors of the second fit beyond which it differs from the first by more than its own noise."""
+
+
+def replay_bias(rig: Rig, fitted: Fitted, *, wide: bool) -> Mapping[str, float]:
+    """Give by name how far off [SI] the second fit is, nothing where noise alone may have made that; a machine of which nothing is fed back
+    is no other in the replay than in its own simulation, and has no bias."""
+    if not rig.feeds_back:
+        return {}
+    again = replace(rig, record=_as_recorded(rig, fitted))
+    second = fit(again.sensed, with_start(fitted), fitted.constant, rounds=2, wide=wide, coloured=True)
+    found = {}
+    for name in fitted.names:
+        off = abs(second.by_name[name] - fitted.by_name[name])
+        found[name] = off if off > _BEYOND_NOISE * second.error_by_noise(name) else 0.0
+    return found
+
+
+def _as_recorded(rig: Rig, fitted: Fitted) -> Record:
+    """Give what the machine with the fitted values would have recorded, with noise of the size of the floors."""
+    names = rig.own.settable(fitted.by_name)
+    simulated = rig.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0]
+    random = np.random.Generator(np.random.Philox(0))
+    channels = dict(rig.record.channels)
+    for row, name in enumerate(rig.machine.compare):
+        values = simulated[row] + rig.floors[name] * random.standard_normal(len(simulated[row]))
+        channels[name] = replace(channels[name], values=np.where(np.isfinite(rig.record[name]), values, np.nan))
+    return Record(rig.record.time, channels, dict(rig.record.meta))

@@ -1,0 +1,277 @@
+"""The values a diagnosis reports: fitted to all that was recorded, with intervals that two recordings have been asked about."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.stats import chi2, norm
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.estimation.bootstrap_bias import replay_bias
+from lathesim.identification.estimation.covariance import covariance_of
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.estimation.transfer import begun_anew
+from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.fit import Fitted, with_start
+from lathesim.identification.records.model import Model, is_wide
+from lathesim.identification.replay.closed_loop import own_error
+from lathesim.identification.replay.experiment import Rig
+
+CONFIDENCE = 1.96 * 1.15
+"""Standard errors in half a 95 % interval. On concealed cases of another program the standard errors were 1.15 times too small (of 105
+values 1.96 of them held 93, 1.15 times as much 101): laws, steps and samples are a little other than those of any machine. Source of such a
+correction: Kuleshov, Fenner, Ermon, Accurate Uncertainties for Deep Learning Using Calibrated Regression, ICML 2018 (recalibration)."""
+SIGNIFICANT = 3.0
+"""Standard errors by which a size must differ from nothing."""
+_LARGEST_INFLATION = 10.0
+_AS_GOOD = 1.2
+"""Times the error of a simulation within which another one is as good."""
+_FAR_BEYOND = 100.0
+"""Times a limit that its neutral value is at least."""
+_HANG_TOGETHER = 0.1
+"""Share of a standard error that is left where the other values of an effect are held, below which only a mixture of them is known."""
+_RAREST = 1e-300
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value and one standard error [SI]; ``by_noise`` is how much of that is noise, or a disagreement of the recordings."""
+
+    value: float
+    error: float
+    by_noise: float
+    alone: float = np.inf
+    """One standard error by noise where the other values of its effect are held: small where only their product is known."""
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Values by name; ``inflation`` is by how much more than their errors allow the two recordings disagree."""
+
+    by_name: Mapping[str, Estimate]
+    inflation: float
+    apart: Mapping[str, float] = field(default_factory=dict)
+    """By the part of an effect: standard errors by which its sizes together differ from nothing, however little each is known by itself."""
+
+    def values(self) -> dict[str, float]:
+        """Give the values alone."""
+        return {name: item.value for name, item in self.by_name.items()}
+
+
+def estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estimates:
+    """Give the machine's values, where frictions sense the simulated motion with the recorded one instead if that explains as much.
+
+    A replay in which a friction holds by its own motion jumps where a value moves a little: its slopes tell more than is there, and what
+    the recorded motion tells of the errors holds for it too. Whether the values are as good the lesson's own simulation says.
+    """
+    found = _estimates(model, rig, held_out, whole)
+    motion = rig.feeling_their_motion(model.terms)
+    given = {name: value for name, value in model.fitted.constant.items() if name not in motion}
+    if given == model.fitted.constant:
+        return found
+    other = _estimates(replace(model, fitted=replace(model.fitted, constant=given)), rig, held_out, whole)
+    there = model.held_out_fit.by_name
+    left, left_with_other = (own_error(held_out, {**there, **one.values()}) for one in (found, other))
+    return other if rig.feeds_back and left_with_other < _AS_GOOD * left else _no_surer(found, other)
+
+
+def _no_surer(found: Estimates, other: Estimates) -> Estimates:
+    """Give the values of one fit with the larger of its errors and those of another one."""
+    by_name = {
+        name: replace(
+            item, **{error: max(getattr(item, error), getattr(other.by_name[name], error)) for error in ("error", "by_noise", "alone")}
+        )
+        for name, item in found.by_name.items()
+    }
+    return replace(found, by_name=by_name, apart={part: min(size, other.apart[part]) for part, size in found.apart.items()})
+
+
+def _estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estimates:
+    """Give the machine's values: fitted to the whole recording where both parts are of one file, else the weighted mean of both.
+
+    The parts are fitted by themselves first, with noise that may be slow: what is missing is in the model by now, and a load that nobody
+    measured draws the values with it where it passes for white. Where they disagree by more than their standard errors, all errors are
+    made larger by the root mean square of that disagreement: an error that the noise model knows nothing of (the model's form, a drifting
+    machine).
+    """
+    wide = is_wide(model.terms)
+    first = fit(rig.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, wide=wide, coloured=True, slopes="central")
+    second = _same_way_round(_refitted(model, held_out, held_out, wide), first, model.terms)
+    of_recording = {item.name for item in begun_anew(held_out, model.terms)}
+    of_recording |= {name for term in model.terms for name in term.nuisance}
+    names = [name for name in first.names if name not in of_recording]
+    pull = [
+        ((first.by_name[name] - second.by_name[name]) ** 2 / (first.error_by_noise(name) ** 2 + second.error_by_noise(name) ** 2))
+        for name in names
+        if first.error_by_noise(name) > 0.0 and second.error_by_noise(name) > 0.0 and not name.endswith(".order")
+    ]
+    inflation = float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, _LARGEST_INFLATION))
+    fits = (first, second) if whole is None else (_refitted(model, whole, held_out, wide),)
+    rigs = (rig, held_out) if whole is None else (whole,)
+    biases = [replay_bias(one, fitted, wide=wide) if model.terms else {} for one, fitted in zip(rigs, fits, strict=True)]
+    together = joint_covariance(fits, names, inflation)
+    both = (joint_covariance(fits, names, 1.0), together)
+    alone, disagreeing = (dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)) for covariance in both)
+    found = {name: _estimate(fits, name, alone[name], disagreeing[name], [bias.get(name, 0.0) for bias in biases]) for name in names}
+    for term in model.terms:
+        for name, share in _held(fits[0], [name for name in term.parameters if name in found]).items():
+            found[name] = replace(found[name], alone=share * found[name].by_noise)
+    apart = {term.part: _apart(term, names, found, together) for term in model.terms}
+    of_one = [f"{term.part}.{name}" for term in model.terms for name in term.effect.told_of_one]
+    told = fits[0]
+    found |= {name: Estimate(told.by_name[name], told.error(name), told.error_by_noise(name)) for name in of_one if name in told.names}
+    return Estimates(found, inflation, apart)
+
+
+def _apart(term: Term, names: Sequence[str], found: Mapping[str, Estimate], covariance: FloatArray) -> float:
+    """Give the standard errors by which the sizes of an effect together differ from nothing.
+
+    d'C^-1 d of their differences d has a chi-square distribution where there is nothing; it is given as what is as rare in a normal one.
+    Source: Wald, Tests of statistical hypotheses concerning several parameters, Trans. American Mathematical Society 54 (1943).
+    """
+    neutral = dict(zip(term.parameters, term.neutral.tolist(), strict=True))
+    sizes = [name for name in term.parameters if name.partition(".")[2] in term.effect.neutral and name in found]
+    if not sizes:
+        return 0.0
+    places = [names.index(name) for name in sizes]
+    own = np.sqrt(np.maximum(np.diag(covariance)[places], 1e-300))
+    away = np.array([found[name].value - neutral[name] for name in sizes]) / own
+    square = away @ np.linalg.pinv(covariance[np.ix_(places, places)] / np.outer(own, own), hermitian=True) @ away
+    return float(norm.isf(0.5 * max(chi2.sf(square, len(sizes)), _RAREST)))
+
+
+def with_error_of_form(values: Estimates, terms: Sequence[Term], share: float) -> Estimates:
+    """Give the estimates with sizes of effects no surer than ``share`` of themselves, where that much of what was missing follows the
+    motion and is left: it might have been theirs in a model of the right form.
+
+        error^2 <- error^2 + (share (value - neutral) / 1.96)^2
+
+    Source: Kennedy, O'Hagan, Bayesian calibration of computer models, J. Royal Statistical Society B 63 (2001), section 2 (a model's
+    inadequacy is an uncertainty of its own). Assumed: what is left is shared out as the effect itself is. Left out: periods and times.
+    """
+    found = dict(values.by_name)
+    for term in terms:
+        for name, neutral in zip(term.parameters, term.neutral, strict=True):
+            if name in found and name.partition(".")[2] in term.effect.neutral:
+                item = found[name]
+                found[name] = replace(item, error=float(np.hypot(item.error, share * (item.value - neutral) / 1.96)))
+    return replace(values, by_name=found)
+
+
+def _held(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
+    """Give by what factor each standard error of some values is smaller where the others of them are held."""
+    places = [fitted.names.index(name) for name in names]
+    covariance = fitted.covariance[np.ix_(places, places)]
+    own = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    informed = np.linalg.pinv(covariance / np.outer(own, own), hermitian=True)
+    return {name: float(1.0 / np.sqrt(max(value, 1.0))) for name, value in zip(names, np.diag(informed), strict=True)}
+
+
+def _estimate(fits: Sequence[Fitted], name: str, alone: float, by_noise: float, biases: Sequence[float]) -> Estimate:
+    """Give the weighted mean of fits to separate recordings: noise differs between them, what is wrong with the form of the model or comes
+    of replaying it does not. ``by_noise`` is the standard error of all by noise and by how they disagree, ``alone`` by noise only."""
+    values = np.array([fitted.by_name[name] for fitted in fits])
+    weights = 1.0 / np.array([max(fitted.error(name), 1e-300) for fitted in fits]) ** 2
+    by_form = np.array([fitted.error_by_noise(name) * np.sqrt(fitted.misfit_of(name) ** 2 - 1.0) for fitted in fits])
+    by_form = np.hypot(by_form, biases)
+    error = max(by_noise, float(np.hypot(alone, weights @ by_form / weights.sum())))
+    return Estimate(float(weights @ values / weights.sum()), error, by_noise)
+
+
+def joint_covariance(fits: Sequence[Fitted], names: Sequence[str], inflation: float) -> FloatArray:
+    """Give the covariance of all fits together by noise, (names, names), ``inflation``^2 larger as far as it comes from the recordings.
+
+    covariance = (P + sum_i (C_i^-1 - P) / inflation^2)^-1
+
+    C_i is the covariance of the values in fit i, P what was known beforehand: known once, and of all values together. Where recordings tell
+    only a ratio of two values, what is known of the one is all there is to know of the other, however many recordings there are.
+    """
+    places = [[fitted.names.index(name) for name in names] for fitted in fits]
+    known = np.diag([fits[0].known_beforehand(place) for place in places[0]])
+    total = known.copy()
+    for fitted, of_fit in zip(fits, places, strict=True):
+        total += _learned(fitted.covariance[np.ix_(of_fit, of_fit)], known) / inflation**2
+    return covariance_of(total)
+
+
+def _learned(covariance: FloatArray, known: FloatArray) -> FloatArray:
+    """Give the information of a covariance that was not ``known`` beforehand; of a value without any variance, which nothing shows, none.
+
+    Rounding leaves negative directions in the difference; they are taken out.
+    """
+    shown = np.flatnonzero(np.diag(covariance) > 0.0)
+    there = np.ix_(shown, shown)
+    size = np.sqrt(np.diag(covariance)[shown])
+    scaled = np.linalg.pinv(covariance[there] / np.outer(size, size), rcond=1e-12, hermitian=True) - known[there] * np.outer(size, size)
+    values, vectors = np.linalg.eigh(scaled)
+    information = np.zeros_like(covariance)
+    information[there] = (vectors * np.maximum(values, 0.0)) @ vectors.T / np.outer(size, size)
+    return information
+
+
+def _refitted(model: Model, rig: Rig, held_out: Rig, wide: bool) -> Fitted:
+    """Fit everything that is free in the model to another recording."""
+    judges = rig.record is held_out.record
+    starts = begun_anew(rig, model.terms if judges else ())
+    states = {item.name for item in starts}
+    remembered = {name for term in model.terms for name in term.remembered}
+    # a phase belongs to its recording: on another one the search starts from where that one was found to have it
+    nuisance = {name for term in model.terms for name in term.nuisance}
+    there = model.held_out_fit.by_name if judges else {}
+    free = [
+        replace(item, start=there.get(item.name, item.start)) if item.name in nuisance else item
+        for item in with_start(model.fitted)
+        if item.name not in states
+    ]
+    free = [*(replace(item, start=there.get(item.name, item.start)) if item.name in remembered else item for item in starts), *free]
+    return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide, coloured=True, slopes="central")
+
+
+def _same_way_round(fitted: Fitted, other: Fitted, terms: Sequence[Term]) -> Fitted:
+    """Give a fit with its waves as another fit has them: one of negative size is the same wave half a turn on."""
+    values = np.array(fitted.values)
+    for term in terms:
+        for phase, sizes in term.waves.items():
+            names = [name for name in sizes if phase in fitted.names and name in fitted.names]
+            if sum(fitted.by_name[name] * other.by_name[name] for name in names) < 0.0:
+                values[[fitted.names.index(name) for name in names]] *= -1.0
+                values[fitted.names.index(phase)] += np.pi
+    return replace(fitted, values=values)
+
+
+def is_significant(term: Term, values: Estimates) -> bool:
+    """Say whether a parameter of an effect that makes it vanish is away from that value by more than its interval, or all such ones are
+    together: of a ripple that has a part of its own and one in proportion to the force only the sum may be known."""
+    if values.apart.get(term.part, 0.0) > SIGNIFICANT:
+        return True
+    for name, neutral in zip(term.parameters, term.neutral, strict=True):
+        if name.partition(".")[2] in term.effect.neutral and name in values.by_name:
+            estimate = values.by_name[name]
+            # of a growth and a rate of wear only the product is known: each is open, and yet the wear is there
+            error = estimate.alone if estimate.alone < _HANG_TOGETHER * estimate.by_noise else estimate.by_noise
+            if _away(estimate.value, neutral) > SIGNIFICANT * error:
+                return True
+    return False
+
+
+def is_open(term: Term, values: Estimates, nearly: float = 0.0) -> bool:
+    """Say whether the intervals of all sizes of an effect hold the value with which it vanishes, or come as near to it as this share of
+    them, whatever they are wide from: noise, a form that is a little wrong, recordings that disagree."""
+    sizes = [(name, neutral) for name, neutral in zip(term.parameters, term.neutral, strict=True) if name in values.by_name]
+    sizes = [(name, neutral) for name, neutral in sizes if name.partition(".")[2] in term.effect.neutral]
+    away = [(_away(values.by_name[name].value, neutral), CONFIDENCE * values.by_name[name].error) for name, neutral in sizes]
+    return all((1.0 - nearly) * size < half for size, half in away)
+
+
+def _away(value: float, neutral: float) -> float:
+    """Give how far a value is from where its effect vanishes; of a limit that does so far beyond all that acts, how large it is: one that
+    may be twice as large or none at all is not known."""
+    return min(abs(value - neutral), abs(value)) if abs(neutral) > _FAR_BEYOND * abs(value) else abs(value - neutral)
+
+
+def hangs_together(term: Term, values: Estimates) -> bool:
+    """Say whether of the values of an effect a mixture is known and no value by itself."""
+    known = [values.by_name[name] for name in term.parameters if name in values.by_name]
+    return len(known) > 1 and any(item.alone < _HANG_TOGETHER * item.by_noise for item in known)

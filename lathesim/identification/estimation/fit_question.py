@@ -1,0 +1,60 @@
+"""From a lesson, a recording and the names of what is free to a fit that can be made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lathesim.errors import LessonError
+from lathesim.identification.estimation.multistart import FreeParameter, free_parameters
+from lathesim.identification.estimation.replay_misfit import Misfit, replay_misfit
+from lathesim.identification.replay.controller_rate import decisions_for_each
+from lathesim.identification.replay.loading import at_period, coarser_than_decided
+from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.recording_mapping import mapping_of
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import Registry
+from lathesim.recordings.faults import recording_faults
+from lathesim.recordings.finding import Finding
+from lathesim.recordings.mapping import map_recording
+from lathesim.recordings.reading import read_recording
+
+
+@dataclass(frozen=True, eq=False)
+class FitQuestion:
+    """What is to be fitted to what, and what was found in the recording on the way."""
+
+    misfit: Misfit
+    free: tuple[FreeParameter, ...]
+    findings: tuple[Finding, ...]
+
+
+def ask_fit(
+    lesson: Lesson,
+    recording: Path,
+    registry: Registry,
+    names: Sequence[str],
+    variant: str | None = None,
+    overrides: Mapping[str, str | float] | None = None,
+    *,
+    closed: bool = False,
+) -> FitQuestion:
+    """Read the recording as the lesson maps it and put the machine beside it, sampled as the recording is.
+
+    Raises :class:`LessonError` for what the lesson does not say or the machine does not have, :class:`RecordingError` for the file.
+    """
+    prepared = prepare(lesson, registry, variant, overrides)
+    mapping = mapping_of(lesson, prepared.machinery)
+    mapped = map_recording(read_recording(recording, registry.readers), mapping)
+    period = mapped.record.sample_period
+    assembly, decisions = at_period(prepared.machinery, period), decisions_for_each(period, prepared.machinery)
+    driven, compared = mapping.targets("drive"), mapping.targets("compare")
+    misfit = replay_misfit(assembly, mapped.record, driven, compared, mapped.resolution, closed=closed, decisions=decisions)
+    for name in names:
+        known = name in prepared.plan.parameters or name in prepared.plan.states
+        if known and name not in misfit.plan.parameters and name not in misfit.plan.states:
+            raise LessonError(f"no compared channel depends on {name}.", place="--free", remedy="Compare more channels, or leave it out.")
+    coarse = coarser_than_decided(period, prepared.machinery, compared)
+    findings = (*mapped.findings, *recording_faults(mapped.record, mapping), *coarse)
+    return FitQuestion(misfit, tuple(free_parameters(misfit.plan, names)), findings)

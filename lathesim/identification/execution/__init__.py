@@ -1,0 +1,1 @@
+"""What a search may spend: threads, runs, time, and results that are kept."""

@@ -1,0 +1,1 @@
+"""The nouns of identification: a candidate, free parameters and their fit, a model of a recording."""

@@ -1,0 +1,111 @@
+"""A candidate: an effect of the catalogue placed at a part of a machine, neutral until its parameters are fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import FloatArray
+
+WAVES = {"phase": ("amplitude", "share"), "second_phase": ("second",)}
+"""The phase of a wave, and its sizes: one of negative size is the same wave half a turn on. A size whose phase an effect does not have
+goes with the first phase."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """A candidate: an effect inserted under the name ``part`` at a host.
+
+    ``parameters`` are the free names (``part.parameter``), ``neutral`` their values without the effect [SI]; ``low`` and ``high`` are the
+    bounds, ``least`` and ``usual`` the smallest and the largest sizes that are met, ``points`` starting values, shape (points, parameters),
+    spread over typical ranges.
+    """
+
+    part: str
+    effect: type[Effect]
+    at: str
+    parameters: tuple[str, ...]
+    neutral: FloatArray
+    low: FloatArray
+    high: FloatArray
+    least: FloatArray
+    usual: FloatArray
+    points: FloatArray
+    second: bool = False
+    """Whether the host is the second of two sensors of one motion: the one that closes no loop, else the later one."""
+    of_motion: str = ""
+    """The part whose motion the host measures, where it is a sensor."""
+    senses: Mapping[str, str] = field(default_factory=dict)
+    """What feeds an input of the effect that its host does not: input -> ``part.output``."""
+    shaped: Term | None = None
+    """The term with the values of a finer shape free too; none where it has them or there are none."""
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.effect.__name__
+
+    @property
+    def bare(self) -> Term | None:
+        """The term in its simplest form, none where it has no other."""
+        kept = [name for name in self.parameters if name.partition(".")[2] in self.effect.bare]
+        return self.keeping(kept) if kept and len(kept) < len(self.parameters) else None
+
+    def keeping(self, names: Collection[str]) -> Term:
+        """Give the term with these of its free values."""
+        kept = [place for place, name in enumerate(self.parameters) if name in names]
+        arrays = {name: getattr(self, name)[kept] for name in ("neutral", "low", "high", "least", "usual")}
+        return replace(self, parameters=tuple(self.parameters[place] for place in kept), points=self.points[:, kept], **arrays)
+
+    @property
+    def spare(self) -> tuple[str, ...]:
+        """The free names that are nothing unless they are given, and without which the effect is still there."""
+        declared = self.effect.declarations
+        items = [(name, low, name.partition(".")[2]) for name, low in zip(self.parameters, self.low, strict=True)]
+        return tuple(
+            name
+            for name, low, item in items
+            if low == 0.0 and item not in self.effect.neutral and declared[item].default == 0.0  # type: ignore[attr-defined]
+        )
+
+    @property
+    def family(self) -> str:
+        """The family in which ties are reported."""
+        return self.effect.family
+
+    @property
+    def nuisance(self) -> tuple[str, ...]:
+        """The free names that belong to a recording and not to the machine."""
+        return tuple(f"{self.part}.{name}" for name in self.effect.nuisance)
+
+    @property
+    def remembered(self) -> tuple[str, ...]:
+        """The names of what had happened before a recording began."""
+        return tuple(f"{self.part}.{name}" for name in self.effect.remembers)
+
+    @property
+    def waves(self) -> dict[str, tuple[str, ...]]:
+        """The phases (free names), each with the sizes that change their sign where it is turned by pi: those that may be below 0."""
+        signed = {name for name, low in zip(self.parameters, self.low, strict=True) if low < 0.0}
+        phases = [f"{self.part}.{phase}" for phase in WAVES if f"{self.part}.{phase}" in self.parameters]
+        found: dict[str, list[str]] = {phase: [] for phase in phases}
+        for turning, sizes in WAVES.items():
+            phase = f"{self.part}.{turning}"
+            for size in (f"{self.part}.{name}" for name in sizes):
+                if phases and size in signed:
+                    found[phase if phase in found else phases[0]].append(size)
+        return {phase: tuple(names) for phase, names in found.items() if names}
+
+
+INSTANT = "instant"
+
+
+def instants_of(names: Sequence[str]) -> list[str]:
+    """Give those of some free names that are instants of a recording."""
+    return [name for name in names if name.endswith(INSTANT)]
+
+
+def jump_at(instant: str) -> str:
+    """Give the free name of what happens at an instant (a free name): ``second_jump`` at ``second_instant``."""
+    return instant.removesuffix(INSTANT) + "jump"

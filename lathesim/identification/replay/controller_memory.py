@@ -1,0 +1,143 @@
+"""How a controller stood when a recording began in the middle of a motion: what its integral held, what it had measured before.
+
+A replay gives a controller all that was recorded of its inputs, but not what it remembers of the time before. What it remembers, c, moves
+its command from there on,
+
+    u_k = u_0,k + sum_j c_j du_k/dc_j,
+
+and with no physics between inputs and command nothing else does, so least squares give c. Where the recording began at rest there is
+nothing to remember, and the command follows as it is. Source: Ljung, System Identification, 2nd ed. 1999, section 4.3 (the initial state as
+a parameter).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.component import DiscreteState, Parameter
+from lathesim.engine.assembly import Assembly, FloatArray, Part
+from lathesim.identification.machine.roles import decides
+from lathesim.identification.replay.simulator import Simulator
+
+_WORTH = 0.01
+"""Share of a command that must not follow for its controller's memory to be asked for."""
+_BY_MEMORY = 0.5
+"""Share of that which may be left with it."""
+_STEPS = 10.0 ** np.arange(-6.0, 0.0)
+"""By how much a memory is moved for its slope, from a micrometre and a microvolt on: the least that shows beyond a converter's steps ..."""
+_SHOWN = 0.01
+"""... as it moves what is shown by this share of its size."""
+_BEGINNING, _FEWEST = 0.1, 200
+"""Share of a recording, and samples at the least, in which the memory is looked for."""
+_TIMES = 3
+_FORGOTTEN = 1e-9
+"""Share of the largest slope below which a command does not answer to a memory."""
+
+
+def remembered_at_start(assembly: Assembly, compared: Sequence[str], replay: Simulator) -> dict[str, float]:
+    """Give what the controllers remember at the first sample whose commands are compared, or what a drive makes of them: ``part.name`` ->
+    value [SI]; nothing where these follow without, or do not follow with it either."""
+    found: dict[str, float] = {}
+    for part in assembly.parts:
+        if decides(part.component) and "displacement" not in part.component.ports:
+            for row in shown_by(assembly, part, compared)[:1]:
+                found |= _memory(part, row, _start_speeds(assembly, part, compared, replay), replay)
+    return found
+
+
+def shown_by(assembly: Assembly, controller: Part, compared: Sequence[str]) -> list[int]:
+    """Give the compared channels (rows) that show the command of a controller: its own, or those of what passes it on to a part that moves,
+    as a converter's voltage or a drive's current; the nearest first."""
+    parts = {part.name: part for part in assembly.parts}
+    rows: list[int] = []
+    waiting, seen = [controller.name], {controller.name}
+    while waiting:
+        name = waiting.pop(0)
+        rows += [row for row, channel in enumerate(compared) if channel.partition(".")[0] == name]
+        for wire in assembly.wires:
+            target, port = wire.target.partition(".")[::2]
+            ports = parts[target].component.ports if target in parts else {}
+            passed_on = wire.source.partition(".")[0] == name and port == ports.get("drive") and "effort" not in ports
+            if passed_on and target not in seen and ports.get("measured") in (None, port):
+                seen.add(target)
+                waiting.append(target)
+    return rows
+
+
+def _start_speeds(assembly: Assembly, part: Part, compared: Sequence[str], replay: Simulator) -> dict[str, float]:
+    """Give the speeds before the first sample that a controller can be told, as the first two samples of what it measures show them.
+
+    Without them the command may begin at its limit, where it answers to nothing.
+    """
+    measured = f"{part.name}.{part.component.ports['measured']}"
+    source = next((wire.source for wire in assembly.wires if wire.target == measured), "")
+    if source not in compared:
+        return {}
+    first, second = np.nan_to_num(replay.recorded[compared.index(source)][:2])
+    speed = float(second - first) / assembly.sample_period
+    unit = part.component.declarations[part.component.ports["measured"]].unit
+    declared = part.component.declared(Parameter)
+    return {f"{part.name}.{name}": speed for name, item in declared.items() if name.startswith("start_") and item.unit == f"{unit}/s"}
+
+
+def with_memory(assembly: Assembly, memory: dict[str, float]) -> Assembly:
+    """Give the assembly whose controllers remember it."""
+    parts = []
+    for part in assembly.parts:
+        own = {name.partition(".")[2]: value for name, value in memory.items() if name.partition(".")[0] == part.name}
+        parameters = {name: value for name, value in own.items() if name in part.component.declared(Parameter)}
+        start = {name: value for name, value in own.items() if name not in parameters}
+        parts.append(replace(part, parameters={**part.parameters, **parameters}, start={**part.start, **start}) if own else part)
+    return replace(assembly, parts=tuple(parts))
+
+
+def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator) -> dict[str, float]:
+    """Give what one controller remembers, from its command (``row``); ``speeds`` are first guesses."""
+    plan = replay.plan
+    memories = [f"{part.name}.{name}" for name in part.component.declared(DiscreteState)]
+    memories += [f"{part.name}.{name}" for name in part.component.declared(Parameter) if name.startswith("start_")]
+    memories = [name for name in memories if name in plan.discrete or name in plan.parameters]
+    if not memories:
+        return {}
+    size = float(np.std(np.nan_to_num(replay.recorded[row])))
+    # later on an integral holds what rounding added up to as well
+    begins = max(_FEWEST, int(_BEGINNING * replay.samples))
+    given = np.array([plan.start_discrete[plan.discrete[name]] if name in plan.discrete else replay.given(name) for name in memories])
+
+    def left(values: FloatArray) -> FloatArray:
+        """Give what of the command does not follow at first, (runs, samples), with some rows of memories."""
+        found: FloatArray = np.nan_to_num(np.array([run[row, :begins] for run in replay.residuals(memories, values)]))
+        return found
+
+    before = left(given[None])[0]
+    if _rms(before) < _WORTH * size:
+        return {}
+    values = np.array([speeds.get(name, value) for name, value in zip(memories, given, strict=True)])
+    best = left(values[None])[0]
+    for _ in range(_TIMES):
+        slopes = np.array([_slope(left(values + _STEPS[:, None] * one) - best, _SHOWN * size) for one in np.eye(len(memories))])
+        answers = np.abs(slopes).max(axis=1) > _FORGOTTEN * np.abs(slopes).max(initial=0.0)
+        scale = np.abs(slopes).max(axis=1, keepdims=True) + 1e-300
+        moved = np.linalg.lstsq((slopes / scale)[answers].T, -best, rcond=1e-6)[0] / scale[answers, 0]
+        tried = values.copy()
+        tried[answers] += moved
+        now = left(tried[None])[0]
+        if not _rms(now) < _rms(best):
+            break
+        values, best = tried, now
+    kept = _rms(best) < _BY_MEMORY * _rms(before)
+    return {name: float(value) for name, value, old in zip(memories, values, given, strict=True) if value != old} if kept else {}
+
+
+def _slope(moved: FloatArray, least: float) -> FloatArray:
+    """Give the slope (samples,) of what ``_STEPS`` move, (steps, samples): of the first that moves it by ``least``, or of the largest."""
+    shown = np.flatnonzero(np.abs(moved).max(axis=1) >= least)
+    step = int(shown[0]) if len(shown) else len(_STEPS) - 1
+    return np.asarray(moved[step] / _STEPS[step])
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,83 @@
+"""What the machine of the lesson does with the recorded inputs, no candidate in it: run once, and taken for what a replay can neither
+follow nor see.
+
+A converter between two channels rounds what it is given by steps that a candidate's small change would be lost in, so a replay has
+converters without steps; what the steps make of the recorded inputs is known and added:  e_k = level(u_k) - u_k. An integral behind a
+converter that always rounds down would run away without it. And the speed of a feed drive that is told steps of voltage swings faster than
+counts of its place can show; what the model makes of the same steps does show it:  v = v_model + d/dt (x_counted - x_model).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.component import Output
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.engine.batch import Batch
+from lathesim.engine.wiring import wire
+from lathesim.identification.replay.open_loop import ROUNDED, ROUNDING
+from lathesim.identification.replay.recorded_parts import HeldSignal
+from lathesim.lessons.insertion import SeenBeyond
+
+_TWIN = "without_steps_"
+
+
+def plain_replay(replayed: Assembly, motion: Collection[str], samples: int, compared: Collection[str]) -> dict[str, FloatArray]:
+    """Give what converters round (output of a converter -> level less what it stands for) and how parts move (output of ``motion`` ->
+    values) in a replay without candidates, one value a sample [SI].
+
+    Nothing is run where no part of a process follows the motion and no converter for sensors rounds between channels that are
+    ``compared``; what grows beyond all bounds is left out.
+    """
+    rounding = _rounded(replayed, compared)
+    if not rounding and not motion:
+        return {}
+    twins = {output: f"{_TWIN}{output}" for output in rounding}
+    parts, wires = list(replayed.parts), list(replayed.wires)
+    for name in dict.fromkeys(output.partition(".")[0] for output in rounding):
+        part = next(part for part in parts if part.name == name)
+        parts.append(replace(_without_steps(part), name=f"{_TWIN}{name}"))
+        wires += [replace(item, target=f"{_TWIN}{item.target}") for item in replayed.wires if item.target.partition(".")[0] == name]
+    asked = (*rounding, *twins.values(), *motion)
+    plan = wire(replace(replayed, parts=tuple(parts), wires=tuple(wires), record=asked, finish=""))
+    (made,) = Batch(plan, samples, noisy=False).run([], np.zeros((1, 0)))
+    values = {name: np.asarray(made[plan.channels.index(name)]) for name in asked}
+    found = {output: values[output] - values[twin] for output, twin in twins.items()} | {name: values[name] for name in motion}
+    return {name: one for name, one in found.items() if np.isfinite(one).all()}
+
+
+def with_rounding(assembly: Assembly, rounding: Mapping[str, FloatArray]) -> Assembly:
+    """Give the assembly whose converters add what they round, as it is known, to all that they feed."""
+    parts, wires = list(assembly.parts), {item.target: item for item in assembly.wires}
+    by_name = {part.name: part for part in parts}
+    for output, values in rounding.items():
+        targets = [target for target, item in wires.items() if item.source == output]
+        name, _, item = output.partition(".")
+        unit = by_name[name].component.declarations[item].unit
+        signal, sum_of_both = f"{ROUNDING}{name}_{item}", f"{ROUNDED}{name}_{item}"
+        table = np.ascontiguousarray(values.reshape(-1, 1))
+        parts += [Part(signal, HeldSignal.with_units({"signal": unit}), tables={"recorded": table})]
+        parts += [Part(sum_of_both, SeenBeyond.with_units({"signal": unit}))]
+        wires |= {target: Wire(target, f"{sum_of_both}.outgoing") for target in targets}
+        ends = {f"{sum_of_both}.incoming": output, f"{sum_of_both}.beyond": f"{signal}.value"}
+        wires |= {target: Wire(target, source) for target, source in ends.items()}
+    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+
+
+def _rounded(assembly: Assembly, compared: Collection[str]) -> list[str]:
+    """Give the outputs of converters that feed something and are not compared, if one of them stands behind a sensor: what a command is
+    rounded to is the same in all that is compared."""
+    converters = [part for part in assembly.parts if "bits" in part.component.ports]
+    if all("drive" in part.component.ports for part in converters):
+        return []
+    fed = {item.source for item in assembly.wires}
+    outputs = [f"{part.name}.{item}" for part in converters for item in part.component.declared(Output)]
+    return [output for output in outputs if output in fed and output not in compared]
+
+
+def _without_steps(part: Part) -> Part:
+    bits = part.component.ports["bits"]
+    return replace(part, parameters={**part.parameters, bits: float(part.component.declarations[bits].high)})  # type: ignore[attr-defined]

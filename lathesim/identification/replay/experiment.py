@@ -1,0 +1,309 @@
+"""A machine and its recordings, made ready for the search: which simulators there are, and what is free in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.fft import prev_fast_len
+
+from lathesim.component import Component, Input, Output
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import Assembly, FloatArray
+from lathesim.engine.wiring import Plan, wire
+from lathesim.identification.catalogue.placement import insert_candidates
+from lathesim.identification.machine.roles import acting, commands
+from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.fit import Free
+from lathesim.identification.replay.controller_memory import remembered_at_start, with_memory
+from lathesim.identification.replay.controller_rate import at_controllers_rate
+from lathesim.identification.replay.converter_rounding import plain_replay, with_rounding
+from lathesim.identification.replay.initial_state import start_from
+from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, velocity_of
+from lathesim.identification.replay.open_loop import cut, drive, follow, look, seen, sense, sensed_share
+from lathesim.identification.replay.simulator import SecondSight, Simulator
+from lathesim.identification.signal.resolution import channel_floor
+from lathesim.record import Record
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What a lesson says of the machine: the assembly [SI], the inputs that recordings drive, the channels they are compared with.
+
+    ``uncertain`` gives one standard deviation of given values [SI] by ``part.parameter``; ``resolution`` that of a recorded channel.
+    Without ``replay`` the search works in the lesson's own simulation, and with ``white`` it takes every residual for white noise: see
+    :mod:`lathesim.diagnosis.ablation`. The ``assembly`` is sampled as the recordings are; controllers make so many ``decisions`` for
+    each of their samples. By the recording's ``clock`` these take so many times as long as the lesson says.
+    """
+
+    assembly: Assembly
+    drive: tuple[str, ...]
+    compare: tuple[str, ...]
+    uncertain: Mapping[str, float]
+    resolution: Mapping[str, float]
+    replay: bool = True
+    white: bool = False
+    decisions: int = 1
+    clock: float = 1.0
+
+
+TELLING = ("in_cut", "angle", "flow")
+"""Roles of the outputs that a mismatch may depend on."""
+
+
+_NEXT_TO_NOTHING = 1e-12
+
+
+@dataclass(frozen=True)
+class Rig:
+    """One recording on its sample grid, with the simulators held against it.
+
+    ``sensed`` replays every part with recorded inputs and lets effects sense the recorded motion (nearly linear: for the search);
+    ``replayed`` lets them sense the simulated motion; ``own`` is the lesson's simulation, in which only the drive is recorded.
+    """
+
+    machine: Machine
+    record: Record
+    name: str
+    candidates: tuple[Term, ...]
+    with_candidates: Assembly
+    weights: FloatArray | None = None
+    """Which samples count (samples,), 0 to 1; without it all do."""
+    one_sided: tuple[Term, ...] = ()
+    """Effects that are no candidates, as no recording moves their host both ways: what they refine is all that shows of them."""
+
+    @cached_property
+    def floors(self) -> dict[str, float]:
+        """What the recording cannot resolve in each compared channel, one standard deviation [SI]."""
+        return {name: channel_floor(self.record[name], self.machine.resolution.get(name, 0.0)) for name in self.machine.compare}
+
+    @cached_property
+    def _recorded(self) -> dict[str, FloatArray]:
+        return {name: self.record[name] for name in self.machine.compare}
+
+    def _driven(self) -> Assembly:
+        return drive(self.with_candidates, {name: self.record[name] for name in self.machine.drive})
+
+    def _channels(self) -> dict[str, str]:
+        """Give the output that stands for each compared channel."""
+        return {name: seen(self.with_candidates, name) for name in self.machine.compare}
+
+    def _simulator(self, assembly: Assembly, shown: Mapping[str, str] | None = None) -> Simulator:
+        channels = tuple({**self._channels(), **(shown or {})}.values())
+        beside = (*[source for _, source in acting(assembly)], *commands(assembly).values(), *self._telling(assembly))
+        beside += tuple(f"{term.part}.{term.effect.along}" for term in self.candidates if term.effect.along)
+        beside = tuple(name for name in dict.fromkeys(beside) if name not in channels)
+        finer = at_controllers_rate(assembly, self.machine.decisions)
+        plan = wire(replace(finer, record=(*channels, *beside), finish="", step=self._step(finer)))
+        recorded = np.array([self._recorded[name] for name in self.machine.compare])
+        floors = np.array([self.floors[name] for name in self.machine.compare])
+        parts = {part.name: part.component for part in self.machine.assembly.parts}
+        names = [name.partition(".")[::2] for name in self.machine.compare]
+        rates = frozenset(row for row, (host, item) in enumerate(names) if item == parts[host].ports.get("rate"))
+        again = self._second_sight(recorded)
+        every = self.machine.decisions
+        return Simulator(plan, channels, recorded, floors, self.name, again, self.weights, self.machine.white, every, rates)
+
+    def _telling(self, assembly: Assembly) -> tuple[str, ...]:
+        """Give the outputs that tell what the machine does where no sensor does: in the cut or not, the spindle angle, a velocity."""
+        moved = recorded_motion(self.with_candidates, self._whole())
+        own = [(part.name, part.component.ports) for part in assembly.parts if not issubclass(part.component, Effect)]
+        outputs = [f"{name}.{ports[role]}" for name, ports in own for role in TELLING if role in ports]
+        return tuple(output for output in outputs if output not in moved and self._gives(output))
+
+    def _gives(self, output: str) -> bool:
+        name, _, item = output.partition(".")
+        return any(part.name == name and item in part.component.declared(Output) for part in self.machine.assembly.parts)
+
+    @cached_property
+    def doing(self) -> dict[str, FloatArray]:
+        """What the machine did where no sensor tells, as simulated with the lesson's values: output -> values (samples,)."""
+        channels = self.sensed.plan.channels
+        return {name: self.sensed.channel([], [], channels.index(name)) for name in self._telling(self.with_candidates)}
+
+    def way_of(self, term: Term) -> FloatArray:
+        """Give the way along which an effect repeats, as simulated (samples,); with next to nothing of it, as without any it idles."""
+        channels = self.sensed.plan.channels
+        sizes = [name for name in term.parameters if name.partition(".")[2] in term.effect.neutral]
+        nearly = [float(term.neutral[term.parameters.index(name)]) + _NEXT_TO_NOTHING for name in sizes]
+        return self.sensed.channel(sizes, nearly, channels.index(f"{term.part}.{term.effect.along}"))
+
+    def _second_sight(self, recorded: FloatArray) -> tuple[SecondSight, ...]:
+        """Give the channels that show a motion which a channel before them shows already."""
+        parts = {part.name: part for part in self.machine.assembly.parts}
+        wires = {item.target: item for item in self.machine.assembly.wires}
+        shown = [measured_output(parts, wires, name) for name in self.machine.compare]
+        period = self.machine.assembly.sample_period
+        found: list[SecondSight] = []
+        for row, output in enumerate(shown):
+            host, _, item = output.partition(".")
+            ports = parts[host].component.ports
+            earlier = {shown[first]: first for first in range(len(shown)) if first != row and all(first != one.row for one in found)}
+            place = f"{host}.{ports.get('displacement', '')}"
+            if output == place and earlier.get(place, row) < row:
+                found.append(SecondSight(row, earlier[place]))
+            elif item == ports.get("flow") and place in earlier:
+                speed = velocity_of(np.nan_to_num(recorded[earlier[place]]), period)
+                power = float(speed @ speed)
+                if power > 0.0:
+                    gain = float(speed @ np.nan_to_num(recorded[row])) / power
+                    found.append(SecondSight(row, earlier[place], gain, rate=True))
+        return tuple(found)
+
+    @cached_property
+    def sensed(self) -> Simulator:
+        """Recorded inputs for every part, recorded motion for the effects."""
+        if not self.machine.replay:
+            return self.replayed
+        replayed = self._cut(_exact_sensors(self._driven()))
+        motion = recorded_motion(self.with_candidates, self._whole())
+        effects = {part.name for part in self.with_candidates.parts if issubclass(part.component, Effect)}
+        return self._simulator(*look(sense(replayed, motion, effects), self._channels(), motion))
+
+    def feeling_their_motion(self, terms: Iterable[Term]) -> dict[str, float]:
+        """Give the settings of :attr:`sensed` with which terms, and effects of the lesson's own, that may hold a part still sense the
+        simulated motion: they have to feel that it stands."""
+        tried = {term.part for term in self.candidates}
+        own = [(part.name, part.component) for part in self.with_candidates.parts if part.name not in tried]
+        sticking = [(term.part, term.effect) for term in terms] + [(name, item) for name, item in own if issubclass(item, Effect)]
+        names = [
+            sensed_share(f"{part}.{name}") for part, effect in sticking if effect.family == STICKING for name in effect.declared(Input)
+        ]
+        return {name: 0.0 for name in names if name in self.sensed.plan.parameters}
+
+    @cached_property
+    def replayed(self) -> Simulator:
+        """Recorded inputs for every part, simulated motion for the effects."""
+        exact = _exact_sensors(self._driven())
+        return self._simulator(self._cut(exact) if self.machine.replay else exact)
+
+    def _cut(self, assembly: Assembly) -> Assembly:
+        """Give a driven assembly whose parts take what was recorded of their inputs, and whose processes go on where the machine was."""
+        made = self._made_plainly
+        followed = follow(cut(assembly, self._whole()), counted_motion(self.with_candidates, self._whole(), made))
+        rounding = {name: values for name, values in made.items() if "bits" in self._part(name).ports}
+        return with_rounding(followed, rounding)
+
+    @cached_property
+    def _made_plainly(self) -> dict[str, FloatArray]:
+        """What the lesson's machine makes of the recorded inputs: the steps of its converters, and the motion that processes follow."""
+        if self.machine.decisions > 1:
+            return {}
+        recorded = self._whole()
+        driven = drive(self.machine.assembly, {name: self.record[name] for name in self.machine.drive})
+        counted = counted_motion(self.machine.assembly, recorded)
+        replayed = cut(driven, recorded)
+        followed = follow(replayed, counted)
+        motion = [name for name in counted if self._gives(name)] if followed.wires != replayed.wires else []
+        assembly = replace(followed, step=self._step(followed))
+        return plain_replay(assembly, motion, len(self.record), self.machine.compare)
+
+    def _part(self, output: str) -> type[Component]:
+        return next(part.component for part in self.machine.assembly.parts if part.name == output.partition(".")[0])
+
+    @cached_property
+    def feeds_back(self) -> bool:
+        """Whether a recorded channel feeds a part of the machine, so that its replay is another run than the lesson's own simulation."""
+        driven = self._driven()
+        return cut(driven, self._whole()).wires != driven.wires
+
+    @cached_property
+    def own(self) -> Simulator:
+        """The lesson's own simulation, with its own step and its own sensors."""
+        driven = self._driven()
+        channels = tuple(seen(self.with_candidates, name) for name in self.machine.compare)
+        plan = wire(replace(at_controllers_rate(driven, self.machine.decisions), record=channels, finish=""))
+        recorded = np.array([self._recorded[name] for name in self.machine.compare])
+        floors = np.array([self.floors[name] for name in self.machine.compare])
+        return Simulator(plan, channels, recorded, floors, self.name, weights=self.weights, every=self.machine.decisions)
+
+    def _step(self, assembly: Assembly) -> float:
+        """Give the step of a replay: half a sample period, or the lesson's where that is longer already."""
+        return max(assembly.step, 0.5 * assembly.sample_period)
+
+    def _whole(self) -> dict[str, FloatArray]:
+        return {name: values for name, values in self._recorded.items() if np.isfinite(values).all()}
+
+    def start_states(self, plan: Plan) -> list[Free]:
+        """Give the states of the machine's own parts as free starting values, from the recorded motion where there is any."""
+        motion = recorded_motion(self.with_candidates, self._whole())
+        free = []
+        for name, position in plan.states.items():
+            part = plan.parts[name.partition(".")[0]]
+            if issubclass(part.component, Effect):
+                continue
+            seen_start = start_from(part, name.partition(".")[2], motion)
+            if seen_start is None:
+                start = plan.start_states[position]
+                free.append(Free(name, start, max(abs(start), 1e-2)))
+            else:
+                start, spread = seen_start
+                free.append(Free(name, start, spread, uncertainty=spread, given=start))
+        return free
+
+
+def _exact_sensors(assembly: Assembly) -> Assembly:
+    """Give the assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice."""
+    parts = []
+    for part in assembly.parts:
+        ports, declared = part.component.ports, part.component.declarations
+        exact = {ports[role]: 0.0 for role in ("resolution",) if role in ports}
+        # steps of a converter hide what small changes of a value do to what it reads
+        exact |= {ports[role]: float(declared[ports[role]].high) for role in ("bits",) if role in ports}  # type: ignore[attr-defined]
+        parts.append(replace(part, parameters={**part.parameters, **exact}) if exact else part)
+    return replace(assembly, parts=tuple(parts))
+
+
+def build_rigs(machine: Machine, records: Iterable[tuple[str, Record]], effects: Iterable[type[Effect]]) -> list[Rig]:
+    """Give one rig for each recording, all with the same candidates in the same machine."""
+    assembly, terms = insert_candidates(machine.assembly, effects, machine.compare)
+    rigs = [Rig(machine, quickly_transformed(record), name, tuple(terms), assembly) for name, record in records]
+    return [_begun(rig) for rig in rigs]
+
+
+def _begun(rig: Rig) -> Rig:
+    """Give the rig whose controllers remember what they do where its recording begins."""
+    memory = remembered_at_start(rig.machine.assembly, rig.machine.compare, rig.sensed) if rig.machine.replay else {}
+    if not memory:
+        return rig
+    machine = replace(rig.machine, assembly=with_memory(rig.machine.assembly, memory))
+    return replace(rig, machine=machine, with_candidates=with_memory(rig.with_candidates, memory))
+
+
+_SPARED = 0.02
+
+
+def quickly_transformed(record: Record) -> Record:
+    """Give the record without the last samples, under one in fifty, beyond a length that a Fourier transform takes quickly."""
+    samples = len(record)
+    # a length of the factors 2, 3 and 5 is quickest, one with 7 or 11 nearly so and never far; a large prime takes ten times as long
+    kept = next((fast for real in (True, False) if samples - (fast := prev_fast_len(samples, real=real)) <= _SPARED * samples), samples)
+    if kept == samples:
+        return record
+    channels = {name: replace(channel, values=channel.values[:kept]) for name, channel in record.channels.items()}
+    return Record(record.time[:kept], channels, dict(record.meta))
+
+
+STICKING = "reversal"
+"""The family of effects that may hold a part still."""
+POSSIBLE = 3.5
+"""Declared standard deviations by which a value of the lesson may be off; further off is not believed, whatever it would explain."""
+
+
+def baseline_free(machine: Machine, wider: float = 1.0) -> list[Free]:
+    """Give the uncertain parameters as free ones, held by their uncertainty, ``wider`` than the lesson says, and within what that makes
+    possible."""
+    plan = wire(replace(machine.assembly, finish=""))
+    free = []
+    for name, declared_deviation in machine.uncertain.items():
+        deviation = wider * declared_deviation
+        _, position = plan.settable(name)
+        given = plan.parameter_values[position]
+        part, _, item = name.partition(".")
+        declared = plan.parts[part].component.declarations[item]
+        low = max(declared.low, given - POSSIBLE * deviation)  # type: ignore[attr-defined]
+        high = min(declared.high, given + POSSIBLE * deviation)  # type: ignore[attr-defined]
+        free.append(Free(name, given, max(deviation, 1e-12), low, high, deviation, given))
+    return free

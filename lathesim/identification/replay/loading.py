@@ -1,0 +1,174 @@
+"""From a lesson and the files of its recordings to what a diagnosis works on."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from lathesim.component import Output
+from lathesim.engine.assembly import Assembly
+from lathesim.engine.wiring import Plan
+from lathesim.errors import LessonError, RecordingError
+from lathesim.identification.machine.roles import closes_a_loop
+from lathesim.identification.replay.controller_rate import clock_beside, decisions_for_each, dividing
+from lathesim.identification.replay.experiment import Machine
+from lathesim.lessons.case import Given
+from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.part_values import si_value
+from lathesim.lessons.recording_mapping import mapping_of
+from lathesim.lessons.simulate import Prepared, prepare
+from lathesim.plugins import Registry
+from lathesim.record import Record
+from lathesim.recordings.faults import recording_faults
+from lathesim.recordings.finding import Finding
+from lathesim.recordings.mapping import MappedRecording, map_recording
+from lathesim.recordings.reading import read_recording
+from lathesim.units import split_quantity
+
+MOST_SAMPLES = 300_000
+"""More samples than this, times a few hundred runs of a round of candidates, do not fit the memory of an ordinary computer."""
+_COARSER = 1.5
+"""Ratio of two sample periods from which on the one is coarser."""
+LEAST_SAMPLES = 100
+"""Fewer samples than this say nothing about a machine."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A recording on its sample grid: its file's name, its channels [SI] and what was found in it."""
+
+    name: str
+    record: Record
+    findings: tuple[Finding, ...]
+
+    @property
+    def faults(self) -> tuple[Finding, ...]:
+        """What makes the recording unfit to name physics from."""
+        return tuple(finding for finding in self.findings if finding.serious)
+
+
+@dataclass(frozen=True)
+class LoadedCase:
+    """A lesson's machine with the recordings held against it."""
+
+    lesson: Lesson
+    prepared: Prepared
+    machine: Machine
+    recordings: tuple[Recorded, ...]
+
+
+def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant: str | None = None) -> LoadedCase:
+    """Load the recordings of a lesson; the first one is fitted, the second one judges.
+
+    Raises :class:`LessonError` where the lesson does not say how the columns map to the machine, and :class:`RecordError` where a file
+    cannot be read as it says.
+    """
+    prepared = prepare(lesson, registry, variant)
+    mapping = mapping_of(lesson, prepared.machinery)
+    recordings = []
+    resolution: dict[str, float] = {}
+    period = prepared.machinery.sample_period
+    for file in files:
+        mapped: MappedRecording = map_recording(read_recording(file, registry.readers), mapping)
+        if len(mapped.record) > MOST_SAMPLES:
+            fact = f"the recording has {len(mapped.record):,} samples; a diagnosis takes {MOST_SAMPLES:,} at most.".replace(",", " ")
+            raise RecordingError(fact, place=str(file), remedy="Keep a part of the time, or every n-th row after a low-pass filter.")
+        found = [*mapped.findings, *recording_faults(mapped.record, mapping)]
+        if len(mapped.record) < LEAST_SAMPLES:
+            raise RecordingError(
+                f"the recording has {len(mapped.record)} usable samples.", place=str(file), remedy=f"Record at least {LEAST_SAMPLES}."
+            )
+        _refuse_without_overlap(file, mapped, prepared)
+        period = mapped.record.sample_period
+        found += coarser_than_decided(period, prepared.machinery, mapping.targets("compare"))
+        recordings.append(Recorded(file.name, mapped.record, tuple(found)))
+        resolution |= mapped.resolution
+    machine = Machine(
+        at_period(prepared.machinery, period),
+        tuple(lesson.settings.recordings.drive) if lesson.settings.recordings else (),
+        tuple(lesson.settings.recordings.compare) if lesson.settings.recordings else (),
+        uncertainties(lesson, prepared.plan),
+        resolution,
+        decisions=decisions_for_each(period, prepared.machinery),
+        clock=clock_beside(period, prepared.machinery),
+    )
+    return LoadedCase(lesson, prepared, machine, tuple(recordings))
+
+
+def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machine, Recorded]:
+    """Give the machine of a prepared case and a recording of it; raises what :func:`load_case` raises, but asks for no uncertainties."""
+    mapping = mapping_of(prepared.case.lesson, prepared.machinery)
+    mapped = map_recording(read_recording(file, registry.readers), mapping)
+    if len(mapped.record) < LEAST_SAMPLES:
+        fact = f"the recording has {len(mapped.record)} usable samples."
+        raise RecordingError(fact, place=str(file), remedy=f"Record at least {LEAST_SAMPLES}.")
+    coarse = coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
+    findings = (*mapped.findings, *recording_faults(mapped.record, mapping), *coarse)
+    period = mapped.record.sample_period
+    machine = Machine(
+        at_period(prepared.machinery, period),
+        mapping.targets("drive"),
+        mapping.targets("compare"),
+        {},
+        mapped.resolution,
+        decisions=decisions_for_each(period, prepared.machinery),
+        clock=clock_beside(period, prepared.machinery),
+    )
+    return machine, Recorded(file.name, mapped.record, tuple(findings))
+
+
+def _refuse_without_overlap(file: Path, mapped: MappedRecording, prepared: Prepared) -> None:
+    """Refuse a recording whose clock begins after the part program of the lesson has ended."""
+    begin = float(mapped.record.meta["original_start"])
+    end = prepared.duration
+    if prepared.case.program is not None and end is not None and begin >= end:
+        fact = f"the recording begins at {begin:g} s, and the lesson's program has ended at {end:g} s: they do not overlap."
+        raise RecordingError(fact, place=str(file), remedy="Shift the times of the recording, or drive the reference with a recorded one.")
+
+
+def coarser_than_decided(period: float, assembly: Assembly, compared: Collection[str]) -> list[Finding]:
+    """Say where a controller decides more often than the recording shows. Where that is no whole number of times, or too many, it is
+    another one at the recorder's rate, a slower one, and what it decided is known only if that was recorded."""
+    found = []
+    for part in (part for part in assembly.parts if period > _COARSER * assembly.sample_period and closes_a_loop(part)):
+        outputs = {f"{part.name}.{name}" for name in part.component.declared(Output)}
+        fact = f"one sample every {period * 1e3:g} ms, and {part.name} decides every {assembly.sample_period * 1e3:g} ms"
+        if decisions_for_each(period, assembly) > 1:
+            found.append(Finding("interpolated", "", fact, "simulated at the controller's rate, with what was recorded interpolated"))
+        else:
+            known = bool(outputs & set(compared))
+            done = "it is simulated at the recorder's rate, a slower loop than the real one; record as often as it decides"
+            if not known:
+                done = f"what it did in between cannot be replayed; record as often, or record {next(iter(sorted(outputs)), part.name)} too"
+            found.append(Finding("coarse", "", fact, done, serious=not known))
+    return found
+
+
+def at_period(assembly: Assembly, period: float) -> Assembly:
+    """Give the assembly sampled as the recording is, with a step that divides the period and is no longer than before."""
+    return replace(assembly, sample_period=period, step=dividing(period, assembly.step))
+
+
+def uncertainties(lesson: Lesson, plan: Plan) -> dict[str, float]:
+    """Give one standard deviation [SI] of each value that the lesson calls uncertain; refused where it calls none so."""
+    entries = lesson.settings.uncertain
+    if not entries:
+        raise LessonError(
+            "the lesson does not say how sure its values are, so nothing can be told from a misfit.",
+            place=str(lesson.path),
+            remedy="Add, for example, uncertain: {x_axis.mass: 5 %}.",
+        )
+    found = {}
+    for name, text in entries.items():
+        place = lesson.source.place(("uncertain", name))
+        number, unit = split_quantity(text)
+        _, position = plan.settable(name)
+        given = plan.parameter_values[position] if name in plan.parameters else plan.start_states[position]
+        part, _, item = name.partition(".")
+        declared = plan.parts[part].component.declarations[item].unit
+        found[name] = abs(given) * float(number) / 100.0 if unit == "%" else si_value(Given(text, place, place), declared)
+        if found[name] <= 0.0:
+            fact = f"{name} is {given:g}, and a share of it is no uncertainty."
+            raise LessonError(fact, place=place, remedy="Write a quantity with its unit.")
+    return found

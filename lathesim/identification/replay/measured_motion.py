@@ -1,0 +1,205 @@
+"""How a host really moved: position and velocity of a machine part from what its sensor recorded.
+
+An effect that senses its host is first tried against the *recorded* motion: then the force of a friction or a ripple is a known function
+of time, and its size enters the simulated output linearly. With simulated motion a friction that is a little too large sticks where the
+machine slid, and a search gets lost. Source: Gautier, Janot, Vandanjon, A new closed-loop output error method for parameter
+identification of robot dynamics, IEEE Trans. Control Systems Technology 21 (2013): filtered motion for starts, simulation to decide.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.signal import butter, savgol_filter, sosfiltfilt
+
+from lathesim.component import Input
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.identification.signal.resolution import channel_floor
+
+_CUTOFF = 100.0
+_CUTOFF_SHARE = 0.2
+_STEADY = 3e-3
+"""Share of its usual speed by which noise may move the velocity of a feed ..."""
+_FEWEST, _LONGEST = 5, 0.2
+"""... as far as that takes no fewer samples and no longer [s]."""
+_MOVING = 0.02
+"""Share of the fastest motion from which on a part moves."""
+
+
+def smooth(values: FloatArray, period: float) -> FloatArray:
+    """Give values filtered forwards and backwards (no lag), cut off at 100 Hz or at a fifth of the sampling rate [unit of the values]."""
+    rate = 1.0 / period
+    cutoff = min(_CUTOFF, _CUTOFF_SHARE * rate)
+    return np.asarray(sosfiltfilt(_low_pass(cutoff / (0.5 * rate)), values, padlen=min(len(values) - 2, int(3 * rate / cutoff))))
+
+
+@functools.lru_cache(maxsize=16)
+def _low_pass(cutoff: float) -> FloatArray:
+    """Give the sections of a filter that cuts off at a share of half the sampling rate."""
+    return np.asarray(butter(2, cutoff, output="sos"))
+
+
+def velocity_of(position: FloatArray, period: float) -> FloatArray:
+    """Give the velocity by central differences of the smoothed position [unit/s]."""
+    return np.gradient(smooth(position, period), period)
+
+
+def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Give, for outputs of machine parts (``part.position``, ``part.velocity``), what the sensors on them recorded, smoothed.
+
+    ``recorded`` maps channels to one value a sample [SI]. A sensor is a part with the ports ``measured`` and ``reading``; a host a part
+    with the ports ``displacement`` and ``flow``. A recorded output of the host itself counts too. A reading in another unit, as the volts
+    of a tachometer, is divided by the sensor's ``gain``.
+    """
+    parts = {part.name: part for part in assembly.parts}
+    period = assembly.sample_period
+    found: dict[str, FloatArray] = {}
+    gained: dict[str, FloatArray] = {}
+    for shown in _shown_motion(assembly, recorded):
+        if shown.is_place:
+            found.setdefault(shown.output, smooth(shown.values, period))
+            if shown.flow:
+                found.setdefault(shown.flow, velocity_of(shown.values, period))
+        else:
+            (found if shown.gain == 1.0 else gained)[shown.output] = smooth(shown.values / shown.gain, period)
+    # a gain may be wrong: where something counts the way, that tells the speed as well
+    velocities = {name: values for name, values in gained.items() if name not in found}
+    found.update(velocities)
+    for source in found.copy():
+        host, _, item = source.partition(".")
+        ports = parts[host].component.ports
+        if item == ports.get("flow") and "displacement" in ports:
+            found.setdefault(f"{host}.{ports['displacement']}", cumulative_trapezoid(found[source], dx=period, initial=0.0))
+    return found
+
+
+def counted_motion(
+    assembly: Assembly, recorded: Mapping[str, FloatArray], modelled: Mapping[str, FloatArray] | None = None
+) -> dict[str, FloatArray]:
+    """Give places and velocities of machine parts (``part.position``, ``part.velocity``) as sensors show them, by the gains that they have.
+
+    The velocity is as steady as a feed has to be: it is smoothed until what noise and counts add to it is next to nothing. Of a part whose
+    motion is ``modelled``, from the same recorded commands, only what that is beside the recorded one is smoothed.
+    """
+    period = assembly.sample_period
+    places: dict[str, FloatArray] = {}
+    velocities: dict[str, FloatArray] = {}
+    for shown in _shown_motion(assembly, recorded):
+        if shown.is_place and shown.output not in places:
+            places[shown.output] = smooth(shown.values, period)
+            if shown.flow:
+                velocities[shown.flow] = _steady_velocity(shown, period, modelled or {})
+        elif not shown.is_place and shown.output not in velocities:
+            values = shown.values / shown.gain
+            noise = channel_floor(values) / (_STEADY * _usual(values))
+            velocities[shown.output] = savgol_filter(values, _odd(2.25 * noise**2, len(values), period), 2)
+    return {**velocities, **places}
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """A place or a velocity (``output``) that a channel shows: what it recorded, ``gain`` times as large; ``flow`` is the output of the
+    velocity that belongs to a place."""
+
+    output: str
+    values: FloatArray
+    gain: float
+    is_place: bool
+    flow: str
+
+
+def _shown_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Iterator[_Shown]:
+    """Give what whole channels show of the motion of machine parts; places only in their unit."""
+    parts = {part.name: part for part in assembly.parts}
+    wires = {wire.target: wire for wire in assembly.wires}
+    for channel, values in recorded.items():
+        source = _shown_through(parts, wires, channel)
+        host, _, item = source.partition(".")
+        ports = _ports(parts, source)
+        is_place = item == ports.get("displacement")
+        if not np.isfinite(values).all() or not (is_place or item == ports.get("flow")):
+            continue
+        gain = _gain(parts, channel, source)
+        if gain == 1.0 or (gain and not is_place):
+            yield _Shown(source, values, gain, is_place, f"{host}.{ports['flow']}" if is_place and "flow" in ports else "")
+
+
+def _shown_through(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
+    """Give what a channel shows in the end: a converter reads a tachometer, and that a spindle. What a controller makes of what it measures
+    shows nothing of it."""
+    shown = channel
+    while "drive" not in _ports(parts, shown) and (further := measured_output(parts, wires, shown)) != shown:
+        shown = further
+    return shown
+
+
+def _ports(parts: Mapping[str, Part], output: str) -> Mapping[str, str]:
+    part = parts.get(output.partition(".")[0])
+    return part.component.ports if part else {}
+
+
+def _steady_velocity(shown: _Shown, period: float, modelled: Mapping[str, FloatArray]) -> FloatArray:
+    """Give the velocity of a position as the slope of parabolas through n samples each, which takes no notice of a rapid move further away:
+    white noise s of the position makes s sqrt(12 / n^3) / T of it, and n is so large that this is a small share of the usual speeds.
+    Beside a modelled motion it is that one's velocity and the slope of what the position is beside it.
+
+    Source: Savitzky, Golay, Smoothing and differentiation of data, Analytical Chemistry 36 (1964).
+    """
+    position = shown.values
+    noise = channel_floor(position) / (_STEADY * _usual(velocity_of(position, period)) * period)
+    width = _odd((12.0 * noise**2) ** (1.0 / 3.0), len(position), period)
+    place, velocity = (modelled.get(name, np.zeros(len(position))) for name in (shown.output, shown.flow))
+    return np.asarray(savgol_filter(position - place, width, 2, deriv=1, delta=period) + velocity)
+
+
+def _usual(velocity: FloatArray) -> float:
+    """Give the speed that is usual where a part moves; infinite where it never does."""
+    speed = np.abs(velocity)
+    moving = speed[speed > _MOVING * speed.max(initial=0.0)]
+    return float(np.median(moving)) if len(moving) else np.inf
+
+
+def _odd(samples: float, count: int, period: float) -> int:
+    """Give an odd number of samples next to the one asked for, as far as it may be."""
+    longest = max(_FEWEST, min(int(_LONGEST / period), count - 1))
+    width = int(np.clip(samples, _FEWEST, longest))
+    return width + 1 - width % 2
+
+
+def _gain(parts: Mapping[str, Part], channel: str, source: str) -> float:
+    """Give by what a reading is to be divided to be what it shows: 1 where it has its unit; 0 where nobody knows."""
+    (sensor, reading), (host, item) = (name.partition(".")[::2] for name in (channel, source))
+    part = parts[sensor]
+    declared = part.component.declarations
+    if declared[reading].unit == parts[host].component.declarations[item].unit:
+        return 1.0
+    name = part.component.ports.get("gain", "")
+    default = declared[name].default if name else 0.0  # type: ignore[attr-defined]
+    return float(part.parameters.get(name, default))
+
+
+def measured_output(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
+    """Give the output of the machine part that a channel shows: itself, or what its sensor is wired to, past effects in between; of the
+    rate that an encoder makes of its counts the velocity that belongs to the place."""
+    name, _, item = channel.partition(".")
+    ports = parts[name].component.ports if name in parts else {}
+    if item == ports.get("rate"):
+        place = measured_output(parts, wires, f"{name}.{ports['reading']}")
+        host, _, shown = place.partition(".")
+        moving = _ports(parts, place)
+        return f"{host}.{moving['flow']}" if shown == moving.get("displacement") and "flow" in moving else channel
+    if item != ports.get("reading") or "measured" not in ports:
+        return channel
+    target = f"{name}.{ports['measured']}"
+    while target in wires and wires[target].source:
+        source = wires[target].source
+        part = source.partition(".")[0]
+        if source.endswith(".outgoing") and "incoming" in parts[part].component.declared(Input):
+            target = f"{part}.incoming"
+            continue
+        return source
+    return channel

@@ -1,0 +1,303 @@
+"""Replay: every part is driven by what was recorded of its inputs, so the one whose output comes out wrong is the place of the mismatch.
+
+Two machines are made of the lesson's one: the *lesson's own* simulation, in which only the driven inputs are recorded, and the *replay*,
+in which every wire that carries a recorded channel carries the recording instead. In the replay the controller cannot hide a fault, and
+a part is not blamed for its neighbour.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.component import Component, Input
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.engine.wiring import wire
+from lathesim.identification.replay.recorded_parts import CorrectedSight, HeldSignal, LinearSignal, SensedMotion
+from lathesim.lessons.insertion import GoesWithMain, Machinery, first_input
+
+_SENSED = "sensed_"
+ROUNDING, ROUNDED = "rounding_", "rounded_"
+SIGNALS = ("recorded_", "motion_", "followed_", ROUNDING, _SENSED)
+"""How the names of parts begin that stand for what was recorded."""
+
+
+def seen(assembly: Assembly, channel: str) -> str:
+    """Give the output that stands for a channel once effects sit on it."""
+    return assembly.seen_as.get(channel, channel) if isinstance(assembly, Machinery) else channel
+
+
+def drive(assembly: Assembly, signals: Mapping[str, FloatArray]) -> Assembly:
+    """Give the assembly with inputs (``part.input``) driven by recorded signals, one value a sample [SI]; effects that sense them too."""
+    parts = list(assembly.parts)
+    wires = {item.target: item for item in assembly.wires}
+    units = {f"{part.name}.{name}": item.unit for part in parts for name, item in part.component.declarations.items()}
+    for target, values in signals.items():
+        name = f"recorded_{target.replace('.', '_')}"
+        parts.append(_signal(name, HeldSignal, units[target], values))
+        for driven in (*_sensing(assembly, wires, target), first_input({part.name: part for part in parts}, wires, target)):
+            wires[driven] = Wire(driven, f"{name}.value")
+    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+
+
+def _sensing(assembly: Assembly, wires: Mapping[str, Wire], target: str) -> list[str]:
+    """Give the inputs of effects that sense the same input of their host: fed as it was, and called as its role."""
+    host, _, item = target.partition(".")
+    component = next(part.component for part in assembly.parts if part.name == host)
+    roles = {role for role, port in component.ports.items() if port == item}
+    head = first_input({part.name: part for part in assembly.parts}, wires, target)
+    default = component.declarations[item].default if head == target else None  # type: ignore[attr-defined]
+    fed = wires.get(head, Wire(head, constant=default or 0.0))
+    found = []
+    for part in assembly.parts:
+        if issubclass(part.component, Effect) and host in _sits_at(assembly, part.name):
+            senses = [f"{part.name}.{name}" for name in part.component.declared(Input) if name in roles]
+            found += [own for own in senses if own in wires and replace(wires[own], target=head) == replace(fed, target=head)]
+    return found
+
+
+def _sits_at(assembly: Assembly, effect: str) -> set[str]:
+    """Give the parts whose port an effect sits on, past effects beside it."""
+    effects = {part.name for part in assembly.parts if issubclass(part.component, Effect)}
+    before = {item.target: item.source.partition(".")[0] for item in assembly.wires}
+    here = effect
+    while here in effects:
+        here = before.get(f"{here}.incoming", "")
+    found, waiting, seen_before = {here}, [effect], {effect}
+    while waiting:
+        source = f"{waiting.pop()}.outgoing"
+        for name in (item.target.partition(".")[0] for item in assembly.wires if item.source == source):
+            if name not in effects:
+                found.add(name)
+            elif name not in seen_before:
+                seen_before.add(name)
+                waiting.append(name)
+    return found
+
+
+def cut(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Assembly:
+    """Give the assembly in which each recorded channel feeds its wires as it was recorded; the parts still compute their own."""
+    held = _held_channels(assembly, recorded)
+    parts = list(assembly.parts)
+    by_name = {part.name: part for part in parts}
+    wires = {item.target: item for item in assembly.wires}
+    for channel, values in recorded.items():
+        source = seen(assembly, channel)
+        targets = [target for target, item in wires.items() if item.source == source and not _senses_own_host(by_name, target)]
+        if not targets:
+            continue
+        part, _, item = channel.partition(".")
+        name = f"recorded_{channel.replace('.', '_')}"
+        unit = by_name[part].component.declarations[item].unit
+        parts.append(_signal(name, HeldSignal if channel in held else LinearSignal, unit, values))
+        for target in targets:
+            wires[target] = Wire(target, f"{name}.value")
+    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+
+
+def follow(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
+    """Give the assembly in which a process goes on where the machine was: what neither moves nor measures a part, as the stock that a tool
+    cuts, takes the recorded ``motion`` of it (output -> values).
+
+    A replayed axis drifts away from its recording by what its controller had held, and a cut there, at that feed, is another one.
+    """
+    parts = list(assembly.parts)
+    by_name = {part.name: part for part in parts}
+    wires = {item.target: item for item in assembly.wires}
+    for output, values in motion.items():
+        targets = _taken_by_processes(by_name, wires, output)
+        if not targets:
+            continue
+        host, _, item = output.partition(".")
+        name = f"followed_{host}_{item}"
+        parts.append(_signal(name, LinearSignal, by_name[host].component.declarations[item].unit, values))
+        for target in targets:
+            wires[target] = Wire(target, f"{name}.value")
+    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+
+
+def _taken_by_processes(parts: Mapping[str, Part], wires: Mapping[str, Wire], output: str) -> list[str]:
+    """Give the inputs of processes that an output feeds; past effects that others see as well, as what is recorded has passed them too."""
+    found: list[str] = []
+    for target in [target for target, item in wires.items() if item.source == output]:
+        if _is_of_a_process(parts, wires, target):
+            found.append(target)
+        elif target.endswith(".incoming"):
+            found += _taken_by_processes(parts, wires, f"{target.partition('.')[0]}.outgoing")
+    return found
+
+
+def is_a_process(component: type[Component]) -> bool:
+    """Say whether a part neither moves nor drives nor measures: stock, tool and cut."""
+    return not {"effort", "drive", "measured", "reading"} & set(component.ports)
+
+
+def _is_of_a_process(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> bool:
+    """Say whether an input is of parts that neither move nor measure, through effects that sit on it and what belongs to them."""
+    part, _, item = target.partition(".")
+    component = parts[part].component
+    if "incoming" not in component.declared(Input):
+        return is_a_process(component)
+    fed = [end for end, wire in wires.items() if wire.source == f"{part}.outgoing"]
+    return item == "incoming" and bool(fed) and all(_is_of_a_process(parts, wires, end) for end in fed)
+
+
+def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Collection[str] | None = None) -> Assembly:
+    """Give the assembly in which effects sense the recorded motion of their hosts instead of the simulated one.
+
+    With the names of some ``candidates`` only they do, and how much of it each of their inputs senses is a parameter,
+    :func:`sensed_share`: a friction that holds a table still has to feel that it does.
+    """
+    parts = list(assembly.parts)
+    by_name = {part.name: part for part in parts}
+    wires = {item.target: item for item in assembly.wires}
+    for output, values in motion.items():
+        # target -> the input of an effect for which it senses: itself, or one behind a spring
+        sensing = {target: _sensing_for(wires, target) for target, item in wires.items() if item.source == output}
+        sensing = {target: own for target, own in sensing.items() if _senses_own_host(by_name, own)}
+        targets = [target for target, own in sensing.items() if candidates is None or own.partition(".")[0] in candidates]
+        if not targets:
+            continue
+        part, _, item = output.partition(".")
+        name = f"motion_{part}_{item}"
+        unit = by_name[part].component.declarations[item].unit
+        parts.append(_signal(name, LinearSignal, unit, values))
+        for target in targets:
+            if candidates is None:
+                wires[target] = Wire(target, f"{name}.value")
+                continue
+            sensed = sensed_share(sensing[target]).partition(".")[0]
+            parts.append(Part(sensed, SensedMotion.with_units({"signal": unit})))
+            for end, feed in (("recorded", f"{name}.value"), ("simulated", output)):
+                wires[f"{sensed}.{end}"] = Wire(f"{sensed}.{end}", feed)
+            wires[target] = Wire(target, f"{sensed}.value")
+    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+
+
+def _sensing_for(wires: Mapping[str, Wire], target: str) -> str:
+    """Give the input that is fed with what ``target`` sees, past what is added to it behind springs."""
+    part, _, item = target.partition(".")
+    if item == "incoming" and f"{part}.beyond" in wires:
+        return next((_sensing_for(wires, fed) for fed, wire in wires.items() if wire.source == f"{part}.outgoing"), target)
+    return target
+
+
+def sensed_share(target: str) -> str:
+    """Give the parameter that says how much of the recorded motion an input of a candidate (``part.input``) senses."""
+    return f"{_SENSED}{target.replace('.', '_')}.share"
+
+
+def as_recorded(values: Mapping[str, float]) -> dict[str, float]:
+    """Give values with which every effect senses the recorded motion, where there is any: what a kick does to a table that a friction holds
+    says nothing of what a load does to one that moves."""
+    return {name: value for name, value in values.items() if not name.startswith(_SENSED)}
+
+
+def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, FloatArray]) -> tuple[Assembly, dict[str, str]]:
+    """Give the assembly whose motion sensors look at the recorded motion, and the output that now stands for each of their channels.
+
+    ``channels`` gives the output that stood for each channel before. What a sensor gets wrong is then a known function of time, and it is
+    added to the simulated motion: see :class:`CorrectedSight`. What makes a reading late acts on that sum at the sensor that the recorded
+    motion comes from: it is late already, and made late once more it says that of y - late(y) only what late(y) - late(late(y)) is. So does
+    a factor: on the recorded motion alone it would explain all of it with a machine that stands. At a second sensor both are errors: how
+    fast the machine was is recorded, and a replay is off by what nobody modelled.
+    """
+    parts = list(assembly.parts)
+    by_name = {part.name: part for part in parts}
+    wires = {item.target: item for item in assembly.wires}
+    shown: dict[str, str] = {}
+    looked_at: set[str] = set()
+    for channel, output in channels.items():
+        sensor, _, reading = channel.partition(".")
+        if sensor not in by_name or by_name[sensor].component.ports.get("reading") != reading:
+            continue
+        target = _eye(by_name, wires, sensor)
+        source = wires[target].source if target in wires else ""
+        if source not in motion:
+            continue
+        host, _, item = source.partition(".")
+        unit = by_name[host].component.declarations[item].unit
+        if by_name[sensor].component.declarations[reading].unit != unit:
+            continue  # its errors are not lengths or speeds that could be added to the motion
+        signal = f"motion_{host}_{item}"
+        if signal not in by_name:
+            by_name[signal] = _signal(signal, LinearSignal, unit, motion[source])
+            parts.append(by_name[signal])
+        sight = f"sight_{sensor}"
+        parts.append(Part(sight, CorrectedSight.with_units({"signal": unit})))
+        wires[target] = Wire(target, f"{signal}.value")
+        behind = _between(wires, channel, output)
+        after = [] if source in looked_at else [name for name in behind if getattr(by_name[name].component, "late_by", "")]
+        errors = [name for name in behind if name not in after]
+        if source not in looked_at:
+            after = [*_taken_out(by_name, wires, sensor), *after]
+        looked_at.add(source)
+        sensed = _in_line(wires, channel, errors)
+        for name, feed in (("sensed", sensed), ("simulated", source), ("recorded", f"{signal}.value")):
+            wires[f"{sight}.{name}"] = Wire(f"{sight}.{name}", feed)
+        shown[channel] = _in_line(wires, f"{sight}.reading", after)
+    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values())), shown
+
+
+def _taken_out(parts: Mapping[str, Part], wires: dict[str, Wire], sensor: str) -> list[str]:
+    """Take the effects that multiply a reading out of the line before a sensor that resolves everything, and give them: behind it they do
+    the same."""
+    found = []
+    target = f"{sensor}.{parts[sensor].component.ports['measured']}"
+    while wires[target].source.endswith(".outgoing"):
+        before = wires[target].source.partition(".")[0]
+        component, incoming = parts[before].component, f"{before}.incoming"
+        if issubclass(component, Effect) and component.proportional:
+            found.append(before)
+            wires[target] = replace(wires[incoming], target=target)
+        else:
+            target = incoming
+    return found
+
+
+def _between(wires: Mapping[str, Wire], channel: str, output: str) -> list[str]:
+    """Give the effects between a channel and the output that stands for it, in the order in which they act."""
+    chain: list[str] = []
+    while output != channel:
+        chain.insert(0, output.partition(".")[0])
+        output = wires[f"{chain[0]}.incoming"].source
+    return chain
+
+
+def _in_line(wires: dict[str, Wire], feed: str, effects: Sequence[str]) -> str:
+    """Wire effects one behind the other and give the output of the last one, or what feeds them where there is none."""
+    for name in effects:
+        wires[f"{name}.incoming"] = Wire(f"{name}.incoming", feed)
+        feed = f"{name}.outgoing"
+    return feed
+
+
+def _eye(parts: Mapping[str, Part], wires: Mapping[str, Wire], sensor: str) -> str:
+    """Give the input at which a sensor's chain of effects begins."""
+    target = f"{sensor}.{parts[sensor].component.ports['measured']}"
+    while target in wires and wires[target].source.endswith(".outgoing"):
+        before = wires[target].source.partition(".")[0]
+        if f"{before}.incoming" not in wires:
+            break
+        target = f"{before}.incoming"
+    return target
+
+
+def _senses_own_host(parts: Mapping[str, Part], target: str) -> bool:
+    """Say whether a target is an effect's sense of its own host, which must stay simulated (a friction acts on the simulated speed)."""
+    part, _, item = target.partition(".")
+    component = parts[part].component
+    return issubclass(component, (Effect, GoesWithMain)) and item != "incoming"
+
+
+def _held_channels(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> set[str]:
+    plan = wire(assembly)
+    return {channel for channel in recorded if not plan.moves_between_samples(seen(assembly, channel))}
+
+
+def _signal(name: str, component: type[HeldSignal] | type[LinearSignal], unit: str, values: FloatArray) -> Part:
+    table = np.ascontiguousarray(np.asarray(values, dtype=float).reshape(-1, 1))
+    return Part(name, component.with_units({"signal": unit}), tables={"recorded": table})

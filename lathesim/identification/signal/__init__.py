@@ -1,0 +1,1 @@
+"""Sampled signals: size, delay, steps, resolution, lines of a spectrum."""

@@ -1,0 +1,99 @@
+"""Where a periodic effect is looked for: the wavelength that the missing force has over the place."""
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.candidates.periodic_starts import drawn_by_waves, is_a_wave, wave_points
+from lathesim.effects.effect import Effect
+from lathesim.effects.force_over_turn import ChipSegmentation
+from lathesim.effects.friction import PositionDependentFriction
+from lathesim.effects.motor_ripple import Cogging, TorqueRipple
+from lathesim.effects.offset_and_gain import ForceOffset
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.replay.experiment import baseline_free, build_rigs
+from tests.diagnosis.one_cut import CHIP, cut_machine, cut_record
+from tests.diagnosis.pushed_table import POSITION, Hidden, baselines, machine, pair, recording, rigs
+
+
+def ripple(size: float, period: float) -> Hidden:
+    return Hidden(law=lambda v, q, t: size * np.sin(2.0 * np.pi * q / period + 0.5))
+
+
+@pytest.mark.parametrize("period", [0.012, 0.016])
+def test_the_period_of_a_hidden_ripple_is_found(period: float) -> None:
+    hidden = ripple(8.0, period)
+    rig, fitted = pair(hidden)[0], baselines(hidden)[0]
+    points = wave_points(rig, fitted, list(rig.candidates))
+    assert list(points) == ["try_x_axis_torque_ripple"]
+    term = next(term for term in rig.candidates if term.name == "TorqueRipple")
+    names = [name.partition(".")[2] for name in term.parameters]
+    found = points[term.part][:, names.index("period")]
+    assert found[0] == pytest.approx(period, rel=0.05)
+    assert len(np.unique(points[term.part][:3, names.index("phase")])) == 3
+    sizes = points[term.part][:, [names.index("amplitude"), names.index("share")]]
+    assert np.all(sizes.max(axis=1) > 0.0)
+
+
+def test_effects_that_do_not_repeat_get_no_points() -> None:
+    rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
+    others = [term for term in rig.candidates if term.name != "TorqueRipple"]
+    assert wave_points(rig, fitted, others) == {}
+
+
+def test_wavelengths_stay_where_the_effect_may_have_them() -> None:
+    rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
+    term = next(term for term in rig.candidates if term.name == "TorqueRipple")
+    column = [name.partition(".")[2] for name in term.parameters].index("period")
+    low, high = term.effect.typical["period"]
+    for point in wave_points(rig, fitted, [term])[term.part]:
+        assert low / 1.3 <= point[column] <= 1.3 * high
+
+
+def test_what_is_longer_than_the_way_is_no_wave() -> None:
+    rig = pair(Hidden())[0]
+    way = float(np.ptp(rig.record[POSITION]))
+    term = next(term for term in rig.candidates if term.name == "TorqueRipple")
+    length = f"{term.part}.period"
+    assert is_a_wave(rig, term, {length: 0.9 * way})
+    assert not is_a_wave(rig, term, {length: 1.5 * way})
+    assert drawn_by_waves(rig, [term], {length: 1.5 * way}) == (term,)
+    other = next(term for term in rig.candidates if term.name == "CoulombFriction")
+    assert is_a_wave(rig, other, {})
+
+
+@pytest.mark.parametrize(
+    ("share", "effects", "drawn"),
+    [
+        (0.8, (TorqueRipple, Cogging), 2),
+        (0.2, (TorqueRipple, Cogging), 0),
+        (0.8, (TorqueRipple,), 0),
+        (0.8, (TorqueRipple, ForceOffset), 0),
+        (0.8, (TorqueRipple, PositionDependentFriction), 0),
+    ],
+    ids=["a bump", "two ripples", "one wave", "a wave beside something else", "a wave that turns over beside one that does not"],
+)
+def test_two_waves_that_are_hardly_there_may_draw_anything(share: float, effects: tuple[type[Effect], ...], drawn: int) -> None:
+    (rig, _) = rigs(recording(Hidden()), recording(Hidden(), seed=2), effects=effects)
+    way = float(np.ptp(rig.record[POSITION]))
+    lengths = {name: share * way for term in rig.candidates for name in term.parameters if name.endswith("period")}
+    assert len(drawn_by_waves(rig, rig.candidates, lengths)) == drawn
+
+
+def test_chips_are_looked_for_over_the_length_that_was_cut() -> None:
+    """No sensor shows that length: the effect's own output tells it."""
+    rig = build_rigs(cut_machine(), [("cut", cut_record(["chips"]))], [ChipSegmentation])[0]
+    fitted = fit(rig.sensed, [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)], rounds=2)
+    (term,) = rig.candidates
+    column = [name.partition(".")[2] for name in term.parameters].index("length")
+    assert wave_points(rig, fitted, [term])[term.part][0, column] == pytest.approx(CHIP, rel=0.02)
+
+
+def test_a_wave_as_long_as_the_way_is_tried_too() -> None:
+    """One turn or two along the way are no line of a periodogram."""
+    rig = build_rigs(machine(), [("a", recording(Hidden()))], [PositionDependentFriction])[0]
+    fitted = fit(rig.sensed, [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)], rounds=2)
+    (term,) = rig.candidates
+    column = [name.partition(".")[2] for name in term.parameters].index("period")
+    way = float(np.ptp(rig.record["x_encoder.position"]))
+    lengths = wave_points(rig, fitted, [term])[term.part][:, column]
+    assert {1.0, 1.5, 2.0, 3.0} <= set(np.round(way / lengths, 3))

@@ -1,0 +1,108 @@
+"""Steps of a residual are found where they are, and a search for lost counts begins there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lathesim.components.force_axis import ForceAxis
+from lathesim.components.voltage_drive import VoltageDrive
+from lathesim.diagnosis.candidates.starting_points import limit_points, starting_points
+from lathesim.effects.drive_range import DriveSaturation
+from lathesim.effects.structure import AxialResonance
+from lathesim.effects.time_shift import ChannelTimeShift, TransportDelay
+from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records.candidate import instants_of
+from lathesim.identification.replay.experiment import Machine, baseline_free, build_rigs
+from lathesim.identification.signal.analysis import behind, strongest_jumps
+from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, as_record, machine, recording
+
+
+@pytest.mark.parametrize("instant", [0.31, 1.5, 2.9])
+def test_a_step_in_noise_is_found_with_its_size(instant: float) -> None:
+    time = np.arange(4000) * 1e-3
+    signal = np.where(time >= instant, 5e-6, 0.0) + 1e-6 * np.random.default_rng(3).standard_normal(4000)
+    found, size = strongest_jumps(signal, 1e-3)[0]
+    assert found == pytest.approx(instant, abs=5e-3)
+    assert size == pytest.approx(5e-6, rel=0.05)
+
+
+def test_a_step_on_a_slow_wander_is_among_those_of_a_short_window() -> None:
+    time = np.arange(4000) * 1e-3
+    signal = np.where(time >= 1.0, 5e-6, 0.0) + 20e-6 * np.sin(1.5 * time)
+    assert min(abs(found - 1.0) for found, _ in strongest_jumps(signal, 1e-3)) < 0.01
+
+
+def test_instants_are_known_by_their_names() -> None:
+    assert instants_of(["lost.instant", "lost.jump", "ripple.phase"]) == ["lost.instant"]
+
+
+def test_a_limit_is_looked_for_where_the_command_of_the_recording_comes_to() -> None:
+    """A force that never comes near the usual limits of another machine, or goes far beyond them."""
+    for size in (0.5, 500.0):
+        record = recording(size=size)
+        rig, _ = build_rigs(machine(), [("a", record), ("b", record)], [DriveSaturation])
+        points = limit_points(rig, list(rig.candidates))[rig.candidates[0].part]
+        largest = float(np.abs(record[FORCE]).max())
+        assert np.all(points < largest)
+        assert float(points.max()) > 0.7 * largest
+
+
+def test_a_limit_is_looked_for_below_a_command_that_is_at_its_largest_for_long() -> None:
+    record = recording()
+    steps = np.where(np.arange(len(record)) % 500 < 250, 3.0, -3.0)
+    record = replace(record, channels={**record.channels, FORCE: replace(record.channels[FORCE], values=steps)})
+    rig, _ = build_rigs(machine(), [("a", record), ("b", record)], [DriveSaturation])
+    points = limit_points(rig, list(rig.candidates))[rig.candidates[0].part]
+    assert np.sum(points < 2.9) >= 4
+
+
+def test_a_resonance_is_looked_for_at_frequencies_close_together() -> None:
+    record = recording()
+    rig, _ = build_rigs(machine(), [("a", record), ("b", record)], [AxialResonance])
+    (term,) = rig.candidates
+    baseline = fit(rig.sensed, baseline_free(rig.machine))
+    points = starting_points(rig, baseline, [term])[term.part]
+    frequencies = np.sort(points[:, [name.endswith(".frequency") for name in term.parameters].index(True)])
+    assert frequencies[0] < 15.0
+    assert np.all(frequencies[1:] / frequencies[:-1] < 1.6)
+
+
+@pytest.mark.parametrize("late", [7, 0, -4])
+def test_a_staircase_is_behind_another_one_by_whole_steps(late: int) -> None:
+    """Half-way between two steps it is as near to the other one as anywhere around: a search has to begin where the edges meet."""
+    rng = np.random.default_rng(5)
+    stairs = np.repeat(rng.standard_normal(80), 25)
+    recorded = np.roll(stairs, late) + 0.05 * rng.standard_normal(len(stairs))
+    assert behind(recorded, stairs, 50) == late
+
+
+def test_a_late_reading_is_looked_for_where_the_recording_has_it() -> None:
+    record = recording(count=1500, noise=1e-8)
+    number = np.arange(1500.0)
+    late = record.with_channel(POSITION, "m", np.interp(number - 6.0, number, record[POSITION]))
+    rig, _ = build_rigs(machine(), [("a", late), ("b", late)], [ChannelTimeShift])
+    fitted = fit(rig.sensed, baseline_free(rig.machine), rounds=0)
+    points = starting_points(rig, fitted, list(rig.candidates))[rig.candidates[0].part]
+    assert points[0, 0] == pytest.approx(6.0 * PERIOD)
+    assert len(points) == 1 + len(rig.candidates[0].points)
+
+
+def test_a_delay_is_looked_for_between_the_samples_that_hold_it() -> None:
+    """A command that is held and acts 2.4 samples late is read from the third sample on: at a whole one a fit would stand at a wall."""
+    rng = np.random.default_rng(2)
+    command = np.repeat(rng.uniform(-5.0, 5.0, 50), 20)
+    current = 2.0 * np.r_[np.zeros(3), command[:-3]] + 0.01 * rng.standard_normal(1000)
+    parts = (
+        Part("drive", VoltageDrive.with_units({"effort": "N", "flow": "m/s"}), {"conductance": 2.0}),
+        Part("motor", ForceAxis, {"mass": 5.0, "viscous": 10.0}),
+    )
+    fed = {"drive.velocity": "motor.velocity", "motor.force": "drive.effort"}
+    wires = (Wire("drive.voltage", constant=0.0), *[Wire(target, source) for target, source in fed.items()])
+    held = Machine(Assembly(parts, wires, PERIOD, 0.5 * PERIOD), ("drive.voltage",), ("drive.current",), {"drive.conductance": 0.1}, {})
+    record = as_record({"drive.voltage": ("V", command), "drive.current": ("A", current)})
+    rig, _ = build_rigs(held, [("a", record), ("b", record)], [TransportDelay])
+    (term,) = (candidate for candidate in rig.candidates if candidate.at == "drive")
+    points = starting_points(rig, fit(rig.sensed, baseline_free(rig.machine)), [term])[term.part]
+    assert points[0, 0] == pytest.approx(2.5 * PERIOD)

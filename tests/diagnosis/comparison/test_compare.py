@@ -1,0 +1,284 @@
+"""A recording held against a lesson: how far off, in which part, on what it depends, and which lines the residual has."""
+
+import itertools
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lathesim.diagnosis.comparison.compare as comparing
+from lathesim.diagnosis.comparison.compare import SCHEMA, Comparison, Dependence, Replayed, as_json, compare, load_recording
+from lathesim.diagnosis.comparison.compare_figure import compare_figure
+from lathesim.diagnosis.comparison.compare_text import comparison_lines, line_text
+from lathesim.diagnosis.location.dependence import Bar
+from lathesim.errors import LessonError, RecordingError
+from lathesim.exercises.class_folder import answer_place, publish
+from lathesim.exercises.conceal import Situation, conceal
+from lathesim.exercises.hidden_effect import read_wish
+from lathesim.exercises.logger import logged_columns
+from lathesim.identification.replay.loading import Recorded
+from lathesim.identification.signal.order_spectrum import Line, lines_of, spectrum_against
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import Registry, load_registry
+from tests.diagnosis.pushed_table import Hidden, machine, recording
+from tests.diagnosis.small_case import write_lesson
+from tests.shared_data import SHARED, needs_shared
+
+PERIOD = 1e-3
+TIME = np.arange(12_000) * PERIOD
+WAY = 0.06 * (1.0 - np.cos(2.0 * np.pi * TIME / 7.0)) + 0.02 * np.sin(2.0 * np.pi * TIME / 1.9)
+WAYS = {"time": ("s", TIME), "position of x_axis": ("m", WAY)}
+
+
+def told(residual: np.ndarray) -> list[tuple[str, float]]:
+    lines, _ = lines_of(residual, WAYS, [np.gradient(WAY), np.sign(np.gradient(WAY))])
+    return [(line.variable, line.frequency) for line in lines]
+
+
+# ---- lines -----------------------------------------------------------------------------------------------------------------------
+
+
+def test_a_swing_stays_in_hertz_and_a_screw_along_the_way() -> None:
+    swing, screw = np.sin(2.0 * np.pi * 38.3 * TIME), np.sin(2.0 * np.pi * WAY / 0.01 + 1.0)
+    assert told(swing) == [("time", pytest.approx(38.3, abs=0.01))]
+    assert told(screw) == [("position of x_axis", pytest.approx(100.0, rel=2e-3))]
+
+
+def test_of_two_axes_that_move_together_the_first_has_the_line() -> None:
+    """On a cone the cross slide moves a quarter of what the carriage does, and shows the carriage's screw at a quarter of its lead."""
+    screw = np.sin(2.0 * np.pi * WAY / 0.008)
+    cross = 0.25 * WAY + 1e-7 * np.sin(TIME)
+    for ways in ({"z": WAY, "x": cross}, {"x": cross, "z": WAY}):
+        found, _ = lines_of(screw, {"time": ("s", TIME), **{f"position of {name}_axis": ("m", way) for name, way in ways.items()}})
+        assert found[0].variable == f"position of {next(iter(ways))}_axis"
+
+
+def test_both_at_once_in_noise_are_both_found_with_their_sizes() -> None:
+    noise = np.random.default_rng(0).standard_normal(len(TIME))
+    residual = np.sin(2.0 * np.pi * WAY / 0.01) + 0.5 * np.sin(2.0 * np.pi * 38.3 * TIME) + 0.5 * noise
+    lines, spectra = lines_of(residual, WAYS)
+    assert [(line.variable, line.unit) for line in lines] == [("position of x_axis", "m"), ("time", "s")]
+    assert [line.amplitude for line in lines] == [pytest.approx(1.0, rel=0.03), pytest.approx(0.5, rel=0.05)]
+    assert lines[0].period == pytest.approx(0.01, rel=2e-3)
+    assert {spectrum.variable for spectrum in spectra} == set(WAYS)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_has_no_lines(seed: int) -> None:
+    assert told(np.random.default_rng(seed).standard_normal(len(TIME))) == []
+
+
+def test_the_rhythm_of_the_motion_is_no_line() -> None:
+    assert told(np.sign(np.gradient(WAY))) == []
+
+
+def test_what_does_not_move_has_no_spectrum_and_nothing_no_lines() -> None:
+    assert spectrum_against(TIME, "position of x_axis", "m", np.zeros_like(TIME)) is None
+    assert lines_of(np.zeros_like(TIME), WAYS)[0] == []
+
+
+@pytest.mark.parametrize(
+    ("line", "text"),
+    [
+        (Line("time", "s", 38.3, 1.0, 0.5), "38.3 Hz"),
+        (Line("position of x_axis", "m", 100.0, 1.0, 0.5), "every 10 mm"),
+        (Line("position of spindle", "rad", 2.0 / (2.0 * np.pi), 1.0, 0.5), "2 per turn"),
+    ],
+)
+def test_a_line_reads_well(line: Line, text: str) -> None:
+    assert line_text(line) == text
+
+
+# ---- a whole comparison ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def registry() -> Registry:
+    return load_registry(installed=False)
+
+
+def comparison(folder: Path, registry: Registry, *wishes: str) -> Comparison:
+    """Conceal the wishes in the small axis, its values as given, and compare."""
+    lesson = load_lesson(write_lesson(folder))
+    prepared = prepare(lesson, registry)
+    columns = logged_columns(lesson, prepared.machinery, {})
+    asked = [read_wish(text, registry.effects) for text in wishes]
+    made = conceal([Situation(prepared.machinery, prepared.duration, {})], columns, asked, {}, seed=2)
+    publish(lesson, made, folder / "case", answer_place(folder / "case", None), seed=2, noise=1.0)
+    published = load_lesson(folder / "case" / "lesson.yaml")
+    return compare("small", *load_recording(published, folder / "case" / "recording.csv", registry))
+
+
+@pytest.fixture(scope="module")
+def friction(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> Comparison:
+    return comparison(tmp_path_factory.mktemp("friction"), registry, "CoulombFriction:level=20 N@x_axis")
+
+
+@pytest.fixture(scope="module")
+def nothing(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> Comparison:
+    return comparison(tmp_path_factory.mktemp("nothing"), registry)
+
+
+def test_two_readings_of_one_sensor_that_are_off_point_to_what_they_measure(friction: Comparison) -> None:
+    """A force that softens is in every channel of the dynamometer; a zero that drifts is in one."""
+    made_by = ("dynamometer", "cutting")
+    main, feed = (
+        Replayed(name, made_by, over_floor, name, "N", 10.0, 0.1)
+        for name, over_floor in (("dynamometer.main", 14.0), ("dynamometer.feed", 5.0))
+    )
+    assert replace(friction, replayed=(main, feed)).suspect == "cutting"
+    assert replace(friction, replayed=(main, replace(feed, over_floor=0.5))).suspect == "dynamometer"
+
+
+def test_each_part_that_is_off_is_named_and_that_in_which_most_of_what_acts_is_missing_first(friction: Comparison) -> None:
+    """A play of the scale is micrometres of a way of decimetres, and no smaller mismatch than a tenth of the friction."""
+    table = Replayed("x_encoder.position", ("x_encoder", "x_axis"), 9.0e4, "x_axis.disturbance", "N", 1.0, 0.02)
+    scale = Replayed("x_scale.position", ("x_scale", "x_axis"), 156.0, "x_scale.position", "m", 12e-6, 3e-4)
+    both = replace(friction, replayed=(table, scale))
+    assert both.suspects == ("x_axis", "x_scale")
+    assert as_json(both)["suspects"] == ["x_axis", "x_scale"]
+    assert any(line.startswith("The mismatch sits in x_axis and in x_scale. Values are") for line in comparison_lines(both))
+    assert replace(friction, replayed=(replace(table, over_floor=0.4), scale)).suspects == ("x_scale",)
+    assert replace(friction, replayed=(replace(table, over_floor=0.4),)).suspect == ""
+
+
+def test_what_a_faulty_recording_shows_is_said_to_mean_little(friction: Comparison) -> None:
+    lines = comparison_lines(replace(friction, faults=("x_scale.position: it counts in inches.",)))
+    assert "The recording itself is at fault; until that is mended the rest says little of the machine." in lines
+    assert not any(line.startswith("The mismatch sits") for line in lines)
+
+
+def test_a_simulation_that_is_hardly_off_is_said_to_be(friction: Comparison) -> None:
+    close = replace(friction, channels=tuple(replace(item, rms=2.0 * item.floor) for item in friction.channels))
+    told = "Nothing is wrong that this shows: the lesson's own simulation is within 3 floors. What little is left sits in x_axis."
+    assert told in comparison_lines(close)
+    assert not any(line.startswith("The mismatch sits") for line in comparison_lines(close))
+
+
+def test_a_force_that_is_next_to_nothing_of_what_acts_is_nowhere(friction: Comparison) -> None:
+    """Steps of half a millisecond leave a millinewton, which adds up to floors of a place that nothing holds."""
+    table = Replayed("x_encoder.position", ("x_encoder", "x_axis"), 157.0, "x_axis.disturbance", "N", 0.04, 1e-4)
+    stepped = replace(friction, replayed=(table,))
+    assert (stepped.suspects, stepped.adds_up) == ((), True)
+    lines = comparison_lines(stepped)
+    assert "Each part leaves next to nothing. Run by itself, with no recording to hold it, the simulation adds that up." in lines
+    assert not any(line.startswith("What is missing depends on") for line in lines)
+    assert replace(stepped, replayed=(replace(table, share=0.01),)).suspects == ("x_axis",)
+
+
+def test_what_goes_with_everything_as_much_as_with_the_time_is_told_of_the_time_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A table that sticks once is explained by whatever was different then."""
+    told = [
+        Bar("x_encoder.position", name, share, share) for name, share in (("velocity of x_axis", 0.83), ("time", 0.82), ("position", 0.9))
+    ]
+    monkeypatch.setattr(comparing, "bars", lambda *given: told)
+    assert [item.variable for item in comparing._depends_on(*[None] * 4)] == ["time", "position"]  # type: ignore[arg-type]
+
+
+def test_friction_is_off_by_many_floors_in_the_axis_and_goes_with_the_velocity(friction: Comparison) -> None:
+    assert {item.channel for item in friction.channels} == {"x_encoder.position", "x_controller.voltage"}
+    assert all(item.over_floor > 20.0 for item in friction.channels)
+    assert friction.suspect == "x_axis"
+    worst = friction.replayed[0]
+    assert (worst.channel, worst.at, worst.unit) == ("x_encoder.position", "x_axis.disturbance", "N")
+    assert 10.0 < worst.missing < 20.0
+    shares = {item.variable: item.share for item in friction.depends_on}
+    assert shares["velocity of x_axis"] > 0.3
+    assert max(shares.get("time", 0.0), shares.get("position of x_axis", 0.0)) < 0.2
+
+
+def test_the_replay_acquits_the_controller(friction: Comparison) -> None:
+    controller = next(item for item in friction.replayed if item.channel == "x_controller.voltage")
+    assert controller.parts == ("x_controller",)
+    assert controller.share < 0.01
+
+
+def test_where_nothing_is_hidden_all_channels_stay_near_their_floor(nothing: Comparison) -> None:
+    assert all(item.over_floor < 3.0 for item in nothing.channels)
+    assert nothing.spectra[0].lines == ()
+
+
+def test_the_json_holds_it_all(friction: Comparison) -> None:
+    told = json.loads(json.dumps(as_json(friction), allow_nan=False))
+    assert told["schema"] == SCHEMA == "lathesim-compare/1"
+    assert (told["samples"], told["sample_period_s"], told["suspect"]) == (2201, 1e-3, "x_axis")
+    channel = told["channels"]["x_encoder.position"]
+    assert channel["unit"] == "m"
+    assert channel["over_floor"] == pytest.approx(channel["rms"] / channel["floor"], rel=1e-6)
+    begin, end = channel["worst_window_s"]
+    assert 0.0 <= begin < end <= 2.2
+    assert {"channel", "parts", "missing_at", "share"} <= set(told["replay"][0])
+
+
+def test_the_figure_shows_channels_bars_and_spectra(friction: Comparison, tmp_path: Path) -> None:
+    from lathesim.analysis.plots import save_figure
+
+    figure = compare_figure(friction)
+    texts = [text.get_text() for panel in figure.get_axes() for text in (panel.title, panel._left_title, *panel.texts)]
+    assert {"x_encoder.position", "x_controller.voltage", "Depends on"} <= set(texts)
+    unit = next(item.unit for item in friction.channels if item.channel == friction.spectra[0].channel)
+    assert f"amplitude [{unit}]" in [panel.get_ylabel() for panel in figure.get_axes()]
+    save_figure(figure, tmp_path / "compared.png")
+    assert (tmp_path / "compared.png").stat().st_size > 20_000
+
+
+def test_the_bars_of_one_channel_have_room_for_their_names(friction: Comparison) -> None:
+    """On the low page of a single channel the names lay on each other."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    named = [Dependence("x_encoder.position", f"variable {place}", 0.7) for place in range(6)]
+    figure = compare_figure(replace(friction, channels=friction.channels[:1], depends_on=tuple(named)))
+    figure.draw_without_rendering()
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    texts = [text for panel in figure.get_axes() for text in panel.texts if text.get_text().startswith("variable")]
+    boxes = sorted((text.get_window_extent(renderer) for text in texts), key=lambda box: box.y0)
+    assert len(boxes) == 6
+    assert all(lower.y1 < upper.y0 for lower, upper in itertools.pairwise(boxes))
+
+
+def test_the_spectra_are_of_the_channel_that_lines_tell_most_of(friction: Comparison) -> None:
+    first, *others = friction.spectra
+    told = replace(others[0], lines=(Line("time", "s", 38.3, 1e-3, 0.2),))
+    silent = replace(first, lines=())
+    figure = compare_figure(replace(friction, spectra=(silent, told)))
+    titles = [panel._left_title.get_text() for panel in figure.get_axes()]
+    assert f"Spectrum, {told.channel}" in titles
+    assert f"Spectrum, {silent.channel}" not in titles
+
+
+# ---- what cannot be compared -----------------------------------------------------------------------------------------------------
+
+
+def test_a_lesson_that_maps_nothing_is_refused(registry: Registry, tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text("t [s],a [m]\n0,0\n", encoding="utf-8")
+    with pytest.raises(LessonError, match="the lesson does not say what the columns of a recording mean"):
+        load_recording(load_lesson("01_contour_error"), tmp_path / "r.csv", registry)
+
+
+def test_a_recording_of_few_samples_is_refused(registry: Registry, tmp_path: Path) -> None:
+    lesson = load_lesson(write_lesson(tmp_path))
+    rows = "\n".join(f"{k},{k * 0.1:.3f},{k * 0.1:.3f},0.1" for k in range(60))
+    (tmp_path / "r.csv").write_text(f"t [ms],asked [mm],motor [mm],voltage [V]\n{rows}\n", encoding="utf-8")
+    with pytest.raises(RecordingError, match="the recording has 60 usable samples"):
+        load_recording(lesson, tmp_path / "r.csv", registry)
+
+
+@needs_shared
+@pytest.mark.slow
+def test_the_published_axis_without_its_friction_is_off_in_the_axis_at_reversal(registry: Registry) -> None:
+    """EMPS, mass and viscous friction only: the published Coulomb friction of 20.4 N is what is missing."""
+    lesson = load_lesson(Path(__file__).parents[2] / "diagnosis" / "lessons" / "emps.yaml")
+    found = compare("emps", *load_recording(lesson, SHARED / "data" / "emps" / "DATA_EMPS.mat", registry))
+    assert found.suspect == "x_axis"
+    assert found.replayed[0].missing == pytest.approx(20.4, rel=0.05)
+    assert any("velocity" in item.variable and item.share > 0.8 for item in found.depends_on)
+
+
+def test_a_table_that_nothing_feeds_back_starts_as_the_recording_shows() -> None:
+    """A fit that allows for forces hardly knows how fast a table started, and was off by nine counts of its encoder."""
+    sound = compare("table", machine(), Recorded("run.csv", recording(Hidden()), ()))
+    assert all(item.over_floor < 1.5 for item in (*sound.channels, *sound.replayed))
+    assert sound.suspects == ()

@@ -1,0 +1,184 @@
+"""Where a mismatch sits and what it depends on: the missing force, and the variables that explain it on another recording."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.location.dependence import bars, explained
+from lathesim.diagnosis.location.missing_force import missing_signal, passed_through, places
+from lathesim.diagnosis.location.operating_conditions import direction_of, since_reversal, variables
+from lathesim.diagnosis.records.diagnosis import Evidence, MissingSignal
+from lathesim.diagnosis.reporting.evidence import suspected
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.loading import load_case
+from lathesim.identification.replay.validation_split import parted
+from lathesim.lessons.lesson import load_lesson
+from lathesim.plugins import load_registry
+from tests.diagnosis.driven_axis import write_recording
+from tests.diagnosis.one_cut import FORCE as CUT_FORCE
+from tests.diagnosis.one_cut import cut_machine, cut_record
+from tests.diagnosis.pushed_table import MASS, POSITION, VISCOUS, Hidden, baseline, baselines, pair, rigs
+
+DRAG = Hidden(law=lambda v, q, t: 2000.0 * v * abs(v))
+SPRING = Hidden(law=lambda v, q, t: 400.0 * q)
+
+
+def shares(hidden: Hidden) -> dict[str, float]:
+    (rig, held_out), (fitted, judged) = pair(hidden), baselines(hidden)
+    return {bar.variable: bar.share for bar in bars(rig, fitted, held_out, judged)}
+
+
+def test_the_missing_force_is_what_was_left_out() -> None:
+    rig, fitted = pair(SPRING)[0], baselines(SPRING)[0]
+    missing = missing_signal(rig, fitted, 0)
+    assert (missing.at, missing.unit) == ("x_axis.disturbance", "N")
+    hidden = 400.0 * rig.record[POSITION]
+    inside = slice(200, -200)
+    likeness = np.corrcoef(missing.values[inside], hidden[inside])[0, 1]
+    assert likeness > 0.8
+    assert np.std(missing.values[inside]) == pytest.approx(np.std(hidden[inside]), rel=0.4)
+
+
+def test_a_hidden_coulomb_friction_depends_on_the_sign_of_velocity() -> None:
+    two = pair(Hidden(dry=8.0))
+    fitted, judged = (fit(rig.sensed, rig.start_states(rig.sensed.plan), {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}) for rig in two)
+    found = {bar.variable: bar.share for bar in bars(two[0], fitted, two[1], judged)}
+    assert found["sign of velocity of x_axis"] > 0.7
+    for other in ("time", "speed of x_axis", "position of x_axis", "acceleration of x_axis"):
+        assert found[other] < 0.15
+
+
+def test_a_refit_of_the_baseline_absorbs_some_of_it() -> None:
+    """With a larger viscous friction what is left of the step at a reversal is smaller, and still an odd function of velocity."""
+    found = shares(Hidden(dry=8.0))
+    assert found["velocity of x_axis"] > 0.3
+    assert 0.1 < found["sign of velocity of x_axis"] < found["velocity of x_axis"]
+
+
+def test_a_hidden_spring_depends_on_the_position() -> None:
+    found = shares(SPRING)
+    assert found["position of x_axis"] > 0.5
+    assert max(found, key=lambda name: found[name]) in ("position of x_axis", "position and direction of x_axis")
+
+
+def test_nothing_explains_the_noise_of_a_sound_machine() -> None:
+    assert max(shares(Hidden()).values()) < 0.1
+
+
+def test_a_variable_counts_only_where_the_other_recording_agrees() -> None:
+    """What is there in one recording alone is explained by nothing on the other."""
+    rng = np.random.default_rng(0)
+    where, other = rng.uniform(-1.0, 1.0, 3000), rng.uniform(-1.0, 1.0, 3000)
+    assert explained([where], np.sign(where), [other], np.sign(other)) > 0.9
+    assert explained([where], np.sign(where), [other], rng.standard_normal(3000)) < 0.02
+    assert explained([where], np.sign(where), [other], -np.sign(other)) == 0.0
+    assert explained([where], rng.standard_normal(3000), [other], np.zeros(3000)) == 0.0
+
+
+def test_two_variables_together_explain_what_neither_does() -> None:
+    rng = np.random.default_rng(0)
+    first, second = rng.uniform(-1.0, 1.0, (2, 4000))
+    signal = np.sign(first) * np.sign(second)
+    assert explained([first], signal, [first], signal) < 0.05
+    assert explained([first, second], signal, [first, second], signal) > 0.8
+
+
+def test_the_direction_of_a_motion_and_the_distance_since_it_turned() -> None:
+    place = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0, 0.0, 1.0])
+    direction = direction_of(np.array([1.0, 1.0, 1.0, 0.001, -1.0, -1.0, 0.0, 1.0]))
+    assert direction.tolist() == [1.0, 1.0, 1.0, 0.0, -1.0, -1.0, 0.0, 1.0]
+    assert since_reversal(place, direction).tolist() == [0.0, 1.0, 2.0, 2.0, 0.0, 1.0, 1.0, 0.0]
+
+
+def test_what_the_machine_was_doing_is_told_for_each_moving_part_but_not_what_a_loop_made_its_drive_do() -> None:
+    names = set(variables(pair(Hidden())[0]))
+    assert {"time", "velocity of x_axis", "sign of velocity of x_axis", "position of x_axis"} <= names
+    assert "x_axis.force" not in names
+
+
+def test_the_place_is_the_channel_that_is_off_and_what_it_passes_through() -> None:
+    rig, fitted = pair(Hidden(dry=8.0))[0], baselines(Hidden(dry=8.0))[0]
+    (place,) = places(rig, fitted)
+    assert place.channel == POSITION
+    assert place.over_floor > 50.0
+    assert place.parts == ("x_encoder", "x_axis")
+    assert 0 < len(place.windows) <= 5
+    assert all(0.0 <= begin < end <= 4.0 for begin, end in place.windows)
+    assert passed_through(rig.sensed.plan, "x_axis.position") == ("x_axis",)
+
+
+def current_too(folder: Path) -> tuple[list[Rig], list[Fitted]]:
+    """Give the halves of a recording of an axis whose current was recorded beside its place, and the lesson's values fitted to each.
+
+    The lesson's drive answers to the speed (a back electromotive force), so a push of the axis moves the current too.
+    """
+    lesson, file = write_recording(folder)
+    rows = np.loadtxt(file, delimiter=",", skiprows=1)
+    current = 1.3 * rows[:, 1] + 0.01 * np.random.default_rng(3).standard_normal(len(rows))
+    np.savetxt(file, np.column_stack([rows, current]), delimiter=",", header="t [s],u [V],q [m],i [A]", comments="", fmt="%.12g")
+    text = lesson.read_text(encoding="utf-8").replace("x_drive.back_emf: 0 V*s/m", "x_drive.back_emf: 4 V*s/m")
+    text = text.replace("resolution: 1 um}}", "resolution: 1 um}, x_drive.current: {column: i, unit: A}}")
+    lesson.write_text(text + "uncertain: {x_axis.mass: 20 %, x_axis.viscous: 20 %}\n", encoding="utf-8")
+    case = load_case(load_lesson(lesson), [file], load_registry(installed=False))
+    first, second, _ = parted(case.machine, file.name, case.recordings[0].record, ())
+    return [first, second], [fit(rig.sensed, baseline(rig)) for rig in (first, second)]
+
+
+@pytest.fixture(scope="module")
+def axis_with_current(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Rig], list[Fitted]]:
+    return current_too(tmp_path_factory.mktemp("current"))
+
+
+def test_one_missing_force_is_told_once(axis_with_current: tuple[list[Rig], list[Fitted]]) -> None:
+    """The place tells what pushed the axis; a current that is off is off by itself, and no second force at the axis."""
+    (rig, _), (fitted, _) = axis_with_current
+    assert rig.machine.compare == ("x_encoder.position", "x_drive.current")
+    assert [missing_signal(rig, fitted, row).at for row in (0, 1)] == ["x_axis.disturbance", "x_drive.current"]
+    assert missing_signal(rig, fitted, 1).unit == "A"
+
+
+def shown(*shares: float) -> Evidence:
+    signal = np.zeros(3)
+    places = (("x_axis.disturbance", "N"), ("x_drive.current", "A"))
+    return Evidence(missing=tuple(MissingSignal(*at, *(signal,) * 4, share, share) for at, share in zip(places, shares, strict=True)))
+
+
+@pytest.mark.parametrize(
+    ("shares", "off", "parts"),
+    [
+        ((0.15, 0.033), (POSITION, "x_drive.current"), ["x_axis", "x_drive"]),
+        ((0.15, 0.033), (POSITION,), ["x_axis"]),
+        ((0.15, 0.029), (POSITION, "x_drive.current"), ["x_axis"]),
+        ((0.007, 0.478), (POSITION, "x_drive.current"), ["x_drive"]),
+        ((0.3, 0.5), (POSITION, "x_drive.current"), ["x_drive", "x_axis"]),
+        ((float("nan"), 0.5), (POSITION, "x_drive.current"), ["x_drive"]),
+        ((0.3, 0.5), (), []),
+    ],
+    ids=[
+        "a fifth",
+        "the other under its floor",
+        "less than a fifth",
+        "the drive",
+        "the drive more",
+        "nothing acts",
+        "all under their floors",
+    ],
+)
+def test_suspected_is_where_much_is_missing(
+    shares: tuple[float, float], off: tuple[str, ...], parts: list[str], axis_with_current: tuple[list[Rig], list[Fitted]]
+) -> None:
+    assert suspected(axis_with_current[0][0], shown(*shares), off) == parts
+
+
+def test_with_a_sensor_what_it_reads_is_suspected_and_first_where_all_its_readings_are_off() -> None:
+    (rig,) = rigs(cut_record(), of=cut_machine(), effects=())
+    signal = np.zeros(3)
+    one = MissingSignal(CUT_FORCE, "N", signal, signal, signal, signal, 0.1, 0.1)
+    assert suspected(rig, Evidence(missing=(one,)), [CUT_FORCE]) == ["dynamometer", "cutting"]
+    three = replace(rig, machine=replace(rig.machine, compare=(CUT_FORCE, "dynamometer.thrust")))
+    both = Evidence(missing=(one, replace(one, at="dynamometer.thrust")))
+    assert list(dict.fromkeys(suspected(three, both, [CUT_FORCE, "dynamometer.thrust"]))) == ["cutting", "dynamometer"]

@@ -1,0 +1,63 @@
+"""Motor encoder and table scale have each a zero of their own: that is no physics, whatever could make a constant of it."""
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.location.closed_loop_fit import compared
+from lathesim.diagnosis.recording_checks.sensor_zero import zeros_told
+from lathesim.diagnosis.selection.search import search
+from lathesim.effects.encoder_error import LostCounts
+from lathesim.effects.screw_error import CumulativePitchError, ThermalScrewGrowth
+from lathesim.identification.replay.experiment import Machine, Rig, build_rigs
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare, run_prepared
+from lathesim.plugins import load_registry
+from lathesim.record import Record
+from tests.diagnosis.small_case import write_lesson
+
+REFERENCE, ENCODER, SCALE = "x_controller.reference", "x_encoder.position", "x_scale.position"
+COUNT = 50e-9
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]:
+    """An axis with an encoder at the motor and a scale at the table, and a run of it."""
+    prepared = prepare(load_lesson(write_lesson(tmp_path_factory.mktemp("lesson"))), load_registry(installed=False))
+    run = run_prepared(prepared)
+    asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
+    record = Record(run.time, {REFERENCE: asked, ENCODER: run.channels[ENCODER], SCALE: run.channels[SCALE]}, dict(run.meta))
+    mass = next(part for part in prepared.machinery.parts if part.name == "x_axis").parameters["mass"]
+    return Machine(prepared.machinery, (REFERENCE,), (ENCODER, SCALE), {"x_axis.mass": 0.05 * mass}, {ENCODER: COUNT, SCALE: COUNT}), record
+
+
+def rigs(recorded: tuple[Machine, Record], *zeros: float) -> list[Rig]:
+    """Give the rigs of recordings whose scale has its zero elsewhere [m]."""
+    machine, record = recorded
+    moved = [record.with_channel(SCALE, "m", record[SCALE] + zero) for zero in zeros]
+    return build_rigs(machine, zip(("fit.csv", "check.csv"), moved, strict=False), (LostCounts, ThermalScrewGrowth, CumulativePitchError))
+
+
+def test_another_zero_of_a_scale_leaves_nothing_to_explain(recorded: tuple[Machine, Record]) -> None:
+    first, second = rigs(recorded, 3e-6, 4e-4)
+    found = search(first, second)
+    assert found.model.terms == ()
+    for rig in (first, second):
+        fits = compared(rig, found.baseline.fitted.by_name, found.baseline.fitted.by_name).fit
+        assert fits[SCALE].after == pytest.approx(fits[ENCODER].after, abs=2 * COUNT)
+
+
+def test_a_zero_that_plainly_lies_elsewhere_is_told(recorded: tuple[Machine, Record]) -> None:
+    same, beside = rigs(recorded, 0.0, 4e-4)
+    assert zeros_told(same) == []
+    assert zeros_told(beside) == [f"{SCALE} has its zero 0.4 mm beside that of {ENCODER}; taken for no error of either."]
+
+
+def test_what_is_not_constant_stays(recorded: tuple[Machine, Record]) -> None:
+    """Counts that are lost half way are a step, wherever the zero is."""
+    machine, record = recorded
+    step = np.where(np.arange(len(record)) < len(record) // 2, 0.0, 20e-6)
+    lost = [record.with_channel(SCALE, "m", record[SCALE] + zero + step) for zero in (0.0, 1e-4)]
+    found = search(*build_rigs(machine, zip(("fit.csv", "check.csv"), lost, strict=True), (LostCounts, CumulativePitchError)))
+    (term,) = found.model.terms
+    assert (term.name, term.at) == ("LostCounts", "x_scale")
+    assert found.model.fitted.by_name[f"{term.part}.jump"] == pytest.approx(20e-6, rel=0.01)

@@ -1,0 +1,224 @@
+"""The report: one page that answers what, where, how sure, what changed and what could not be told, and needs nothing but itself."""
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Diagnosis, Interval, Location
+from lathesim.diagnosis.reporting.html_report import _baseline, insert_lines, report_html, write_report
+from lathesim.diagnosis.reporting.number_text import interval_texts, number, percent, quantity_text, times
+from lathesim.diagnosis.reporting.wiring_diagram import wiring_diagram
+from lathesim.errors import RecordError
+from tests.diagnosis.sample_diagnoses import ALL, COULOMB, NAMED, TIED, UNKNOWN, WIRES
+
+VOID = {"meta", "br", "link", "img", "hr", "input"}
+
+
+class Page(HTMLParser):
+    """Reads a page, refuses tags that are not closed, and keeps its tags, attributes and visible text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.attributes: list[tuple[str, str | None]] = []
+        self.words: list[str] = []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += attrs
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += attrs
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if "style" not in self.open:
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return re.sub(r"\s+", " ", " ".join(self.words).replace("\N{ZERO WIDTH SPACE}", ""))
+
+
+@pytest.fixture(scope="module")
+def pages() -> dict[str, str]:
+    return {name: report_html(diagnosis) for name, diagnosis in ALL.items()}
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_verdict_makes_a_whole_page_that_needs_nothing_else(name: str, pages: dict[str, str]) -> None:
+    page = Page(pages[name])
+    assert ALL[name].sentence in page.text
+    assert page.tags.count("h1") == 1
+    assert not {"script", "link", "img", "iframe", "object"} & set(page.tags)
+    assert "@import" not in pages[name]
+    outside = [value for key, value in page.attributes if key in ("src", "href", "xlink:href") and value and not value.startswith("#")]
+    assert outside == []
+    assert not [key for key, _ in page.attributes if key.startswith("on")]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_no_two_things_on_a_page_have_one_name_and_every_reference_is_there(name: str, pages: dict[str, str]) -> None:
+    page = Page(pages[name])
+    names = [value for key, value in page.attributes if key == "id"]
+    assert len(names) == len(set(names))
+    referred = set(re.findall(r"url\(#([^)]+)\)", pages[name])) | {v[1:] for k, v in page.attributes if k == "xlink:href" and v}
+    assert referred <= set(names)
+
+
+def test_the_page_of_a_named_effect_says_it_all(pages: dict[str, str]) -> None:
+    text = Page(pages["named"]).text
+    for said in (
+        "CoulombFriction", "20.41 N", "20.22 to 20.60 N", "97.4 %", "98.3 %", "sign of velocity of x_axis", "27 µm", "0.44 µm", "129 ",
+        "17.1 %", "4.3 %", "203.5 N·s/m", "410.2 N·s/m", "+102 %", "Runner-up: AsymmetricFriction at x_axis", "2 more gained less",
+        "it repeats with the position", "A current sensor", "x_encoder.position moves in steps of 50 nm",
+        "insert: - {effect: CoulombFriction, at: x_axis, level: 20.41 N}",
+    ):  # fmt: skip
+        assert said in text, said
+
+
+def test_the_suspect_is_the_red_box_of_the_wiring(pages: dict[str, str]) -> None:
+    boxes = re.findall(r'<rect [^>]*fill="(#\w+)" stroke="#\w+"/>\n?<text [^>]*>([^<]+)</text>', pages["named"])
+    fills = {name: fill for fill, name in boxes}
+    assert len(fills) == 6
+    assert {name: fill for name, fill in fills.items() if fill != "#ffffff"} == {"x_drive": "#fbe3e2", "x_axis": "#c0272d"}
+    assert "#c0272d" not in {fill for fill, _ in re.findall(r'fill="(#\w+)" stroke="#(\w+)"/>', pages["no_mismatch"])}
+
+
+def test_a_tie_is_said_with_what_would_tell() -> None:
+    text = Page(report_html(TIED)).text
+    assert "ForceOffset cannot be told from ConverterOffset at x_drive here." in text
+    assert "What would tell: Record the current as well" in text
+
+
+def test_the_other_verdicts_say_what_is_theirs(pages: dict[str, str]) -> None:
+    assert "A term that was discovered, empirical and unverified" in Page(pages["unknown"]).text
+    assert "Of 4 candidates TorqueRipple at x_axis gained most on held-out data, 12 nats" in Page(pages["no_mismatch"]).text
+    assert "Stopped before it was done" in Page(pages["stopped"]).text
+    fault = Page(pages["recording_fault"]).text
+    assert "In the recording itself" in fault
+    assert "Left out" not in fault
+    assert "probability" not in fault
+    assert re.sub(r"\s+", " ", UNKNOWN.discovered) in Page(pages["unknown"]).text
+
+
+def test_text_of_a_file_is_shown_and_never_obeyed() -> None:
+    nasty = '<script>alert("x")</script>'
+    evidence = replace(
+        NAMED.evidence,
+        wires=((nasty, "x_axis"), *WIRES),
+        traces=tuple(replace(trace, channel=nasty) for trace in NAMED.evidence.traces[:1]),
+        missing=tuple(replace(item, at=nasty) for item in NAMED.evidence.missing),
+    )
+    html = report_html(
+        replace(NAMED, sentence=nasty, lesson=nasty, recording=nasty, findings=(nasty,), left=(nasty,), discovered=nasty, evidence=evidence)
+    )
+    assert "<script" not in html
+    assert Page(html).text.count(nasty) >= 7
+
+
+def test_numbers_that_are_missing_are_shown_as_missing() -> None:
+    parameters = {"level": Interval(20.0, "N", float("nan"), float("nan"))}
+    bare = Diagnosis(
+        "named", "s", "l", "r", "", (replace(COULOMB, parameters=parameters, undetermined=("level",)),), Location(("x_axis",)),
+    )  # fmt: skip
+    text = Page(report_html(bare)).text
+    assert "not determined here; not determined by this recording" in text
+    assert "nan" not in text.lower()
+
+
+def test_a_page_is_the_same_each_time_and_of_reasonable_size(pages: dict[str, str]) -> None:
+    assert report_html(NAMED) == pages["named"]
+    long = np.arange(1_000_000) * 1e-3
+    trace = replace(NAMED.evidence.traces[0], time=long, recorded=np.sin(long), before=np.cos(long), after=np.sin(long))
+    html = report_html(replace(NAMED, evidence=replace(NAMED.evidence, traces=(trace,))))
+    assert len(html) < 300_000
+
+
+def test_the_page_is_written_where_it_is_asked_for(tmp_path: Path) -> None:
+    path = write_report(NAMED, tmp_path / "made" / "report.html")
+    assert path.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(RecordError, match="the report cannot be written"):
+        write_report(NAMED, tmp_path / "file" / "report.html")
+
+
+def test_the_template_goes_into_the_wheel() -> None:
+    from lathesim.diagnosis.reporting import html_report as report
+
+    assert (Path(report.__file__).parent / "report.html.j2").is_file()
+
+
+@pytest.mark.parametrize(
+    ("interval", "told"),
+    [
+        ((20.41234, 20.2219, 20.6, "N"), ("20.41 N", "20.22 to 20.60 N")),
+        ((1.234e-5, 1.1e-5, 1.4e-5, "m"), ("12.3 µm", "11.0 to 14.0 µm")),
+        ((203.4, 100.0, 300.0, "N*s/m"), ("203 N·s/m", "100 to 300 N·s/m")),
+        ((-0.02, -0.03, -0.01, "1"), ("\N{MINUS SIGN}0.020", "\N{MINUS SIGN}0.030 to \N{MINUS SIGN}0.010")),
+        ((5.0, float("-inf"), 7.0, "N"), ("5 N", "not determined here")),
+    ],
+)
+def test_an_interval_is_told_to_the_digits_it_carries(interval: tuple[float, float, float, str], told: tuple[str, str]) -> None:
+    assert interval_texts(*interval) == told
+
+
+def test_numbers_read_well() -> None:
+    assert [percent(share) for share in (0.974, 1.0, 0.99973, 0.0, -0.5)] == ["97.4 %", "100 %", "99.973 %", "0 %", "\N{MINUS SIGN}50.0 %"]
+    assert [times(ratio).replace("\N{MULTIPLICATION SIGN}", "x") for ratio in (134.6, 2.57)] == ["135 x", "2.6 x"]
+    assert [quantity_text(value, "m") for value in (2.7e-5, 0.012, 4e-9)] == ["27 µm", "12 mm", "4 nm"]
+    assert [number(value) for value in (0.0, 1234.5678, 1.5e-7, 2.0)] == ["0", "1235", "1.500e\N{MINUS SIGN}7", "2"]
+
+
+def test_the_wiring_runs_from_the_controller_and_feedback_runs_below() -> None:
+    diagram = wiring_diagram([pair for pair in WIRES if not pair[0].startswith("try")])
+    assert diagram is not None
+    place = {box.name: box.x for box in diagram.boxes}
+    assert place["x_controller"] < place["x_dac"] < place["x_drive"] < place["x_axis"] < place["x_encoder"]
+    assert (len(diagram.forward), len(diagram.back)) == (5, 2)
+    assert all(box.x >= 0.0 and box.x + box.width <= diagram.width for box in diagram.boxes)
+
+
+def test_of_a_large_machine_the_parts_near_the_suspect_are_drawn() -> None:
+    chain = [(f"part_{number}", f"part_{number + 1}") for number in range(40)]
+    diagram = wiring_diagram(chain, ["part_20"])
+    assert diagram is not None
+    assert {"part_19", "part_20", "part_21"} <= {box.name for box in diagram.boxes}
+    assert diagram.left_out == 41 - len(diagram.boxes) > 20
+    assert wiring_diagram([]) is None
+
+
+def test_a_value_that_is_told_to_be_far_off_lies_in_its_interval() -> None:
+    """What the refitted baseline had absorbed belongs beside a model; without one the value is the one that was fitted last."""
+    row = _baseline("x_axis.mass", BaselineValue("kg", 400.0, 442.0, 520.0, 510.0, 530.0), modelled=False)
+    assert row["with_it"].startswith("520")
+    assert row["off"] == "+30.0 %"
+
+
+def test_a_discovery_without_parameters_to_paste_shows_no_lines() -> None:
+    assert insert_lines(()) == ""
+    assert insert_lines(({"effect": "A", "at": "b"},)) == "insert:\n  - {effect: A, at: b}"
+
+
+@pytest.mark.parametrize(
+    ("adequate", "floors", "told"),
+    [(True, 1.2, "down to the floor"), (True, 378.0, "all that follows the motion"), (False, 1.2, "not yet: see what is left")],
+)
+def test_the_page_claims_the_floor_only_where_every_channel_is_there(adequate: bool, floors: float, told: str) -> None:
+    """A table that nothing feeds back was a millimetre off at the end, and explained down to the floor."""
+    fit = {name: replace(item, after=floors * item.floor) for name, item in NAMED.fit.items()}
+    page = report_html(replace(NAMED, fit=fit, adequate=adequate))
+    assert told in page
+    assert ("down to the floor" in page) == (told == "down to the floor")

@@ -1,0 +1,44 @@
+"""A ripple and its second harmonic are one cogging, which has both lines."""
+
+import math
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.selection.laboratory import Bench
+from lathesim.diagnosis.selection.moves.merge_harmonics import take_whole_wave
+from lathesim.effects.motor_ripple import Cogging, TorqueRipple
+from lathesim.identification.estimation.least_squares import fit
+from tests.diagnosis.pushed_table import Hidden, baseline, recording, rigs
+
+PERIOD, FIRST, SECOND = 0.012, 8.0, 3.0
+
+
+def teeth(v: float, q: float, t: float) -> float:
+    angle = 2.0 * math.pi * q / PERIOD
+    return FIRST * math.sin(angle + 0.5) + SECOND * math.sin(2.0 * angle - 0.6)
+
+
+@pytest.mark.parametrize(("part", "taken"), [(2.0, True), (3.0, False)], ids=["the second harmonic", "another line"])
+def test_two_lines_of_one_wave_take_the_place_of_the_first(part: float, taken: bool) -> None:
+    first, second = rigs(*(recording(Hidden(law=teeth), seed=seed) for seed in (1, 2)), effects=(TorqueRipple, Cogging))
+    said: list[str] = []
+    bench = Bench(first, second, said.append)
+    fitted = fit(first.sensed, baseline(first), rounds=3)
+    bench.weigh(fitted)
+    before = bench.model((), fitted)
+    ripple, cogging = first.candidates
+    wave = {"amplitude": FIRST, "share": 0.0, "period": PERIOD, "phase": 0.5 + math.pi}
+    one = bench.trial(before, ripple, (), before.free, [np.array([wave[name.partition(".")[2]] for name in ripple.parameters])])
+    line = {"amplitude": SECOND, "second": 0.0, "period": PERIOD / part, "phase": -0.6, "second_phase": 0.0}
+    start = np.array([line[name.partition(".")[2]] for name in cogging.parameters])
+    two = bench.trial(one.model, cogging, (ripple,), one.model.free, [start])
+    found = Found(before, one.model, {ripple.part: [one]})
+    assert take_whole_wave(bench, found, Settings(), [two]) == taken
+    assert [term.name for term in found.model.terms] == (["Cogging"] if taken else ["TorqueRipple"])
+    if taken:
+        values = {name.partition(".")[2]: found.model.fitted.by_name[name] for name in cogging.parameters}
+        assert [abs(values[name]) for name in ("amplitude", "second", "period")] == pytest.approx([FIRST, SECOND, PERIOD], rel=0.02)
+        assert said[-1] == "Cogging takes the place of TorqueRipple"

@@ -1,0 +1,42 @@
+"""What acts late and what shows late is a tie where only a noise that was taken for white had told them apart."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.selection import lag_ties as late_rivals
+from lathesim.diagnosis.selection.lag_ties import ties_of_late_effects
+from lathesim.identification.records.model import Trial
+
+
+def trial(name: str, gain: float, score: float, family: str = "lag") -> Trial:
+    """Give a trial of one late value, and what it would come to with forces that may be slow."""
+    term: Any = SimpleNamespace(name=name, part=name, at="x_axis", family=family, parameters=(f"{name}.delay",))
+    model: Any = SimpleNamespace(terms=(term,), fitted=SimpleNamespace(score=score, constant={}))
+    return Trial(term, model, gain, gain, 10.0, 0.9, 0.9, wide_gain=gain, wide_held_out_gain=gain)
+
+
+@pytest.mark.parametrize(
+    ("rival", "tied"),
+    [
+        (trial("lag", 18_100.0, 99_981.0), True),
+        (trial("lag", 18_100.0, 99_000.0), False),
+        (trial("lag", 15_000.0, 99_981.0), False),
+        (trial("friction", 18_100.0, 99_981.0, family="reversal"), False),
+    ],
+    ids=["alike with slow forces", "worse with them too", "never near", "not late"],
+)
+def test_only_the_colour_of_the_forces_tells_them_apart(rival: Trial, tied: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(late_rivals, "with_start", lambda fitted: [fitted])
+    monkeypatch.setattr(late_rivals, "fit", lambda sensed, free, *given, **kinds: free[0])
+    own = trial("filter", 18_900.0, 100_000.0)
+    found = Found(own.model, own.model, {"filter": [own, rival]})
+    bench: Any = SimpleNamespace(rig=SimpleNamespace(sensed=None), say=lambda text: None)
+    ties_of_late_effects(bench, found, Settings())
+    first, second = found.trials["filter"]
+    assert first is own
+    assert (second.wide_gain == own.wide_gain) == tied
+    assert second.term is rival.term
