@@ -290,7 +290,16 @@ def test_ctrl_c_from_a_terminal_leaves_with_130(tmp_path: Path) -> None:
     Path("machines/pushed.yaml").write_text(PUSHED, encoding="utf-8")
     Path("endless.yaml").write_text(ENDLESS, encoding="utf-8")
     command = [sys.executable, "-m", "lathesim", "run", "endless.yaml", "--plain", "--no-plots", "--out", "runs/endless.h5"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment(), cwd=tmp_path)
+    process = subprocess.Popen(
+        command,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment(),
+        cwd=tmp_path,
+        # A shell starts its background jobs with Ctrl-C ignored, and children inherit that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
     deadline = time.monotonic() + 30.0
     while not Path("runs").is_dir() and process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.02)
