@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.errors import RecordError, nearest
+from lathesim.hdf5_guard import refuse_endless_heap
 
 FloatArray = npt.NDArray[np.float64]
 Meta = dict[str, str | float | int]
@@ -140,24 +141,29 @@ def load(path: str | Path) -> Record:
     import h5py
 
     try:
+        refuse_endless_heap(place)
         file = h5py.File(place, "r")
-    except OSError as error:
+    except Exception as error:
         fact = "the file is truncated." if "truncated" in str(error) else "the file is not HDF5, or it is damaged."
         raise RecordError(fact, place=str(place), remedy="Run the lesson again to make the record anew.") from error
+    damaged = RecordError("the record is damaged.", place=str(place), remedy="Run the lesson again to make the record anew.")
     with file:
-        if _text(file.attrs.get("format", "")) != FORMAT:
+        try:
+            given, version = _text(file.attrs.get("format", "")), int(file.attrs.get("version", 0))
+        except Exception as error:
+            raise damaged from error
+        if given != FORMAT:
             raise RecordError(
                 "the file is HDF5 but no record of this program.", place=str(place), remedy="Read it as a recording, with a mapping."
             )
-        version = int(file.attrs.get("version", 0))
         if version > VERSION:
             raise RecordError(f"the record has format {version}, larger than {VERSION}.", place=str(place), remedy="Update lathesim.")
         try:
             return _read(file)
         except RecordError as error:
             raise RecordError(error.fact, place=str(place), remedy=error.remedy) from error
-        except (OSError, KeyError, ValueError, TypeError, RuntimeError, AttributeError) as error:
-            raise RecordError("the record is damaged.", place=str(place), remedy="Run the lesson again to make the record anew.") from error
+        except Exception as error:
+            raise damaged from error
 
 
 def is_record(path: str | Path) -> bool:
@@ -165,9 +171,10 @@ def is_record(path: str | Path) -> bool:
     import h5py
 
     try:
+        refuse_endless_heap(Path(path))
         with h5py.File(path, "r") as file:
             return _text(file.attrs.get("format", "")) == FORMAT
-    except OSError:
+    except Exception:  # whatever the HDF5 library finds in a damaged file
         return False
 
 

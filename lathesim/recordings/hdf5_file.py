@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from lathesim.errors import RecordingError
+from lathesim.hdf5_guard import refuse_deadly_file
 from lathesim.recordings.array_columns import ArrayColumns
 from lathesim.recordings.raw_table import RawTable, plain_unit
 from lathesim.recordings.reader import Reader
@@ -35,11 +36,12 @@ def gather(path: Path, between: str, hidden: tuple[str, ...]) -> RawTable:
 
     found = ArrayColumns(path)
     try:
+        refuse_deadly_file(path)
         with h5py.File(path, "r") as file:
             _walk(found, file, "", between, hidden, 0)
     except RecordingError:
         raise
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
+    except Exception as error:  # the HDF5 library raises what it likes over a damaged file
         raise RecordingError("the HDF5 file is damaged or cut off.", place=str(path), remedy="Write it again.") from error
     return found.table()
 

@@ -26,6 +26,8 @@ Samples = npt.NDArray[np.int64]
 
 LEAST_SAMPLES = 20
 _TOLD = 3
+_LARGEST = 1e100
+"""Values [SI] from here on are no readings, and are missing like a NaN: a sum of their squares would be no number."""
 _FAR = 30.0
 """A spike stands this many times farther out than what one sample in a hundred does ..."""
 _STEEPER = 3.0
@@ -158,8 +160,9 @@ def _check_header_unit(header: str, signal: SignalMapping, findings: list[Findin
 
 
 def _in_si(column: FloatArray, signal: SignalMapping) -> FloatArray:
-    values = column * (signal.scale * conversion(signal.unit, signal.kind)) + signal.offset
-    values[~np.isfinite(values)] = np.nan
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = column * (signal.scale * conversion(signal.unit, signal.kind)) + signal.offset
+    values[~(np.abs(values) < _LARGEST)] = np.nan
     return values
 
 

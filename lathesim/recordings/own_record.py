@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from lathesim.errors import RecordingError
+from lathesim.hdf5_guard import refuse_deadly_file
 from lathesim.record import is_record, load
 from lathesim.recordings.array_columns import ArrayColumns
 from lathesim.recordings.hdf5_file import reads_hdf5
@@ -20,9 +22,13 @@ def read_record(path: Path) -> RawTable:
     """Read a record as a table whose columns are its channels, with the time as the column ``time``."""
     import h5py
 
-    with h5py.File(path, "r") as file:
-        names = len(file["channels"]) if "channels" in file else 0
-        ArrayColumns(path).check((len(file["time"]) if "time" in file else 0, names + 1))
+    try:
+        refuse_deadly_file(path)
+        with h5py.File(path, "r") as file:
+            shape = (len(file["time"]) if "time" in file else 0, len(file["channels"]) + 1 if "channels" in file else 1)
+    except Exception as error:
+        raise RecordingError("the record is damaged.", place=str(path), remedy="Run the lesson again to make the record anew.") from error
+    ArrayColumns(path).check(shape)
     record = load(path)
     columns = {"time": record.time} | {name: channel.values for name, channel in record.channels.items()}
     units = {"time": "s"} | {name: channel.unit for name, channel in record.channels.items()}

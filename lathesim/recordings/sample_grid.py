@@ -17,6 +17,8 @@ _ON_GRID = 0.05
 """Times this close to the even clock [periods] count as on it: loggers round their time stamps."""
 _NEARLY_WHOLE = 0.2
 """Periods that a step may be away from a whole number of them for the steps to be counted one by one."""
+_LATEST = 1e12
+"""Times [s] that are read; nothing was recorded 30 000 years from now."""
 _LONGEST = 40_000_000
 """Samples of a grid; a clock with holes cannot ask for more."""
 
@@ -68,7 +70,7 @@ def regular_grid(count: int, period: float) -> SampleGrid:
 
 def even_grid(time: FloatArray, findings: list[Finding]) -> SampleGrid:
     """Give the even clock nearest to the times of the rows [s], and note in ``findings`` where they are not even."""
-    rows = np.flatnonzero(np.isfinite(time))
+    rows = np.flatnonzero(np.abs(time) < _LATEST)
     if len(rows) < len(time):
         findings.append(Finding("time", "time", f"{len(time) - len(rows)} rows have no time", "they are left out"))
     rows = _in_order(time, rows, findings)
@@ -168,6 +170,11 @@ def _without_repeats(time: FloatArray, rows: npt.NDArray[np.int64], findings: li
 
 def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Finding]) -> SampleGrid:
     start = float(time[0])
+    usual = float(np.median(np.diff(time)))
+    if float(time[-1]) - start > _LONGEST * usual:
+        fact = f"the times span {(float(time[-1]) - start) / usual:.3g} periods of {usual:.6g} s, most of them without a row"
+        findings.append(Finding("time", "time", fact, "the rows are taken as even"))
+        return SampleGrid(start, usual, len(rows), rows)
     period = _first_period(np.diff(time))
     slots = _slots(time, period)
     if len(np.unique(slots)) == len(slots):
@@ -175,10 +182,6 @@ def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Findin
         slots = _slots(time, period)
     away = np.abs((time - start) / period - slots)
     length = int(slots[-1]) + 1
-    if length > _LONGEST:
-        fact = f"the times span {length} periods of {period:.6g} s, most of them without a row"
-        findings.append(Finding("time", "time", fact, "the rows are taken as even"))
-        return SampleGrid(start, period, len(rows), rows)
     lost = np.diff(slots) - 1
     short = int(lost[(lost > 0) & (lost < SHORT_GAP)].sum())
     if away.max() <= _ON_GRID and len(np.unique(slots)) == len(slots):
