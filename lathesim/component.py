@@ -34,11 +34,12 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from lathesim.errors import ComponentError, nearest
 
 Law = Callable[..., Any]
+Kind = TypeVar("Kind", bound="Declaration")
 
 BUILT_IN_ARGUMENTS = {
     "time": "simulated time [s]",
@@ -189,8 +190,8 @@ class Component:
         _check_definition(cls)
 
     @classmethod
-    def declared(cls, kind: type[Declaration]) -> dict[str, Any]:
-        """Give the declarations of exactly one kind, in order: ``declared(State)`` does not hold the discrete states."""
+    def declared(cls, kind: type[Kind]) -> dict[str, Kind]:
+        """Return the declarations of exactly one kind, in order: ``declared(State)`` does not hold the discrete states."""
         return {name: item for name, item in cls.declarations.items() if type(item) is kind}
 
     @classmethod

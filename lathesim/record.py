@@ -116,21 +116,6 @@ class Record:
         return [name for suffix in suffixes for name in self.channels if name.endswith(suffix)]
 
 
-def save(record: Record, path: str | Path) -> None:
-    """Write a record as one HDF5 file; a file that stood there stays whole until the new one is.
-
-    Raises :class:`RecordError` where the folder is missing or cannot be written, or the disk is full.
-    """
-    from lathesim.record_writer import LARGEST_BLOCK, RecordWriter
-
-    with RecordWriter(path, record.channels.values(), block=len(record), compress=False) as writer:
-        values = [channel.values for channel in record.channels.values()]
-        for begin in range(0, len(record), LARGEST_BLOCK):
-            end = begin + LARGEST_BLOCK
-            writer.write(record.time[begin:end], [value[begin:end] for value in values])
-        writer.finish(record.meta)
-
-
 def load(path: str | Path) -> Record:
     """Read a record back whole.
 

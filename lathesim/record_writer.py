@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.errors import RecordError
-from lathesim.record import FORMAT, VERSION, Channel
+from lathesim.record import FORMAT, VERSION, Channel, Record
 
 LARGEST_BLOCK = 16384
 """Samples of one channel that the file keeps together, 128 kB."""
@@ -245,3 +245,16 @@ def _check_place(path: Path) -> None:
         raise RecordError("this is a folder.", place=str(path), remedy="Give the name of a file.")
     if not os.access(path.parent, os.W_OK):
         raise RecordError(f"the folder '{path.parent}' cannot be written.", place=str(path), remedy="Choose another folder.")
+
+
+def save(record: Record, path: str | Path) -> None:
+    """Write a record as one HDF5 file; a file that stood there stays whole until the new one is.
+
+    Raises :class:`RecordError` where the folder is missing or cannot be written, or the disk is full.
+    """
+    with RecordWriter(path, record.channels.values(), block=len(record), compress=False) as writer:
+        values = [channel.values for channel in record.channels.values()]
+        for begin in range(0, len(record), LARGEST_BLOCK):
+            end = begin + LARGEST_BLOCK
+            writer.write(record.time[begin:end], [value[begin:end] for value in values])
+        writer.finish(record.meta)

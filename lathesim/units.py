@@ -154,11 +154,6 @@ def same_dimension(first: str, second: str) -> bool:
     return first == second or si_factor(first)[1] == si_factor(second)[1]
 
 
-def to_si(value: float, unit: str) -> float:
-    """Give ``value`` [``unit``] in SI."""
-    return value * si_factor(unit)[0]
-
-
 def from_si(value: float, unit: str) -> float:
     """Give the SI number ``value`` in ``unit``."""
     return value / si_factor(unit)[0]

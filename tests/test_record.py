@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from lathesim.errors import RecordError
-from lathesim.record import Channel, Record, is_record, load, save
-from lathesim.record_writer import LARGEST_BLOCK, RecordWriter, _Disk
+from lathesim.record import Channel, Record, is_record, load
+from lathesim.record_writer import LARGEST_BLOCK, RecordWriter, _Disk, save
 
 
 def record(samples: int = 50) -> Record:

@@ -128,7 +128,7 @@ def _record(path: Path) -> None:
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import simulate
     from lathesim.plugins import load_registry
-    from lathesim.record import save
+    from lathesim.record_writer import save
 
     record = simulate(load_lesson("01_contour_error"), load_registry(), "IV")
     save(record.between(0.0, (POINTS - 1) * record.sample_period), path)

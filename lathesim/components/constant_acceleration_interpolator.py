@@ -7,15 +7,9 @@ from typing import Any
 
 from lathesim.component import DiscreteState, Parameter
 from lathesim.components.interpolator import (
-    DWELL,
-    DWELL_PAUSE,
-    FEED_MODE,
-    KIND,
-    LENGTH,
     NO_ANGLE,
     SAMPLE_SLACK,
     SLOWEST,
-    THREAD,
     ConstantVelocityInterpolator,
     next_row,
     takes_time,
@@ -24,6 +18,7 @@ from lathesim.components.interpolator import (
     wanted_speed,
     x_on_path,
 )
+from lathesim.path_columns import DWELL, DWELL_PAUSE, FEED_MODE, KIND, LENGTH, THREAD
 
 
 def ramp_time(way: float, start_speed: float, speed: float, acceleration: float) -> float:

@@ -12,30 +12,35 @@ import math
 from typing import Any, ClassVar
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter, Table
-
-KIND = 0
-LENGTH = 1
-START_X = 2
-START_Z = 3
-END_X = 4
-END_Z = 5
-CENTRE_X = 6
-CENTRE_Z = 7
-RADIUS = 8
-START_ANGLE = 9
-SWEEP = 10
-FEED = 11
-FEED_MODE = 12
-SPINDLE_MODE = 13
-SPINDLE_SPEED = 14
-SPINDLE_LIMIT = 15
-DWELL = 16
-LINE = 17
-SPINDLE_DIRECTION = 18
-PATH_COLUMNS = (
-    "kind", "length", "start_x", "start_z", "end_x", "end_z", "centre_x", "centre_z", "radius", "start_angle", "sweep", "feed", "feed_mode",
-    "spindle_mode", "spindle_speed", "spindle_limit", "dwell", "line", "direction",
-)  # fmt: skip
+from lathesim.path_columns import (
+    ARC_MOVE,
+    CENTRE_X,
+    CENTRE_Z,
+    CONSTANT_SPEED,
+    CONSTANT_SURFACE_SPEED,
+    DWELL,
+    DWELL_PAUSE,
+    END_X,
+    END_Z,
+    FEED,
+    FEED_MODE,
+    KIND,
+    LENGTH,
+    LINE,
+    LINE_MOVE,
+    PATH_COLUMNS,
+    RADIUS,
+    RAPID,
+    SPINDLE_DIRECTION,
+    SPINDLE_LIMIT,
+    SPINDLE_MODE,
+    SPINDLE_SPEED,
+    START_ANGLE,
+    START_X,
+    START_Z,
+    SWEEP,
+    THREAD,
+)
 
 EXAMPLE_PATH = [
     [0.0, 5e-5, 0.0, 0.0, 3e-5, 4e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 100.0, 0.0, 0.0, 1.0, 1.0],
@@ -45,15 +50,6 @@ EXAMPLE_PATH = [
     [1.0, 1e-5, 4e-5, 6e-5, 4e-5, 7e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-4, 2.0, 1.0, -100.0, 0.0, 0.0, 5.0, -1.0],
 ]
 """A rapid, an arc, a dwell, a line and a thread of some micrometres, for the conformance test."""
-
-RAPID = 0.0
-LINE_MOVE = 1.0
-ARC_MOVE = 2.0
-DWELL_PAUSE = 3.0
-THREAD = 2.0
-"""Feed mode of a thread: the way follows the angle of the spindle."""
-CONSTANT_SPEED = 1.0
-CONSTANT_SURFACE_SPEED = 2.0
 
 TWO_PI = 2.0 * math.pi
 NOT_WIRED = 1.0e9

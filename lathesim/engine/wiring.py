@@ -90,7 +90,7 @@ def wire(assembly: Assembly) -> Plan:
         discrete[f"{name}@previous"] = len(discrete)
         part, _, item = name.partition(".")
         source = feeds[name][1]
-        default = parts[part].component.declarations[item].default  # type: ignore[attr-defined]
+        default = parts[part].component.declared(Input)[item].default
         start_discrete.append(constants.get(source, default or 0.0))
     order = _order(parts, feeds)
     varying = _varying(parts, feeds, order)

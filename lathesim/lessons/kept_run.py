@@ -16,7 +16,8 @@ from lathesim.errors import RecordError, SimulationError
 from lathesim.lessons.grading import GoalResult, judge
 from lathesim.lessons.simulate import Prepared, run_prepared
 from lathesim.plugins import Registry
-from lathesim.record import Record, save
+from lathesim.record import Record
+from lathesim.record_writer import save
 
 RUNS_FOLDER = Path("lathesim_runs")
 """Where records go that were given no other place, one folder a lesson."""

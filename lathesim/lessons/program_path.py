@@ -9,23 +9,22 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Machine
 from lathesim.lessons.part_values import si_value
-from lathesim.program.loading import load_program
-from lathesim.program.path import (
+from lathesim.path_columns import (
+    CONSTANT_SURFACE_SPEED,
     DWELL,
     END_X,
     FEED,
     FEED_MODE,
     KIND,
-    KIND_RAPID,
     LENGTH,
     PER_MINUTE,
+    RAPID,
     SPINDLE_MODE,
     SPINDLE_SPEED,
-    SPINDLE_SURFACE,
     START_X,
-    Limits,
-    lay_path,
 )
+from lathesim.program.loading import load_program
+from lathesim.program.path import Limits, lay_path
 from lathesim.program.path import Path as ToolPath
 
 
@@ -61,11 +60,11 @@ def expected_time(table: FloatArray, rapid_speed: float) -> float:
     """
     total = 0.0
     for row in table:
-        if row[KIND] == KIND_RAPID:
+        if row[KIND] == RAPID:
             speed = rapid_speed
         elif row[FEED_MODE] != PER_MINUTE:
             turns = abs(row[SPINDLE_SPEED]) / (2.0 * math.pi)
-            if row[SPINDLE_MODE] == SPINDLE_SURFACE:
+            if row[SPINDLE_MODE] == CONSTANT_SURFACE_SPEED:
                 radius = max(row[START_X], row[END_X], 1e-3)
                 turns /= radius
             speed = row[FEED] * turns

@@ -89,11 +89,11 @@ def prepare(
 
 def check_machine(machine: Machine, registry: Registry) -> Plan:
     """Wire a machine template as it stands, with a path of one short segment, and give the plan; raises what :func:`prepare` raises."""
-    from lathesim.program.path import COLUMNS, FEED, LENGTH
+    from lathesim.path_columns import FEED, LENGTH, PATH_COLUMNS
 
     settings = LessonSettings(lesson=machine.settings.machine, machine=machine.name)
     lesson = Lesson(machine.name, machine.path, settings, machine.source, machine)
-    path = np.zeros((1, COLUMNS))
+    path = np.zeros((1, len(PATH_COLUMNS)))
     path[0, [LENGTH, FEED]] = 0.001
     return wire(assemble_case(case_of(lesson), registry, path))
 

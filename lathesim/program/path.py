@@ -18,16 +18,38 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.errors import ProgramError
+from lathesim.path_columns import (
+    ARC_MOVE,
+    CENTRE_X,
+    CENTRE_Z,
+    CONSTANT_SPEED,
+    CONSTANT_SURFACE_SPEED,
+    DWELL,
+    DWELL_PAUSE,
+    END_X,
+    END_Z,
+    FEED,
+    FEED_MODE,
+    KIND,
+    LENGTH,
+    LINE,
+    LINE_MOVE,
+    PATH_COLUMNS,
+    PER_MINUTE,
+    PER_REVOLUTION,
+    RADIUS,
+    RAPID,
+    SPINDLE_DIRECTION,
+    SPINDLE_LIMIT,
+    SPINDLE_MODE,
+    SPINDLE_SPEED,
+    START_ANGLE,
+    START_X,
+    START_Z,
+    SWEEP,
+    THREAD,
+)
 from lathesim.program.moves import Arc, Move, Program
-
-KIND, LENGTH, START_X, START_Z, END_X, END_Z, CENTRE_X, CENTRE_Z, RADIUS, START_ANGLE, SWEEP = range(11)
-FEED, FEED_MODE, SPINDLE_MODE, SPINDLE_SPEED, SPINDLE_LIMIT, DWELL, LINE, DIRECTION = range(11, 19)
-COLUMNS = 19
-
-KIND_RAPID, KIND_LINE, KIND_ARC, KIND_DWELL, KIND_STOP = range(5)
-PER_MINUTE, PER_REVOLUTION, THREAD = 0, 1, 2
-"""Feed modes; a thread goes by the angle of the spindle, its lead stands as the feed."""
-SPINDLE_OFF, SPINDLE_CONSTANT, SPINDLE_SURFACE = range(3)
 
 SHORTEST = 1e-12  # [m] shorter moves make no row, assumed: rounding of the arithmetic, no programmed length
 _CENTRE_SHIFT = 10.0  # assumed: a centre may move by ten times the difference of the radii before the arc keeps it instead
@@ -46,7 +68,7 @@ class Limits:
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """The path of a program: ``table`` of shape (segments, 19), columns as the constants of this file, not writable."""
+    """The path of a program: ``table`` of shape (segments, 19), columns as in ``path_columns.py``, not writable."""
 
     name: str
     table: npt.NDArray[np.float64]
@@ -60,7 +82,7 @@ class Path:
         """Give the point (x, z) [m] of a segment at a distance [m] from its start."""
         values = [float(value) for value in self.table[row]]
         share = min(1.0, max(0.0, distance / values[LENGTH])) if values[LENGTH] > 0.0 else 0.0
-        if values[KIND] == KIND_ARC:
+        if values[KIND] == ARC_MOVE:
             angle = values[START_ANGLE] + values[SWEEP] * share
             return values[CENTRE_X] + values[RADIUS] * math.sin(angle), values[CENTRE_Z] + values[RADIUS] * math.cos(angle)
         return (
@@ -90,7 +112,7 @@ def lay_path(program: Program, limits: Limits | None = None) -> Path:
 def _rows(move: Move) -> list[list[float]]:
     """The rows of one move: none, one, or for an arc that needs closing two."""
     if move.kind == "dwell":
-        row = _row(move, KIND_DWELL, 0.0, (move.start_x, move.start_z), (move.end_x, move.end_z))
+        row = _row(move, DWELL_PAUSE, 0.0, (move.start_x, move.start_z), (move.end_x, move.end_z))
         row[DWELL] = move.seconds
         return [row] if move.seconds > 0.0 else []
     start, end = (move.start_x, move.start_z), (move.end_x, move.end_z)
@@ -98,18 +120,18 @@ def _rows(move: Move) -> list[list[float]]:
         length = math.hypot(end[0] - start[0], end[1] - start[1])
         if length < SHORTEST:
             return []
-        return [_row(move, KIND_RAPID if move.kind == "rapid" else KIND_LINE, length, start, end)]
+        return [_row(move, RAPID if move.kind == "rapid" else LINE_MOVE, length, start, end)]
     arc = true_circle(move.arc, start, end)
     reached = end
     if arc is None:
         arc = move.arc
         last = arc.start_angle + arc.sweep
         reached = (arc.centre_x + arc.radius * math.sin(last), arc.centre_z + arc.radius * math.cos(last))
-    row = _row(move, KIND_ARC, abs(arc.sweep) * arc.radius, start, reached)
+    row = _row(move, ARC_MOVE, abs(arc.sweep) * arc.radius, start, reached)
     row[CENTRE_X], row[CENTRE_Z], row[RADIUS] = arc.centre_x, arc.centre_z, arc.radius
     row[START_ANGLE], row[SWEEP] = arc.start_angle, arc.sweep
     gap = math.hypot(end[0] - reached[0], end[1] - reached[1])
-    return [row] if gap < SHORTEST else [row, _row(move, KIND_LINE, gap, reached, end)]
+    return [row] if gap < SHORTEST else [row, _row(move, LINE_MOVE, gap, reached, end)]
 
 
 def true_circle(arc: Arc, start: tuple[float, float], end: tuple[float, float]) -> Arc | None:
@@ -138,16 +160,16 @@ def true_circle(arc: Arc, start: tuple[float, float], end: tuple[float, float]) 
     return Arc(centre[0], centre[1], radius, radius, start_angle, sweep)
 
 
-def _row(move: Move, kind: int, length: float, start: tuple[float, float], end: tuple[float, float]) -> list[float]:
-    row = [0.0] * COLUMNS
-    row[KIND], row[LENGTH], row[LINE] = float(kind), length, float(move.line)
+def _row(move: Move, kind: float, length: float, start: tuple[float, float], end: tuple[float, float]) -> list[float]:
+    row = [0.0] * len(PATH_COLUMNS)
+    row[KIND], row[LENGTH], row[LINE] = kind, length, float(move.line)
     row[START_X], row[START_Z], row[END_X], row[END_Z] = start[0], start[1], end[0], end[1]
     row[FEED] = move.feed or 0.0
-    row[FEED_MODE] = float(THREAD if move.kind == "thread" else PER_REVOLUTION if move.per_revolution else PER_MINUTE)
+    row[FEED_MODE] = THREAD if move.kind == "thread" else PER_REVOLUTION if move.per_revolution else PER_MINUTE
     spindle = move.spindle
-    row[DIRECTION] = float(spindle.direction)
+    row[SPINDLE_DIRECTION] = float(spindle.direction)
     if spindle.direction != 0:
-        row[SPINDLE_MODE] = float(SPINDLE_SURFACE if spindle.surface else SPINDLE_CONSTANT)
+        row[SPINDLE_MODE] = CONSTANT_SURFACE_SPEED if spindle.surface else CONSTANT_SPEED
         row[SPINDLE_SPEED] = spindle.speed if spindle.surface else spindle.direction * spindle.speed
         row[SPINDLE_LIMIT] = spindle.limit or 0.0
     return row

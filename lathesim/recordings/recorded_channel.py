@@ -54,11 +54,6 @@ class RecordedChannel:
         return self.span <= 1e-12 * float(np.abs(self.values).max())
 
     @cached_property
-    def rest_share(self) -> float:
-        """Share of the samples that equal the one before."""
-        return float(np.mean(self.steps == 0.0))
-
-    @cached_property
     def roughness(self) -> float:
         """Standard deviation of what is new in every sample (noise and rounding), from second differences, robust."""
         second = np.diff(self.values, 2)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.record import save
+from lathesim.record_writer import save
 from lathesim.recordings.reading import read_recording
 from lathesim.recordings.register import stock_readers
 from tests.analysis.small_record import shoulder

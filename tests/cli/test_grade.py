@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.record import Channel, Record, save
+from lathesim.record import Channel, Record
+from lathesim.record_writer import save
 from tests.cli.command import call
 
 LESSON = """\

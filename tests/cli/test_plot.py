@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from lathesim.record import save
+from lathesim.record_writer import save
 from tests.analysis.small_record import shoulder
 from tests.cli.command import call
 

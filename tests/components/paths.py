@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter
-from lathesim.components.interpolator import PATH_COLUMNS
+from lathesim.path_columns import PATH_COLUMNS
 
 RPM = 2.0 * math.pi / 60.0
 SAMPLE_PERIOD = 0.005

@@ -12,7 +12,7 @@ from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.schema import RecordedSignal
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
-from lathesim.record import save
+from lathesim.record_writer import save
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.reading import read_recording
 from lathesim.recordings.register import stock_readers

@@ -6,8 +6,8 @@ import pathlib
 import numpy as np
 import pytest
 
+from lathesim import path_columns as columns
 from lathesim.errors import ProgramError
-from lathesim.program import path as columns
 from lathesim.program.interpreter import interpret
 from lathesim.program.loading import load_program
 from lathesim.program.path import Limits, Path, lay_path
@@ -31,16 +31,16 @@ N80 X0.0
 
 def test_example_1_lies_as_printed() -> None:
     table = laid(EXAMPLE_1).table
-    assert table.shape == (7, columns.COLUMNS)
+    assert table.shape == (7, len(columns.PATH_COLUMNS))
     assert table[:, columns.KIND].tolist() == [0, 1, 1, 1, 1, 0, 0]
     assert table[:, columns.LINE].tolist() == [2, 3, 4, 5, 6, 7, 8]
     assert table[:, columns.END_X].tolist() == [0.015, 0.015, 0.017, 0.017, 0.02, 0.02, 0.0]
     assert table[:, columns.END_Z].tolist() == [0.01, 0.03, 0.04, 0.05, 0.05, 0.0, 0.0]
     assert table[1:5, columns.FEED] == pytest.approx([0.002, 0.003, 0.003, 0.003], rel=1e-15)
     assert table[2, columns.LENGTH] == pytest.approx(math.hypot(0.002, 0.01), rel=1e-12)
-    assert table[0, columns.DIRECTION] == 0 and table[0, columns.SPINDLE_MODE] == columns.SPINDLE_OFF
+    assert table[0, columns.SPINDLE_DIRECTION] == 0 and table[0, columns.SPINDLE_MODE] == columns.SPINDLE_OFF
     assert table[1:, columns.SPINDLE_SPEED] == pytest.approx(1000 * 2 * math.pi / 60)
-    assert (table[1:, columns.DIRECTION] == 1).all()
+    assert (table[1:, columns.SPINDLE_DIRECTION] == 1).all()
 
 
 @pytest.mark.parametrize(("example", "cycle_time"), [(1, 18.48), (2, 13.17)])
@@ -48,7 +48,7 @@ def test_the_ways_of_the_examples_take_the_published_times(example: int, cycle_t
     """Blocks cut into whole samples of 5 ms, rapid 0.12 m/s along the path (Liu and Landers 2004, Tables 1 and 2, no controller)."""
     file = pathlib.Path(__file__).parents[2] / "part_programs" / f"liu_landers_2004_example_{example}.nc"
     table = lay_path(load_program(file)).table
-    speed = np.where(table[:, columns.KIND] == columns.KIND_RAPID, 0.12, table[:, columns.FEED])
+    speed = np.where(table[:, columns.KIND] == columns.RAPID, 0.12, table[:, columns.FEED])
     samples = np.ceil(table[:, columns.LENGTH] / speed / 0.005 - 1e-9)
     assert 0.005 * samples.sum() == pytest.approx(cycle_time, abs=1e-9)
 
@@ -72,7 +72,7 @@ def test_the_table_cannot_be_written() -> None:
 def test_arcs_run_from_start_to_end_on_their_circle(block: str, centre: tuple[float, float], sweep: float) -> None:
     path = laid(f"G90 G94\nM3 S500\nG0 X10 Z0\n{block} F100\nM2")
     row = path.table[1]
-    assert row[columns.KIND] == columns.KIND_ARC
+    assert row[columns.KIND] == columns.ARC_MOVE
     assert (1e3 * row[columns.CENTRE_X], 1e3 * row[columns.CENTRE_Z]) == pytest.approx(centre, abs=1e-9)
     assert math.degrees(row[columns.SWEEP]) == pytest.approx(sweep)
     assert path.point(1, 0.0) == pytest.approx((0.01, 0.0), abs=1e-12)
@@ -99,7 +99,7 @@ def test_an_arc_that_misses_its_circle_within_the_tolerance_is_laid_on_a_true_on
 def test_an_arc_whose_centre_cannot_be_moved_is_closed_with_a_straight_row() -> None:
     """Nearly a full circle, ending 0.02 mm outside its start: no circle through both lies near the programmed one."""
     path = laid("G0 X10 Z0\nG02 X9.98 Z0.001 I5 K0 F100\nM2")
-    assert path.table[1:, columns.KIND].tolist() == [columns.KIND_ARC, columns.KIND_LINE]
+    assert path.table[1:, columns.KIND].tolist() == [columns.ARC_MOVE, columns.LINE_MOVE]
     assert path.table[2, columns.LENGTH] < 3e-5
     assert path.table[2, columns.END_X] == pytest.approx(0.00998)
 
@@ -115,20 +115,20 @@ def test_modes_of_feed_and_spindle() -> None:
     table = laid("G95\nG96 S150 M4\nG0 X20\nG1 X10 F0.2\nG97 S300\nG1 X5\nM2").table
     assert table[1, columns.FEED] == pytest.approx(0.0002)
     assert table[1, columns.FEED_MODE] == columns.PER_REVOLUTION
-    assert table[1, columns.SPINDLE_MODE] == columns.SPINDLE_SURFACE
+    assert table[1, columns.SPINDLE_MODE] == columns.CONSTANT_SURFACE_SPEED
     assert table[1, columns.SPINDLE_SPEED] == pytest.approx(2.5)
-    assert table[1, columns.DIRECTION] == -1
+    assert table[1, columns.SPINDLE_DIRECTION] == -1
     assert table[1, columns.SPINDLE_LIMIT] == 0.0
-    assert table[2, columns.SPINDLE_MODE] == columns.SPINDLE_CONSTANT
+    assert table[2, columns.SPINDLE_MODE] == columns.CONSTANT_SPEED
     assert table[2, columns.SPINDLE_SPEED] == pytest.approx(-10 * math.pi)
 
 
 def test_speed_limit_dwell_and_thread_of_the_linuxcnc_dialect() -> None:
     table = laid("G21 G18\nG96 D2500 S180 M3\nG0 X30 Z1\nG4 P1.5\nG33 Z-10 K1.5\nM2", "linuxcnc").table
     assert table[0, columns.SPINDLE_LIMIT] == pytest.approx(2500 * 2 * math.pi / 60)
-    assert table[1, columns.KIND] == columns.KIND_DWELL
+    assert table[1, columns.KIND] == columns.DWELL_PAUSE
     assert table[1, columns.DWELL] == 1.5 and table[1, columns.LENGTH] == 0.0
-    assert table[2, columns.KIND] == columns.KIND_LINE
+    assert table[2, columns.KIND] == columns.LINE_MOVE
     assert table[2, columns.FEED] == pytest.approx(0.0015) and table[2, columns.FEED_MODE] == columns.THREAD
 
 

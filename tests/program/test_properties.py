@@ -7,9 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lathesim.errors import ProgramError
+from lathesim.path_columns import ARC_MOVE, CENTRE_X, CENTRE_Z, END_X, END_Z, KIND, LENGTH, RADIUS, START_X, START_Z
 from lathesim.program.canon import canon
 from lathesim.program.interpreter import interpret
-from lathesim.program.path import CENTRE_X, CENTRE_Z, END_X, END_Z, KIND, KIND_ARC, LENGTH, RADIUS, START_X, START_Z, lay_path
+from lathesim.program.path import lay_path
 from lathesim.program.words import read_program
 
 DIALECTS = st.sampled_from(["paper", "linuxcnc", "fanuc"])
@@ -69,7 +70,7 @@ def test_radius_and_centre_describe_the_same_arc(radius: float, start: float, sw
     how = f"R{radius if sweep <= math.pi else -radius:.6f}" if by_radius else f"I{-start_x:.6f} K{-start_z:.6f}"
     text = f"M3 S500\nG00 X{start_x:.6f} Z{start_z:.6f}\n{code} X{end_x:.6f} Z{end_z:.6f} {how} F100\nM30"
     path = lay_path(interpret(read_program(text)))
-    row = next(row for row in path.table if row[KIND] == KIND_ARC)
+    row = next(row for row in path.table if row[KIND] == ARC_MOVE)
     slack = 3e-3 if by_radius and abs(sweep - math.pi) < 0.02 else 2e-4  # near a half circle R hardly fixes the centre
     assert math.isclose(row[LENGTH], 1e-3 * radius * sweep, rel_tol=slack, abs_tol=1e-8)
     assert math.hypot(row[CENTRE_X], row[CENTRE_Z]) < slack * 1e-3 * max(radius, 1.0) * 40

@@ -8,7 +8,8 @@ import pytest
 from scipy.io import savemat
 
 from lathesim.errors import LatheSimError
-from lathesim.record import Channel, Record, save
+from lathesim.record import Channel, Record
+from lathesim.record_writer import save
 from lathesim.recordings import raw_table
 from lathesim.recordings.raw_table import RawTable
 from lathesim.recordings.reading import read_recording

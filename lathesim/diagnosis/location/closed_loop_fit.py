@@ -9,6 +9,7 @@ import numpy as np
 
 from lathesim.diagnosis.records.diagnosis import ChannelFit
 from lathesim.engine.assembly import FloatArray
+from lathesim.engine.wiring import Plan
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Rig
 from lathesim.identification.replay.simulator import COUNTS
@@ -45,6 +46,6 @@ def _counted(rig: Rig, values: FloatArray) -> FloatArray:
     return values if rig.weights is None else np.where(rig.weights > COUNTS, values, np.nan)
 
 
-def _own_value(plan: object, name: str) -> float:
-    parameters, states = plan.parameters, plan.states  # type: ignore[attr-defined]
-    return float(plan.parameter_values[parameters[name]] if name in parameters else plan.start_states[states[name]])  # type: ignore[attr-defined]
+def _own_value(plan: Plan, name: str) -> float:
+    parameters, states = plan.parameters, plan.states
+    return float(plan.parameter_values[parameters[name]] if name in parameters else plan.start_states[states[name]])

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from lathesim.component import Parameter
 from lathesim.diagnosis.records.diagnosis import ChannelFit
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Rig
@@ -27,7 +28,7 @@ def off_by_chance(rig: Rig, values: Mapping[str, float], fit: Mapping[str, Chann
     """Give the channels that the lesson's own simulation with some ``values`` is off by (``fit``) no more than the steps of converters move
     it; none where no converter reads a sensor."""
     converters = [(part.name, part.component) for part in rig.machine.assembly.parts if "bits" in part.component.ports]
-    fine = {f"{name}.{item.ports['bits']}": float(item.declarations[item.ports["bits"]].high) for name, item in converters}  # type: ignore[attr-defined]
+    fine = {f"{name}.{item.ports['bits']}": item.declared(Parameter)[item.ports["bits"]].high for name, item in converters}
     if not fine:
         return set()
     names = rig.own.settable([*values, *fine])

@@ -27,7 +27,6 @@ LOST = 1e12
 """Misfit, in floors, of a run whose numbers grew beyond all bounds."""
 _JUMP = 10.0
 """A step of a recording this many times larger than those around it is a jump, whose timing is known to one sample only."""
-_START_SPREAD = 1e-3
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 
@@ -61,13 +62,9 @@ class Term:
     @property
     def spare(self) -> tuple[str, ...]:
         """The free names that are nothing unless they are given, and without which the effect is still there."""
-        declared = self.effect.declarations
+        declared = self.effect.declared(Parameter)
         items = [(name, low, name.partition(".")[2]) for name, low in zip(self.parameters, self.low, strict=True)]
-        return tuple(
-            name
-            for name, low, item in items
-            if low == 0.0 and item not in self.effect.neutral and declared[item].default == 0.0  # type: ignore[attr-defined]
-        )
+        return tuple(name for name, low, item in items if low == 0.0 and item not in self.effect.neutral and declared[item].default == 0.0)
 
     @property
     def family(self) -> str:

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.component import Output
+from lathesim.component import Output, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
@@ -80,4 +80,4 @@ def _rounded(assembly: Assembly, compared: Collection[str]) -> list[str]:
 
 def _without_steps(part: Part) -> Part:
     bits = part.component.ports["bits"]
-    return replace(part, parameters={**part.parameters, bits: float(part.component.declarations[bits].high)})  # type: ignore[attr-defined]
+    return replace(part, parameters={**part.parameters, bits: part.component.declared(Parameter)[bits].high})

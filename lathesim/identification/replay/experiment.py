@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import prev_fast_len
 
-from lathesim.component import Component, Input, Output
+from lathesim.component import Component, Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.engine.wiring import Plan, wire
@@ -248,10 +248,10 @@ def _exact_sensors(assembly: Assembly) -> Assembly:
     """Give the assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice."""
     parts = []
     for part in assembly.parts:
-        ports, declared = part.component.ports, part.component.declarations
+        ports, declared = part.component.ports, part.component.declared(Parameter)
         exact = {ports[role]: 0.0 for role in ("resolution",) if role in ports}
         # steps of a converter hide what small changes of a value do to what it reads
-        exact |= {ports[role]: float(declared[ports[role]].high) for role in ("bits",) if role in ports}  # type: ignore[attr-defined]
+        exact |= {ports[role]: declared[ports[role]].high for role in ("bits",) if role in ports}
         parts.append(replace(part, parameters={**part.parameters, **exact}) if exact else part)
     return replace(assembly, parts=tuple(parts))
 
@@ -302,8 +302,8 @@ def baseline_free(machine: Machine, wider: float = 1.0) -> list[Free]:
         _, position = plan.settable(name)
         given = plan.parameter_values[position]
         part, _, item = name.partition(".")
-        declared = plan.parts[part].component.declarations[item]
-        low = max(declared.low, given - POSSIBLE * deviation)  # type: ignore[attr-defined]
-        high = min(declared.high, given + POSSIBLE * deviation)  # type: ignore[attr-defined]
+        declared = plan.parts[part].component.declared(Parameter)[item]
+        low = max(declared.low, given - POSSIBLE * deviation)
+        high = min(declared.high, given + POSSIBLE * deviation)
         free.append(Free(name, given, max(deviation, 1e-12), low, high, deviation, given))
     return free

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.signal import butter, savgol_filter, sosfiltfilt
 
-from lathesim.component import Input
+from lathesim.component import Input, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.signal.resolution import channel_floor
 
@@ -178,7 +178,7 @@ def _gain(parts: Mapping[str, Part], channel: str, source: str) -> float:
     if declared[reading].unit == parts[host].component.declarations[item].unit:
         return 1.0
     name = part.component.ports.get("gain", "")
-    default = declared[name].default if name else 0.0  # type: ignore[attr-defined]
+    default = part.component.declared(Parameter)[name].default if name else 0.0
     return float(part.parameters.get(name, default))
 
 

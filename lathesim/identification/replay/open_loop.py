@@ -49,7 +49,7 @@ def _sensing(assembly: Assembly, wires: Mapping[str, Wire], target: str) -> list
     component = next(part.component for part in assembly.parts if part.name == host)
     roles = {role for role, port in component.ports.items() if port == item}
     head = first_input({part.name: part for part in assembly.parts}, wires, target)
-    default = component.declarations[item].default if head == target else None  # type: ignore[attr-defined]
+    default = component.declared(Input)[item].default if head == target else None
     fed = wires.get(head, Wire(head, constant=default or 0.0))
     found = []
     for part in assembly.parts:

@@ -87,14 +87,14 @@ class Motion:
 def scene_of_case(case: Prepared) -> LatheScene:
     """Return the scene before a run: the raw stock and the programmed path."""
     from lathesim.lessons.raw_stock import raw_stock
-    from lathesim.program.path import CENTRE_X, CENTRE_Z, END_X, END_Z, KIND, KIND_ARC, RADIUS, START_ANGLE, START_X, START_Z, SWEEP
+    from lathesim.path_columns import ARC_MOVE, CENTRE_X, CENTRE_Z, END_X, END_Z, KIND, RADIUS, START_ANGLE, START_X, START_Z, SWEEP
 
     table = next((part.tables["path"] for part in case.machinery.parts if "path" in part.tables), None)
     if table is None:
         return LatheScene(raw_stock(case.plan), np.empty(0), np.empty(0))
     x, z = [table[:1, START_X]], [table[:1, START_Z]]
     for row in table:
-        if row[KIND] == KIND_ARC:
+        if row[KIND] == ARC_MOVE:
             angle = row[START_ANGLE] + row[SWEEP] * np.linspace(0.0, 1.0, _ARC_POINTS)
             x.append(row[CENTRE_X] + row[RADIUS] * np.sin(angle))
             z.append(row[CENTRE_Z] + row[RADIUS] * np.cos(angle))

@@ -14,7 +14,8 @@ from lathesim.identification.replay.loading import at_period
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry, load_registry
-from lathesim.record import Record, save
+from lathesim.record import Record
+from lathesim.record_writer import save
 from tests.diagnosis.controlled_axis import controlled_axis
 from tests.diagnosis.driven_axis import MASS, VISCOUS, write_recording
 from tests.shared_data import SHARED, needs_shared
