@@ -7,7 +7,20 @@ from pathlib import Path
 
 from lathesim.errors import LatheSimError, nearest
 
-TOPICS = ("app", "commands", "lessons", "writing_lessons", "programs", "stability", "diagnosis", "reliability", "plugins", "speed", "house")
+TOPICS = (
+    "app",
+    "commands",
+    "lessons",
+    "writing_lessons",
+    "programs",
+    "stability",
+    "live",
+    "diagnosis",
+    "reliability",
+    "plugins",
+    "speed",
+    "house",
+)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,109 @@
+"""A path of the axes as samples without times: what a planner hands over."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from lathesim.errors import LatheSimError
+from lathesim.units import si_factor
+
+FloatArray = npt.NDArray[np.float64]
+
+_HEADER = re.compile(r"^\s*([^\[\]]+?)\s*\[([^\[\]]*)\]\s*$")
+_DIRECTIONS = ("i", "j", "k")
+"""Columns of a tool's direction, which need no unit."""
+MOST_SAMPLES = 5_000_000
+"""Rows of a file at most; 1.5 h of samples at 1 kHz."""
+
+
+class MotionError(LatheSimError):
+    """A path, its limits or its kinematics cannot be used."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointPath:
+    """Samples along a path: ``positions`` (samples, axes) in SI, ``names`` and ``units`` of the axes; no times yet.
+
+    Raises :class:`MotionError` where shapes differ or a number is not finite.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    positions: FloatArray
+
+    def __post_init__(self) -> None:
+        positions = np.ascontiguousarray(self.positions, dtype=np.float64)
+        object.__setattr__(self, "positions", positions)
+        if positions.ndim != 2 or positions.shape[1] != len(self.names) or len(self.names) != len(self.units):
+            raise MotionError(f"{len(self.names)} axes have positions of shape {positions.shape}.", remedy="Give one column an axis.")
+        if not len(positions) or not len(self.names):
+            raise MotionError("the path has no samples.", remedy="Give at least one row.")
+        if not np.isfinite(positions).all():
+            row, column = (int(place[0]) for place in np.nonzero(~np.isfinite(positions)))
+            raise MotionError(f"sample {row + 1} of {self.names[column]} is not a finite number.", remedy="Take the row away.")
+
+
+def read_joint_path(path: str | Path) -> JointPath:
+    """Return the path of a CSV file with the header ``x [mm],y [mm],a [deg]`` and a row for each sample, in SI.
+
+    Raises :class:`MotionError` with ``file:line`` where the header has no units or a cell is no number.
+    """
+    place = Path(path)
+    try:
+        with place.open(encoding="utf-8-sig", newline="") as file:
+            rows = csv.reader(file)
+            header = next(rows, [])
+            names, units, factors = _columns(header, f"{place}:1")
+            values = _numbers(rows, len(names), place)
+    except FileNotFoundError:
+        raise MotionError("there is no such file.", place=str(place)) from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise MotionError(f"the file cannot be read: {getattr(error, 'strerror', None) or error}.", place=str(place)) from None
+    if not values:
+        raise MotionError("the file has a header and no samples.", place=str(place), remedy="Write one row a sample.")
+    return JointPath(names, units, np.array(values) * factors)
+
+
+def _columns(header: list[str], place: str) -> tuple[tuple[str, ...], tuple[str, ...], FloatArray]:
+    found = [_HEADER.match(cell if cell.strip() not in _DIRECTIONS else f"{cell} [1]") for cell in header]
+    if not header or not all(found):
+        told = next((cell for cell, match in zip(header, found, strict=True) if not match), "")
+        raise MotionError(f"the column '{told}' has no unit.", place=place, remedy="Write the header as x [mm],y [mm],a [deg].")
+    names = tuple(match[1] for match in found if match)
+    if len(set(names)) != len(names):
+        raise MotionError("two columns have the same name.", place=place, remedy="Name each axis once.")
+    factors = [si_factor(match[2]) for match in found if match]
+    units = tuple(_si_name(dimension, place) for _, dimension in factors)
+    return names, units, np.array([factor for factor, _ in factors])
+
+
+def _si_name(dimension: str, place: str) -> str:
+    if dimension in ("[length]", "dimensionless"):
+        return "m" if dimension == "[length]" else "rad"
+    raise MotionError(f"an axis is given in a unit of {dimension}.", place=place, remedy="Give lengths (mm) and angles (deg).")
+
+
+def _numbers(rows: Iterable[list[str]], width: int, place: Path) -> list[list[float]]:
+    values: list[list[float]] = []
+    for number, row in enumerate(rows, start=2):
+        if not row:
+            continue
+        if len(row) != width:
+            raise MotionError(f"the row has {len(row)} cells and the header {width}.", place=f"{place}:{number}")
+        try:
+            values.append([float(cell) for cell in row])
+        except ValueError:
+            raise MotionError("a cell is not a number.", place=f"{place}:{number}", remedy="Write numbers with a point.") from None
+        if not all(map(math.isfinite, values[-1])):
+            raise MotionError("a cell is not a finite number.", place=f"{place}:{number}", remedy="Take the row away.")
+        if len(values) > MOST_SAMPLES:
+            raise MotionError(f"the file has more than {MOST_SAMPLES} samples.", place=str(place), remedy="Split it.")
+    return values
