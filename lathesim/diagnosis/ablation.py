@@ -4,8 +4,8 @@
     baseline   the uncertain values stay as given, so that an effect has to repair what is only a wrong mass
     null       the residual is taken for white noise, and an effect is believed as soon as its gain in likelihood is above the Bayesian
                penalty, (k/2) ln n, of its k parameters and the n recorded values; what forces that nobody modelled do to the channels,
-               what chance reaches, and whether the effect is large enough to matter, is not asked
-    held-out   the recording that was fitted is its own judge
+               the null maximum, and whether the effect is large enough to matter, is not asked
+    validation   the recording that was fitted is its own judge
 
 Source of the penalty: G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6 (1978).
 """
@@ -30,7 +30,7 @@ LEFT_OUT = {
 
 
 def without(question: Question, steps: Collection[str]) -> Question:
-    """Give the question to be answered without some steps of :data:`LEFT_OUT`; the answer's findings say so."""
+    """Return the question to be answered without some steps of :data:`LEFT_OUT`; the answer's findings say so."""
     unknown = sorted(set(steps) - set(LEFT_OUT))
     if unknown:
         raise ValueError(f"there is no step {unknown[0]!r} to leave out; there are {', '.join(LEFT_OUT)}")
@@ -43,15 +43,15 @@ def without(question: Question, steps: Collection[str]) -> Question:
         numbers = len(asked.machine.compare) * len(asked.fitted.record)
         asked = replace(asked, machine=replace(asked.machine, white=True), settings=_on_penalty_alone(asked.settings, numbers))
     if "held-out" in steps:
-        asked = replace(asked, held_out=replace(asked.fitted, findings=()))
+        asked = replace(asked, validation=replace(asked.fitted, findings=()))
     said = tuple(Finding("left out", "", f"Answered without {step}: {LEFT_OUT[step]}", "") for step in LEFT_OUT if step in steps)
     return replace(asked, fitted=replace(asked.fitted, findings=(*said, *asked.fitted.findings)))
 
 
 def _on_penalty_alone(settings: Settings, numbers: int) -> Settings:
-    """Give settings with which the gain in likelihood on ``numbers`` values decides alone."""
+    """Return settings with which the gain in likelihood on ``numbers`` values decides alone."""
     nothing = -math.inf
     return replace(
-        settings, margin=0.0, per_parameter=0.5 * math.log(numbers), against_chance=False, smallest_move=nothing, share_of_all=nothing,
-        share_of_rest=nothing, most_spoilt=math.inf, largest_size=math.inf,
+        settings, margin=0.0, per_parameter=0.5 * math.log(numbers), against_null_maximum=False, smallest_move=nothing,
+        share_of_all=nothing, share_of_rest=nothing, most_degradation=math.inf, largest_size=math.inf,
     )  # fmt: skip

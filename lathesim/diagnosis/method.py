@@ -22,15 +22,15 @@ class Settings:
     screened: int = 5
     """Candidates fitted in one round."""
     worth_a_fit: float = 0.25
-    """Share of the best candidate's promise below which a candidate is not fitted."""
+    """Share of the best candidate's screening score below which a candidate is not fitted."""
     margin: float = 10.0
-    """Nats by which a fit must get better beyond its parameters' due and beyond what chance reaches among the candidates."""
+    """Nats by which a fit must get better beyond its parameters' due and beyond the null maximum among the candidates."""
     per_parameter: float = 3.0
-    against_chance: bool = True
-    """Whether what chance reaches among the candidates counts against an effect."""
-    held_out_margin: float = 3.0
-    held_out_share: float = 0.01
-    """The held-out recording must gain that many nats, and this share of what the fitted one does."""
+    against_null_maximum: bool = True
+    """Whether the null maximum among the candidates counts against an effect."""
+    validation_margin: float = 3.0
+    validation_share: float = 0.01
+    """The validation recording must gain that many nats, and this share of what the fitted one does."""
     smallest_move: float = 1.0
     """An effect must move a channel by more than this many times what is left unexplained there ..."""
     small_move: float = 0.3
@@ -38,8 +38,8 @@ class Settings:
     """... or this many times, where it removes almost all of the error: effects not found yet may leave more there than it moves; ..."""
     most_of_rest: float = 0.75
     as_much: float = 0.8
-    """... or most of what others left, and gains as much on the held-out recording: what answers to a load does not."""
-    most_spoilt: float = 1.5
+    """... or most of what others left, and gains as much on the validation recording: what answers to a load does not."""
+    most_degradation: float = 1.5
     """Factor by which an effect may make a channel of the lesson's own simulation worse."""
     largest_size: float = 30.0
     """Largest usual sizes of an effect beyond which it is not believed ..."""
@@ -56,11 +56,11 @@ class Settings:
     """... or this share of what the others left, however little of all that is."""
     left_by_refined: float = 0.25
     """Share of what a simple form leaves that a refined one may leave to take its place with one value more; with two more, half of it."""
-    despite_strain: bool = False
+    despite_implausible_values: bool = False
     """Whether values of the lesson that are wrong beyond belief are no reason to doubt an effect, as another one may yet ease them."""
     nearly_worth: float = 0.5
-    """Share of ``nearly_all_of_rest`` that a candidate must promise to be fitted, where it cannot come to the other two."""
+    """Share of ``nearly_all_of_rest`` that a candidate must screening score to be fitted, where it cannot come to the other two."""
 
     def affords(self, runs: int, candidates: int) -> bool:
-        """Say whether a search among so many candidates may go on after so many runs."""
+        """Return whether a search among so many candidates may go on after so many runs."""
         return runs <= max(self.most_runs, candidates * self.runs_a_candidate)

@@ -17,6 +17,6 @@ class Question:
     lesson: str
     machine: Machine
     fitted: Recorded
-    held_out: Recorded | None
+    validation: Recorded | None
     effects: tuple[type[Effect], ...]
     settings: Settings = field(default_factory=Settings)

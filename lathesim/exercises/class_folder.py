@@ -33,7 +33,7 @@ class Published:
 
 
 def answer_place(folder: Path, wanted: Path | None) -> Path:
-    """Give where the answer goes, and refuse (:class:`RecordingError`) a place in the folder for the class or a case that is there."""
+    """Return where the answer goes, and refuse (:class:`RecordingError`) a place in the folder for the class or a case that is there."""
     place = wanted or folder.parent / f"{folder.name or 'case'}_answer.json"
     if folder.resolve() in place.resolve().parents:
         remedy = "Choose another place with --answer."
@@ -73,7 +73,7 @@ def _time_name(lesson: Lesson) -> str:
 
 
 def _csv(time: FloatArray, time_name: str, time_unit: str, columns: tuple[LoggedColumn, ...], table: FloatArray) -> str:
-    """Give the recording as text: a header with names and units, one row a sample."""
+    """Return the recording as text: a header with names and units, one row a sample."""
     header = ",".join([f"{time_name} [{time_unit}]", *[f"{column.name} [{column.unit}]" for column in columns]])
     texts = [[f"{value:.9g}" for value in time / si_factor(time_unit)[0]]]
     for column, row in zip(columns, table, strict=True):

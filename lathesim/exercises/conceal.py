@@ -132,7 +132,7 @@ class _Machine:
         return fine_run(self.plan, self.duration, overrides, seed=seed)
 
     def with_resolution(self, columns: Sequence[LoggedColumn], baseline: Mapping[str, float]) -> list[LoggedColumn]:
-        """Give the columns, each with the step it is rounded to: the one it has, or that of a 16-bit logger over its range."""
+        """Return the columns, each with the step it is rounded to: the one it has, or that of a 16-bit logger over its range."""
         record = self.run({**baseline, **_neutral(self.hidden)}, 0)
         return [column.over(record[channel]) for column, channel in zip(columns, self.channels, strict=True)]
 
@@ -175,7 +175,7 @@ def _neutral(hidden: Sequence[Hidden]) -> dict[str, float]:
 def _sized(
     machine: _Machine, columns: Sequence[LoggedColumn], baseline: Mapping[str, float], rng: np.random.Generator, noise: float
 ) -> tuple[tuple[Hidden, ...], dict[str, float]]:
-    """Give the hidden effects with their values, and by how many floors they move each compared channel together."""
+    """Return the hidden effects with their values, and by how many floors they move each compared channel together."""
     if not machine.hidden:
         return (), {}
     neutral = _neutral(machine.hidden)
@@ -206,7 +206,7 @@ def _sized(
 def _moves(
     machine: _Machine, columns: Sequence[LoggedColumn], without: Record, record: Record, floors: Mapping[str, float]
 ) -> dict[str, float]:
-    """Give by how many floors each compared channel moves; the floor holds what the sensors' noise makes of it in the loop."""
+    """Return by how many floors each compared channel moves; the floor holds what the sensors' noise makes of it in the loop."""
     moved = {}
     for column, channel in zip(columns, machine.channels, strict=True):
         if column.role == "compare":
@@ -217,7 +217,7 @@ def _moves(
 
 
 def _is_broken(machine: _Machine, columns: Sequence[LoggedColumn], without: Record, record: Record) -> bool:
-    """Say whether an effect is so large that the machine no longer does its work."""
+    """Return whether an effect is so large that the machine no longer does its work."""
     for column, channel in zip(columns, machine.channels, strict=True):
         count = min(len(without), len(record))
         change = float(np.sqrt(np.mean((record[channel][:count] - without[channel][:count]) ** 2)))
@@ -227,7 +227,7 @@ def _is_broken(machine: _Machine, columns: Sequence[LoggedColumn], without: Reco
 
 
 def _logged(record: Record, machine: _Machine, columns: Sequence[LoggedColumn], noise: float, seed: int) -> FloatArray:
-    """Give what the logger writes down, shape (columns, samples) [SI]."""
+    """Return what the logger writes down, shape (columns, samples) [SI]."""
     rows = []
     for position, (column, channel) in enumerate(zip(columns, machine.channels, strict=True)):
         rng = np.random.default_rng([seed, 2, position])

@@ -26,7 +26,7 @@ from lathesim.plugins import Registry
 from lathesim.recordings.mapping import map_recording
 from lathesim.recordings.reading import read_recording
 
-Tell = Callable[[str], None]
+Progress = Callable[[str], None]
 VALIDATION = "validation"
 """Variant of a lesson that is the situation of its second recording."""
 _SEEDS = 1 << 48
@@ -45,7 +45,7 @@ def conceal_case(
     drive: Path | None = None,
     noise: float = 1.0,
     seed: int | None = None,
-    tell: Tell = lambda sentence: None,
+    tell: Progress = lambda sentence: None,
 ) -> tuple[Concealed, Published]:
     """Hide what is ``asked`` for (or what is drawn) in the machine of a lesson, record it, and return it with what was written.
 
@@ -73,7 +73,7 @@ def _drawn(
     effects: dict[str, type[Effect]],
     columns: list[LoggedColumn],
     seed: int,
-    tell: Tell,
+    tell: Progress,
 ) -> Concealed:
     """Draw what is hidden, again where what was drawn cannot be seen."""
     compared = [column.target for column in columns if column.role == "compare"]
@@ -96,7 +96,7 @@ def _situation(prepared: Prepared, signals: dict[str, FloatArray]) -> Situation:
 
 
 def _signals(lesson: Lesson, prepared: Prepared, file: Path, registry: Registry) -> dict[str, FloatArray]:
-    """Give the driven inputs that a recording holds [SI], one value a sample of the lesson's machine."""
+    """Return the driven inputs that a recording holds [SI], one value a sample of the lesson's machine."""
     mapping = mapping_of(lesson, prepared.machinery)
     driven = tuple(signal for signal in mapping.signals if signal.role == "drive")
     if not driven:
@@ -106,8 +106,8 @@ def _signals(lesson: Lesson, prepared: Prepared, file: Path, registry: Registry)
     return {name: np.interp(times, record.time, record[name]) for name in record}
 
 
-def _uncertain(lesson: Lesson, prepared: Prepared, tell: Tell) -> dict[str, float]:
-    """Give how uncertain the values of the lesson are; without any the machine is as the lesson says, and that is told."""
+def _uncertain(lesson: Lesson, prepared: Prepared, tell: Progress) -> dict[str, float]:
+    """Return how uncertain the values of the lesson are; without any the machine is as the lesson says, and that is told."""
     if not lesson.settings.uncertain:
         tell("The lesson calls no value uncertain, so the machine has them exactly; 'diagnose' will ask for 'uncertain:'.")
         return {}

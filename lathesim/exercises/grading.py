@@ -123,7 +123,7 @@ def _number(value: object) -> float:
 
 
 def _factor(given: str, wanted: str) -> float:
-    """Give what one ``given`` unit is in ``wanted``; not a number where they measure different things."""
+    """Return what one ``given`` unit is in ``wanted``; not a number where they measure different things."""
     if given == wanted:
         return 1.0
     try:
@@ -148,7 +148,7 @@ def _sentence(effects: Sequence[EffectGrade], wrong: Sequence[str], named: int, 
 
 
 def grade_json(graded: Grade) -> dict[str, Any]:
-    """Give a grade as JSON of schema ``lathesim-grade/1``."""
+    """Return a grade as JSON of schema ``lathesim-grade/1``."""
     return {
         "schema": "lathesim-grade/1",
         "right": graded.right,

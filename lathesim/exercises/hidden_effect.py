@@ -13,7 +13,7 @@ from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly
 from lathesim.errors import LessonError, nearest
 from lathesim.identification.catalogue.placement import insert_candidates
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.lessons.insertion import Machinery, effect_part_name, insert_effect
 from lathesim.units import quantity
 
@@ -77,7 +77,7 @@ def read_wish(text: str, effects: Mapping[str, type[Effect]]) -> Wish:
 
 
 def place_wishes(assembly: Assembly, wishes: Sequence[Wish], compared: Collection[str]) -> tuple[Assembly, tuple[Hidden, ...]]:
-    """Give the assembly with all wishes in it and where each sits; values that were not given stand at the middle of their range.
+    """Return the assembly with all wishes in it and where each sits; values that were not given stand at the middle of their range.
 
     Frictions come last: they answer to the sum of what else pushes. Sensors that show in none of the ``compared`` channels are no hosts
     unless a wish names them.
@@ -85,35 +85,35 @@ def place_wishes(assembly: Assembly, wishes: Sequence[Wish], compared: Collectio
     ordered = sorted(wishes, key=lambda wish: wish.effect.family == "reversal")
     hidden: list[Hidden] = []
     for wish in ordered:
-        term = _term(assembly, wish, compared)
-        at = wish.at or (term.at if term else "")
+        candidate = _candidate(assembly, wish, compared)
+        at = wish.at or (candidate.at if candidate else "")
         part = effect_part_name(at, wish.effect.__name__)
         assembly = insert_effect(assembly, wish.effect, at, name=part)
         placed = next(item for item in assembly.parts if item.name == part).component
-        hidden.append(_with_values(wish, at, part, placed.declared(Parameter), _ranges(term)))
+        hidden.append(_with_values(wish, at, part, placed.declared(Parameter), _ranges(candidate)))
     return assembly, tuple(hidden)
 
 
-def _term(assembly: Assembly, wish: Wish, compared: Collection[str]) -> Term | None:
-    """Give the candidate that a wish means, none where its host is a place only the wish names."""
-    _, terms = insert_candidates(assembly, [wish.effect], None if wish.at else compared)
+def _candidate(assembly: Assembly, wish: Wish, compared: Collection[str]) -> Candidate | None:
+    """Return the candidate that a wish means, none where its host is a place only the wish names."""
+    _, candidates = insert_candidates(assembly, [wish.effect], None if wish.at else compared)
     if wish.at:
-        return next((term for term in terms if term.at == wish.at), None)
-    hosts = [term.at for term in terms]
+        return next((candidate for candidate in candidates if candidate.at == wish.at), None)
+    hosts = [candidate.at for candidate in candidates]
     name = wish.effect.__name__
     if len(hosts) > 1:
         raise LessonError(f"{name} could sit at {', '.join(hosts)}.", place=wish.text, remedy=f"Say where: {name}@{hosts[0]}.")
     if not hosts:
         raise LessonError(f"the machine has no place for {name}.", place=wish.text, remedy=f"Name one, as in {name}@part.input.")
-    return terms[0]
+    return candidates[0]
 
 
-def _ranges(term: Term | None) -> dict[str, tuple[float, float]]:
-    """Give the range in which each parameter of a candidate is typical, as its starting values span it."""
-    if term is None or not len(term.points):
+def _ranges(candidate: Candidate | None) -> dict[str, tuple[float, float]]:
+    """Return the range in which each parameter of a candidate is typical, as its starting values span it."""
+    if candidate is None or not len(candidate.points):
         return {}
-    names = [name.partition(".")[2] for name in term.parameters]
-    lows, highs = term.points.min(axis=0), term.points.max(axis=0)
+    names = [name.partition(".")[2] for name in candidate.parameters]
+    lows, highs = candidate.points.min(axis=0), candidate.points.max(axis=0)
     return {name: (float(low), float(high)) for name, low, high in zip(names, lows, highs, strict=True)}
 
 
@@ -139,7 +139,7 @@ def _si(wish: Wish, text: str, declared: Parameter) -> float:
 
 
 def drawn_values(hidden: Hidden, rng: np.random.Generator) -> Hidden:
-    """Give the effect with new values for what was not given: logarithmically even over a wide positive range, else evenly."""
+    """Return the effect with new values for what was not given: logarithmically even over a wide positive range, else evenly."""
     values = dict(hidden.values)
     for name, (low, high) in hidden.drawn.items():
         share = float(rng.uniform())
@@ -163,10 +163,10 @@ def random_wishes(machinery: Machinery, effects: Iterable[type[Effect]], compare
     Left out are effects that only refine another or stand on top of one.
     """
     count = int(rng.choice([0, 1, 2], p=[0.2, 0.6, 0.2]))
-    _, terms = insert_candidates(machinery, [effect for effect in effects if not effect.needs and not effect.refines], compared)
-    chosen: list[Term] = []
-    for position in rng.permutation(len(terms)):
-        term = terms[int(position)]
-        if len(chosen) < count and term.family not in {other.family for other in chosen}:
-            chosen.append(term)
-    return [Wish(term.effect, term.at, {}, f"{term.name}@{term.at}") for term in chosen]
+    _, candidates = insert_candidates(machinery, [effect for effect in effects if not effect.needs and not effect.refines], compared)
+    chosen: list[Candidate] = []
+    for position in rng.permutation(len(candidates)):
+        candidate = candidates[int(position)]
+        if len(chosen) < count and candidate.family not in {other.family for other in chosen}:
+            chosen.append(candidate)
+    return [Wish(candidate.effect, candidate.at, {}, f"{candidate.name}@{candidate.at}") for candidate in chosen]

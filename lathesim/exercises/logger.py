@@ -40,25 +40,25 @@ class LoggedColumn:
     sensor: str
 
     def over(self, values: FloatArray) -> LoggedColumn:
-        """Give the column with a resolution: its own, or that of a logger over the range of ``values`` [SI]."""
+        """Return the column with a resolution: its own, or that of a logger over the range of ``values`` [SI]."""
         if self.resolution > 0.0 or self.role == "drive":
             return self
         largest = float(np.max(np.abs(values), initial=0.0))
         return replace(self, resolution=_round_step(2.0 * largest / 2.0**LOGGER_BITS)) if largest > 0.0 else self
 
     def floor(self, noise: float) -> float:
-        """Give what the column cannot resolve [SI], with noise of ``noise`` steps."""
+        """Return what the column cannot resolve [SI], with noise of ``noise`` steps."""
         return max(self.resolution * math.sqrt(1.0 / 12.0 + noise * noise), 1e-300)
 
     def logged(self, values: FloatArray, noise: float, rng: np.random.Generator) -> FloatArray:
-        """Give what is written down [SI]: with noise where no sensor had it before, rounded to the resolution."""
+        """Return what is written down [SI]: with noise where no sensor had it before, rounded to the resolution."""
         if self.role == "drive" or self.resolution <= 0.0:
             return values
         noisy = values if self.sensor else values + noise * self.resolution * rng.standard_normal(len(values))
         return np.asarray(self.resolution * np.round(noisy / self.resolution))
 
     def in_file(self, values: FloatArray) -> FloatArray:
-        """Give SI values in the unit of the file."""
+        """Return SI values in the unit of the file."""
         return np.asarray(values / (self.scale * si_factor(self.unit)[0]))
 
     @property
@@ -71,13 +71,13 @@ class LoggedColumn:
 
 
 def _round_step(step: float) -> float:
-    """Give the 1, 2 or 5 times a power of ten at or below ``step``."""
+    """Return the 1, 2 or 5 times a power of ten at or below ``step``."""
     power = 10.0 ** math.floor(math.log10(step))
     return max(power * factor for factor in (1.0, 2.0, 5.0) if power * factor <= step * (1.0 + 1e-9))
 
 
 def logged_columns(lesson: Lesson, assembly: Assembly, signals: Mapping[str, FloatArray]) -> list[LoggedColumn]:
-    """Give the columns that a lesson maps; without a mapping the commands, and the readings and voltages they lead to.
+    """Return the columns that a lesson maps; without a mapping the commands, and the readings and voltages they lead to.
 
     ``signals`` holds the inputs that are driven from outside. Refused (:class:`LessonError`) where a driven input is fed by nothing that
     moves: then there is nothing to record.
@@ -91,7 +91,7 @@ def logged_columns(lesson: Lesson, assembly: Assembly, signals: Mapping[str, Flo
 
 
 def recordings_entry(lesson: Lesson, columns: list[LoggedColumn]) -> dict[str, object]:
-    """Give what stands under ``recordings:`` in the lesson for the class."""
+    """Return what stands under ``recordings:`` in the lesson for the class."""
     settings = lesson.settings.recordings
     if settings is not None:
         kept = dict(lesson.source.data["recordings"])
@@ -131,7 +131,7 @@ def _declared_resolution(entry: RecordedSignal, assembly: Assembly, name: str) -
 
 
 def _sensor(channel: str, assembly: Assembly) -> tuple[str, float]:
-    """Give the sensor whose reading a channel is, with its resolution [SI], where it counts in steps."""
+    """Return the sensor whose reading a channel is, with its resolution [SI], where it counts in steps."""
     name, _, item = channel.partition(".")
     part = next(other for other in assembly.parts if other.name == name)
     ports = part.component.ports
@@ -143,7 +143,7 @@ def _sensor(channel: str, assembly: Assembly) -> tuple[str, float]:
 
 
 def _usual(assembly: Assembly) -> list[LoggedColumn]:
-    """Give the columns for a lesson that maps none: what the controllers are asked for, their voltages, and what the sensors read."""
+    """Return the columns for a lesson that maps none: what the controllers are asked for, their voltages, and what the sensors read."""
     columns = []
     feeding = {wire.target: wire.source for wire in assembly.wires if wire.source}
     own = [part for part in assembly.parts if not issubclass(part.component, Effect)]

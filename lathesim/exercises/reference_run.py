@@ -31,7 +31,7 @@ _HEUN = (
 
 
 def fine_plan(assembly: Assembly, *, finer: int = FINER) -> Plan:
-    """Give the plan of an assembly that runs by Heun's method with steps ``finer`` times shorter."""
+    """Return the plan of an assembly that runs by Heun's method with steps ``finer`` times shorter."""
     plan = wire(replace(assembly, step=assembly.step / finer))
     if plan.states:
         fuse(plan)
@@ -40,7 +40,7 @@ def fine_plan(assembly: Assembly, *, finer: int = FINER) -> Plan:
 
 
 def by_heun(fused: FusedModule) -> FusedModule:
-    """Give a fused module with Heun's method in place of the engine's classical Runge-Kutta method."""
+    """Return a fused module with Heun's method in place of the engine's classical Runge-Kutta method."""
     source = fused.source
     for engine, own in _HEUN:
         source, count = re.subn(engine, own, source, flags=re.MULTILINE)

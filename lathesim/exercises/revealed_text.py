@@ -11,7 +11,7 @@ from lathesim.exercises.grading import EffectGrade, Grade
 
 
 def hidden_lines(answer: Mapping[str, Any]) -> list[str]:
-    """Give what is hidden and which values the machine really has, a line each."""
+    """Return what is hidden and which values the machine really has, a line each."""
     lines = []
     for item in answer["effects"]:
         sizes = [f"{name} = {quantity_text(size['value'], size['unit'])}" for name, size in item["parameters"].items()]
@@ -24,7 +24,7 @@ def hidden_lines(answer: Mapping[str, Any]) -> list[str]:
 
 
 def graded_lines(graded: Grade, within: float) -> list[str]:
-    """Give how a diagnosis stands beside the truth, a line each; ``within`` is in per cent."""
+    """Return how a diagnosis stands beside the truth, a line each; ``within`` is in per cent."""
     lines = []
     for item in graded.effects:
         lines.append(f"{item.effect} at {item.at}: {_naming(item)}")

@@ -26,7 +26,7 @@ HOW = "SHA-256 of the answer as JSON with sorted keys, no white space, ASCII onl
 
 
 def answer_of(concealed: Concealed, lesson: str, files: Mapping[str, str], *, seed: int, noise: float) -> dict[str, Any]:
-    """Give the answer: the hidden effects and the true values [SI], the digests of the recordings, and a salt."""
+    """Return the answer: the hidden effects and the true values [SI], the digests of the recordings, and a salt."""
     return {
         "schema": ANSWER,
         "lesson": lesson,
@@ -51,22 +51,22 @@ def answer_of(concealed: Concealed, lesson: str, files: Mapping[str, str], *, se
 
 
 def seal_of(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """Give what is published of an answer."""
+    """Return what is published of an answer."""
     return {"schema": SEAL, "lesson": answer["lesson"], "how": HOW, "digest": digest_of(answer), "files": answer["files"]}
 
 
 def digest_of(answer: Mapping[str, Any]) -> str:
-    """Give the SHA-256 of an answer in its canonical form."""
+    """Return the SHA-256 of an answer in its canonical form."""
     return hashlib.sha256(json.dumps(answer, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()).hexdigest()
 
 
 def file_digest(path: Path) -> str:
-    """Give the SHA-256 of a file."""
+    """Return the SHA-256 of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def opened(seal_path: Path, answer_path: Path) -> dict[str, Any]:
-    """Give the answer that was sealed; :class:`RecordingError` where one of the two files is not what it was."""
+    """Return the answer that was sealed; :class:`RecordingError` where one of the two files is not what it was."""
     seal_path = seal_path / "seal.json" if seal_path.is_dir() else seal_path
     seal = read_json(seal_path, SEAL, "seal", "digest")
     answer = read_json(answer_path, ANSWER, "answer", "effects")
@@ -80,7 +80,7 @@ def opened(seal_path: Path, answer_path: Path) -> dict[str, Any]:
 
 
 def changed_files(seal_path: Path, answer: Mapping[str, Any]) -> list[str]:
-    """Give the names of the published files that are missing or no longer what they were."""
+    """Return the names of the published files that are missing or no longer what they were."""
     folder = seal_path if seal_path.is_dir() else seal_path.parent
     return [name for name, digest in answer["files"].items() if not (folder / name).is_file() or file_digest(folder / name) != digest]
 

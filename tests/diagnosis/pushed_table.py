@@ -25,7 +25,7 @@ from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Machine, Rig, baseline_free, build_rigs
+from lathesim.identification.replay.experiment import Experiment, Machine, baseline_free, build_experiments
 from lathesim.record import Channel, Record
 
 MASS, VISCOUS, PERIOD, RESOLUTION = 40.0, 200.0, 2e-3, 1e-6
@@ -106,28 +106,28 @@ def machine(mass: float = MASS, viscous: float = VISCOUS, sure: float = 0.05) ->
     return Machine(Assembly(parts, wires, PERIOD, 0.5 * PERIOD), (FORCE,), (POSITION,), uncertain, {POSITION: RESOLUTION})
 
 
-def rigs(*records: Record, effects: Sequence[type[Effect]] = EFFECTS, of: Machine | None = None) -> list[Rig]:
+def experiments(*records: Record, effects: Sequence[type[Effect]] = EFFECTS, of: Machine | None = None) -> list[Experiment]:
     """Give the rigs of recordings, called ``fit``, ``check`` and ``third``."""
-    return build_rigs(of or machine(), zip(("fit", "check", "third"), records, strict=False), effects)
+    return build_experiments(of or machine(), zip(("fit", "check", "third"), records, strict=False), effects)
 
 
 @functools.cache
-def pair(hidden: Hidden) -> tuple[Rig, Rig]:
+def pair(hidden: Hidden) -> tuple[Experiment, Experiment]:
     """Give the rigs of two recordings of one hidden machine."""
-    first, second = rigs(recording(hidden, seed=1), recording(hidden, seed=2))
+    first, second = experiments(recording(hidden, seed=1), recording(hidden, seed=2))
     return first, second
 
 
 @functools.cache
 def baselines(hidden: Hidden) -> tuple[Fitted, Fitted]:
     """Give the baseline fitted to each recording of a pair."""
-    first, second = (fit(rig.sensed, baseline(rig)) for rig in pair(hidden))
+    first, second = (fit(experiment.sensed, baseline(experiment)) for experiment in pair(hidden))
     return first, second
 
 
-def baseline(rig: Rig) -> list:  # type: ignore[type-arg]
+def baseline(experiment: Experiment) -> list:  # type: ignore[type-arg]
     """Give what is free without any effect: the uncertain values and the start of the recording."""
-    return [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)]
+    return [*baseline_free(experiment.machine), *experiment.start_states(experiment.sensed.plan)]
 
 
 LESSON = """\

@@ -16,7 +16,7 @@ from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.model import Model, Trial
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
-from tests.diagnosis.pushed_table import EFFECTS, PERIOD, Hidden, baseline, machine, recording, rigs
+from tests.diagnosis.pushed_table import EFFECTS, PERIOD, Hidden, baseline, experiments, machine, recording
 
 PUSHED = Hidden(law=lambda v, q, t: 6.0)
 
@@ -40,19 +40,21 @@ def test_without_the_baseline_a_wrong_mass_is_no_longer_only_a_wrong_mass() -> N
     heavier = Hidden(mass=43.0, viscous=230.0)
     fitted = {}
     for steps in ((), ("baseline",)):
-        (rig,) = rigs(recording(heavier), of=question(*steps).machine)
-        free = baseline(rig)
-        fitted[steps] = float(np.std(fit(rig.sensed, free).residual)), {item.name for item in free}
+        (experiment,) = experiments(recording(heavier), of=question(*steps).machine)
+        free = baseline(experiment)
+        fitted[steps] = float(np.std(fit(experiment.sensed, free).residual)), {item.name for item in free}
     assert fitted[()][0] < 2e-6
     assert fitted[("baseline",)][0] > 50.0 * fitted[()][0]
     assert fitted[()][1] - fitted[("baseline",)][1] == {"x_axis.mass", "x_axis.viscous"}
 
 
 def test_without_the_null_an_effect_that_chance_gives_and_that_moves_nothing_is_believed() -> None:
-    (rig,) = rigs(recording())
-    small = Trial(rig.candidates[0], cast("Model", None), gain=25.0, held_out_gain=8.0, moves=0.1, share_of_all=0.002, share_of_rest=0.003)
-    assert not believable(small, question().settings, chance=12.0)
-    assert believable(small, question("null").settings, chance=0.0)
+    (experiment,) = experiments(recording())
+    small = Trial(
+        experiment.candidates[0], cast("Model", None), gain=25.0, validation_gain=8.0, moves=0.1, share_of_all=0.002, share_of_rest=0.003
+    )
+    assert not believable(small, question().settings, null_maximum=12.0)
+    assert believable(small, question("null").settings, null_maximum=0.0)
 
 
 def restless(seed: int) -> Record:
@@ -74,12 +76,12 @@ def test_without_a_held_out_recording_an_effect_of_one_recording_alone_is_believ
     assert named(answered(first, second)) == []
     alone = answered(first, second, "held-out")
     assert named(alone) == ["ForceOffset"]
-    assert alone.held_out == "fit.csv"
+    assert alone.validation == "fit.csv"
 
 
 def test_without_replay_the_search_works_in_the_simulation_of_the_lesson() -> None:
-    (rig,) = rigs(recording(), of=dataclasses.replace(machine(), replay=False))
-    assert rig.sensed is rig.replayed
+    (experiment,) = experiments(recording(), of=dataclasses.replace(machine(), replay=False))
+    assert experiment.sensed is experiment.replayed
 
 
 def test_an_answer_says_what_was_left_out() -> None:

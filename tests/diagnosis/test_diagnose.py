@@ -125,7 +125,7 @@ def test_a_named_model_that_is_not_adequate_says_why(monkeypatch: pytest.MonkeyP
 def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is asked beside others only: a friction stays, an offset whose interval holds nothing goes, and nothing speaks against that."""
     two = Hidden(dry=8.0, law=offset)
-    monkeypatch.setattr(diagnosing, "is_open", lambda term, *given: term.name == "ForceOffset")
+    monkeypatch.setattr(diagnosing, "interval_includes_neutral", lambda candidate, *given: candidate.name == "ForceOffset")
     for reasons in ("shortfalls", "of_another_form", "too_little", "leaves_much"):
         monkeypatch.setattr(judging, reasons, lambda *given, **more: [])
     monkeypatch.setattr(diagnosing, "_doubtful", lambda *given: [])
@@ -138,7 +138,7 @@ def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answ
 
 def test_effects_that_take_nothing_away_of_the_judge_go_where_nothing_else_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is believed and of no use on the judging recording was a load of the other one."""
-    monkeypatch.setattr(diagnosing, "takes_nothing", lambda *given: False)
+    monkeypatch.setattr(diagnosing, "explains_nothing", lambda *given: False)
     monkeypatch.setattr(diagnosing, "removed_share", lambda *given: -0.1)
     asked = question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2))
     assert diagnose(asked).verdict == "unknown"  # without the friction most that is missing goes with the speed
@@ -181,7 +181,7 @@ def test_what_a_controller_did_between_two_samples_is_no_missing_physics(
 
 def test_one_recording_is_judged_on_its_second_half() -> None:
     found = diagnose(question(recording(Hidden(dry=8.0), count=4000), None))
-    assert found.held_out == "fit.csv, second half"
+    assert found.validation == "fit.csv, second half"
     assert [effect.effect for effect in found.effects] == ["CoulombFriction"]
     assert found.effects[0].parameters["level"].value == pytest.approx(8.0, rel=0.05)
 

@@ -49,8 +49,8 @@ def test_stock_and_cut_of_a_lathe_take_the_recorded_motion(registry: Registry) -
 @pytest.mark.parametrize("name", AXES)
 def test_no_sensor_drive_or_effect_of_an_axis_does(name: str, registry: Registry) -> None:
     """A scale that was shown the recorded motion of its table had no error any more."""
-    filled, terms = insert_candidates(assembly_of(name, registry), registry.effects.values())  # type: ignore[arg-type]
-    assert terms
+    filled, candidates = insert_candidates(assembly_of(name, registry), registry.effects.values())  # type: ignore[arg-type]
+    assert candidates
     moving = [part for part in filled.parts if {"displacement", "flow"} <= set(part.component.ports)]
     outputs = tuple(f"{part.name}.{part.component.ports[role]}" for part in moving for role in ("displacement", "flow"))
     assert followed(filled, outputs) == {}

@@ -13,7 +13,7 @@ from lathesim.effects.motor_ripple import Cogging
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
-from tests.diagnosis.pushed_table import FORCE, POSITION, RESOLUTION, Hidden, as_record, force, machine, recording, rigs, travel
+from tests.diagnosis.pushed_table import FORCE, POSITION, RESOLUTION, Hidden, as_record, experiments, force, machine, recording, travel
 
 EFFECTS = (CoulombFriction, AsymmetricFriction, ForceOffset)
 
@@ -26,26 +26,26 @@ def forward(dry: float, seed: int, pull: float = 80.0) -> Record:
 
 
 def test_it_is_no_candidate_where_no_recording_moves_its_host_both_ways() -> None:
-    ahead = rigs(forward(8.0, 1), forward(8.0, 2), effects=EFFECTS)
-    assert all(one_way(rig, "x_axis") for rig in ahead)
-    (rig, _) = without_one_sided(ahead)
-    assert {term.name for term in rig.candidates} == {"CoulombFriction", "ForceOffset"}
-    assert [term.name for term in rig.one_sided] == ["AsymmetricFriction"]
+    ahead = experiments(forward(8.0, 1), forward(8.0, 2), effects=EFFECTS)
+    assert all(one_way(experiment, "x_axis") for experiment in ahead)
+    (experiment, _) = without_one_sided(ahead)
+    assert {candidate.name for candidate in experiment.candidates} == {"CoulombFriction", "ForceOffset"}
+    assert [candidate.name for candidate in experiment.one_sided] == ["AsymmetricFriction"]
 
 
 def test_a_ripple_is_tied_with_a_friction_that_varies_along_the_way() -> None:
     """In one direction the one is the other; a wave of friction that no friction is under would be the stranger of the two."""
-    ahead = rigs(forward(8.0, 1), forward(8.0, 2), effects=(CoulombFriction, PositionDependentFriction, Cogging, ForceOffset))
-    (rig, _) = without_one_sided(ahead)
-    (varying,) = rig.one_sided
-    told = {term.name: is_told_by_direction(term, varying) for term in rig.candidates}
+    ahead = experiments(forward(8.0, 1), forward(8.0, 2), effects=(CoulombFriction, PositionDependentFriction, Cogging, ForceOffset))
+    (experiment, _) = without_one_sided(ahead)
+    (varying,) = experiment.one_sided
+    told = {candidate.name: is_told_by_direction(candidate, varying) for candidate in experiment.candidates}
     assert (varying.name, told) == ("PositionDependentFriction", {"CoulombFriction": False, "Cogging": True, "ForceOffset": False})
 
 
 def test_one_recording_both_ways_is_enough_to_look_for_it() -> None:
-    pair = rigs(forward(8.0, 1), recording(Hidden(dry=8.0), seed=2), effects=EFFECTS)
-    assert [one_way(rig, "x_axis") for rig in pair] == [True, False]
-    assert [rig.one_sided for rig in without_one_sided(pair)] == [(), ()]
+    pair = experiments(forward(8.0, 1), recording(Hidden(dry=8.0), seed=2), effects=EFFECTS)
+    assert [one_way(experiment, "x_axis") for experiment in pair] == [True, False]
+    assert [experiment.one_sided for experiment in without_one_sided(pair)] == [(), ()]
 
 
 def test_the_plain_friction_is_tied_with_it_and_the_experiment_is_named() -> None:

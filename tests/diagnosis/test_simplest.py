@@ -11,8 +11,8 @@ from lathesim.diagnosis.selection.acceptance import simplest
 
 def trial(name: str, gain: float, values: int, catalogue: int, spare: int = 0, share: float = 0.9) -> Any:
     effect = SimpleNamespace(catalogue=catalogue, between_sensors=False)
-    term = SimpleNamespace(name=name, parameters=("value",) * values, spare=("value",) * spare, effect=effect, second=False)
-    return SimpleNamespace(term=term, wide_gain=gain, wide_held_out_gain=gain, share_of_all=share)
+    candidate = SimpleNamespace(name=name, parameters=("value",) * values, spare=("value",) * spare, effect=effect, second=False)
+    return SimpleNamespace(candidate=candidate, full_band_gain=gain, full_band_validation_gain=gain, share_of_all=share)
 
 
 BEST = trial("BaseRocking", 1500.0, 3, 15)
@@ -45,4 +45,4 @@ BEST = trial("BaseRocking", 1500.0, 3, 15)
 )
 def test_of_trials_that_cannot_be_told_apart_the_simplest_is_taken(other: Any, taken: str) -> None:
     best = trial("BaseRocking", 1500.0, 3, 15, share=0.993) if other.share_of_all > 0.95 else BEST
-    assert simplest([best, other], Settings()).term.name == taken
+    assert simplest([best, other], Settings()).candidate.name == taken

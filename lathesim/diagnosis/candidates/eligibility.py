@@ -8,48 +8,48 @@ from dataclasses import replace
 from lathesim.component import Parameter
 from lathesim.diagnosis.location.operating_conditions import one_way
 from lathesim.effects.effect import Effect
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 
 
-def due(model: Model, rig: Rig) -> list[Term]:
-    """Give the simple effects that may be added: no refinement of another one, and what they stand on is there."""
-    there = {term.part for term in model.terms}
-    return [term for term in rig.candidates if term.part not in there and _is_due(term, model, rig)]
+def due(model: Model, experiment: Experiment) -> list[Candidate]:
+    """Return the simple effects that may be added: no refinement of another one, and what they stand on is there."""
+    there = {candidate.part for candidate in model.candidates}
+    return [candidate for candidate in experiment.candidates if candidate.part not in there and _is_due(candidate, model, experiment)]
 
 
-def finer(model: Model, rig: Rig) -> list[Term]:
-    """Give the refined forms of which the simpler ones are not in the model, and those that stand on others that are not there: for when no
-    simple effect is believable."""
-    there = {(term.name, term.at) for term in model.terms}
-    refined = {(name, term.at) for term in model.terms for name in term.effect.refines}
+def finer(model: Model, experiment: Experiment) -> list[Candidate]:
+    """Return the refined forms of which the simpler ones are not in the model, and those that stand on others that are not there: for
+    when no simple effect is believable."""
+    there = {(candidate.name, candidate.at) for candidate in model.candidates}
+    refined = {(name, candidate.at) for candidate in model.candidates for name in candidate.effect.refines}
     return [
-        term
-        for term in rig.candidates
-        if (term.effect.refines or not stands(term, model, rig))
-        and not any((name, term.at) in there for name in (term.name, *term.effect.refines))
-        and (term.name, term.at) not in refined
+        candidate
+        for candidate in experiment.candidates
+        if (candidate.effect.refines or not stands(candidate, model, experiment))
+        and not any((name, candidate.at) in there for name in (candidate.name, *candidate.effect.refines))
+        and (candidate.name, candidate.at) not in refined
     ]
 
 
-def _is_due(term: Term, model: Model, rig: Rig) -> bool:
-    """Say whether a term may be added: it is no refinement, what it stands on is there, and no refined form of it is."""
-    refined = {(name, other.at) for other in model.terms for name in other.effect.refines}
-    return not term.effect.refines and stands(term, model, rig) and (term.name, term.at) not in refined
+def _is_due(candidate: Candidate, model: Model, experiment: Experiment) -> bool:
+    """Return whether a candidate may be added: it is no refinement, what it stands on is there, and no refined form of it is."""
+    refined = {(name, other.at) for other in model.candidates for name in other.effect.refines}
+    return not candidate.effect.refines and stands(candidate, model, experiment) and (candidate.name, candidate.at) not in refined
 
 
-def stands(term: Term, model: Model, rig: Rig) -> bool:
-    """Say whether what a term stands on is there: in the model or in the lesson's machine."""
-    there = {(name, other.at) for other in model.terms for name in (other.name, *other.effect.refines)} | _in_baseline(rig)
-    return not term.effect.needs or any((name, term.at) in there for name in term.effect.needs)
+def stands(candidate: Candidate, model: Model, experiment: Experiment) -> bool:
+    """Return whether what a candidate stands on is there: in the model or in the lesson's machine."""
+    there = {(name, other.at) for other in model.candidates for name in (other.name, *other.effect.refines)} | _in_baseline(experiment)
+    return not candidate.effect.needs or any((name, candidate.at) in there for name in candidate.effect.needs)
 
 
-def _in_baseline(rig: Rig) -> set[tuple[str, str]]:
-    """Give what the lesson's machine has already: (effect, host), an inserted one or a parameter of the host with its name."""
-    parts = {part.name: part.component for part in rig.machine.assembly.parts}
+def _in_baseline(experiment: Experiment) -> set[tuple[str, str]]:
+    """Return what the lesson's machine has already: (effect, host), an inserted one or a parameter of the host with its name."""
+    parts = {part.name: part.component for part in experiment.machine.assembly.parts}
     there = set()
-    for wire in rig.machine.assembly.wires:
+    for wire in experiment.machine.assembly.wires:
         source, target = wire.source.partition(".")[0], wire.target.partition(".")[0]
         for effect, host in ((source, target), (target, source)):
             if effect in parts and host in parts and issubclass(parts[effect], Effect):
@@ -60,12 +60,16 @@ def _in_baseline(rig: Rig) -> set[tuple[str, str]]:
     return there
 
 
-def without_one_sided(rigs: Sequence[Rig]) -> list[Rig]:
-    """Give the rigs of some recordings whose candidates are told from what they refine by them: with a host that always moves one way, what
-    differs between two directions is left out."""
-    sided = [term for term in rigs[0].candidates if term.effect.needs_both_ways and all(one_way(rig, term.at) for rig in rigs)]
+def without_one_sided(experiments: Sequence[Experiment]) -> list[Experiment]:
+    """Return the experiments of some recordings whose candidates are told from what they refine by them: with a host that always moves
+    one way, what differs between two directions is left out."""
+    sided = [
+        candidate
+        for candidate in experiments[0].candidates
+        if candidate.effect.needs_both_ways and all(one_way(experiment, candidate.at) for experiment in experiments)
+    ]
     if not sided:
-        return list(rigs)
-    parts = {term.part for term in sided}
-    kept = tuple(term for term in rigs[0].candidates if term.part not in parts)
-    return [replace(rig, candidates=kept, one_sided=tuple(sided)) for rig in rigs]
+        return list(experiments)
+    parts = {candidate.part for candidate in sided}
+    kept = tuple(candidate for candidate in experiments[0].candidates if candidate.part not in parts)
+    return [replace(experiment, candidates=kept, one_sided=tuple(sided)) for experiment in experiments]

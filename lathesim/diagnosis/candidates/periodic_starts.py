@@ -18,9 +18,9 @@ from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.operating_conditions import direction_of
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import acting
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import measured_output, recorded_motion, velocity_of
 
 WAVES = "once per turn"
@@ -53,101 +53,102 @@ _BEYOND = 1.3
 """By how much a wavelength may lie outside the typical range."""
 
 
-def wave_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatArray]:
-    """Give starting values by term part for effects that repeat over the place of their host: strongest wavelengths, three phases."""
-    places = _places(rig)
-    signals = [_standardised(missing_signal(rig, fitted, row).values) for row in range(len(rig.machine.compare))]
+def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candidate]) -> dict[str, FloatArray]:
+    """Return starting values by candidate part for effects that repeat over the place of their host: strongest wavelengths, three
+    phases."""
+    places = _places(experiment)
+    signals = [_standardised(missing_signal(experiment, fitted, row).values) for row in range(len(experiment.machine.compare))]
     # what is missing is known in the band of the motion; a shorter ripple shows in the residual's second differences
     fast = [_standardised(np.diff(row, n=2, prepend=[row[0], row[0]])) for row in fitted.residual]
     spectra: dict[tuple[str, str], list[tuple[FloatArray, FloatArray]]] = {}
     found: dict[str, FloatArray] = {}
-    for term in terms:
-        names = [name.partition(".")[2] for name in term.parameters]
+    for candidate in candidates:
+        names = [name.partition(".")[2] for name in candidate.parameters]
         wave = next((name for name in (*PERIODS, _ORDER) if name in names), "")
-        size = next((name for name in (*_SIZES, *term.effect.neutral) if name in names), "")
-        seen = places.get(term.part if term.effect.along else term.at)
+        size = next((name for name in (*_SIZES, *candidate.effect.neutral) if name in names), "")
+        seen = places.get(candidate.part if candidate.effect.along else candidate.at)
         if not wave or not size or seen is None:
             continue
         host, place, velocity = seen
         column = names.index(wave)
         # the shortest waves of the range are no longer than samples are apart on a fast axis: chance has lines there
-        low, high = float(term.points[:, column].min()), float(term.usual[column])
+        low, high = float(candidate.points[:, column].min()), float(candidate.usual[column])
         if wave == _ORDER:
-            low, high = (2.0 * math.pi / order for order in reversed(term.effect.typical[_ORDER]))
+            low, high = (2.0 * math.pi / order for order in reversed(candidate.effect.typical[_ORDER]))
         else:
             # a belt's pulley turns once in a tenth of a metre, a geared shaft once in some turns of its motor; a force must be there more
             # often, as other slow ones are there too
-            least = _LEAST_TURNS if term.effect.site == "measured" else _LEAST_TURNS_OF_A_FORCE
+            least = _LEAST_TURNS if candidate.effect.site == "measured" else _LEAST_TURNS_OF_A_FORCE
             high = max(high, min(float(np.ptp(place)) / least, _LONGER * high))
         low = max(low, 2.0 * _BEYOND * _way_per_sample(place))
         points = []
         # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
-        sizes = [(size, "direction" if term.family == WAVES and _is_friction(term) else "")]
+        sizes = [(size, "direction" if candidate.family == WAVES and _is_friction(candidate) else "")]
         sizes += [(_SHARE, "drive")] if _SHARE in names and size != _SHARE else []
         for name, factor in sizes:
-            key = (term.at if factor == "drive" else host, factor)
+            key = (candidate.at if factor == "drive" else host, factor)
             if key not in spectra:
-                times = _driving(rig, term.at) if factor == "drive" else None
+                times = _driving(experiment, candidate.at) if factor == "drive" else None
                 if factor and times is None:
                     times = direction_of(velocity)
                 together = {name for name, (other, *_) in places.items() if other == host}
-                spectra[key] = [_periodogram(place, kind, times, _shortest(terms, together)) for kind in (signals, fast)]
+                spectra[key] = [_periodogram(place, kind, times, _shortest(candidates, together)) for kind in (signals, fast)]
             lengths = [length for spectrum in spectra[key] for length in _strongest(*spectrum, low / _BEYOND, high * _BEYOND)]
-            lengths += [length for length in float(np.ptp(place)) / np.array(_ALONG_ALL) if low < length < float(term.usual[column])]
+            lengths += [length for length in float(np.ptp(place)) / np.array(_ALONG_ALL) if low < length < float(candidate.usual[column])]
             for length in lengths:
                 for phase in _PHASES:
-                    point = np.where(np.isin(names, ["phase", "second_phase"]), phase, term.neutral)
+                    point = np.where(np.isin(names, ["phase", "second_phase"]), phase, candidate.neutral)
                     point[column] = 2.0 * math.pi / length if wave == _ORDER else length
-                    point[names.index(name)] = float(np.median(term.points[:, names.index(name)]))
+                    point[names.index(name)] = float(np.median(candidate.points[:, names.index(name)]))
                     points.append(point)
         if points:
             # whole numbers a turn are tried besides
-            found[term.part] = np.vstack([points, term.points]) if wave == _ORDER else np.array(points)
+            found[candidate.part] = np.vstack([points, candidate.points]) if wave == _ORDER else np.array(points)
     return found
 
 
-def is_a_wave(rig: Rig, term: Term, values: Mapping[str, float]) -> bool:
-    """Say whether enough of a wave is there for it to be one, if a term is a wave at all."""
-    length = next((values[name] for name in term.parameters if name.partition(".")[2] in PERIODS), 0.0)
+def is_a_wave(experiment: Experiment, candidate: Candidate, values: Mapping[str, float]) -> bool:
+    """Return whether enough of a wave is there for it to be one, if a candidate is a wave at all."""
+    length = next((values[name] for name in candidate.parameters if name.partition(".")[2] in PERIODS), 0.0)
     if not length:
         return True
-    seen = _places(rig).get(term.part if term.effect.along else term.at)
-    is_a_force = term.effect.site == "effort" and not _is_friction(term)
+    seen = _places(experiment).get(candidate.part if candidate.effect.along else candidate.at)
+    is_a_force = candidate.effect.site == "effort" and not _is_friction(candidate)
     return seen is None or length < (_NO_WAVE_OF_A_FORCE if is_a_force else _NO_WAVE) * float(np.ptp(seen[1]))
 
 
-def _is_friction(term: Term) -> bool:
-    return "Friction" in term.name
+def _is_friction(candidate: Candidate) -> bool:
+    return "Friction" in candidate.name
 
 
-def drawn_by_waves(rig: Rig, terms: Sequence[Term], values: Mapping[str, float]) -> tuple[Term, ...]:
-    """Give the waves at one part of which several act on one port and some are there so few times that together they may draw anything that
-    goes with the place: a bump is the sum of a wave that fits into the way and of one half as long. A single one does so that is longer
-    than the way, with its harmonics and a constant beside it."""
-    longer = tuple(term for term in terms if not is_a_wave(rig, term, values))
-    if longer or len(terms) < 2:
+def drawn_by_waves(experiment: Experiment, candidates: Sequence[Candidate], values: Mapping[str, float]) -> tuple[Candidate, ...]:
+    """Return the waves at one part of which several act on one port and some are there so few times that together they may draw anything
+    that goes with the place: a bump is the sum of a wave that fits into the way and of one half as long. A single one does so that is
+    longer than the way, with its harmonics and a constant beside it."""
+    longer = tuple(candidate for candidate in candidates if not is_a_wave(experiment, candidate, values))
+    if longer or len(candidates) < 2:
         return longer
-    places = _places(rig)
-    lengths: dict[tuple[str, str, bool], list[tuple[float, Term]]] = {}
-    for term in terms:
-        length = next((values[name] for name in term.parameters if name.partition(".")[2] in PERIODS), 0.0)
-        if length and term.part in rig.sensed.plan.parts and not term.effect.along and term.at in places:
+    places = _places(experiment)
+    lengths: dict[tuple[str, str, bool], list[tuple[float, Candidate]]] = {}
+    for candidate in candidates:
+        length = next((values[name] for name in candidate.parameters if name.partition(".")[2] in PERIODS), 0.0)
+        if length and candidate.part in experiment.sensed.plan.parts and not candidate.effect.along and candidate.at in places:
             # what turns over with the direction draws nothing together with what does not
-            lengths.setdefault((term.at, term.effect.site, _is_friction(term)), []).append((length, term))
+            lengths.setdefault((candidate.at, candidate.effect.site, _is_friction(candidate)), []).append((length, candidate))
     for (at, *_), found in lengths.items():
         longest = max(length for length, _ in found)
         if len(found) > 1 and longest * _OFTEN > float(np.ptp(places[at][1])):
-            return tuple(term for _, term in found)
+            return tuple(candidate for _, candidate in found)
     return ()
 
 
-def _places(rig: Rig) -> dict[str, tuple[str, FloatArray, FloatArray]]:
-    """Give by part which part moves, its place and its velocity: of a moving part its own, of a sensor those of the part it looks at, of an
-    effect that repeats along something else that, as simulated."""
-    recorded = {name: rig.record[name] for name in rig.machine.compare}
-    motion = recorded_motion(rig.with_candidates, recorded)
-    parts = {part.name: part for part in rig.machine.assembly.parts}
-    wires = {wire.target: wire for wire in rig.machine.assembly.wires}
+def _places(experiment: Experiment) -> dict[str, tuple[str, FloatArray, FloatArray]]:
+    """Return by part which part moves, its place and its velocity: of a moving part its own, of a sensor those of the part it looks at,
+    of an effect that repeats along something else that, as simulated."""
+    recorded = {name: experiment.record[name] for name in experiment.machine.compare}
+    motion = recorded_motion(experiment.with_candidates, recorded)
+    parts = {part.name: part for part in experiment.machine.assembly.parts}
+    wires = {wire.target: wire for wire in experiment.machine.assembly.wires}
     found: dict[str, tuple[str, FloatArray, FloatArray]] = {}
     for name, part in parts.items():
         ports = part.component.ports
@@ -156,27 +157,27 @@ def _places(rig: Rig) -> dict[str, tuple[str, FloatArray, FloatArray]]:
         place, velocity = (motion.get(f"{host}.{of_host.get(role, '')}") for role in ("displacement", "flow"))
         if place is not None and velocity is not None and np.ptp(place) > 0.0:
             found[name] = (host, place, velocity)
-    for term in rig.candidates:
-        if term.effect.along:
-            way = rig.way_of(term)
+    for candidate in experiment.candidates:
+        if candidate.effect.along:
+            way = experiment.way_of(candidate)
             if np.ptp(way) > 0.0:
-                found[term.part] = (term.part, way, velocity_of(way, rig.machine.assembly.sample_period))
+                found[candidate.part] = (candidate.part, way, velocity_of(way, experiment.machine.assembly.sample_period))
     return found
 
 
 def _way_per_sample(place: FloatArray) -> float:
-    """Give the way from one sample to the next where it moves slowly: what repeats within two of them cannot be told from a slow wave."""
+    """Return the way from one sample to the next where it moves slowly: what repeats within two of them cannot be told from a slow wave."""
     steps = np.abs(np.diff(place))
     return float(np.quantile(steps[steps > 0.0], _SLOWLY)) if np.any(steps > 0.0) else 0.0
 
 
-def _driving(rig: Rig, part: str) -> FloatArray | None:
-    """Give what drives a part in the replay, as a multiple of its usual size; none where nothing is wired to it."""
-    plan = rig.sensed.plan
+def _driving(experiment: Experiment, part: str) -> FloatArray | None:
+    """Return what drives a part in the replay, as a multiple of its usual size; none where nothing is wired to it."""
+    plan = experiment.sensed.plan
     source = next((source for target, source in acting(plan.assembly) if target.partition(".")[0] == part), "")
     if source not in plan.channels:
         return None
-    drive = np.nan_to_num(rig.sensed.channel([], [], plan.channels.index(source)))
+    drive = np.nan_to_num(experiment.sensed.channel([], [], plan.channels.index(source)))
     size = float(np.sqrt(np.mean(drive * drive)))
     return np.asarray(drive / size) if size > 0.0 else None
 
@@ -186,17 +187,17 @@ def _standardised(values: FloatArray) -> FloatArray:
     return (values - float(np.mean(values))) / spread if spread > 0.0 and np.isfinite(spread) else np.zeros_like(values)
 
 
-def _shortest(terms: list[Term], at: set[str]) -> float:
-    """Give the shortest wavelength that a term at one of some parts may have."""
-    inside = [term for term in terms if at & {term.at, term.part}]
-    there = [(term, column, name.partition(".")[2]) for term in inside for column, name in enumerate(term.parameters)]
-    lengths = [float(term.least[column]) for term, column, name in there if name in PERIODS]
-    lengths += [2.0 * math.pi / term.effect.typical[_ORDER][1] for term, _, name in there if name == _ORDER]
+def _shortest(candidates: list[Candidate], at: set[str]) -> float:
+    """Return the shortest wavelength that a candidate at one of some parts may have."""
+    inside = [candidate for candidate in candidates if at & {candidate.at, candidate.part}]
+    there = [(candidate, column, name.partition(".")[2]) for candidate in inside for column, name in enumerate(candidate.parameters)]
+    lengths = [float(candidate.least[column]) for candidate, column, name in there if name in PERIODS]
+    lengths += [2.0 * math.pi / candidate.effect.typical[_ORDER][1] for candidate, _, name in there if name == _ORDER]
     return min(lengths, default=math.inf) / _BEYOND
 
 
 def _periodogram(place: FloatArray, signals: list[FloatArray], times: FloatArray | None, shortest: float) -> tuple[FloatArray, FloatArray]:
-    """Give waves per length and power, summed over the signals ``times`` a factor; the slowest trend over the place is taken out."""
+    """Return waves per length and power, summed over the signals ``times`` a factor; the slowest trend over the place is taken out."""
     span = float(np.ptp(place))
     bins = int(np.clip(6.0 * span / shortest, 256, _MOST_BINS)) if math.isfinite(shortest) else 4096
     index = np.minimum(((place - place.min()) / span * bins).astype(np.int64), bins - 1)
@@ -211,7 +212,7 @@ def _periodogram(place: FloatArray, signals: list[FloatArray], times: FloatArray
 
 
 def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float) -> list[float]:
-    """Give the wavelengths between two that are strongest, and those that stand out most from their neighbours: what is missing is the
+    """Return the wavelengths between two that are strongest, and those that stand out most from their neighbours: what is missing is the
     noisier the shorter the wave, and a long one stands out where it is not the largest."""
     inside = (waves > 1.0 / high) & (waves < 1.0 / low)
     found: list[int] = []
@@ -227,12 +228,12 @@ def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float) ->
 
 
 def _beside(waves: FloatArray, place: int) -> slice:
-    """Give the places that one line spreads over."""
+    """Return the places that one line spreads over."""
     return slice(max(0, place - _SPREAD), place + _SPREAD + 1)
 
 
 def _background(power: FloatArray) -> FloatArray:
-    """Give what a periodogram is around each wave: the median over stretches that grow with the wave number."""
+    """Return what a periodogram is around each wave: the median over stretches that grow with the wave number."""
     edges = np.unique(np.r_[0, np.geomspace(_SHORTEST_STRETCH, len(power), _STRETCHES).astype(np.int64)])
     middles = [0.5 * (begin + end) for begin, end in itertools.pairwise(edges)]
     medians = [float(np.median(power[begin:end])) for begin, end in itertools.pairwise(edges)]

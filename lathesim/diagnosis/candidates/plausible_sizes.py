@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from lathesim.identification.machine.roles import acting
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion
 from lathesim.units import same_dimension
 
@@ -18,36 +18,40 @@ _MOST_LOST = 0.3
 """Share of the largest speed that could be lost under the largest load."""
 
 
-def possible_sizes(rig: Rig) -> dict[str, float]:
-    """Give how large parameters of the candidates (free name -> size) could be, as far as they are efforts, grow with a speed, or are
+def possible_sizes(experiment: Experiment) -> dict[str, float]:
+    """Return how large parameters of the candidates (free name -> size) could be, as far as they are efforts, grow with a speed, or are
     losses for each effort."""
     found: dict[str, float] = {}
-    for host, bounds in _bounds(rig).items():
-        for term in (term.shaped or term for term in rig.candidates if term.at == host and term.part in rig.sensed.plan.parts):
-            declarations = rig.sensed.plan.parts[term.part].component.declarations
-            for name in term.parameters:
+    for host, bounds in _bounds(experiment).items():
+        for candidate in (
+            candidate.shaped or candidate
+            for candidate in experiment.candidates
+            if candidate.at == host and candidate.part in experiment.sensed.plan.parts
+        ):
+            declarations = experiment.sensed.plan.parts[candidate.part].component.declarations
+            for name in candidate.parameters:
                 unit = declarations[name.partition(".")[2]].unit
                 size = next((size for of, size in bounds.items() if same_dimension(of, unit)), None)
                 found |= {name: size} if size is not None else {}
     return found
 
 
-def _bounds(rig: Rig) -> dict[str, dict[str, float]]:
-    """Give for each part that is pushed the units of an effort, of one over a speed, and of a loss for each effort, with the largest of
+def _bounds(experiment: Experiment) -> dict[str, dict[str, float]]:
+    """Return for each part that is pushed the units of an effort, of one over a speed, and of a loss for each effort, with the largest of
     each: part -> unit -> size."""
-    channels = rig.sensed.plan.channels
-    motion = recorded_motion(rig.with_candidates, {name: rig.record[name] for name in rig.machine.compare})
-    sources = dict(acting(rig.machine.assembly))
+    channels = experiment.sensed.plan.channels
+    motion = recorded_motion(experiment.with_candidates, {name: experiment.record[name] for name in experiment.machine.compare})
+    sources = dict(acting(experiment.machine.assembly))
     found: dict[str, dict[str, float]] = {}
-    for part in rig.machine.assembly.parts:
+    for part in experiment.machine.assembly.parts:
         ports, declarations = part.component.ports, part.component.declarations
         target = f"{part.name}.{ports.get('drive', '')}"
         if not {"effort", "flow", "drive"} <= set(ports) or declarations[ports["drive"]].unit != declarations[ports["effort"]].unit:
             continue
-        if target in rig.machine.drive:
-            pushing = rig.record[target]
+        if target in experiment.machine.drive:
+            pushing = experiment.record[target]
         elif sources.get(target) in channels:
-            pushing = rig.sensed.channel([], [], channels.index(sources[target]))
+            pushing = experiment.sensed.channel([], [], channels.index(sources[target]))
         else:
             continue
         unit, flow = (declarations[ports[role]].unit for role in ("effort", "flow"))

@@ -15,17 +15,17 @@ from scipy.fft import rfft
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.execution.threads import together
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.simulator import Simulator
 
 
 @dataclass(frozen=True)
 class Screening:
-    """The candidates that move a channel at all, the most promising first, and what chance reaches among them [nats]."""
+    """The candidates that move a channel at all, the most promising first, and the null maximum among them [nats]."""
 
     ranked: tuple[Screened, ...]
-    chance: float
+    null_maximum: float
 
 
 _DRAWS = 20
@@ -37,44 +37,46 @@ _AT_END = 1e-6
 _SINGLE = np.float32
 """Screening ranks candidates: it needs no more digits, and half the memory takes half the time."""
 _Response = tuple[float, float, FloatArray, FloatArray]
-"""What a response promises [nats], by how much it is to be scaled, its starting value, and itself (values,)."""
+"""What a response scores [nats], by how much it is to be scaled, its starting value, and itself (values,)."""
 
 
-def screen(simulator: Simulator, fitted: Fitted, terms: Sequence[Term], points: Mapping[str, FloatArray] | None = None) -> Screening:
-    """Screen the candidates; ``points`` gives starting values by term part, in the place of usual ones.
+def screen(
+    simulator: Simulator, fitted: Fitted, candidates: Sequence[Candidate], points: Mapping[str, FloatArray] | None = None
+) -> Screening:
+    """Screen the candidates; ``points`` gives starting values by candidate part, in the place of usual ones.
 
-    What chance reaches is the largest gain among all candidates on noise as the noise model has it, with nothing hidden in it; the largest
-    of 20 such draws is given.
+    What the null maximum is is the largest gain among all candidates on noise as the noise model has it, with nothing hidden in it; the
+    largest of 20 such draws is given.
     """
     absorb = _Absorber(simulator, fitted)
     draws = absorb.draws(_DRAWS)
 
-    def one(term: Term) -> tuple[Screened, float] | None:
-        """Screen one candidate: what it promises, and what chance reaches with it; none where it moves no channel."""
-        tried = _responses(simulator, fitted, absorb, term, _points(term, points))
+    def one(candidate: Candidate) -> tuple[Screened, float] | None:
+        """Screen one candidate: what it scores, and the null maximum with it; none where it moves no channel."""
+        tried = _responses(simulator, fitted, absorb, candidate, _points(candidate, points))
         if not tried:
             return None
         basis = _basis(tried)
-        starts = tuple(_start(term, item) for item in _apart(term, tried)[:3])
-        promised = Screened(term, _gain(basis, absorb.residual), starts, absorb.shares((basis @ absorb.residual) @ basis))
+        starts = tuple(_start(candidate, item) for item in _apart(candidate, tried)[:3])
+        promised = Screened(candidate, _gain(basis, absorb.residual), starts, absorb.shares((basis @ absorb.residual) @ basis))
         return promised, float(np.max(0.5 * np.sum((basis @ draws.T) ** 2, axis=0)))
 
-    result = [found for found in together(one, terms) if found is not None]
+    result = [found for found in together(one, candidates) if found is not None]
     ranked = sorted((promised for promised, _ in result), key=lambda item: -item.gain)
-    return Screening(tuple(ranked), max((chance for _, chance in result), default=0.0))
+    return Screening(tuple(ranked), max((null_maximum for _, null_maximum in result), default=0.0))
 
 
 def screened_instead(
     simulator: Simulator,
     fitted: Fitted,
-    term: Term,
-    finer: Term,
+    candidate: Candidate,
+    finer: Candidate,
     starts: Sequence[FloatArray],
     motion: Mapping[str, float] | None = None,
 ) -> Screened:
-    """Say what a finer form promises in the place of a term of the model, sensing the ``motion`` as its settings say."""
+    """Return what a finer form scores in the place of a candidate of the model, sensing the ``motion`` as its settings say."""
     absorb = _Absorber(simulator, fitted)
-    without = dict(zip(term.parameters, term.neutral.tolist(), strict=True)) | dict(motion or {})
+    without = dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True)) | dict(motion or {})
     tried = _responses(simulator, fitted, absorb, finer, np.array(starts), without)
     if not tried:
         return Screened(finer, 0.0, tuple(starts), np.zeros(1))
@@ -82,19 +84,20 @@ def screened_instead(
     return Screened(finer, _gain(basis, absorb.residual), tuple(starts), absorb.shares((basis @ absorb.residual) @ basis))
 
 
-def least_shown(simulator: Simulator, fitted: Fitted, term: Term, finer: Term) -> float:
-    """Give what a finer form in the place of a term would gain [nats] if it were there, with that of its own values which shows least.
+def least_shown(simulator: Simulator, fitted: Fitted, candidate: Candidate, finer: Candidate) -> float:
+    """Return what a finer form in the place of a candidate would gain [nats] if it were there, with that of its own values which shows
+    least.
 
-    Each value that the term does not have takes a usual size by itself. Little to gain means that the recording cannot tell.
+    Each value that the candidate does not have takes a usual size by itself. Little to gain means that the recording cannot tell.
     """
     absorb = _Absorber(simulator, fitted)
-    shared = {name.partition(".")[2]: fitted.by_name[name] for name in term.parameters}
+    shared = {name.partition(".")[2]: fitted.by_name[name] for name in candidate.parameters}
     base = [shared.get(name.partition(".")[2], neutral) for name, neutral in zip(finer.parameters, finer.neutral, strict=True)]
     own = [place for place, name in enumerate(finer.parameters) if name.partition(".")[2] not in shared]
     starts = np.tile(np.array(base), (len(own), 1))
     for start, place in zip(starts, own, strict=True):
         start[place] = finer.points[int(np.argmax(np.abs(finer.points[:, place]))), place]
-    without = dict(zip(term.parameters, term.neutral.tolist(), strict=True))
+    without = dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True))
     tried = _responses(simulator, fitted, absorb, finer, starts, without)
     return min((0.5 * float(response @ response) for *_, response in tried), default=0.0) if len(tried) >= len(own) else 0.0
 
@@ -103,16 +106,16 @@ def _responses(
     simulator: Simulator,
     fitted: Fitted,
     absorb: _Absorber,
-    term: Term,
+    candidate: Candidate,
     points: FloatArray,
     others: Mapping[str, float] | None = None,
 ) -> list[_Response]:
-    """Give what a term at each starting value, and ``others`` with it, do to the residual, beside what the baseline absorbs; the most
-    promising first."""
-    base = {**fitted.by_name, **dict(zip(term.parameters, term.neutral.tolist(), strict=True)), **(others or {})}
+    """Return what a candidate at each starting value, and ``others`` with it, do to the residual, beside what the baseline absorbs; the
+    most promising first."""
+    base = {**fitted.by_name, **dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True)), **(others or {})}
     names = list(base)
     rows = np.tile(np.array(list(base.values())), (len(points), 1))
-    rows[:, [names.index(name) for name in term.parameters]] = points
+    rows[:, [names.index(name) for name in candidate.parameters]] = points
     runs = simulator.responses(names, rows, absorb.references, absorb.tapered)
     there = [(point, run) for point, run in zip(points, runs, strict=True) if run is not None]
     found = []
@@ -121,28 +124,28 @@ def _responses(
         if np.isfinite(power) and power > 1e-6:
             share = float(response @ absorb.residual) / power
             found.append((0.5 * share * share * power, share, point, response))
-    found += _at_best_phases(term, found, absorb.residual)
-    return sorted(found, key=lambda item: -item[0] * _plausible(term, item[1]))
+    found += _at_best_phases(candidate, found, absorb.residual)
+    return sorted(found, key=lambda item: -item[0] * _plausible(candidate, item[1]))
 
 
-def _phases(term: Term) -> list[int]:
-    return [place for place, name in enumerate(term.parameters) if name.endswith("phase")]
+def _phases(candidate: Candidate) -> list[int]:
+    return [place for place, name in enumerate(candidate.parameters) if name.endswith("phase")]
 
 
-def _apart(term: Term, tried: Sequence[_Response]) -> list[_Response]:
-    """Give the responses that differ in more than their phase, of each the best: from the others a fit would end in the same place."""
+def _apart(candidate: Candidate, tried: Sequence[_Response]) -> list[_Response]:
+    """Return the responses that differ in more than their phase, of each the best: from the others a fit would end in the same place."""
     kept: dict[bytes, _Response] = {}
     for item in tried:
-        kept.setdefault(np.delete(item[2], _phases(term)).tobytes(), item)
+        kept.setdefault(np.delete(item[2], _phases(candidate)).tobytes(), item)
     return list(kept.values())
 
 
-def _at_best_phases(term: Term, tried: Sequence[_Response], residual: FloatArray) -> list[_Response]:
-    """Give what a wave would do at its best phase, from what it does at some phases of the same wavelength.
+def _at_best_phases(candidate: Candidate, tried: Sequence[_Response], residual: FloatArray) -> list[_Response]:
+    """Return what a wave would do at its best phase, from what it does at some phases of the same wavelength.
 
     r(phase) = r_0 + r_s cos(phase) + r_c sin(phase) by least squares; of the phases the one with the largest (r'e)^2 / r'r is taken.
     """
-    columns, alike = _phases(term), dict[bytes, list[_Response]]()
+    columns, alike = _phases(candidate), dict[bytes, list[_Response]]()
     found: list[_Response] = []
     for item in tried if columns else ():
         alike.setdefault(np.delete(item[2], columns).tobytes(), []).append(item)
@@ -167,40 +170,40 @@ def _turning(phases: FloatArray) -> FloatArray:
     return np.stack([np.ones_like(phases), np.cos(phases), np.sin(phases)], axis=1)
 
 
-def _points(term: Term, points: Mapping[str, FloatArray] | None) -> FloatArray:
-    """Give where a candidate starts: what was read off the recording, else its usual values."""
-    read_off = (points or {}).get(term.part)
-    return term.points if read_off is None or not len(read_off) else read_off
+def _points(candidate: Candidate, points: Mapping[str, FloatArray] | None) -> FloatArray:
+    """Return where a candidate starts: what was read off the recording, else its usual values."""
+    read_off = (points or {}).get(candidate.part)
+    return candidate.points if read_off is None or not len(read_off) else read_off
 
 
-def _plausible(term: Term, share: float) -> float:
+def _plausible(candidate: Candidate, share: float) -> float:
     """Weigh a response that would have to be turned round: right for signed sizes and phases, wrong for a friction below zero."""
-    if share > 0.0 or bool((term.low < 0.0).any()):
+    if share > 0.0 or bool((candidate.low < 0.0).any()):
         return 1.0
     return 0.05
 
 
-def _start(term: Term, item: _Response) -> FloatArray:
+def _start(candidate: Candidate, item: _Response) -> FloatArray:
     _, share, point, _ = item
     size = float(np.clip(abs(share), 0.02, 20.0))
-    if share < 0.0 and bool((term.low < 0.0).any()) and not any(name.endswith("phase") for name in term.parameters):
+    if share < 0.0 and bool((candidate.low < 0.0).any()) and not any(name.endswith("phase") for name in candidate.parameters):
         size = -size
-    away = np.array([name.partition(".")[2] in term.effect.neutral for name in term.parameters]) & ~is_limit(term)
-    scaled = np.where(away, term.neutral + (point - term.neutral) * size, point)
+    away = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(candidate)
+    scaled = np.where(away, candidate.neutral + (point - candidate.neutral) * size, point)
     if share < 0.0:
         # a wave of negative size is the same wave half a turn on
-        scaled[_phases(term)] += np.pi
-    return np.clip(scaled, term.low, term.high)
+        scaled[_phases(candidate)] += np.pi
+    return np.clip(scaled, candidate.low, candidate.high)
 
 
-def is_limit(term: Term) -> np.ndarray:
-    """Say for each parameter whether it vanishes far beyond its usual sizes, as a limit does: then there is nothing to scale."""
-    usual = np.abs(term.points).max(axis=0, initial=0.0)
-    return np.asarray(np.abs(term.neutral) > _FAR_BEYOND * usual)
+def is_limit(candidate: Candidate) -> np.ndarray:
+    """Return for each parameter whether it vanishes far beyond its usual sizes, as a limit does: then there is nothing to scale."""
+    usual = np.abs(candidate.points).max(axis=0, initial=0.0)
+    return np.asarray(np.abs(candidate.neutral) > _FAR_BEYOND * usual)
 
 
 def _basis(tried: Sequence[_Response]) -> FloatArray:
-    """Give orthonormal rows that span the responses of a candidate."""
+    """Return orthonormal rows that span the responses of a candidate."""
     responses = np.stack([item[3] / np.sqrt(item[3] @ item[3]) for item in tried])
     values, vectors = np.linalg.eigh(responses @ responses.T)
     good = values > 1e-6 * values[-1]
@@ -239,7 +242,7 @@ class _Absorber:
         self._less_absorbed(self.residual[None])
 
     def tapered(self, signals: FloatArray) -> FloatArray:
-        """Give signals (..., channels, samples) as they are to be transformed; the last two values of each channel keep its mean."""
+        """Return signals (..., channels, samples) as they are to be transformed; the last two values of each channel keep its mean."""
         found = np.zeros((*signals.shape[:-1], signals.shape[-1] + 2), dtype=_SINGLE)
         for channel, model in enumerate(self.noise):
             found[..., channel, :-2] = model.tapered(signals[..., channel, :])
@@ -247,7 +250,7 @@ class _Absorber:
         return found
 
     def _whiten(self, tapered: FloatArray) -> FloatArray:
-        """Give tapered signals (..., channels, samples + 2) whitened, (..., values): each real part with its imaginary one beside it, and
+        """Return tapered signals (..., channels, samples + 2) whitened, (..., values): each real part with its imaginary one beside it, and
         zeros for what holds the baseline.
 
         All are transformed in one call: several at a time take a third of the time.
@@ -260,7 +263,7 @@ class _Absorber:
         return np.concatenate([flat, np.zeros((*flat.shape[:-1], self._extra), dtype=_SINGLE)], axis=-1)
 
     def shares(self, explained: FloatArray) -> FloatArray:
-        """Give the share of the residual that is gone with ``explained``: for each channel in the band of the motion and on all."""
+        """Return the share of the residual that is gone with ``explained``: for each channel in the band of the motion and on all."""
         found, begin = [], 0
         for model in self.noise:
             end = begin + 2 * len(model.power)
@@ -272,14 +275,14 @@ class _Absorber:
         return np.array(found)
 
     def draws(self, number: int) -> FloatArray:
-        """Give noise as the noise model has it, whitened, less what the baseline absorbs; (number, values)."""
+        """Return noise as the noise model has it, whitened, less what the baseline absorbs; (number, values)."""
         random = np.random.Generator(np.random.Philox(0))
         noise: FloatArray = np.zeros((number, len(self.residual)), dtype=_SINGLE)
         noise[:, : noise.shape[1] - self._extra] = random.standard_normal((number, noise.shape[1] - self._extra), dtype=_SINGLE)
         return self._less_absorbed(noise)
 
     def left(self, tapered: Sequence[FloatArray]) -> FloatArray:
-        """Give :meth:`tapered` signals whitened, (signals, values), less what the baseline absorbs."""
+        """Return :meth:`tapered` signals whitened, (signals, values), less what the baseline absorbs."""
         return self._less_absorbed(self._whiten(np.stack(tapered))) if tapered else np.zeros((0, len(self.residual)), dtype=_SINGLE)
 
     def _less_absorbed(self, white: FloatArray) -> FloatArray:

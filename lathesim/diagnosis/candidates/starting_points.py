@@ -10,9 +10,9 @@ from lathesim.diagnosis.candidates.periodic_starts import wave_points
 from lathesim.diagnosis.candidates.screening import is_limit
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import commands
-from lathesim.identification.records.candidate import INSTANT, Term
+from lathesim.identification.records.candidate import INSTANT, Candidate
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import behind, strongest_jumps
 
 _FREQUENCIES = 10
@@ -28,78 +28,89 @@ _LATEST = 0.1
 """The latest that a reading is looked for [s]."""
 
 
-def starting_points(rig: Rig, fitted: Fitted, terms: list[Term]) -> dict[str, FloatArray]:
-    """Give starting values (points, parameters) by term part for the effects that need them."""
-    found = wave_points(rig, fitted, terms)
-    jumps = [(instant, size) for row in fitted.residual for instant, size in strongest_jumps(row, rig.machine.assembly.sample_period)]
-    for term in terms:
-        names = [name.partition(".")[2] for name in term.parameters]
+def starting_points(experiment: Experiment, fitted: Fitted, candidates: list[Candidate]) -> dict[str, FloatArray]:
+    """Return starting values (points, parameters) by candidate part for the effects that need them."""
+    found = wave_points(experiment, fitted, candidates)
+    jumps = [
+        (instant, size) for row in fitted.residual for instant, size in strongest_jumps(row, experiment.machine.assembly.sample_period)
+    ]
+    for candidate in candidates:
+        names = [name.partition(".")[2] for name in candidate.parameters]
         if INSTANT not in names or not jumps:
             continue
-        points = np.tile(np.where(np.array(names) == INSTANT, 0.0, term.points[0]), (len(jumps), 1))
+        points = np.tile(np.where(np.array(names) == INSTANT, 0.0, candidate.points[0]), (len(jumps), 1))
         for point, (instant, size) in zip(points, jumps, strict=True):
             point[names.index(INSTANT)] = instant
             for place, name in enumerate(names):
-                if name in term.effect.neutral:
+                if name in candidate.effect.neutral:
                     point[place] = size
-        found[term.part] = np.clip(points, term.low, term.high)
-    return found | limit_points(rig, terms) | _frequency_points(rig, terms) | _late_points(rig, fitted, terms)
+        found[candidate.part] = np.clip(points, candidate.low, candidate.high)
+    return (
+        found
+        | limit_points(experiment, candidates)
+        | _frequency_points(experiment, candidates)
+        | _late_points(experiment, fitted, candidates)
+    )
 
 
-def _late_points(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> dict[str, FloatArray]:
-    """Give starting values for what makes a reading late: beside the usual ones that by which the recording is behind the simulation. A
+def _late_points(experiment: Experiment, fitted: Fitted, candidates: Sequence[Candidate]) -> dict[str, FloatArray]:
+    """Return starting values for what makes a reading late: beside the usual ones that by which the recording is behind the simulation. A
     staircase that is late by half a step is as near as one that is late by two."""
-    period, seconds = rig.machine.assembly.sample_period, {sight.row for sight in rig.sensed.second_sight}
-    simulated = rig.sensed.seen - fitted.residual
+    period, seconds = experiment.machine.assembly.sample_period, {sight.row for sight in experiment.sensed.redundant_sensors}
+    simulated = experiment.sensed.seen - fitted.residual
     found: dict[str, FloatArray] = {}
-    for term in terms:
-        late = f"{term.part}.{term.effect.late_by or term.effect.in_samples}"
-        if late not in term.parameters or rig.sensed.plan.unit(late) != "s" or not len(term.points):
+    for candidate in candidates:
+        late = f"{candidate.part}.{candidate.effect.late_by or candidate.effect.in_samples}"
+        if late not in candidate.parameters or experiment.sensed.plan.unit(late) != "s" or not len(candidate.points):
             continue
-        rows = [row for row, name in enumerate(rig.machine.compare) if term.at in (name, name.partition(".")[0]) and row not in seconds]
-        column = term.parameters.index(late)
-        samples = np.array([behind(rig.sensed.seen[row], simulated[row], round(_LATEST / period)) for row in rows])
+        rows = [
+            row
+            for row, name in enumerate(experiment.machine.compare)
+            if candidate.at in (name, name.partition(".")[0]) and row not in seconds
+        ]
+        column = candidate.parameters.index(late)
+        samples = np.array([behind(experiment.sensed.seen[row], simulated[row], round(_LATEST / period)) for row in rows])
         # what is held and then delayed is read that many samples late from one sample less on
-        lags = period * (samples - 0.5 * np.sign(samples) if term.effect.in_samples else samples)
-        points = np.tile(np.median(term.points, axis=0), (len(lags), 1))
+        lags = period * (samples - 0.5 * np.sign(samples) if candidate.effect.in_samples else samples)
+        points = np.tile(np.median(candidate.points, axis=0), (len(lags), 1))
         points[:, column] = lags
         points = points[points[:, column] != 0.0]
         if len(points):
-            found[term.part] = np.clip(np.vstack([points, term.points]), term.low, term.high)
+            found[candidate.part] = np.clip(np.vstack([points, candidate.points]), candidate.low, candidate.high)
     return found
 
 
-def _frequency_points(rig: Rig, terms: Sequence[Term]) -> dict[str, FloatArray]:
-    """Give starting values for resonances: frequencies so close together that one is in the valley, its other values usual."""
-    fastest = _FASTEST / rig.machine.assembly.sample_period
+def _frequency_points(experiment: Experiment, candidates: Sequence[Candidate]) -> dict[str, FloatArray]:
+    """Return starting values for resonances: frequencies so close together that one is in the valley, its other values usual."""
+    fastest = _FASTEST / experiment.machine.assembly.sample_period
     found: dict[str, FloatArray] = {}
-    for term in terms:
-        resonance = f"{term.part}.{term.effect.resonance}"
-        if resonance not in term.parameters or not len(term.points):
+    for candidate in candidates:
+        resonance = f"{candidate.part}.{candidate.effect.resonance}"
+        if resonance not in candidate.parameters or not len(candidate.points):
             continue
-        column = term.parameters.index(resonance)
-        low, high = float(term.least[column]), min(float(term.usual[column]), fastest)
+        column = candidate.parameters.index(resonance)
+        low, high = float(candidate.least[column]), min(float(candidate.usual[column]), fastest)
         if high > low:
-            usual = np.quantile(term.points, _SMALL_AND_LARGE, axis=0)
+            usual = np.quantile(candidate.points, _SMALL_AND_LARGE, axis=0)
             points = np.repeat(usual, _FREQUENCIES, axis=0)
             points[:, column] = np.tile(np.geomspace(low, high, _FREQUENCIES), len(usual))
-            found[term.part] = np.clip(points, term.low, term.high)
+            found[candidate.part] = np.clip(points, candidate.low, candidate.high)
     return found
 
 
-def limit_points(rig: Rig, terms: Sequence[Term]) -> dict[str, FloatArray]:
-    """Give starting values for limits of a command, or of its rate, where the command of this recording comes to: a limit that is never
+def limit_points(experiment: Experiment, candidates: Sequence[Candidate]) -> dict[str, FloatArray]:
+    """Return starting values for limits of a command, or of its rate, where the command of this recording comes to: a limit that is never
     reached does nothing, and one that is usual on another machine may be never reached here."""
     found: dict[str, FloatArray] = {}
-    channels, sources = rig.sensed.plan.channels, commands(rig.sensed.plan.assembly)
-    for term in terms:
-        limits, source = np.flatnonzero(is_limit(term)), sources.get(term.at, "")
-        if term.effect.site != "drive" or len(limits) != 1 or len(term.parameters) != 1 or source not in channels:
+    channels, sources = experiment.sensed.plan.channels, commands(experiment.sensed.plan.assembly)
+    for candidate in candidates:
+        limits, source = np.flatnonzero(is_limit(candidate)), sources.get(candidate.at, "")
+        if candidate.effect.site != "drive" or len(limits) != 1 or len(candidate.parameters) != 1 or source not in channels:
             continue
-        command = np.nan_to_num(rig.sensed.channel([], [], channels.index(source)))
-        if rig.sensed.plan.unit(term.parameters[0]).endswith("/s"):
-            command = np.diff(command) / rig.machine.assembly.sample_period
+        command = np.nan_to_num(experiment.sensed.channel([], [], channels.index(source)))
+        if experiment.sensed.plan.unit(candidate.parameters[0]).endswith("/s"):
+            command = np.diff(command) / experiment.machine.assembly.sample_period
         size = np.abs(command)
         reached = np.r_[np.quantile(size, _REACHED), np.array(_OF_LARGEST) * size.max(initial=0.0)]
-        found[term.part] = np.clip(np.unique(reached[reached > 0.0])[::-1, None], term.low, term.high)
+        found[candidate.part] = np.clip(np.unique(reached[reached > 0.0])[::-1, None], candidate.low, candidate.high)
     return found

@@ -20,12 +20,12 @@ from lathesim.diagnosis.location.missing_force import missing_signal, places
 from lathesim.diagnosis.location.missing_share import FORCES, NEXT_TO_NOTHING, missing_share
 from lathesim.diagnosis.location.operating_conditions import direction_of, variables
 from lathesim.diagnosis.recording_checks.checks import at_odds
-from lathesim.diagnosis.recording_checks.sensor_zero import zeros_told
+from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Machine, Rig
+from lathesim.identification.replay.experiment import Experiment, Machine
 from lathesim.identification.replay.loading import Recorded, read_for
 from lathesim.identification.replay.validation_split import parted
 from lathesim.identification.signal.order_spectrum import Line, Spectrum, lines_of
@@ -35,7 +35,7 @@ from lathesim.plugins import Registry
 
 SCHEMA = "lathesim-compare/1"
 OFF = 3.0
-"""Floors from which on a channel, or a part in the replay, counts as off."""
+"""Floors above which a channel, or a part in the replay, counts as off."""
 _AS_TIME = 1.05
 """Times by which a variable must tell more than the time alone: else what is missing comes once, and goes with all that changed then."""
 _WINDOWS = 50
@@ -157,23 +157,23 @@ class Comparison:
         return not self.suspects and any(item.over_floor > OFF for item in self.channels)
 
     def _read_by(self, part: str) -> str:
-        """Give what several readings of one sensor have in common where they are off: what they measure."""
+        """Return what several readings of one sensor have in common where they are off: what they measure."""
         before = [item.parts[1:2] for item in self._off if item.parts[0] == part and item.at.startswith(f"{part}.")]
         return before[0][0] if len(before) > 1 and before[0] and all(parts == before[0] for parts in before) else ""
 
 
 def load_recording(lesson: Lesson, file: Path, registry: Registry, variant: str | None = None) -> tuple[Machine, Recorded]:
-    """Give the machine of a lesson and a recording of it; raises what ``load_case`` raises, but asks for no uncertainties."""
+    """Return the machine of a lesson and a recording of it; raises what ``load_case`` raises, but asks for no uncertainties."""
     return read_for(prepare(lesson, registry, variant), file, registry)
 
 
 def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
     """Hold a recording against a machine."""
-    first, second, rig = parted(machine, recorded.name, recorded.record, ())
-    fitted, *pieces = [_started(item) for item in (rig, first, second)]
-    channels, replayed = _channels(rig, fitted), _replayed(rig, fitted)
-    faults = (*(str(item) for item in recorded.faults), *at_odds(rig, {}))
-    findings = (*(str(item) for item in recorded.findings), *zeros_told(rig), *faults)
+    first, second, experiment = parted(machine, recorded.name, recorded.record, ())
+    fitted, *pieces = [_started(item) for item in (experiment, first, second)]
+    channels, replayed = _channels(experiment, fitted), _replayed(experiment, fitted)
+    faults = (*(str(item) for item in recorded.faults), *at_odds(experiment, {}))
+    findings = (*(str(item) for item in recorded.findings), *sensor_zeros(experiment), *faults)
     wires = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in machine.assembly.wires if wire.source]
     return Comparison(
         lesson,
@@ -183,44 +183,44 @@ def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
         tuple(sorted(channels, key=lambda item: -item.over_floor)),
         replayed,
         _depends_on(first, pieces[0], second, pieces[1]),
-        _spectra(rig, channels, {item.channel: item.parts for item in replayed}),
+        _spectra(experiment, channels, {item.channel: item.parts for item in replayed}),
         tuple(dict.fromkeys(findings)),
         tuple(dict.fromkeys(wires)),
         faults,
     )
 
 
-def _started(rig: Rig) -> Fitted:
-    """Give the replay from the start that leaves least, in floors: that which the recording shows, at rest or not, or one fitted to it.
+def _started(experiment: Experiment) -> Fitted:
+    """Return the replay from the start that leaves least, in floors: that which the recording shows, at rest or not, or one fitted to it.
 
     Where nothing feeds back a fit that allows for forces hardly knows how fast a table started, and that would show as an error.
     """
-    shown = rig.start_states(rig.sensed.plan)
-    plan = rig.sensed.plan
-    rest = [replace(item, start=rig.sensed.given(item.name)) if plan.unit(item.name).endswith("/s") else item for item in shown]
-    tried = [fit(rig.sensed, starts, rounds=0) for starts in (rest, shown)]
-    tried.append(fit(rig.sensed, shown, rounds=2, iterations=6, slopes="kept"))
-    return min(tried, key=lambda fitted: float(np.sum((fitted.residual / rig.sensed.seen_floors[:, None]) ** 2)))
+    shown = experiment.start_states(experiment.sensed.plan)
+    plan = experiment.sensed.plan
+    rest = [replace(item, start=experiment.sensed.given(item.name)) if plan.unit(item.name).endswith("/s") else item for item in shown]
+    tried = [fit(experiment.sensed, starts, rounds=0) for starts in (rest, shown)]
+    tried.append(fit(experiment.sensed, shown, rounds=2, iterations=6, slopes="kept"))
+    return min(tried, key=lambda fitted: float(np.sum((fitted.residual / experiment.sensed.seen_floors[:, None]) ** 2)))
 
 
-def _channels(rig: Rig, fitted: Fitted) -> list[ChannelResidual]:
+def _channels(experiment: Experiment, fitted: Fitted) -> list[ChannelResidual]:
     """Run the lesson's own simulation from the fitted start and hold each channel against the recording."""
-    names = [name for name in fitted.by_name if name in rig.own.plan.states]
-    simulated = rig.sensed.from_zero_of(rig.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0])
-    begin = int(SETTLING * rig.own.samples)
-    time = rig.record.time
+    names = [name for name in fitted.by_name if name in experiment.own.plan.states]
+    simulated = experiment.sensed.from_zero_of(experiment.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0])
+    begin = int(SETTLING * experiment.own.samples)
+    time = experiment.record.time
     found = []
-    for row, channel in enumerate(rig.machine.compare):
-        recorded = rig.own.recorded[row]
+    for row, channel in enumerate(experiment.machine.compare):
+        recorded = experiment.own.recorded[row]
         residual = (recorded - simulated[row])[begin:]
-        unit = rig.own.plan.unit(rig.own.channels[row])
+        unit = experiment.own.plan.unit(experiment.own.channels[row])
         worst = _worst_stretch(time[begin:], residual)
-        found.append(ChannelResidual(channel, unit, rig.floors[channel], _rms(residual), worst, time, recorded, simulated[row]))
+        found.append(ChannelResidual(channel, unit, experiment.floors[channel], _rms(residual), worst, time, recorded, simulated[row]))
     return found
 
 
 def _worst_stretch(time: FloatArray, residual: FloatArray) -> tuple[float, float]:
-    """Give the fiftieth of a recording in which the residual's mean square is largest."""
+    """Return the fiftieth of a recording in which the residual's mean square is largest."""
     width = max(1, len(residual) // _WINDOWS)
     count = len(residual) // width
     power = np.where(np.isfinite(residual), residual**2, 0.0)[: count * width].reshape(count, width).mean(axis=1)
@@ -233,19 +233,19 @@ def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(finite**2))) if len(finite) else math.nan
 
 
-def _replayed(rig: Rig, fitted: Fitted) -> tuple[Replayed, ...]:
-    rows = {name: row for row, name in enumerate(rig.machine.compare)}
+def _replayed(experiment: Experiment, fitted: Fitted) -> tuple[Replayed, ...]:
+    rows = {name: row for row, name in enumerate(experiment.machine.compare)}
     found = []
-    for place in places(rig, fitted):
+    for place in places(experiment, fitted):
         row = rows[place.channel]
-        missing = missing_signal(rig, fitted, row)
-        share, _ = missing_share(rig, fitted, row)
+        missing = missing_signal(experiment, fitted, row)
+        share, _ = missing_share(experiment, fitted, row)
         found.append(Replayed(place.channel, place.parts, place.over_floor, missing.at, missing.unit, _rms(missing.values), share))
     return tuple(sorted(found, key=lambda item: (item.over_floor <= OFF, -item.share if math.isfinite(item.share) else 0.0)))
 
 
-def _depends_on(first: Rig, fitted: Fitted, second: Rig, judged: Fitted) -> tuple[Dependence, ...]:
-    """Give the variables that explain most, each where it explains most, as far as they tell more than the time does there."""
+def _depends_on(first: Experiment, fitted: Fitted, second: Experiment, judged: Fitted) -> tuple[Dependence, ...]:
+    """Return the variables that explain most, each where it explains most, as far as they tell more than the time does there."""
     tallest: dict[str, Dependence] = {}
     found = bars(first, fitted, second, judged)
     by_time = {bar.channel: bar.share for bar in found if bar.variable == "time"}
@@ -256,11 +256,11 @@ def _depends_on(first: Rig, fitted: Fitted, second: Rig, judged: Fitted) -> tupl
     return tuple(tallest.values())[:_MOST_BARS]
 
 
-def _spectra(rig: Rig, channels: Sequence[ChannelResidual], made_by: Mapping[str, Sequence[str]]) -> tuple[ChannelLines, ...]:
+def _spectra(experiment: Experiment, channels: Sequence[ChannelResidual], made_by: Mapping[str, Sequence[str]]) -> tuple[ChannelLines, ...]:
     """Look for lines of each channel, along the ways of the parts that it is ``made_by`` (channel -> parts, the nearest first) before
     others."""
-    begin = int(SETTLING * rig.own.samples)
-    ways, motions = _ways(rig, begin)
+    begin = int(SETTLING * experiment.own.samples)
+    ways, motions = _ways(experiment, begin)
     ordered = sorted(channels, key=lambda item: -item.over_floor)
     found = []
     for item in ordered:
@@ -273,12 +273,12 @@ def _spectra(rig: Rig, channels: Sequence[ChannelResidual], made_by: Mapping[str
     return tuple(found)
 
 
-def _ways(rig: Rig, begin: int) -> tuple[dict[str, tuple[str, FloatArray]], list[FloatArray]]:
-    """Give what lines are looked for against (time, position or angle of each part) and the motions whose rhythm is none."""
-    ways = {"time": ("s", rig.record.time[begin:])}
+def _ways(experiment: Experiment, begin: int) -> tuple[dict[str, tuple[str, FloatArray]], list[FloatArray]]:
+    """Return what lines are looked for against (time, position or angle of each part) and the motions whose rhythm is none."""
+    ways = {"time": ("s", experiment.record.time[begin:])}
     motions = []
-    parts = {part.name: part.component for part in rig.machine.assembly.parts}
-    for name, values in variables(rig).items():
+    parts = {part.name: part.component for part in experiment.machine.assembly.parts}
+    for name, values in variables(experiment).items():
         kind, _, host = name.partition(" of ")
         if kind == "position" and host in parts:
             unit = parts[host].declarations[parts[host].ports["displacement"]].unit
@@ -289,7 +289,7 @@ def _ways(rig: Rig, begin: int) -> tuple[dict[str, tuple[str, FloatArray]], list
 
 
 def as_json(comparison: Comparison) -> dict[str, Any]:
-    """Give the JSON of a comparison, schema ``lathesim-compare/1``; numbers that are not finite become null."""
+    """Return the JSON of a comparison, schema ``lathesim-compare/1``; numbers that are not finite become null."""
     return {
         "schema": SCHEMA,
         "lesson": comparison.lesson,

@@ -115,7 +115,7 @@ def _draw_spectrum(panel: Any, spectrum: Spectrum, worst: ChannelLines, amplitud
 
 
 def axis_of(variable: str, unit: str) -> tuple[float, str, str]:
-    """Give the factor from cycles per SI unit to what is shown, its unit, and what the axis is called."""
+    """Return the factor from cycles per SI unit to what is shown, its unit, and what the axis is called."""
     if unit == "s":
         return 1.0, "Hz", "frequency"
     if unit == "rad":

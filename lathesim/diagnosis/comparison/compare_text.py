@@ -14,7 +14,7 @@ _NEAREST = 4
 
 
 def comparison_lines(comparison: Comparison) -> list[str]:
-    """Give a comparison as a person reads it."""
+    """Return a comparison as a person reads it."""
     lines = [f"Recording: {text}" for text in comparison.findings]
     lines += [""] * bool(lines)
     lines += _table(_channel_rows(comparison))
@@ -30,7 +30,7 @@ def comparison_lines(comparison: Comparison) -> list[str]:
 
 
 def mismatch_sentences(comparison: Comparison) -> list[str]:
-    """Say where the mismatch sits, and how much that means."""
+    """Return where the mismatch sits, and how much that means."""
     sits = " and in ".join(comparison.suspects)
     if comparison.faults:
         return ["The recording itself is at fault; until that is mended the rest says little of the machine."]
@@ -60,7 +60,7 @@ def _replay_rows(comparison: Comparison) -> list[tuple[str, ...]]:
 
 
 def _chain(parts: Sequence[str]) -> str:
-    """Give the parts that make a channel, the nearest first; of a whole machine only these."""
+    """Return the parts that make a channel, the nearest first; of a whole machine only these."""
     more = len(parts) - _NEAREST
     shown = " <- ".join(parts[:_NEAREST] if more > 1 else parts)
     return f"{shown} <- {more} more" if more > 1 else shown
@@ -88,7 +88,7 @@ def _table(rows: list[tuple[str, ...]]) -> list[str]:
 
 
 def line_text(line: Line) -> str:
-    """Give a line as a person reads it: ``"38.3 Hz"``, ``"every 12 mm"``, ``"2 per turn"``."""
+    """Return a line as a person reads it: ``"38.3 Hz"``, ``"every 12 mm"``, ``"2 per turn"``."""
     if line.unit == "s":
         return f"{line.frequency:.4g} Hz"
     if line.unit == "rad":

@@ -30,7 +30,7 @@ class Column:
 
 
 def groups_of(motion: Mapping[str, FloatArray], signal: FloatArray) -> list[list[Column]]:
-    """Give the groups of functions to be tried on a signal; those whose letters the motion has."""
+    """Return the groups of functions to be tried on a signal; those whose letters the motion has."""
     slow = float(f"{_SLOW * float(np.max(np.abs(motion['v']))) or 1.0:.3g}")
     simple = [
         Column("1.0", "1", lambda m: np.ones_like(m["t"])),
@@ -60,7 +60,7 @@ def _wave(name: str, function: Callable[[FloatArray], FloatArray], wave: float, 
 
 
 def strongest_wave(where: FloatArray, signal: FloatArray) -> float:
-    """Give the angular frequency over ``where`` at which the signal is strongest [rad a unit], 0 where ``where`` does not move.
+    """Return the angular frequency over ``where`` at which the signal is strongest [rad a unit], 0 where ``where`` does not move.
 
     Source: Lomb, Least-squares frequency analysis of unequally spaced data, Astrophysics and Space Science 39 (1976).
     """

@@ -14,7 +14,7 @@ _LETTER = re.compile(r"\b[vqt]\b")
 
 
 def plugin_text(found: Discovered, name: str = "DiscoveredTerm") -> str:
-    """Give a plug-in file with the discovered term as an effect, ready for ``insert: [{effect: DiscoveredTerm, at: ...}]``.
+    """Return a plug-in file with the discovered candidate as an effect, ready for ``insert: [{effect: DiscoveredTerm, at: ...}]``.
 
     Its coefficients stand as found; with all of them 0 the effect vanishes.
     """
@@ -80,7 +80,7 @@ def _in_math(text: str) -> str:
 
 
 def _unit(of: str) -> str:
-    """Give a coefficient's unit in the placeholders of an effect: that of the wire over that of the function (``v^2``, ``q*v``)."""
+    """Return a coefficient's unit in the placeholders of an effect: that of the wire over that of the function (``v^2``, ``q*v``)."""
     if of == "1":
         return "{signal}"
     factors = []

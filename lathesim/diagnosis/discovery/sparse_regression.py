@@ -2,12 +2,12 @@
 
     missing(t) = sum_j c_j f_j(v, q, t)
 
-Groups of functions are added one at a time, each time the one that explains most of the missing signal on the held-out recording, as long
+Groups of functions are added one at a time, each time the one that explains most of the missing signal on the validation recording, as long
 as it explains more. What the uncertain values can absorb (a friction absorbs what is linear in speed, a mass what goes with acceleration)
 is taken out of both sides. The coefficients are then fitted together with those values by replaying the recording, and judged by replaying
-the held-out one: no derivative of noisy data decides. The formula is empirical and holds where the recording has been.
+the validation one: no derivative of noisy data decides. The formula is empirical and holds where the recording has been.
 Source: Brunton, Proctor, Kutz, Discovering governing equations from data by sparse identification of nonlinear dynamical systems, PNAS
-113 (2016), here with held-out selection in place of a threshold.
+113 (2016), here with validation selection in place of a threshold.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from lathesim.diagnosis.records.discovered import Addend, Discovered, Span
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted, Free, with_start
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
 from lathesim.identification.replay.open_loop import seen
 from lathesim.identification.replay.recorded_parts import SplineTerm
 from lathesim.lessons.insertion import Machinery, first_input
 
 WORTH = 0.05
-"""Share of the missing signal that a group must explain further on the held-out recording."""
+"""Share of the missing signal that a group must explain further on the validation recording."""
 _MOST_GROUPS = 3
 _MOST_COLUMNS = 8
 _ENDS = 0.06
@@ -56,23 +56,27 @@ class _Draft:
     share: float
 
 
-def discover(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted) -> Discovered | None:
-    """Give a formula for the largest missing signal, or none where no function explains it on the held-out recording."""
-    drafts = [draft for row in range(len(rig.machine.compare)) if (draft := _draft(rig, fitted, held_out, judged, row)) is not None]
+def discover(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted) -> Discovered | None:
+    """Return a formula for the largest missing signal, or none where no function explains it on the validation recording."""
+    drafts = [
+        draft
+        for row in range(len(experiment.machine.compare))
+        if (draft := _draft(experiment, fitted, validation, judged, row)) is not None
+    ]
     for draft in sorted(drafts, key=lambda item: -item.share):
-        found = _replayed(rig, fitted, held_out, judged, draft)
+        found = _replayed(experiment, fitted, validation, judged, draft)
         if found is not None:
             return found
     return None
 
 
-def _draft(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted, row: int) -> _Draft | None:
-    here, there = missing_signal(rig, fitted, row), missing_signal(held_out, judged, row)
-    motion, other = _motion(rig, here.at, row), _motion(held_out, there.at, row)
+def _draft(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, row: int) -> _Draft | None:
+    here, there = missing_signal(experiment, fitted, row), missing_signal(validation, judged, row)
+    motion, other = _motion(experiment, here.at, row), _motion(validation, there.at, row)
     if motion is None or other is None or not np.any(there.values):
         return None
-    band = rig.sensed.noise_shapes(fitted.by_name)[row].band
-    own = _absorbed(rig, fitted, row, motion, band)
+    band = experiment.sensed.noise_shapes(fitted.by_name)[row].band
+    own = _absorbed(experiment, fitted, row, motion, band)
     signal, scored = _inner(here.values), _inner(there.values)
     taken = _columns(own, motion, band), _columns(own, other, band)
     groups = groups_of(motion, here.values)
@@ -93,32 +97,32 @@ def _draft(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted, row: int) ->
     return _Draft(row, here.at, here.unit, tuple(chosen), amounts, best) if chosen else None
 
 
-def _motion(rig: Rig, at: str, row: int) -> dict[str, FloatArray] | None:
-    """Give time, position, velocity and acceleration of the part where something is missing, none where nothing moves there."""
-    period = rig.machine.assembly.sample_period
+def _motion(experiment: Experiment, at: str, row: int) -> dict[str, FloatArray] | None:
+    """Return time, position, velocity and acceleration of the part where something is missing, none where nothing moves there."""
+    period = experiment.machine.assembly.sample_period
     part = at.partition(".")[0]
-    ports = next((item.component.ports for item in rig.machine.assembly.parts if item.name == part), {})
-    time = np.asarray(np.arange(rig.sensed.samples) * period, dtype=np.float64)
+    ports = next((item.component.ports for item in experiment.machine.assembly.parts if item.name == part), {})
+    time = np.asarray(np.arange(experiment.sensed.samples) * period, dtype=np.float64)
     if "flow" in ports:
-        motion = recorded_motion(rig.with_candidates, {name: rig.record[name] for name in rig.machine.compare})
+        motion = recorded_motion(experiment.with_candidates, {name: experiment.record[name] for name in experiment.machine.compare})
         velocity = motion.get(f"{part}.{ports['flow']}")
         position = motion.get(f"{part}.{ports.get('displacement', '')}")
         if velocity is None:
             return None
         place = position if position is not None else np.asarray(np.cumsum(velocity) * period)
         return {"t": time, "v": velocity, "q": place, "a": velocity_of(velocity, period)}
-    if rig.sensed.plan.unit(rig.sensed.channels[row]) not in ("m", "rad"):
+    if experiment.sensed.plan.unit(experiment.sensed.channels[row]) not in ("m", "rad"):
         return None
-    values = np.nan_to_num(rig.sensed.recorded[row])
+    values = np.nan_to_num(experiment.sensed.recorded[row])
     rate = velocity_of(values, period)
     return {"t": time, "q": values, "v": rate, "a": velocity_of(rate, period)}
 
 
-def _absorbed(rig: Rig, fitted: Fitted, row: int, motion: Mapping[str, FloatArray], band: int) -> list[Column]:
-    """Give what the fitted values of the machine take up anyway, of speed and acceleration."""
+def _absorbed(experiment: Experiment, fitted: Fitted, row: int, motion: Mapping[str, FloatArray], band: int) -> list[Column]:
+    """Return what the fitted values of the machine take up anyway, of speed and acceleration."""
     if fitted.sensitivity is None or not len(fitted.free):
         return []
-    changed = [_inner(missing_signal(rig, replace(fitted, residual=slope), row).values) for slope in fitted.sensitivity]
+    changed = [_inner(missing_signal(experiment, replace(fitted, residual=slope), row).values) for slope in fitted.sensitivity]
     space = np.stack([item / max(float(np.sqrt(item @ item)), 1e-300) for item in changed], axis=1)
     found = []
     for column in (Column("v", "v", lambda m: m["v"]), Column("a", "a", lambda m: m["a"])):
@@ -132,7 +136,7 @@ def _absorbed(rig: Rig, fitted: Fitted, row: int, motion: Mapping[str, FloatArra
 def _explained(
     signal: FloatArray, scored: FloatArray, here: FloatArray, there: FloatArray, own_here: FloatArray, own_there: FloatArray
 ) -> tuple[float, FloatArray]:
-    """Give the share of ``scored`` that columns fitted to ``signal`` explain beside the machine's own columns, and their amounts."""
+    """Return the share of ``scored`` that columns fitted to ``signal`` explain beside the machine's own columns, and their amounts."""
     both = np.hstack([here, own_here])
     scale = np.maximum(np.sqrt(np.mean(both**2, axis=0)), 1e-300)
     amounts = (np.linalg.lstsq(both / scale, signal, rcond=1e-8)[0] / scale)[: here.shape[1]]
@@ -144,7 +148,7 @@ def _explained(
 
 
 def _columns(columns: Sequence[Column], motion: Mapping[str, FloatArray], band: int) -> FloatArray:
-    """Give columns (samples, columns) in the band of the motion, without the ends."""
+    """Return columns (samples, columns) in the band of the motion, without the ends."""
     if not columns:
         return np.zeros((len(_inner(motion["t"])), 0))
     return np.stack([_inner(_in_band(column.values(motion), band)) for column in columns], axis=1)
@@ -161,13 +165,13 @@ def _inner(values: FloatArray) -> FloatArray:
     return values[cut : len(values) - cut]
 
 
-def _replayed(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted, draft: _Draft) -> Discovered | None:
-    """Fit the amounts with everything else that is free by replaying, and hold the outcome against the held-out recording."""
-    motion, other = _motion(rig, draft.at, draft.row), _motion(held_out, draft.at, draft.row)
+def _replayed(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, draft: _Draft) -> Discovered | None:
+    """Fit the amounts with everything else that is free by replaying, and hold the outcome against the validation recording."""
+    motion, other = _motion(experiment, draft.at, draft.row), _motion(validation, draft.at, draft.row)
     assert motion is not None
     assert other is not None
     sizes = [max(float(np.sqrt(np.mean(column.values(motion) ** 2))), 1e-300) for column in draft.columns]
-    both = ((rig, motion), (held_out, other))
+    both = ((experiment, motion), (validation, other))
     first, second = (replace(item, with_candidates=_with_term(item.with_candidates, draft, moved, sizes)) for item, moved in both)
     names = [f"{_TERM}.weight_{number}" for number in range(len(draft.columns))]
     starts = [float(amount * size) for amount, size in zip(draft.amounts, sizes, strict=True)]
@@ -178,10 +182,10 @@ def _replayed(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted, draft: _D
         # what the machine's own values or the other addends explain as well is no part of the formula
         kept = [number for number, keeps in enumerate(sure) if keeps]
         fewer = replace(draft, columns=tuple(draft.columns[number] for number in kept), amounts=draft.amounts[kept])
-        return _replayed(rig, fitted, held_out, judged, fewer)
+        return _replayed(experiment, fitted, validation, judged, fewer)
     own = {item.name for item in judged.free}
     held = fit(second.sensed, with_start(judged), {name: value for name, value in found.by_name.items() if name not in own}, rounds=2)
-    before, after = (missing_signal(one, by, draft.row).values for one, by in ((held_out, judged), (second, held)))
+    before, after = (missing_signal(one, by, draft.row).values for one, by in ((validation, judged), (second, held)))
     share = 1.0 - float(np.sum(_inner(after) ** 2)) / max(float(np.sum(_inner(before) ** 2)), 1e-300)
     if share < WORTH:
         return None
@@ -194,11 +198,11 @@ def _replayed(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted, draft: _D
     units = {"v": f"{length}/s", "q": length, "t": "s"}
     ends = {name: (float(np.min(motion[name])), float(np.max(motion[name]))) for name in units if name in used}
     domain = tuple(Span(name, units[name], *span) for name, span in ends.items())
-    return Discovered(draft.at, draft.unit, addends, share, _role(rig, draft.at), domain)
+    return Discovered(draft.at, draft.unit, addends, share, _role(experiment, draft.at), domain)
 
 
 def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArray], sizes: Sequence[float]) -> Machinery:
-    """Give the assembly with the draft's columns, each of root mean square one, added where something is missing."""
+    """Return the assembly with the draft's columns, each of root mean square one, added where something is missing."""
     table = np.zeros((len(motion["t"]), _MOST_COLUMNS))
     for number, (column, size) in enumerate(zip(draft.columns, sizes, strict=True)):
         values = column.values(motion) / size
@@ -217,19 +221,19 @@ def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArra
         feeding = wires.get(target) or Wire(target, constant=float(getattr(declared, "default", 0.0) or 0.0))
         wires[f"{_TERM}.incoming"] = replace(feeding, target=f"{_TERM}.incoming")
         wires[target] = Wire(target, f"{_TERM}.outgoing")
-    term = Part(_TERM, SplineTerm.with_units({"signal": declared.unit}), tables={"basis": table})
+    candidate = Part(_TERM, SplineTerm.with_units({"signal": declared.unit}), tables={"basis": table})
     known = {key: getattr(assembly, key) for key in ("sample_period", "step", "finish", "record")}
-    return Machinery((*assembly.parts, term), tuple(wires.values()), **known, seen_as=seen_as)
+    return Machinery((*assembly.parts, candidate), tuple(wires.values()), **known, seen_as=seen_as)
 
 
-def _role(rig: Rig, at: str) -> str:
+def _role(experiment: Experiment, at: str) -> str:
     host, _, item = at.partition(".")
-    ports = next(part.component.ports for part in rig.machine.assembly.parts if part.name == host)
+    ports = next(part.component.ports for part in experiment.machine.assembly.parts if part.name == host)
     return next((role for role, port in ports.items() if port == item), "")
 
 
 def _unit_over(unit: str, of: str) -> str:
-    """Give the unit of a coefficient: that of the missing signal over that of the function, in m or rad."""
+    """Return the unit of a coefficient: that of the missing signal over that of the function, in m or rad."""
     length = "rad" if unit in ("N*m", "rad") else "m"
     units = {"1": "", "v": f"({length}/s)", "v^2": f"({length}/s)^2", "v^3": f"({length}/s)^3"}
     units |= {"q": length, "q^2": f"{length}^2", "q^3": f"{length}^3", "t": "s", "q*v": f"({length}^2/s)"}

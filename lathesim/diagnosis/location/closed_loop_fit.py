@@ -11,7 +11,7 @@ from lathesim.diagnosis.records.diagnosis import ChannelFit
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan
 from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.simulator import COUNTS
 from lathesim.identification.signal.analysis import root_mean_square
 
@@ -25,25 +25,25 @@ class Compared:
     fit: dict[str, ChannelFit]
 
 
-def compared(rig: Rig, before: Mapping[str, float], after: Mapping[str, float]) -> Compared:
+def compared(experiment: Experiment, before: Mapping[str, float], after: Mapping[str, float]) -> Compared:
     """Simulate the lesson with two sets of values and compare both with the recording."""
-    names = rig.own.settable([*before, *after])
-    plan = rig.own.plan
+    names = experiment.own.settable([*before, *after])
+    plan = experiment.own.plan
     values = {name: _own_value(plan, name) for name in names}
     rows = np.array([[{**values, **chosen}[name] for name in names] for chosen in (before, after)])
-    first, second = (rig.sensed.from_zero_of(run) for run in rig.own.outputs(names, rows))
-    begin = int(SETTLING * rig.own.samples)
+    first, second = (experiment.sensed.from_zero_of(run) for run in experiment.own.outputs(names, rows))
+    begin = int(SETTLING * experiment.own.samples)
     fits: dict[str, ChannelFit] = {}
-    for row, name in enumerate(rig.machine.compare):
-        recorded, floor = rig.own.recorded[row], rig.floors[name]
-        sizes = [root_mean_square(_counted(rig, recorded - simulated[row])[begin:]) for simulated in (first, second)]
-        fits[name] = ChannelFit(plan.unit(rig.own.channels[row]), floor, sizes[0], sizes[1], rig.name)
+    for row, name in enumerate(experiment.machine.compare):
+        recorded, floor = experiment.own.recorded[row], experiment.floors[name]
+        sizes = [root_mean_square(_counted(experiment, recorded - simulated[row])[begin:]) for simulated in (first, second)]
+        fits[name] = ChannelFit(plan.unit(experiment.own.channels[row]), floor, sizes[0], sizes[1], experiment.name)
     return Compared(first, second, fits)
 
 
-def _counted(rig: Rig, values: FloatArray) -> FloatArray:
-    """Give values (samples,) without those that do not count."""
-    return values if rig.weights is None else np.where(rig.weights > COUNTS, values, np.nan)
+def _counted(experiment: Experiment, values: FloatArray) -> FloatArray:
+    """Return values (samples,) without those that do not count."""
+    return values if experiment.weights is None else np.where(experiment.weights > COUNTS, values, np.nan)
 
 
 def _own_value(plan: Plan, name: str) -> float:

@@ -19,7 +19,7 @@ import numpy as np
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import decides
 from lathesim.identification.replay.closed_loop import own_run
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.simulator import COUNTS
 
 _ANSWERS = 0.3
@@ -31,7 +31,7 @@ _BLOCKS, _FEWEST = 20, 64
 
 
 @dataclass(frozen=True)
-class CommandAnswer:
+class CommandCoherence:
     """A channel of which a ``share`` of what is left answers to a driven input, and how much that is in floors."""
 
     channel: str
@@ -43,16 +43,21 @@ class CommandAnswer:
         return f"{self.share:.0%} of what is left of {self.channel} answers to {self.driven}, as a spring, a resonance or a filter does"
 
 
-def answer_to_command(rigs: tuple[Rig, Rig], values: tuple[Mapping[str, float], Mapping[str, float]]) -> CommandAnswer | None:
-    """Give the channel of which most that is left in the lesson's own simulation with some ``values`` answers to a recorded input, learned
-    on the first rig and scored on the second; none where none does, no controller holds the simulation, or samples do not count."""
-    learned_on, scored_on = rigs
-    if not learned_on.feeds_back or any(rig.weights is not None and np.any(rig.weights < COUNTS) for rig in rigs):
+def command_coherence(
+    experiments: tuple[Experiment, Experiment], values: tuple[Mapping[str, float], Mapping[str, float]]
+) -> CommandCoherence | None:
+    """Return the channel of which most that is left in the lesson's own simulation with some ``values`` answers to a recorded input,
+    learned on the first experiment and scored on the second; none where none does, no controller holds the simulation, or samples do not
+    count."""
+    learned_on, scored_on = experiments
+    if not learned_on.feeds_back or any(
+        experiment.weights is not None and np.any(experiment.weights < COUNTS) for experiment in experiments
+    ):
         return None
-    length = max(_FEWEST, min(len(rig.record) for rig in rigs) // _BLOCKS)
-    if min(len(rig.record) for rig in rigs) < 4 * length:
+    length = max(_FEWEST, min(len(experiment.record) for experiment in experiments) // _BLOCKS)
+    if min(len(experiment.record) for experiment in experiments) < 4 * length:
         return None
-    left = [_left(rig, one, length) for rig, one in zip(rigs, values, strict=True)]
+    left = [_left(experiment, one, length) for experiment, one in zip(experiments, values, strict=True)]
     parts = {part.name: part.component for part in learned_on.machine.assembly.parts}
     found = []
     for row, channel in enumerate(learned_on.machine.compare):
@@ -60,30 +65,30 @@ def answer_to_command(rigs: tuple[Rig, Rig], values: tuple[Mapping[str, float], 
         if over < _OVER or decides(parts[channel.partition(".")[0]]):
             continue
         for driven in learned_on.machine.drive:
-            asked = [_jerked(rig.record[driven]) for rig in rigs]
+            asked = [_jerked(experiment.record[driven]) for experiment in experiments]
             share = foretold(asked[0], left[0][row], asked[1], left[1][row], length)
-            found.append(CommandAnswer(channel, driven, share, over))
+            found.append(CommandCoherence(channel, driven, share, over))
     best = max(found, key=lambda item: item.share, default=None)
     return best if best is not None and best.share > _ANSWERS else None
 
 
 def foretold(asked: FloatArray, answered: FloatArray, asked_there: FloatArray, answered_there: FloatArray, length: int) -> float:
-    """Give the share of ``answered_there`` (samples,) that the law between ``asked`` and ``answered`` foretells, in blocks of some
+    """Return the share of ``answered_there`` (samples,) that the law between ``asked`` and ``answered`` foretells, in blocks of some
     ``length``; nothing where it foretells worse than zero."""
     u, r, u_there, r_there = (_blocks(values, length) for values in (asked, answered, asked_there, answered_there))
     input_power, output_power = np.sum(np.abs(u) ** 2, axis=0), np.sum(np.abs(r) ** 2, axis=0)
     cross = np.sum(r * np.conj(u), axis=0)
     coherence = np.abs(cross) ** 2 / np.maximum(input_power * output_power, 1e-300)
-    chance = 1.0 / len(u)
-    believed = np.clip((coherence - chance) / ((1.0 - chance) * np.maximum(coherence, chance)), 0.0, 1.0)
+    null_maximum = 1.0 / len(u)
+    believed = np.clip((coherence - null_maximum) / ((1.0 - null_maximum) * np.maximum(coherence, null_maximum)), 0.0, 1.0)
     law = believed * cross / np.maximum(input_power, 1e-300)
     power = float(np.sum(np.abs(r_there) ** 2))
     return max(0.0, 1.0 - float(np.sum(np.abs(r_there - law * u_there) ** 2)) / power) if power > 0.0 else 0.0
 
 
-def _left(rig: Rig, values: Mapping[str, float], length: int) -> FloatArray:
-    """Give what the lesson's own simulation leaves (channels, samples), less what wanders from block to block."""
-    residual = np.nan_to_num(rig.own.recorded - rig.sensed.from_zero_of(own_run(rig, values)))
+def _left(experiment: Experiment, values: Mapping[str, float], length: int) -> FloatArray:
+    """Return what the lesson's own simulation leaves (channels, samples), less what wanders from block to block."""
+    residual = np.nan_to_num(experiment.own.recorded - experiment.sensed.from_zero_of(own_run(experiment, values)))
     around = length // 2 | 1
     padded = np.pad(residual, ((0, 0), (around // 2, around // 2)), mode="edge")
     sums = np.cumsum(np.pad(padded, ((0, 0), (1, 0))), axis=1)
@@ -91,12 +96,12 @@ def _left(rig: Rig, values: Mapping[str, float], length: int) -> FloatArray:
 
 
 def _jerked(driven: FloatArray) -> FloatArray:
-    """Give the second differences of an input (samples,): a way would leak from its slow motion into every frequency."""
+    """Return the second differences of an input (samples,): a way would leak from its slow motion into every frequency."""
     values = np.nan_to_num(driven)
     return np.asarray(np.diff(values, 2, prepend=[values[0], values[0]]))
 
 
 def _blocks(values: FloatArray, length: int) -> FloatArray:
-    """Give the transforms of half-overlapping blocks (blocks, frequencies)."""
+    """Return the transforms of half-overlapping blocks (blocks, frequencies)."""
     starts = range(0, len(values) - length + 1, length // 2)
     return np.asarray(np.fft.rfft(np.array([values[start : start + length] for start in starts]) * np.hanning(length), axis=1))

@@ -11,7 +11,7 @@ from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.operating_conditions import ANGLE, PARTIAL, held_by_friction, samples_per_turn, variables
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.simulator import COUNTS
 
 _BINS = 14
@@ -24,8 +24,8 @@ _BEYOND_CHANCE = 2.0
 
 
 @dataclass(frozen=True)
-class Bar:
-    """How much of a channel's missing signal a variable explains on the held-out recording (1 all, 0 nothing).
+class DependenceScore:
+    """How much of a channel's missing signal a variable explains on the validation recording (1 all, 0 nothing).
 
     ``within`` is the share of what the variable could explain: of the samples where it has a value (time since entry has none out of the
     cut) and, for an angle, of what is faster than a turn.
@@ -37,18 +37,21 @@ class Bar:
     within: float
 
 
-def bars(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted) -> list[Bar]:
-    """Give the bars of every channel and variable, the tallest first."""
-    here, there = variables(rig), variables(held_out)
+def bars(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted) -> list[DependenceScore]:
+    """Return the bars of every channel and variable, the tallest first."""
+    here, there = variables(experiment), variables(validation)
     result = []
-    for row, channel in enumerate(rig.machine.compare):
-        missing, other = missing_signal(rig, fitted, row), missing_signal(held_out, judged, row)
+    for row, channel in enumerate(experiment.machine.compare):
+        missing, other = missing_signal(experiment, fitted, row), missing_signal(validation, judged, row)
         learned, scored, mean_is_known = missing.values, other.values, missing.mean_is_known and other.mean_is_known
-        power = float(np.sum(scored[_counted(held_out)] ** 2))
-        learned, scored = beyond(learned, held_by_friction(rig, fitted, row)), beyond(scored, held_by_friction(held_out, judged, row))
+        power = float(np.sum(scored[_counted(validation)] ** 2))
+        learned, scored = (
+            beyond(learned, held_by_friction(experiment, fitted, row)),
+            beyond(scored, held_by_friction(validation, judged, row)),
+        )
         for name in here:
             if name in there and power > 0.0:
-                places_here, places_there = _only(here[name], _counted(rig)), _only(there[name], _counted(held_out))
+                places_here, places_there = _only(here[name], _counted(experiment)), _only(there[name], _counted(validation))
                 first, second = learned, scored
                 if name.startswith(ANGLE):
                     first, second = _within_a_turn(learned, here[name][0]), _within_a_turn(scored, there[name][0])
@@ -60,12 +63,12 @@ def bars(rig: Rig, fitted: Fitted, held_out: Rig, judged: Fitted) -> list[Bar]:
                 if gain < _SMALL * possible and gain <= _BEYOND_CHANCE * table.by_chance():
                     gain = 0.0
                 within = gain / possible if possible > 0.0 else 0.0
-                result.append(Bar(channel, name, gain / power, within))
+                result.append(DependenceScore(channel, name, gain / power, within))
     return sorted(result, key=lambda bar: -bar.share)
 
 
-def _counted(rig: Rig) -> npt.NDArray[np.bool_]:
-    return np.ones(rig.sensed.samples, dtype=bool) if rig.weights is None else rig.weights > COUNTS
+def _counted(experiment: Experiment) -> npt.NDArray[np.bool_]:
+    return np.ones(experiment.sensed.samples, dtype=bool) if experiment.weights is None else experiment.weights > COUNTS
 
 
 def _only(where: list[FloatArray], counted: npt.NDArray[np.bool_]) -> list[FloatArray]:
@@ -73,12 +76,12 @@ def _only(where: list[FloatArray], counted: npt.NDArray[np.bool_]) -> list[Float
 
 
 def beyond(missing: FloatArray, held: FloatArray) -> FloatArray:
-    """Give what is missing beyond what may be held there unseen."""
+    """Return what is missing beyond what may be held there unseen."""
     return np.asarray(np.sign(missing) * np.maximum(np.abs(missing) - held, 0.0))
 
 
 def _within_a_turn(signal: FloatArray, angle: FloatArray) -> FloatArray:
-    """Give a signal less its mean over the turn around each sample."""
+    """Return a signal less its mean over the turn around each sample."""
     width = min(samples_per_turn(angle), len(signal))
     inside = np.isfinite(angle)
     ones = np.ones(width)
@@ -87,7 +90,7 @@ def _within_a_turn(signal: FloatArray, angle: FloatArray) -> FloatArray:
 
 
 def explained(where: list[FloatArray], learned: FloatArray, other: list[FloatArray], scored: FloatArray) -> float:
-    """Give the share of ``scored`` explained by the mean of ``learned`` over bins of the variables."""
+    """Return the share of ``scored`` explained by the mean of ``learned`` over bins of the variables."""
     gain = _Table.of(where, learned, other, scored).explained()
     power = float(np.sum(scored * scored))
     return max(0.0, gain / power) if power > 0.0 else 0.0
@@ -132,11 +135,11 @@ class _Table:
         )
 
     def explained(self) -> float:
-        """Give how much of the squares of what is scored the learned means explain."""
+        """Return how much of the squares of what is scored the learned means explain."""
         return float(self._gains(np.ones((_STRETCHES, 1)))[0])
 
     def by_chance(self) -> float:
-        """Give how much chance explains: the most that is explained where the sign of each stretch of what is learned is drawn anew.
+        """Return how much chance explains: the most that is explained where the sign of each stretch of what is learned is drawn anew.
 
         Slow noise stays slow noise, and what depends on the variables averages out. Source: Shao, The dependent wild bootstrap, J. American
         Statistical Association 105 (2010).
@@ -145,7 +148,7 @@ class _Table:
         return max(0.0, float(np.max(self._gains(signs.T))))
 
     def _gains(self, signs: FloatArray) -> FloatArray:
-        """Give sum(y^2) - sum((y - mean)^2) = sum over bins of 2 mean sum(y) - mean^2 number, for each column of signs."""
+        """Return sum(y^2) - sum((y - mean)^2) = sum over bins of 2 mean sum(y) - mean^2 number, for each column of signs."""
         means = self.learned @ signs / np.maximum(self.number, 1.0)[:, None]
         if not self.mean_is_known:
             # what is learned knows no constant, and neither does what it is held against
@@ -154,7 +157,7 @@ class _Table:
 
 
 def _edges(values: FloatArray) -> FloatArray:
-    """Give the edges between bins of about as many samples each; a variable of few levels has a bin for each."""
+    """Return the edges between bins of about as many samples each; a variable of few levels has a bin for each."""
     levels = np.unique(values)
     if len(levels) <= _BINS:
         return np.asarray(0.5 * (levels[1:] + levels[:-1]))

@@ -1,8 +1,8 @@
 """Where a mismatch sits and what it depends on: the missing force or signal of each channel, held against what the machine was doing.
 
 The residual of a replay is turned back into what is missing at the machine's input by dividing its spectrum by the machine's response to a
-kick, in the band of the motion. Its mean over bins of a variable, learned on one recording, is scored on another: the share of the missing
-signal explained there is the bar of that variable. A variable that explains nothing on the held-out recording did not cause it.
+impulse, in the band of the motion. Its mean over bins of a variable, learned on one recording, is scored on another: the share of the
+missing signal explained there is the bar of that variable. A variable that explains nothing on the validation recording did not cause it.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan
 from lathesim.identification.noise.noise_model import taper
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.replay.open_loop import ROUNDED, SIGNALS, as_recorded
-from lathesim.identification.replay.simulator import KICK
+from lathesim.identification.replay.simulator import IMPULSE
 
 _DEAF = 1e-9
 """Share of the largest response below which a frequency of a channel says nothing of what pushed."""
@@ -46,34 +46,36 @@ class Missing:
     """Not where it was worked out from differences."""
 
 
-def missing_signal(rig: Rig, fitted: Fitted, channel: int) -> Missing:
-    """Give what is missing behind a channel, in the band of the motion.
+def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Missing:
+    """Return what is missing behind a channel, in the band of the motion.
 
     Behind a moving part that is the force (or torque) on it, positive against positive motion: the residual, differenced, over the
-    response to a kick of the part's velocity, times its inertia. Elsewhere it is the residual itself.
+    response to an impulse of the part's velocity, times its inertia. Elsewhere it is the residual itself.
     """
-    name = rig.machine.compare[channel]
+    name = experiment.machine.compare[channel]
     residual = fitted.residual[channel]
-    plan = rig.sensed.plan
-    shapes = rig.sensed.noise_shapes(fitted.by_name)[channel]
-    states, kicks, _ = rig.sensed.kicks(as_recorded(fitted.by_name))
+    plan = experiment.sensed.plan
+    shapes = experiment.sensed.noise_shapes(fitted.by_name)[channel]
+    states, impulse_responses, _ = experiment.sensed.impulse_responses(as_recorded(fitted.by_name))
     moved = [
         (row, part)
         for row, state in enumerate(states)
-        if (part := _pushed(plan, state)) and np.any(kicks[row, channel]) and _speaks_loudest(kicks[row], channel, rig.sensed.seen_floors)
+        if (part := _pushed(plan, state))
+        and np.any(impulse_responses[row, channel])
+        and _speaks_loudest(impulse_responses[row], channel, experiment.sensed.seen_floors)
     ]
     if not moved or not shapes.differences:
-        return Missing(name, plan.unit(rig.sensed.channels[channel]), residual)
-    row, part = max(moved, key=lambda item: float(np.abs(kicks[item[0], channel]).max()))
-    showing = _showing(rig, part)
+        return Missing(name, plan.unit(experiment.sensed.channels[channel]), residual)
+    row, part = max(moved, key=lambda item: float(np.abs(impulse_responses[item[0], channel]).max()))
+    showing = _showing(experiment, part)
     if showing and name not in showing:
         # the motion shows better elsewhere: what is off here is the channel's own, a drive that gives another force than it says
-        return Missing(name, plan.unit(rig.sensed.channels[channel]), residual)
-    period = rig.sensed.period
-    response, error = kicks[row, channel], residual
+        return Missing(name, plan.unit(experiment.sensed.channels[channel]), residual)
+    period = experiment.sensed.period
+    response, error = impulse_responses[row, channel], residual
     for _ in range(shapes.differences):
         response, error = np.diff(response, prepend=0.0), np.diff(error, prepend=error[:1])
-    transformed, gain = rfft(error * taper(len(error))), rfft(response) * period / KICK
+    transformed, gain = rfft(error * taper(len(error))), rfft(response) * period / IMPULSE
     rate = np.zeros_like(transformed)
     kept = slice(0, min(shapes.band, len(transformed)))
     answers = np.abs(gain[kept]) > _DEAF * np.abs(gain).max(initial=0.0)
@@ -84,24 +86,24 @@ def missing_signal(rig: Rig, fitted: Fitted, channel: int) -> Missing:
     return Missing(f"{part}.{ports['effort']}", unit, np.asarray(-inertia * irfft(rate, n=len(residual))), mean_is_known=False)
 
 
-def _speaks_loudest(kicks: FloatArray, channel: int, floors: FloatArray) -> bool:
-    """Say whether no other channel shows a state (channels, samples) better: a current tells of a force through the voltage that the motion
-    induces, and next to nothing beside an encoder."""
-    loudness = np.abs(kicks).max(axis=1) / floors
+def _speaks_loudest(impulse_responses: FloatArray, channel: int, floors: FloatArray) -> bool:
+    """Return whether no other channel shows a state (channels, samples) better: a current tells of a force through the voltage that the
+    motion induces, and next to nothing beside an encoder."""
+    loudness = np.abs(impulse_responses).max(axis=1) / floors
     return bool(loudness[channel] >= loudness.max())
 
 
-def _showing(rig: Rig, part: str) -> list[str]:
-    """Give the compared channels that show the place or the speed of a part."""
-    parts = {item.name: item for item in rig.machine.assembly.parts}
-    wires = {item.target: item for item in rig.machine.assembly.wires}
+def _showing(experiment: Experiment, part: str) -> list[str]:
+    """Return the compared channels that show the place or the speed of a part."""
+    parts = {item.name: item for item in experiment.machine.assembly.parts}
+    wires = {item.target: item for item in experiment.machine.assembly.wires}
     ports = parts[part].component.ports if part in parts else {}
     motion = {f"{part}.{ports[role]}" for role in ("displacement", "flow") if role in ports}
-    return [name for name in rig.machine.compare if measured_output(parts, wires, name) in motion]
+    return [name for name in experiment.machine.compare if measured_output(parts, wires, name) in motion]
 
 
 def _pushed(plan: Plan, state: str) -> str:
-    """Give the part whose velocity a state is, where a force can be missing; else an empty text."""
+    """Return the part whose velocity a state is, where a force can be missing; else an empty text."""
     name, _, item = state.partition(".")
     component = plan.parts[name].component
     ports = component.ports
@@ -114,18 +116,20 @@ def _value(plan: Plan, name: str) -> float:
     return plan.parameter_values[plan.parameters[name]] if name in plan.parameters else 1.0
 
 
-def places(rig: Rig, fitted: Fitted) -> list[Place]:
-    """Give the channels by how far their replay is over the floor, the worst first."""
+def places(experiment: Experiment, fitted: Fitted) -> list[Place]:
+    """Return the channels by how far their replay is over the floor, the worst first."""
     result = []
-    for row, channel in enumerate(rig.machine.compare):
-        over = float(np.sqrt(np.mean(fitted.residual[row] ** 2)) / rig.sensed.replayed_floors[row])
-        parts = passed_through(rig.sensed.plan, rig.sensed.channels[row])
-        result.append(Place(channel, over, parts, _windows(missing_signal(rig, fitted, row).values, rig.machine.assembly.sample_period)))
+    for row, channel in enumerate(experiment.machine.compare):
+        over = float(np.sqrt(np.mean(fitted.residual[row] ** 2)) / experiment.sensed.replayed_floors[row])
+        parts = passed_through(experiment.sensed.plan, experiment.sensed.channels[row])
+        result.append(
+            Place(channel, over, parts, _windows(missing_signal(experiment, fitted, row).values, experiment.machine.assembly.sample_period))
+        )
     return sorted(result, key=lambda place: -place.over_floor)
 
 
 def passed_through(plan: Plan, channel: str) -> tuple[str, ...]:
-    """Give the machine's own parts whose laws make a channel of the replay, nearest first: the suspects."""
+    """Return the machine's own parts whose laws make a channel of the replay, nearest first: the suspects."""
     queue, seen = [channel.partition(".")[0]], []
     while queue:
         name = queue.pop(0)
@@ -138,7 +142,7 @@ def passed_through(plan: Plan, channel: str) -> tuple[str, ...]:
 
 
 def _windows(signal: FloatArray, period: float) -> tuple[tuple[float, float], ...]:
-    """Give up to five stretches in which the missing signal is largest."""
+    """Return up to five stretches in which the missing signal is largest."""
     width = max(1, len(signal) // 200)
     power = np.convolve(signal * signal, np.ones(width) / width, mode="same")
     limit = float(np.quantile(power, 0.95))

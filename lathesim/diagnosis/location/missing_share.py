@@ -16,36 +16,36 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import acting
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.records.model import Model
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 
 
-def missing_share(rig: Rig, fitted: Fitted, row: int) -> tuple[float, FloatArray]:
-    """Give the missing signal's size as a share of what acts there, and what acts there (samples,)."""
-    missing = missing_signal(rig, fitted, row)
-    sources = dict(acting(rig.sensed.plan.assembly))
+def missing_share(experiment: Experiment, fitted: Fitted, row: int) -> tuple[float, FloatArray]:
+    """Return the missing signal's size as a share of what acts there, and what acts there (samples,)."""
+    missing = missing_signal(experiment, fitted, row)
+    sources = dict(acting(experiment.sensed.plan.assembly))
     part = missing.at.partition(".")[0]
     source = next((output for target, output in sources.items() if target.partition(".")[0] == part), "")
-    if missing.at == rig.machine.compare[row] or source not in rig.sensed.plan.channels:
-        total = np.nan_to_num(rig.sensed.recorded[row])
+    if missing.at == experiment.machine.compare[row] or source not in experiment.sensed.plan.channels:
+        total = np.nan_to_num(experiment.sensed.recorded[row])
         total = total - float(np.mean(total))
     else:
         names = list(fitted.by_name)
-        position = rig.sensed.plan.channels.index(source)
-        total = rig.sensed.channel(names, [fitted.by_name[name] for name in names], position)
+        position = experiment.sensed.plan.channels.index(source)
+        total = experiment.sensed.channel(names, [fitted.by_name[name] for name in names], position)
     size = float(np.sqrt(np.mean(total**2)))
     return (float(np.sqrt(np.mean(missing.values**2))) / size if size > 0.0 else float("nan")), total
 
 
-def missing_signals(held_out: Rig, before: Model, after: Model) -> tuple[MissingSignal, ...]:
-    """Give what is missing behind each channel on the recording that judges, before and after."""
+def missing_signals(validation: Experiment, before: Model, after: Model) -> tuple[MissingSignal, ...]:
+    """Return what is missing behind each channel on the validation recording, before and after."""
     result: list[MissingSignal] = []
-    for row in range(len(held_out.machine.compare)):
-        first = missing_signal(held_out, before.held_out_fit, row)
-        second = missing_signal(held_out, after.held_out_fit, row)
-        share_before, total = missing_share(held_out, before.held_out_fit, row)
-        share_after, _ = missing_share(held_out, after.held_out_fit, row)
-        time = held_out.record.time
-        unheld = beyond(second.values, held_by_friction(held_out, after.held_out_fit, row))
+    for row in range(len(validation.machine.compare)):
+        first = missing_signal(validation, before.validation_fit, row)
+        second = missing_signal(validation, after.validation_fit, row)
+        share_before, total = missing_share(validation, before.validation_fit, row)
+        share_after, _ = missing_share(validation, after.validation_fit, row)
+        time = validation.record.time
+        unheld = beyond(second.values, held_by_friction(validation, after.validation_fit, row))
         left = float(np.sqrt(np.mean(np.square(second.values))))
         counted = share_after * float(np.sqrt(np.mean(np.square(unheld)))) / left if left > 0.0 else share_after
         result.append(MissingSignal(first.at, first.unit, time, first.values, second.values, total, share_before, share_after, counted))
@@ -61,8 +61,8 @@ NEXT_TO_NOTHING = 0.002
 
 
 def next_to_nothing(signals: Sequence[MissingSignal]) -> bool:
-    """Say whether effects take away less of what acts than stepping and time stamps leave, wherever a force is missing, and nothing of what
-    is missing in a reading."""
+    """Return whether effects explain less of what acts than stepping and time stamps leave, wherever a force is missing, and nothing of
+    what is missing in a reading."""
     for missing in signals:
         before, after = missing.sizes
         if missing.unit not in FORCES and after < TAKEN * before:

@@ -18,7 +18,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import decides
 from lathesim.identification.noise.noise_model import spectrum
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 
 _WIDTHS = (7, 41)
 """Frequencies over which the power is averaged: of a hum, and of one that wanders."""
@@ -54,13 +54,13 @@ _HIGHEST = 0.9
 
 
 def _is_low_pass(above: FloatArray, peak: int) -> bool:
-    """Say whether what stands above the noise around it (frequencies,) reaches down to zero: noise that is slow, and no swing."""
+    """Return whether what stands above the noise around it (frequencies,) reaches down to zero: noise that is slow, and no swing."""
     top = above[math.floor((1.0 - _TOP) * peak) : math.ceil((1.0 + _TOP) * peak) + 1]
     return float(np.mean(above[: int(_BELOW * peak)])) > _QUIET * float(np.mean(top))
 
 
 def _edges(above: FloatArray, peak: int, width: int) -> tuple[int, int]:
-    """Give the first and the last frequency of the band around a peak, averaged over ``width`` frequencies."""
+    """Return the first and the last frequency of the band around a peak, averaged over ``width`` frequencies."""
     smooth = uniform_filter1d(above, width)
     outside = np.flatnonzero(smooth < _EDGE * smooth[peak])
     below, beyond = outside[outside < peak], outside[outside > peak]
@@ -68,16 +68,16 @@ def _edges(above: FloatArray, peak: int, width: int) -> tuple[int, int]:
 
 
 def _prominence(power: FloatArray, width: int) -> FloatArray:
-    """Give by how many times the power (frequencies,), averaged over ``width`` frequencies, is above the median around it."""
+    """Return by how many times the power (frequencies,), averaged over ``width`` frequencies, is above the median around it."""
     around = median_filter(power, size=_AROUND * width + 1, mode="nearest") / _MEDIAN
     found: FloatArray = uniform_filter1d(power / np.maximum(around, 1e-300), width)
     return found
 
 
-def _is_driven(rig: Rig, peak: int, width: int) -> bool:
-    """Say whether the machine is asked to move at a frequency: what is left there may be of the motion."""
+def _is_driven(experiment: Experiment, peak: int, width: int) -> bool:
+    """Return whether the machine is asked to move at a frequency: what is left there may be of the motion."""
     near = slice(max(0, peak - width), peak + width + 1)
-    drives = (np.diff(np.nan_to_num(rig.record[name])) for name in rig.machine.drive)
+    drives = (np.diff(np.nan_to_num(experiment.record[name])) for name in experiment.machine.drive)
     return any(bool(np.any(_prominence(np.abs(spectrum(drive)) ** 2, width)[near] > _DRIVEN)) for drive in drives)
 
 
@@ -108,12 +108,12 @@ class NarrowBand:
         )
 
 
-def narrow_bands(rig: Rig, fitted: Fitted) -> list[NarrowBand]:
-    """Give the bands that stand out of what a fit leaves, one for each channel that does not belong to a controller."""
+def narrow_bands(experiment: Experiment, fitted: Fitted) -> list[NarrowBand]:
+    """Return the bands that stand out of what a fit leaves, one for each channel that does not belong to a controller."""
     found = []
-    parts = {part.name: part.component for part in rig.machine.assembly.parts}
-    seconds = rig.sensed.samples * rig.machine.assembly.sample_period
-    for row, (name, model) in enumerate(zip(rig.machine.compare, fitted.noise, strict=True)):
+    parts = {part.name: part.component for part in experiment.machine.assembly.parts}
+    seconds = experiment.sensed.samples * experiment.machine.assembly.sample_period
+    for row, (name, model) in enumerate(zip(experiment.machine.compare, fitted.noise, strict=True)):
         if decides(parts[name.partition(".")[0]]):
             continue
         power = np.abs(spectrum(fitted.residual[row], model.differences, model.window)) ** 2 / model.power
@@ -129,14 +129,16 @@ def narrow_bands(rig: Rig, fitted: Fitted) -> list[NarrowBand]:
             share = float(np.sum(power[near]) / np.sum(power))
             raw = np.abs(spectrum(fitted.residual[row])) ** 2
             is_most = prominence[peak] > _TOWERING * prominent and float(np.sum(raw[near]) / np.sum(raw)) > _MOST
-            stands_out = share > _SHARE or (is_most and not _is_driven(rig, peak, width))
+            stands_out = share > _SHARE or (is_most and not _is_driven(experiment, peak, width))
             stands_out = stands_out and peak >= _LEAST_CYCLES and prominence[peak] > prominent
             if stands_out and not _is_low_pass(power - around, peak):
-                size = math.sqrt(2.0 * float(np.sum(raw[near])) / rig.sensed.samples)
-                if size < max(_OF_FLOOR * rig.floors[name], _OF_STEP * rig.machine.resolution.get(name, 0.0)):
+                size = math.sqrt(2.0 * float(np.sum(raw[near])) / experiment.sensed.samples)
+                if size < max(_OF_FLOOR * experiment.floors[name], _OF_STEP * experiment.machine.resolution.get(name, 0.0)):
                     # a staircase that is climbed steadily swings, by less than a step, once for each of them
                     break
                 low, high = (edge / seconds for edge in _edges(power - around, peak, width))
-                found.append(NarrowBand(name, peak / seconds, size, rig.sensed.plan.unit(rig.sensed.channels[row]), share, low, high))
+                found.append(
+                    NarrowBand(name, peak / seconds, size, experiment.sensed.plan.unit(experiment.sensed.channels[row]), share, low, high)
+                )
                 break
     return found

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
 
 ANGLE = "spindle angle in the cut of"
@@ -28,14 +28,14 @@ _COMMANDED_STANDSTILL = 1e-3
 """The same for a motion without sensor noise."""
 
 
-def variables(rig: Rig) -> dict[str, list[FloatArray]]:
-    """Give what the machine was doing, by name: one or two arrays (samples,) whose bins are looked at together."""
-    period = rig.machine.assembly.sample_period
-    recorded = {name: rig.record[name] for name in rig.machine.compare}
-    motion = recorded_motion(rig.with_candidates, recorded)
-    time = np.asarray(np.arange(len(rig.record.time)) * period, dtype=np.float64)
+def variables(experiment: Experiment) -> dict[str, list[FloatArray]]:
+    """Return what the machine was doing, by name: one or two arrays (samples,) whose bins are looked at together."""
+    period = experiment.machine.assembly.sample_period
+    recorded = {name: experiment.record[name] for name in experiment.machine.compare}
+    motion = recorded_motion(experiment.with_candidates, recorded)
+    time = np.asarray(np.arange(len(experiment.record.time)) * period, dtype=np.float64)
     found: dict[str, list[FloatArray]] = {"time": [time]}
-    for part in rig.machine.assembly.parts:
+    for part in experiment.machine.assembly.parts:
         host, ports = part.name, part.component.ports
         velocity = motion.get(f"{host}.{ports.get('flow', '')}")
         position = motion.get(f"{host}.{ports.get('displacement', '')}")
@@ -58,24 +58,24 @@ def variables(rig: Rig) -> dict[str, list[FloatArray]]:
                     f"distance since reversal of {host}": [since_reversal(position, direction), direction],
                     f"distance since rest of {host}": [since_rest(position, direction), direction],
                 }
-        if (in_cut := rig.doing.get(f"{host}.{ports.get('in_cut', '')}")) is not None:
-            found |= _of_the_cut(host, in_cut > 0.5, time, rig.doing.get(f"{host}.{ports.get('angle', '')}"))
-    for name in rig.machine.drive:
-        if not _pushes(rig, name):
-            found[name] = [rig.record[name]]
+        if (in_cut := experiment.doing.get(f"{host}.{ports.get('in_cut', '')}")) is not None:
+            found |= _of_the_cut(host, in_cut > 0.5, time, experiment.doing.get(f"{host}.{ports.get('angle', '')}"))
+    for name in experiment.machine.drive:
+        if not _pushes(experiment, name):
+            found[name] = [experiment.record[name]]
     return found
 
 
-def _pushes(rig: Rig, name: str) -> bool:
-    """Say whether a driven input is the command of a drive: in a loop that nobody modelled it answers to the load that nobody measured, and
-    what is missing then always depends on it."""
+def _pushes(experiment: Experiment, name: str) -> bool:
+    """Return whether a driven input is the command of a drive: in a loop that nobody modelled it answers to the load that nobody
+    measured, and what is missing then always depends on it."""
     part, _, item = name.partition(".")
-    ports = next(other.component.ports for other in rig.machine.assembly.parts if other.name == part)
+    ports = next(other.component.ports for other in experiment.machine.assembly.parts if other.name == part)
     return ports.get("drive") == item and ports.get("measured", item) == item
 
 
 def _of_the_cut(host: str, in_cut: npt.NDArray[np.bool_], time: FloatArray, angle: FloatArray | None) -> dict[str, list[FloatArray]]:
-    """Give the variables of a place where a tool cuts now and then; none where it always or never does."""
+    """Return the variables of a place where a tool cuts now and then; none where it always or never does."""
     if in_cut.all() or not in_cut.any():
         return {}
     since = time - _since(in_cut, time)
@@ -90,18 +90,18 @@ def _of_the_cut(host: str, in_cut: npt.NDArray[np.bool_], time: FloatArray, angl
 
 
 def _since(flags: npt.NDArray[np.bool_], time: FloatArray) -> FloatArray:
-    """Give the time at which the present stretch of equal flags began."""
+    """Return the time at which the present stretch of equal flags began."""
     changed = np.concatenate([[True], flags[1:] != flags[:-1]])
     return time[np.maximum.accumulate(np.where(changed, np.arange(len(flags)), 0))]
 
 
-def turns(rig: Rig) -> dict[str, tuple[FloatArray, npt.NDArray[np.bool_]]]:
-    """Give, by part, the angle of a spindle without a sensor [rad] and where it counts: the longest stretch in the cut."""
+def turns(experiment: Experiment) -> dict[str, tuple[FloatArray, npt.NDArray[np.bool_]]]:
+    """Return, by part, the angle of a spindle without a sensor [rad] and where it counts: the longest stretch in the cut."""
     found = {}
-    for part in rig.machine.assembly.parts:
+    for part in experiment.machine.assembly.parts:
         ports = part.component.ports
-        angle = rig.doing.get(f"{part.name}.{ports.get('angle', '')}")
-        in_cut = rig.doing.get(f"{part.name}.{ports.get('in_cut', '')}")
+        angle = experiment.doing.get(f"{part.name}.{ports.get('angle', '')}")
+        in_cut = experiment.doing.get(f"{part.name}.{ports.get('in_cut', '')}")
         if angle is None or in_cut is None:
             continue
         edges = np.flatnonzero(np.diff(np.concatenate([[0], (in_cut > 0.5).astype(np.int8), [0]])))
@@ -114,20 +114,20 @@ def turns(rig: Rig) -> dict[str, tuple[FloatArray, npt.NDArray[np.bool_]]]:
 
 
 def samples_per_turn(angle: FloatArray) -> int:
-    """Give the number of samples in a turn, from an angle between 0 and 2 pi with gaps (NaN)."""
+    """Return the number of samples in a turn, from an angle between 0 and 2 pi with gaps (NaN)."""
     steps = np.diff(angle)
     forward = steps[np.isfinite(steps) & (steps > 0.0)]
     return max(1, round(2.0 * np.pi / float(np.median(forward)))) if len(forward) else 1
 
 
 def direction_of(velocity: FloatArray, standstill: float = _STANDSTILL) -> FloatArray:
-    """Give -1, 0 or +1 for each sample; below ``standstill``, a share of the fastest motion, a part stands still."""
+    """Return -1, 0 or +1 for each sample; below ``standstill``, a share of the fastest motion, a part stands still."""
     still = np.abs(velocity) < standstill * float(np.max(np.abs(velocity), initial=0.0))
     return np.where(still, 0.0, np.sign(velocity))
 
 
 def since_reversal(position: FloatArray, direction: FloatArray) -> FloatArray:
-    """Give the distance travelled since the direction last changed."""
+    """Return the distance travelled since the direction last changed."""
     moving = direction != 0.0
     last = np.where(moving, direction, 0.0)
     held = _forward_filled(last)
@@ -135,7 +135,7 @@ def since_reversal(position: FloatArray, direction: FloatArray) -> FloatArray:
 
 
 def since_rest(position: FloatArray, direction: FloatArray) -> FloatArray:
-    """Give the distance travelled since a part last began to move, or turned round."""
+    """Return the distance travelled since a part last began to move, or turned round."""
     return _since_change(position, direction)
 
 
@@ -150,23 +150,23 @@ def _forward_filled(values: FloatArray) -> FloatArray:
     return values[index]
 
 
-def held_by_friction(rig: Rig, fitted: Fitted, row: int) -> FloatArray:
-    """Give for each sample (samples,) what dry friction may hold there unseen, in the unit of what is missing behind channel ``row``.
+def held_by_friction(experiment: Experiment, fitted: Fitted, row: int) -> FloatArray:
+    """Return for each sample (samples,) what dry friction may hold there unseen, in the unit of what is missing behind channel ``row``.
 
     At rest friction takes any value up to its level, whichever way the part came to rest: no law tells it, and it says nothing for or
     against one. It is 0 where the part moves, and where the model has no dry friction. Source: Armstrong-Helouvry, Dupont, Canudas de
     Wit, Automatica 30 (1994), section 2 (stiction is a force of constraint).
     """
-    held = np.zeros(rig.sensed.samples)
-    for host, names in _dry_frictions(rig, fitted).items():
-        rest = _at_rest(rig, host)
+    held = np.zeros(experiment.sensed.samples)
+    for host, names in _dry_frictions(experiment, fitted).items():
+        rest = _at_rest(experiment, host)
         if rest is None or not rest.any():
             continue
         there = fitted.by_name
         rows = np.array([list(there.values()), [0.0 if name in names else value for name, value in there.items()]])
-        with_it, without = rig.sensed.outputs(list(there), rows)
+        with_it, without = experiment.sensed.outputs(list(there), rows)
         moved = np.abs(with_it[row] - without[row])[~rest]
-        if rig.sensed.noise_shapes(there)[row].differences:
+        if experiment.sensed.noise_shapes(there)[row].differences:
             # behind a moving part the missing signal is a force already
             held = np.maximum(held, np.where(rest, sum(there[name] for name in names), 0.0))
         elif len(moved):
@@ -174,44 +174,44 @@ def held_by_friction(rig: Rig, fitted: Fitted, row: int) -> FloatArray:
     return held
 
 
-def _dry_frictions(rig: Rig, fitted: Fitted) -> dict[str, list[str]]:
-    """Give by host the names of the levels of dry friction in a fitted model."""
+def _dry_frictions(experiment: Experiment, fitted: Fitted) -> dict[str, list[str]]:
+    """Return by host the names of the levels of dry friction in a fitted model."""
     values = fitted.by_name
     found: dict[str, list[str]] = {}
-    for term in rig.candidates:
-        level = f"{term.part}.level"
-        if term.family == "reversal" and values.get(level, 0.0) > 0.0:
-            found.setdefault(term.at, []).append(level)
+    for candidate in experiment.candidates:
+        level = f"{candidate.part}.level"
+        if candidate.family == "reversal" and values.get(level, 0.0) > 0.0:
+            found.setdefault(candidate.at, []).append(level)
     return found
 
 
-def _at_rest(rig: Rig, host: str) -> npt.NDArray[np.bool_] | None:
-    """Say where a part stands still: by its sensor, else as simulated."""
-    direction = _direction(rig, host)
+def _at_rest(experiment: Experiment, host: str) -> npt.NDArray[np.bool_] | None:
+    """Return where a part stands still: by its sensor, else as simulated."""
+    direction = _direction(experiment, host)
     return None if direction is None else np.asarray(direction == 0.0)
 
 
-def _direction(rig: Rig, host: str) -> FloatArray | None:
-    """Give which way a part moves at each sample, 0 where it stands still: by its sensor, else as simulated."""
-    ports = next(part.component.ports for part in rig.machine.assembly.parts if part.name == host)
+def _direction(experiment: Experiment, host: str) -> FloatArray | None:
+    """Return which way a part moves at each sample, 0 where it stands still: by its sensor, else as simulated."""
+    ports = next(part.component.ports for part in experiment.machine.assembly.parts if part.name == host)
     flow = f"{host}.{ports.get('flow', '')}"
-    motion = recorded_motion(rig.with_candidates, {name: rig.record[name] for name in rig.machine.compare})
+    motion = recorded_motion(experiment.with_candidates, {name: experiment.record[name] for name in experiment.machine.compare})
     if flow in motion:
         return direction_of(motion[flow])
-    return direction_of(rig.doing[flow], _COMMANDED_STANDSTILL) if flow in rig.doing else None
+    return direction_of(experiment.doing[flow], _COMMANDED_STANDSTILL) if flow in experiment.doing else None
 
 
-def one_way(rig: Rig, host: str) -> bool:
-    """Say whether a part is known to move in one direction only."""
-    direction = _direction(rig, host)
+def one_way(experiment: Experiment, host: str) -> bool:
+    """Return whether a part is known to move in one direction only."""
+    direction = _direction(experiment, host)
     return direction is not None and not (np.any(direction > 0.0) and np.any(direction < 0.0))
 
 
-def resting(rig: Rig, fitted: Fitted) -> list[str]:
-    """Say where a part with dry friction stands still, and for how much of the time."""
+def resting(experiment: Experiment, fitted: Fitted) -> list[str]:
+    """Return where a part with dry friction stands still, and for how much of the time."""
     found = []
-    for host in _dry_frictions(rig, fitted):
-        rest = _at_rest(rig, host)
+    for host in _dry_frictions(experiment, fitted):
+        rest = _at_rest(experiment, host)
         if rest is not None and float(np.mean(rest)) > _WORTH_SAYING:
             share = f"{float(np.mean(rest)):.0%} of the samples"
             found.append(f"{host} stands still in {share}; dry friction holds there whatever pushes, and what it holds is not counted.")

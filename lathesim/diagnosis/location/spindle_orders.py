@@ -9,19 +9,19 @@ import numpy as np
 from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.operating_conditions import turns
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.order_spectrum import Line, lines_of
 
 _WHOLE = 0.03
 """How far an order may be from a whole number; a speed that is given, and not recorded, is known to a few percent."""
 
 
-def turn_lines(rig: Rig, fitted: Fitted) -> list[tuple[str, str, int, Line]]:
-    """Give the lines at whole orders: channel, part, order, and the line against the angle [rad]."""
+def turn_lines(experiment: Experiment, fitted: Fitted) -> list[tuple[str, str, int, Line]]:
+    """Return the lines at whole orders: channel, part, order, and the line against the angle [rad]."""
     found = []
-    for part, (angle, inside) in turns(rig).items():
-        for row, channel in enumerate(rig.machine.compare):
-            left = missing_signal(rig, fitted, row).values[inside]
+    for part, (angle, inside) in turns(experiment).items():
+        for row, channel in enumerate(experiment.machine.compare):
+            left = missing_signal(experiment, fitted, row).values[inside]
             steady = slice(len(left) // 10, None)
             trend = np.polynomial.Polynomial.fit(angle[inside][steady], left[steady], 3)
             lines, _ = lines_of(left[steady] - trend(angle[inside][steady]), {"angle": ("rad", angle[inside][steady])})
@@ -33,7 +33,7 @@ def turn_lines(rig: Rig, fitted: Fitted) -> list[tuple[str, str, int, Line]]:
 
 
 def told(lines: list[tuple[str, str, int, Line]], units: dict[str, str]) -> list[str]:
-    """Give a sentence for each line."""
+    """Return a sentence for each line."""
     often = {1: "once", 2: "twice"}
     return [
         f"A line {often.get(order, f'{order} times')} per turn of the spindle, {line.amplitude:.3g} {units[channel]}, is left at {channel} "

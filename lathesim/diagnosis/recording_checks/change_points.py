@@ -19,7 +19,7 @@ import numpy.typing as npt
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import strongest_jumps
 
 _BLOCKS = 16
@@ -40,21 +40,22 @@ _FAR_MORE = 100.0
 """Times the power of noise by which another channel may be off."""
 
 
-def changed_midway(rig: Rig, fitted: Fitted) -> str:
-    """Give a sentence where a channel's time, or the scale of one that another tells too, steps once in the middle of a recording; empty
+def changed_midway(experiment: Experiment, fitted: Fitted) -> str:
+    """Return a sentence where a channel's time, or the scale of one that another tells too, steps once in the middle of a recording; empty
     where none does. What is told by another is a motion that two sensors show, and the current that a drive's command and motion make: were
     it really another one, the motion would be. A force may really change its scale, when something breaks."""
-    told_by = _told_by_others(rig)
-    for row, channel in enumerate(rig.machine.compare):
+    told_by = _told_by_others(experiment)
+    for row, channel in enumerate(experiment.machine.compare):
         residual = np.nan_to_num(fitted.residual[row])
-        recorded = np.nan_to_num(rig.sensed.recorded[row])
+        recorded = np.nan_to_num(experiment.sensed.recorded[row])
         lags = range(-_FURTHEST, _FURTHEST + 1)
         step = _step(np.array([_power(recorded - _late(recorded - residual, lag)) for lag in lags]))
         if step is not None:
             place, (before, after) = step
             late = lags[after] - lags[before]
+            milliseconds = abs(late) * experiment.sensed.period * 1e3
             return (
-                f"From about {_when(rig, place):.3g} s on {channel} is {abs(late) * rig.sensed.period * 1e3:.3g} ms ({abs(late)} samples) "
+                f"From about {_when(experiment, place):.3g} s on {channel} is {milliseconds:.3g} ms ({abs(late)} samples) "
                 f"{'later' if late > 0 else 'earlier'} beside the other channels than before: samples were lost or repeated. "
                 "Use what comes before, or after."
             )
@@ -62,67 +63,70 @@ def changed_midway(rig: Rig, fitted: Fitted) -> str:
         if step is not None:
             place, (before, after) = step
             factor = (1.0 - _SCALES[before]) / (1.0 - _SCALES[after])
-            if abs(factor - 1.0) > _LEAST_SCALE and not _moves_otherwise(rig, fitted, row):
+            if abs(factor - 1.0) > _LEAST_SCALE and not _moves_otherwise(experiment, fitted, row):
                 return (
-                    f"From about {_when(rig, place):.3g} s on {channel} is {factor:.4g} times what it was before, held against "
+                    f"From about {_when(experiment, place):.3g} s on {channel} is {factor:.4g} times what it was before, held against "
                     f"{told_by[row]}: its scale changed while it was recorded. Use what comes before, or after."
                 )
     return ""
 
 
-def jumped_midway(rig: Rig, fitted: Fitted) -> str:
-    """Give a sentence where of two sensors of one motion one jumps beside the other once, and stays there; empty where none does. In both
+def jumped_midway(experiment: Experiment, fitted: Fitted) -> str:
+    """Return a sentence where of two sensors of one motion one jumps beside the other once, and stays there; empty where none does. In both
     recordings that is an effect, LostCounts; in one it happened to that one."""
-    for sight in (sight for sight in rig.sensed.second_sight if not sight.rate):
+    for sight in (sight for sight in experiment.sensed.redundant_sensors if not sight.rate):
         residual = np.nan_to_num(fitted.residual[sight.row])
-        instant, size = strongest_jumps(residual, rig.sensed.period)[0]
-        stepped = np.where(np.arange(len(residual)) * rig.sensed.period < instant, 0.0, size)
+        instant, size = strongest_jumps(residual, experiment.sensed.period)[0]
+        stepped = np.where(np.arange(len(residual)) * experiment.sensed.period < instant, 0.0, size)
         left = float(np.var(residual - stepped)) / max(float(np.var(residual)), 1e-300)
-        if abs(size) > _JUMPS * rig.sensed.seen_floors[sight.row] and left < _HARDLY_ANY:
-            names = [rig.machine.compare[row] for row in (sight.row, sight.first)]
-            shown = shown_with_unit(abs(size), rig.sensed.plan.unit(rig.sensed.channels[sight.row]), 3)
+        if abs(size) > _JUMPS * experiment.sensed.seen_floors[sight.row] and left < _HARDLY_ANY:
+            names = [experiment.machine.compare[row] for row in (sight.row, sight.first)]
+            shown = shown_with_unit(abs(size), experiment.sensed.plan.unit(experiment.sensed.channels[sight.row]), 3)
             return (
                 f"At about {instant:.3g} s {names[0]} jumps by {shown} beside {names[1]}, which shows the same motion, and stays: one "
-                f"of them lost counts in {rig.name} (LostCounts)."
+                f"of them lost counts in {experiment.name} (LostCounts)."
             )
     return ""
 
 
-def _told_by_others(rig: Rig) -> dict[int, str]:
-    """Give the channels (rows) that are told by others too, with what tells them."""
-    found = {sight.row: f"{rig.machine.compare[sight.first]}, which shows the same motion" for sight in rig.sensed.second_sight}
-    ports = {part.name: part.component.ports for part in rig.machine.assembly.parts}
-    for row, channel in enumerate(rig.machine.compare):
+def _told_by_others(experiment: Experiment) -> dict[int, str]:
+    """Return the channels (rows) that are told by others too, with what tells them."""
+    found = {
+        sight.row: f"{experiment.machine.compare[sight.first]}, which shows the same motion"
+        for sight in experiment.sensed.redundant_sensors
+    }
+    ports = {part.name: part.component.ports for part in experiment.machine.assembly.parts}
+    for row, channel in enumerate(experiment.machine.compare):
         part, _, item = channel.partition(".")
         if "back_emf" in ports[part] and item == ports[part].get("current"):
             found[row] = "what the drive makes of its command, with which the axis moves as it did"
     return found
 
 
-def _moves_otherwise(rig: Rig, fitted: Fitted, row: int) -> bool:
-    """Say whether another channel than the one of a ``row`` is off, from sample to sample, by far more than it resolves: then something
+def _moves_otherwise(experiment: Experiment, fitted: Fitted, row: int) -> bool:
+    """Return whether another channel than the one of a ``row`` is off, from sample to sample, by far more than it resolves: then something
     happened to the machine."""
     others = np.delete(np.nan_to_num(fitted.residual), row, axis=0)
-    floors = np.delete(rig.sensed.seen_floors, row)
+    floors = np.delete(experiment.sensed.seen_floors, row)
     return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * _FAR_MORE * floors**2))
 
 
-def _when(rig: Rig, place: float) -> float:
-    return place / _BLOCKS * rig.sensed.samples * rig.sensed.period
+def _when(experiment: Experiment, place: float) -> float:
+    return place / _BLOCKS * experiment.sensed.samples * experiment.sensed.period
 
 
 def _late(values: FloatArray, lag: int) -> FloatArray:
-    """Give values (samples,) so many samples later, the ends held."""
+    """Return values (samples,) so many samples later, the ends held."""
     return values[np.clip(np.arange(len(values)) - lag, 0, len(values) - 1)]
 
 
 def _power(left: FloatArray) -> FloatArray:
-    """Give the power of what is left about its mean in each block (blocks,)."""
+    """Return the power of what is left about its mean in each block (blocks,)."""
     return np.array([len(block) * float(np.var(block)) for block in np.array_split(left, _BLOCKS)])
 
 
 def _step(power: FloatArray) -> tuple[float, tuple[int, int]] | None:
-    """Give the block from which on another row of ``power`` (choices, blocks) leaves less, and the two rows; none where a single row or a
+    """Return the block above which another row of ``power`` (choices, blocks) leaves less, and the two rows; none where a single row or a
     steady change over rows does nearly as well."""
     steps = list(_steps(power))
     _, pair, left = min(steps, key=lambda step: step[2])
@@ -141,7 +145,7 @@ def _steps(power: FloatArray) -> Iterator[tuple[int, tuple[int, int], float]]:
 
 
 def _lines(count: int) -> Iterator[npt.NDArray[np.int64]]:
-    """Give rows that change steadily from one of ``count`` to another, block by block."""
+    """Return rows that change steadily from one of ``count`` to another, block by block."""
     some = range(0, count, max(1, count // 40))
     for first, last in itertools.product(some, some):
         yield np.rint(np.linspace(first, last, _BLOCKS)).astype(np.int64)

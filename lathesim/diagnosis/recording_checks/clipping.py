@@ -11,7 +11,7 @@ import numpy as np
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.location.missing_share import missing_share
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 
 _READ = ("A", "N", "N*m")
 _LONG = 30
@@ -25,18 +25,18 @@ _FOLLOWS = 0.025
 """Share of what acts elsewhere that may be missing there."""
 
 
-def clipped_reading(rig: Rig, fitted: Fitted) -> str:
-    """Give a sentence where a reading stands at a level beyond which the simulation goes on, and all else follows without; else empty."""
-    for row, name in enumerate(rig.machine.compare):
-        unit = rig.sensed.plan.unit(rig.sensed.channels[row])
-        recorded = rig.sensed.recorded[row]
+def clipped_reading(experiment: Experiment, fitted: Fitted) -> str:
+    """Return a sentence where a reading stands at a level beyond which the simulation goes on, and all else follows without; else empty."""
+    for row, name in enumerate(experiment.machine.compare):
+        unit = experiment.sensed.plan.unit(experiment.sensed.channels[row])
+        recorded = experiment.sensed.recorded[row]
         if unit not in _READ or not np.isfinite(recorded).all():
             continue
-        simulated = rig.sensed.seen[row] - fitted.residual[row]
+        simulated = experiment.sensed.seen[row] - fitted.residual[row]
         ends = ((recorded.max(), 1.0), (recorded.min(), -1.0))
         levels = [level for level, side in ends if _goes_beyond(recorded, simulated, level, side)]
-        others = [other for other in range(len(rig.machine.compare)) if other != row]
-        if levels and others and all(missing_share(rig, fitted, other)[0] < _FOLLOWS for other in others):
+        others = [other for other in range(len(experiment.machine.compare)) if other != row]
+        if levels and others and all(missing_share(experiment, fitted, other)[0] < _FOLLOWS for other in others):
             stand = int(np.count_nonzero(np.isin(recorded, levels)))
             where = " and ".join(shown_with_unit(float(level), unit) for level in levels)
             return (
@@ -47,7 +47,7 @@ def clipped_reading(rig: Rig, fitted: Fitted) -> str:
 
 
 def _goes_beyond(recorded: np.ndarray, simulated: np.ndarray, level: float, side: float) -> bool:
-    """Say whether a reading with noise stands at its largest or smallest value for long, while the simulation is beyond it."""
+    """Return whether a reading with noise stands at its largest or smallest value for long, while the simulation is beyond it."""
     flat = recorded == level
     ends = (recorded == recorded.max()) | (recorded == recorded.min())
     inside = ~(ends | np.roll(ends, 1))

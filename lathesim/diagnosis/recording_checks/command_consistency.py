@@ -19,33 +19,33 @@ from lathesim.diagnosis.location.missing_force import passed_through
 from lathesim.diagnosis.recording_checks.unexplained_command import BY_SHIFT, CONTROLLED, FOLLOWS, unexplained_share
 from lathesim.engine.assembly import FloatArray, Part
 from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 
 _LAW = 0.5
-"""Share from which on it is rather a wrong column than another law: that still is most of what the lesson's controller does."""
+"""Share above which it is rather a wrong column than another law: that still is most of what the lesson's controller does."""
 _FURTHEST = 3.0
 """Samples by which a channel is looked for earlier or later."""
 _STEP = 1e-6
 """By how much a zero is moved for its slope [SI]; commands answer in proportion."""
 
 
-def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Mapping[str, bool] | None = None) -> str:
-    """Give a sentence where a recorded command does not follow from what its controller was given, with the machine at ``values``.
+def contradicted(experiment: Experiment, values: Mapping[str, float], of_another_law: Mapping[str, bool] | None = None) -> str:
+    """Return a sentence where a recorded command does not follow from what its controller was given, with the machine at ``values``.
 
     The text is empty where it does, where nothing was replayed, and for commands ``of_another_law``: what the lesson's controller leaves of
     them answers to the reference, and so is the controller's doing. One that mostly does not follow is believed to be of another law only
     where that is a simple one (true).
     """
-    if not rig.machine.replay:
+    if not experiment.machine.replay:
         return ""
     laws = of_another_law or {}
-    for row, share in unexplained_share(rig, values):
+    for row, share in unexplained_share(experiment, values):
         if share > CONTROLLED:
-            name = rig.machine.compare[row]
-            if told := _late_channel(rig, values, row, share) or _other_zero(rig, values, row, share):
+            name = experiment.machine.compare[row]
+            if told := _late_channel(experiment, values, row, share) or _other_zero(experiment, values, row, share):
                 return told
-            if (name in laws and (share < _LAW or laws[name])) or _reads_through_a_converter(rig, row):
+            if (name in laws and (share < _LAW or laws[name])) or _reads_through_a_converter(experiment, row):
                 continue
             return (
                 f"{share:.0%} of {name} does not follow from what its controller was given: a channel is shifted, swapped or in another "
@@ -54,23 +54,23 @@ def contradicted(rig: Rig, values: Mapping[str, float], of_another_law: Mapping[
     return ""
 
 
-def _reads_through_a_converter(rig: Rig, row: int) -> bool:
-    """Say whether what a command (row) follows from was read by a converter: what that made of it, with its noise, was not recorded."""
-    ports = {part.name: part.component.ports for part in rig.machine.assembly.parts}
-    return any("bits" in ports.get(name, ()) for name in passed_through(rig.sensed.plan, rig.sensed.channels[row]))
+def _reads_through_a_converter(experiment: Experiment, row: int) -> bool:
+    """Return whether what a command (row) follows from was read by a converter: what that made of it, with its noise, was not recorded."""
+    ports = {part.name: part.component.ports for part in experiment.machine.assembly.parts}
+    return any("bits" in ports.get(name, ()) for name in passed_through(experiment.sensed.plan, experiment.sensed.channels[row]))
 
 
-def _late_channel(rig: Rig, values: Mapping[str, float], row: int, share: float) -> str:
-    """Give a sentence where a command follows from what its controller was given once one channel is shifted; empty where none does."""
-    name = rig.machine.compare[row]
+def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int, share: float) -> str:
+    """Return a sentence where a command follows from what its controller was given once one channel is shifted; empty where none does."""
+    name = experiment.machine.compare[row]
     controller = name.partition(".")[0]
-    period = rig.machine.assembly.sample_period
-    wires = {wire.target: wire.source for wire in rig.machine.assembly.wires}
-    fed = {wires.get(f"{controller}.{port}", "") for port in _part(rig, controller).component.declared(Input)}
-    for channel in (other for other in rig.machine.compare if other in fed):
+    period = experiment.machine.assembly.sample_period
+    wires = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
+    fed = {wires.get(f"{controller}.{port}", "") for port in _part(experiment, controller).component.declared(Input)}
+    for channel in (other for other in experiment.machine.compare if other in fed):
 
         def left(samples: float, channel: str = channel) -> float:
-            return dict(unexplained_share(_shifted(rig, channel, samples), values))[row]
+            return dict(unexplained_share(_shifted(experiment, channel, samples), values))[row]
 
         found = minimize_scalar(left, bounds=(-_FURTHEST, _FURTHEST), method="bounded", options={"xatol": 0.01, "maxiter": 25})
         if found.fun < BY_SHIFT * share:
@@ -83,46 +83,52 @@ def _late_channel(rig: Rig, values: Mapping[str, float], row: int, share: float)
     return ""
 
 
-def _other_zero(rig: Rig, values: Mapping[str, float], row: int, share: float) -> str:
-    """Give a sentence where a command follows from what its controller was given once its reference is read from another zero; empty where
-    it does not. The first guess is how far apart the two are in the middle; what is left of the command then tells how far that is off."""
-    name = rig.machine.compare[row]
-    controller = _part(rig, name.partition(".")[0])
+def _other_zero(experiment: Experiment, values: Mapping[str, float], row: int, share: float) -> str:
+    """Return a sentence where a command follows from what its controller was given once its reference is read from another zero; empty
+    where it does not. The first guess is how far apart the two are in the middle; what is left of the command then tells how far that is
+    off."""
+    name = experiment.machine.compare[row]
+    controller = _part(experiment, name.partition(".")[0])
     ports = controller.component.ports
     target = f"{controller.name}.{ports['drive']}"
-    measured = next((wire.source for wire in rig.machine.assembly.wires if wire.target == f"{controller.name}.{ports['measured']}"), "")
-    if target not in rig.machine.drive or measured not in rig.machine.compare:
+    measured = next(
+        (wire.source for wire in experiment.machine.assembly.wires if wire.target == f"{controller.name}.{ports['measured']}"), ""
+    )
+    if target not in experiment.machine.drive or measured not in experiment.machine.compare:
         return ""
-    zero = float(np.nanmedian(rig.record[measured] - rig.record[target]))
+    zero = float(np.nanmedian(experiment.record[measured] - experiment.record[target]))
 
     def residual(more: float) -> FloatArray:
-        moved = replace(rig, record=rig.record.with_channel(target, rig.record.channels[target].unit, rig.record[target] + zero + more))
+        moved = replace(
+            experiment,
+            record=experiment.record.with_channel(target, experiment.record.channels[target].unit, experiment.record[target] + zero + more),
+        )
         found: FloatArray = np.nan_to_num(moved.sensed.one(values)[row])
         return found
 
-    size, step = float(np.std(np.nan_to_num(rig.sensed.recorded[row]))), _STEP
-    begin = int(SETTLING * rig.sensed.samples)
+    size, step = float(np.std(np.nan_to_num(experiment.sensed.recorded[row]))), _STEP
+    begin = int(SETTLING * experiment.sensed.samples)
     first = residual(0.0)[begin:]
     slope = (residual(step)[begin:] - first) / step
     more = -float(slope @ first) / max(float(slope @ slope), 1e-300)
     if root_mean_square(residual(more)[begin:]) > min(FOLLOWS * size, BY_SHIFT * share * size):
         return ""
-    shown = shown_with_unit(zero + more, rig.record.channels[target].unit, 3)
+    shown = shown_with_unit(zero + more, experiment.record.channels[target].unit, 3)
     return (
         f"With {shown} added to {target} {name} follows from what its controller was given, as recorded {share:.0%} of it does not: "
         f"it was recorded from another zero than {measured}."
     )
 
 
-def _shifted(rig: Rig, channel: str, samples: float) -> Rig:
-    """Give the same recording with one channel read some samples ahead, along a cubic spline."""
-    recorded = rig.record[channel]
+def _shifted(experiment: Experiment, channel: str, samples: float) -> Experiment:
+    """Return the same recording with one channel read some samples ahead, along a cubic spline."""
+    recorded = experiment.record[channel]
     number = np.arange(len(recorded), dtype=np.float64)
     known = np.isfinite(recorded)
     ahead = CubicSpline(number[known], recorded[known])(np.clip(number + samples, 0.0, number[-1]))
-    column = rig.record.channels[channel]
-    return replace(rig, record=rig.record.with_channel(channel, column.unit, np.where(known, ahead, np.nan)))
+    column = experiment.record.channels[channel]
+    return replace(experiment, record=experiment.record.with_channel(channel, column.unit, np.where(known, ahead, np.nan)))
 
 
-def _part(rig: Rig, name: str) -> Part:
-    return next(part for part in rig.machine.assembly.parts if part.name == name)
+def _part(experiment: Experiment, name: str) -> Part:
+    return next(part for part in experiment.machine.assembly.parts if part.name == name)

@@ -16,7 +16,7 @@ import numpy as np
 
 from lathesim.diagnosis.recording_checks.unexplained_command import controller_commands
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 
 _LAGS = (0, 1, 2, 3, 5, 8, 12, 18, 26, 36, 50, 70)
 _RIDGE = 1e-6
@@ -47,18 +47,18 @@ class AnotherLaw:
         return f"{self.share:.1%} of {self.channel} answers to its reference by another law than the lesson's controller{law}"
 
 
-def another_law(rig: Rig, held_out: Rig, values: Mapping[str, float]) -> list[AnotherLaw]:
-    """Give each command that answers to its reference by another law, on ``held_out`` as learned on ``rig``; none where the lesson drives
-    no controller with a recorded reference."""
+def another_law(experiment: Experiment, validation: Experiment, values: Mapping[str, float]) -> list[AnotherLaw]:
+    """Return each command that answers to its reference by another law, on ``validation`` as learned on ``experiment``; none where the
+    lesson drives no controller with a recorded reference."""
     found = []
-    for row, name in controller_commands(rig):
+    for row, name in controller_commands(experiment):
         driven = f"{name.partition('.')[0]}."
-        references = [target for target in rig.machine.drive if target.startswith(driven)]
+        references = [target for target in experiment.machine.drive if target.startswith(driven)]
         if references:
-            here, there = (np.column_stack([_of_reference(one, target) for target in references]) for one in (rig, held_out))
-            learned, scored = (one.sensed.one(values)[row] for one in (rig, held_out))
+            here, there = (np.column_stack([_of_reference(one, target) for target in references]) for one in (experiment, validation))
+            learned, scored = (one.sensed.one(values)[row] for one in (experiment, validation))
             share = regressed_share(here, learned, there, scored)
-            size = float(np.std(scored) / max(float(np.std(np.nan_to_num(held_out.sensed.recorded[row]))), 1e-300)) * np.sqrt(share)
+            size = float(np.std(scored) / max(float(np.std(np.nan_to_num(validation.sensed.recorded[row]))), 1e-300)) * np.sqrt(share)
             if share > _EXPLAINED and size > OF_THE_COMMAND:
                 at_once = slice(0, 2 * len(references))
                 found.append(AnotherLaw(name, float(size), regressed_share(here[:, at_once], learned, there[:, at_once], scored) > _ALL))
@@ -66,8 +66,8 @@ def another_law(rig: Rig, held_out: Rig, values: Mapping[str, float]) -> list[An
 
 
 def regressed_share(here: FloatArray, learned: FloatArray, there: FloatArray, scored: FloatArray) -> float:
-    """Give the share of ``scored`` (samples,) that a regression of ``learned`` (samples,) on the columns ``here`` (samples, columns) tells
-    through the columns ``there``."""
+    """Return the share of ``scored`` (samples,) that a regression of ``learned`` (samples,) on the columns ``here`` (samples, columns)
+    tells through the columns ``there``."""
     size = np.maximum(here.std(axis=0), 1e-300)
     here, there = here / size, there / size
     square = here.T @ here + _RIDGE * len(here) * np.eye(here.shape[1])
@@ -77,9 +77,9 @@ def regressed_share(here: FloatArray, learned: FloatArray, there: FloatArray, sc
     return max(0.0, 1.0 - float(np.sum((scored - told) ** 2)) / power) if power > 0.0 else 0.0
 
 
-def _of_reference(rig: Rig, target: str) -> FloatArray:
-    """Give rate and second rate of a recorded reference, at some lags, (samples, columns)."""
-    period = rig.machine.assembly.sample_period
-    rate = np.gradient(np.nan_to_num(rig.record[target]), period)
+def _of_reference(experiment: Experiment, target: str) -> FloatArray:
+    """Return rate and second rate of a recorded reference, at some lags, (samples, columns)."""
+    period = experiment.machine.assembly.sample_period
+    rate = np.gradient(np.nan_to_num(experiment.record[target]), period)
     both = (rate, np.gradient(rate, period))
     return np.column_stack([np.concatenate([np.zeros(lag), values[: len(values) - lag]]) for lag in _LAGS for values in both])

@@ -19,7 +19,7 @@ from lathesim.diagnosis.recording_checks.unexplained_command import controller_c
 from lathesim.diagnosis.records.controller_value import ControllerValue
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Free
-from lathesim.identification.replay.experiment import Rig, baseline_free
+from lathesim.identification.replay.experiment import Experiment, baseline_free
 
 _WORTH = 0.02
 """Share of a command that must be left for its controller to be asked about ..."""
@@ -33,54 +33,54 @@ _STEPS = 40
 _SCALE = 0.1
 
 
-def controller_value(rig: Rig, held_out: Rig, values: Mapping[str, float]) -> ControllerValue | None:
-    """Give the value of a controller with which its command follows best, on both recordings; none where the lesson's does as well."""
-    if not rig.machine.replay:
+def controller_value(experiment: Experiment, validation: Experiment, values: Mapping[str, float]) -> ControllerValue | None:
+    """Return the value of a controller with which its command follows best, on both recordings; none where the lesson's does as well."""
+    if not experiment.machine.replay:
         return None
     best: tuple[float, ControllerValue] | None = None
-    for row, share in unexplained_share(rig, values):
-        command = rig.machine.compare[row]
+    for row, share in unexplained_share(experiment, values):
+        command = experiment.machine.compare[row]
         if share < _WORTH:
             continue
-        for name, given in _values_of(rig, command.partition(".")[0]):
+        for name, given in _values_of(experiment, command.partition(".")[0]):
 
-            def left(logarithm: float, row: int = row, name: str = name, given: float = given, of: Rig = rig) -> float:
+            def left(logarithm: float, row: int = row, name: str = name, given: float = given, of: Experiment = experiment) -> float:
                 return dict(unexplained_share(of, {**values, name: given * math.exp(logarithm)}))[row]
 
             furthest = math.log(FURTHEST)
             found = minimize_scalar(left, bounds=(-furthest, furthest), method="bounded", options={"xatol": 1e-4, "maxiter": _STEPS})
             better = found.fun < min(_BY_VALUE * share, _FOLLOWS) and (best is None or found.fun < best[0])
-            if better and left(found.x, of=held_out) < _BY_VALUE * left(0.0, of=held_out):
-                unit = rig.sensed.plan.unit(name)
+            if better and left(found.x, of=validation) < _BY_VALUE * left(0.0, of=validation):
+                unit = experiment.sensed.plan.unit(name)
                 best = float(found.fun), ControllerValue(name, unit, given, given * math.exp(found.x), command, share)
-    return _settled(best[1], (rig, held_out), values) if best else None
+    return _settled(best[1], (experiment, validation), values) if best else None
 
 
-def with_commands_followed(rig: Rig, values: Mapping[str, float]) -> dict[str, float]:
-    """Give ``values`` with those of controllers that are uncertain fitted, so that their commands follow best: what an integral adds up
+def with_commands_followed(experiment: Experiment, values: Mapping[str, float]) -> dict[str, float]:
+    """Return ``values`` with those of controllers that are uncertain fitted, so that their commands follow best: what an integral adds up
     makes much of little."""
-    controllers = {name.partition(".")[0] for _, name in controller_commands(rig)} if rig.machine.replay else set()
-    free = [item for item in baseline_free(rig.machine) if item.name.partition(".")[0] in controllers]
+    controllers = {name.partition(".")[0] for _, name in controller_commands(experiment)} if experiment.machine.replay else set()
+    free = [item for item in baseline_free(experiment.machine) if item.name.partition(".")[0] in controllers]
     if not free:
         return dict(values)
     constant = {name: value for name, value in values.items() if name not in {item.name for item in free}}
-    return {**constant, **fit(rig.sensed, free, constant, rounds=2).by_name}
+    return {**constant, **fit(experiment.sensed, free, constant, rounds=2).by_name}
 
 
-def _settled(found: ControllerValue, rigs: tuple[Rig, Rig], values: Mapping[str, float]) -> ControllerValue:
-    """Give the value fitted to both recordings, with its standard error."""
+def _settled(found: ControllerValue, experiments: tuple[Experiment, Experiment], values: Mapping[str, float]) -> ControllerValue:
+    """Return the value fitted to both recordings, with its standard error."""
     free = Free(found.name, found.value, _SCALE * found.value, low=found.value / FURTHEST, high=found.value * FURTHEST)
     values = {name: value for name, value in values.items() if name != found.name}
-    fits = [fit(rig.sensed, [free], values, slopes="central") for rig in rigs]
+    fits = [fit(experiment.sensed, [free], values, slopes="central") for experiment in experiments]
     weights = np.array([1.0 / max(one.error(found.name), 1e-12 * found.value) ** 2 for one in fits])
     value = float(weights @ [one.by_name[found.name] for one in fits] / weights.sum())
     return replace(found, value=value, error=float(1.0 / np.sqrt(weights.sum())))
 
 
-def _values_of(rig: Rig, controller: str) -> Iterator[tuple[str, float]]:
-    """Give name and value of a controller's parameters that are more than nothing."""
-    part = next(part for part in rig.machine.assembly.parts if part.name == controller)
+def _values_of(experiment: Experiment, controller: str) -> Iterator[tuple[str, float]]:
+    """Return name and value of a controller's parameters that are more than nothing."""
+    part = next(part for part in experiment.machine.assembly.parts if part.name == controller)
     for item in part.component.declared(Parameter):
         name = f"{controller}.{item}"
-        if name in rig.sensed.plan.parameters and rig.sensed.given(name) > 0.0:
-            yield name, rig.sensed.given(name)
+        if name in experiment.sensed.plan.parameters and experiment.sensed.given(name) > 0.0:
+            yield name, experiment.sensed.given(name)

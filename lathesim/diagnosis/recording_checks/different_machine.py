@@ -9,54 +9,54 @@ import numpy as np
 from lathesim.component import Parameter
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted, Free, with_start
-from lathesim.identification.records.model import Model, is_wide
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.records.model import Model, is_full_band
+from lathesim.identification.replay.experiment import Experiment
 
 _APART = 4.0
 """Declared standard deviations by which two recordings of one machine do not differ ..."""
 _SURELY_APART = 10.0
 """... nor by this many standard errors of the fits."""
 _WORSE = 2.0
-"""Times by which the held-out recording must be worse explained than the fitted one for the question to be asked."""
+"""Times by which the validation recording must be worse explained than the fitted one for the question to be asked."""
 _EXPLAINED = 0.2
 """Share of the misfit (root mean square) that may be left with values of its own, for these to be the reason."""
 
 
-def another_machine(model: Model, rig: Rig, held_out: Rig) -> str:
-    """Say in a sentence that the held-out recording is of another machine than the fitted one; empty where it may be of the same.
+def another_machine(model: Model, experiment: Experiment, validation: Experiment) -> str:
+    """Return in a sentence that the validation recording is of another machine than the fitted one; empty where it may be of the same.
 
     With values of its own it is explained nearly, with those of the other recording it is not, and the values lie further apart than the
     lesson's uncertainties allow. Where its own values explain little, something else is wrong, and nothing is said here.
     """
-    if not np.any(_sizes(model.held_out_fit) > _WORSE * _sizes(model.fitted)):
+    if not np.any(_sizes(model.validation_fit) > _WORSE * _sizes(model.fitted)):
         return ""
-    own = _by_itself(model, held_out)
-    if not np.any(_sizes(own) < _EXPLAINED * _sizes(model.held_out_fit)):
+    own = _by_itself(model, validation)
+    if not np.any(_sizes(own) < _EXPLAINED * _sizes(model.validation_fit)):
         return ""
-    first = _by_itself(model, rig)
-    for name, deviation in held_out.machine.uncertain.items():
+    first = _by_itself(model, experiment)
+    for name, deviation in validation.machine.uncertain.items():
         here, there = first.by_name[name], own.by_name[name]
         error = np.hypot(first.error(name), own.error(name))
         if abs(here - there) > max(_APART * deviation, _SURELY_APART * error):
-            unit = held_out.sensed.plan.unit(name)
-            return f"{held_out.name} is of another machine: {name} is {there:.4g} {unit} there and {here:.4g} {unit} in the fitted one."
+            unit = validation.sensed.plan.unit(name)
+            return f"{validation.name} is of another machine: {name} is {there:.4g} {unit} there and {here:.4g} {unit} in the fitted one."
     return ""
 
 
-def _by_itself(model: Model, rig: Rig) -> Fitted:
+def _by_itself(model: Model, experiment: Experiment) -> Fitted:
     """Fit a model to a recording with nothing held by what the lesson says: what the recording says by itself."""
-    starts = rig.start_states(rig.sensed.plan)
+    starts = experiment.start_states(experiment.sensed.plan)
     states = {item.name for item in starts}
-    unheld = [_unheld(item, rig) for item in with_start(model.fitted) if item.name not in states]
-    return fit(rig.sensed, [*starts, *unheld], model.fitted.constant, rounds=4, wide=is_wide(model.terms))
+    unheld = [_unheld(item, experiment) for item in with_start(model.fitted) if item.name not in states]
+    return fit(experiment.sensed, [*starts, *unheld], model.fitted.constant, rounds=4, full_band=is_full_band(model.candidates))
 
 
-def _unheld(item: Free, rig: Rig) -> Free:
-    """Give a value of the machine within the bounds of its declaration only."""
-    if item.name not in rig.machine.uncertain:
+def _unheld(item: Free, experiment: Experiment) -> Free:
+    """Return a value of the machine within the bounds of its declaration only."""
+    if item.name not in experiment.machine.uncertain:
         return item
     part, _, name = item.name.partition(".")
-    declared = rig.sensed.plan.parts[part].component.declared(Parameter)[name]
+    declared = experiment.sensed.plan.parts[part].component.declared(Parameter)[name]
     return replace(item, uncertainty=np.inf, low=declared.low, high=declared.high)
 
 

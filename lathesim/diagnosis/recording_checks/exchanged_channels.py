@@ -9,7 +9,7 @@ import numpy as np
 
 from lathesim.diagnosis.recording_checks.unexplained_command import CONTROLLED, FOLLOWS, unexplained_share
 from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 
 _PLAINLY_OFF = 0.1
@@ -18,37 +18,38 @@ _EXCHANGED = 0.1
 second share of that."""
 
 
-def exchanged_with(rig: Rig, values: Mapping[str, float]) -> str:
-    """Give a sentence where another channel is the command that a controller makes of what it was given, and its own is not: two columns
+def exchanged_with(experiment: Experiment, values: Mapping[str, float]) -> str:
+    """Return a sentence where another channel is the command that a controller makes of what it was given, and its own is not: two columns
     are exchanged, though their units differ. The text is empty where none is."""
-    if not rig.machine.replay:
+    if not experiment.machine.replay:
         return ""
-    begin = int(SETTLING * rig.sensed.samples)
-    simulated = np.nan_to_num(rig.sensed.recorded - rig.sensed.one(values))[:, begin:]
-    recorded = np.nan_to_num(rig.sensed.recorded)[:, begin:]
-    for row, share in unexplained_share(rig, values):
-        name = rig.machine.compare[row]
+    begin = int(SETTLING * experiment.sensed.samples)
+    simulated = np.nan_to_num(experiment.sensed.recorded - experiment.sensed.one(values))[:, begin:]
+    recorded = np.nan_to_num(experiment.sensed.recorded)[:, begin:]
+    for row, share in unexplained_share(experiment, values):
+        name = experiment.machine.compare[row]
         for other, column in enumerate(recorded):
             size = float(np.std(column))
             if other != row and share > CONTROLLED and size > 0.0 and root_mean_square(column - simulated[row]) < FOLLOWS * size:
+                exchanged = experiment.machine.compare[other]
                 return (
-                    f"{rig.machine.compare[other]} is what the lesson's controller makes of what it was given, and {share:.0%} of {name} "
+                    f"{exchanged} is what the lesson's controller makes of what it was given, and {share:.0%} of {name} "
                     "is not: the two look swapped. Exchange their columns in the lesson."
                 )
     return ""
 
 
-def swapped(rig: Rig, values: Mapping[str, float]) -> str:
-    """Give a sentence where two channels of one unit are what the machine with ``values`` makes of each other; empty where none are."""
-    recorded = np.nan_to_num(rig.sensed.recorded)
-    simulated = recorded - np.nan_to_num(rig.sensed.one(values))
-    units = [rig.record.channels[name].unit for name in rig.machine.compare]
+def swapped(experiment: Experiment, values: Mapping[str, float]) -> str:
+    """Return a sentence where two channels of one unit are what the machine with ``values`` makes of each other; empty where none are."""
+    recorded = np.nan_to_num(experiment.sensed.recorded)
+    simulated = recorded - np.nan_to_num(experiment.sensed.one(values))
+    units = [experiment.record.channels[name].unit for name in experiment.machine.compare]
     power = np.maximum(np.sum(recorded**2, axis=1), 1e-300)
     off = np.sum((recorded[:, None] - simulated[None]) ** 2, axis=2) / power[:, None]
     for first, second in itertools.combinations(range(len(units)), 2):
         as_mapped, exchanged = off[first, first] + off[second, second], off[first, second] + off[second, first]
         if units[first] == units[second] and as_mapped > _PLAINLY_OFF and exchanged < _EXCHANGED * as_mapped:
-            names = f"{rig.machine.compare[first]} and {rig.machine.compare[second]}"
+            names = f"{experiment.machine.compare[first]} and {experiment.machine.compare[second]}"
             return (
                 f"{names} look swapped: as mapped the machine misses {np.sqrt(0.5 * as_mapped):.0%} of them, exchanged "
                 f"{np.sqrt(0.5 * exchanged):.0%}. Exchange their columns in the lesson."

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from lathesim.diagnosis.location.missing_share import FORCES
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 from lathesim.recordings.known_factors import known_factor
 
@@ -23,19 +23,19 @@ _BESIDE_A_UNIT, _NEARLY_A_UNIT = 0.1, 0.06
 """Share of a channel that a mistaken unit may leave, and by how much its factor may be another one: values of the machine are uncertain."""
 
 
-def in_another_unit(rig: Rig, values: Mapping[str, float]) -> str:
-    """Give a sentence where one force is what the machine with ``values`` makes times the factor of a mistaken unit, and hardly anything
+def in_another_unit(experiment: Experiment, values: Mapping[str, float]) -> str:
+    """Return a sentence where one force is what the machine with ``values`` makes times the factor of a mistaken unit, and hardly anything
     else, and all others are nearly what it makes; empty where none is. Another effect may do the same: of a force that is a share of
     another one, a part of that other one. Where all are off the machine is another one; of motions the mapping asks."""
-    begin = int(SETTLING * rig.sensed.samples)
-    recorded = np.nan_to_num(rig.sensed.recorded)[:, begin:]
-    simulated = recorded - np.nan_to_num(rig.sensed.one(values))[:, begin:]
+    begin = int(SETTLING * experiment.sensed.samples)
+    recorded = np.nan_to_num(experiment.sensed.recorded)[:, begin:]
+    simulated = recorded - np.nan_to_num(experiment.sensed.one(values))[:, begin:]
     factors = [float(one @ other) / max(float(other @ other), 1e-300) for one, other in zip(recorded, simulated, strict=True)]
     off = [row for row, factor in enumerate(factors) if not GAINS[0] < factor < GAINS[1]]
-    if len(off) != 1 or len(factors) == 1 or rig.record.unit(rig.machine.compare[off[0]]) not in FORCES:
+    if len(off) != 1 or len(factors) == 1 or experiment.record.unit(experiment.machine.compare[off[0]]) not in FORCES:
         return ""
     (row,) = off
-    factor, name = factors[row], rig.machine.compare[row]
+    factor, name = factors[row], experiment.machine.compare[row]
     beside = root_mean_square(recorded[row] - factor * simulated[row])
     unit = known_factor(factor, _NEARLY_A_UNIT) if not _UNIT_FROM[0] < abs(factor) < _UNIT_FROM[1] else ""
     if not unit or not beside < _BESIDE_A_UNIT * root_mean_square(recorded[row]):
@@ -43,16 +43,16 @@ def in_another_unit(rig: Rig, values: Mapping[str, float]) -> str:
     return f"{name} is {factor:.4g} times what the machine makes, which is the factor of a mistaken unit: {unit}."
 
 
-def wrong_unit(terms: Iterable[Term], values: Mapping[str, float]) -> str:
-    """Give a sentence where one of some effects would be a factor on a reading that a mistaken unit leaves; empty where none is.
+def wrong_unit(candidates: Iterable[Candidate], values: Mapping[str, float]) -> str:
+    """Return a sentence where one of some effects would be a factor on a reading that a mistaken unit leaves; empty where none is.
 
     No amplifier is off by 2 pi: the column is. It is asked of effects that took most of the error away: a wrong unit does.
     """
-    for term in terms:
-        for name, neutral in zip(term.parameters, term.neutral, strict=True):
+    for candidate in candidates:
+        for name, neutral in zip(candidate.parameters, candidate.neutral, strict=True):
             factor = values.get(name, 1.0)
             if neutral == 1.0 and abs(factor + 1.0) < _TURNED_ROUND:
-                return f"{term.at} reads {factor:.4g} times what the machine does: its sign is turned round."
+                return f"{candidate.at} reads {factor:.4g} times what the machine does: its sign is turned round."
             if neutral == 1.0 and not GAINS[0] < abs(factor) < GAINS[1] and (unit := known_factor(factor)):
-                return f"{term.at} reads {factor:.4g} times what the machine does, which is the factor of a mistaken unit: {unit}."
+                return f"{candidate.at} reads {factor:.4g} times what the machine does, which is the factor of a mistaken unit: {unit}."
     return ""

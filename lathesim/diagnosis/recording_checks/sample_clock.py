@@ -10,7 +10,7 @@ import numpy as np
 from lathesim.diagnosis.recording_checks.unexplained_command import BY_SHIFT, CONTROLLED, FOLLOWS, shown_commands, unexplained_share
 from lathesim.engine.assembly import Assembly
 from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 from lathesim.record import Record
 
@@ -20,24 +20,24 @@ _PERIODS = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
 """Factors between the true period and the recorded one: clocks of other devices, and seconds for milliseconds."""
 
 
-def of_another_period(rig: Rig, values: Mapping[str, float]) -> str:
-    """Give a sentence where a recorded command follows from what its controller was given with another sample period only; empty where it
+def of_another_period(experiment: Experiment, values: Mapping[str, float]) -> str:
+    """Return a sentence where a recorded command follows from what its controller was given with another sample period only; empty where it
     does so as recorded, with no other, or nothing was replayed."""
-    period, clock = 1e3 * rig.machine.assembly.sample_period, rig.machine.clock
-    for controller, row in shown_commands(rig) if rig.machine.replay and clock != 1.0 else ():
-        share = _beyond_floor(rig, 1.0, values, row)
-        if share > _BY_CLOCK and _beyond_floor(rig, 1.0 / clock, values, row) < min(FOLLOWS, BY_SHIFT * share):
-            name = rig.machine.compare[row]
-            decides_every, how = period / rig.machine.decisions, "fast" if clock > 1.0 else "slow"
+    period, clock = 1e3 * experiment.machine.assembly.sample_period, experiment.machine.clock
+    for controller, row in shown_commands(experiment) if experiment.machine.replay and clock != 1.0 else ():
+        share = _beyond_floor(experiment, 1.0, values, row)
+        if share > _BY_CLOCK and _beyond_floor(experiment, 1.0 / clock, values, row) < min(FOLLOWS, BY_SHIFT * share):
+            name = experiment.machine.compare[row]
+            decides_every, how = period / experiment.machine.decisions, "fast" if clock > 1.0 else "slow"
             return (
                 f"{controller} decides every {decides_every / clock:.4g} ms, and by the recording's clock every "
                 f"{decides_every:.4g} ms: that runs {abs(clock - 1.0):.2%} {how}. With the lesson's period {name} follows from what its "
                 f"controller was given, with the recorded one {share:.0%} of it does not."
             )
-    for row, share in unexplained_share(rig, values) if rig.machine.replay else ():
-        name = rig.machine.compare[row]
+    for row, share in unexplained_share(experiment, values) if experiment.machine.replay else ():
+        name = experiment.machine.compare[row]
         for factor in _PERIODS if share > CONTROLLED else ():
-            if _unexplained_at(rig, factor, values, row) < FOLLOWS:
+            if _unexplained_at(experiment, factor, values, row) < FOLLOWS:
                 return (
                     f"With a sample period of {factor * period:.4g} ms {name} follows from what its controller was given, with "
                     f"{period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of {1.0 / factor:.4g}."
@@ -45,26 +45,26 @@ def of_another_period(rig: Rig, values: Mapping[str, float]) -> str:
     return ""
 
 
-def _beyond_floor(rig: Rig, factor: float, values: Mapping[str, float], row: int) -> float:
-    """Give the share of a channel that a replay with every period ``factor`` times as long does not explain, noise aside."""
-    residual = (_at_period(rig, factor) if factor != 1.0 else rig).sensed.one(values)[row]
-    left = root_mean_square(residual[int(SETTLING * rig.sensed.samples) :])
-    size = float(np.std(np.nan_to_num(rig.sensed.recorded[row])))
-    return float(np.sqrt(max(left**2 - rig.floors[rig.machine.compare[row]] ** 2, 0.0))) / size if size > 0.0 else 0.0
+def _beyond_floor(experiment: Experiment, factor: float, values: Mapping[str, float], row: int) -> float:
+    """Return the share of a channel that a replay with every period ``factor`` times as long does not explain, noise aside."""
+    residual = (_at_period(experiment, factor) if factor != 1.0 else experiment).sensed.one(values)[row]
+    left = root_mean_square(residual[int(SETTLING * experiment.sensed.samples) :])
+    size = float(np.std(np.nan_to_num(experiment.sensed.recorded[row])))
+    return float(np.sqrt(max(left**2 - experiment.floors[experiment.machine.compare[row]] ** 2, 0.0))) / size if size > 0.0 else 0.0
 
 
-def _unexplained_at(rig: Rig, factor: float, values: Mapping[str, float], row: int) -> float:
-    return dict(unexplained_share(_at_period(rig, factor), values))[row]
+def _unexplained_at(experiment: Experiment, factor: float, values: Mapping[str, float], row: int) -> float:
+    return dict(unexplained_share(_at_period(experiment, factor), values))[row]
 
 
-def _at_period(rig: Rig, factor: float) -> Rig:
-    """Give the same recording with every period ``factor`` times as long; controllers that decide more often do so at their own rate."""
-    decisions = max(1, round(factor * rig.machine.decisions)) if rig.machine.decisions > 1 else 1
+def _at_period(experiment: Experiment, factor: float) -> Experiment:
+    """Return the same recording with every period ``factor`` times as long; controllers that decide more often do so at their own rate."""
+    decisions = max(1, round(factor * experiment.machine.decisions)) if experiment.machine.decisions > 1 else 1
     return replace(
-        rig,
-        machine=replace(rig.machine, assembly=_slower(rig.machine.assembly, factor), decisions=decisions),
-        with_candidates=_slower(rig.with_candidates, factor),
-        record=Record(factor * rig.record.time, rig.record.channels, dict(rig.record.meta)),
+        experiment,
+        machine=replace(experiment.machine, assembly=_slower(experiment.machine.assembly, factor), decisions=decisions),
+        with_candidates=_slower(experiment.with_candidates, factor),
+        record=Record(factor * experiment.record.time, experiment.record.channels, dict(experiment.record.meta)),
     )
 
 

@@ -10,7 +10,7 @@ from lathesim.component import Component
 from lathesim.identification.machine.roles import decides
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.controller_memory import shown_by
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 
 CONTROLLED = 0.2
@@ -21,26 +21,26 @@ BY_SHIFT = 0.35
 """Share of what is unexplained that may stay so with a shift for that to be the fault."""
 
 
-def shown_commands(rig: Rig) -> list[tuple[str, int]]:
-    """Give each controller with the compared channel (row) that shows its command: itself, or what a drive makes of it."""
-    parts = [part for part in rig.machine.assembly.parts if makes_a_command(part.component)]
-    rows = [(part.name, shown_by(rig.machine.assembly, part, rig.machine.compare)[:1]) for part in parts]
+def shown_commands(experiment: Experiment) -> list[tuple[str, int]]:
+    """Return each controller with the compared channel (row) that shows its command: itself, or what a drive makes of it."""
+    parts = [part for part in experiment.machine.assembly.parts if makes_a_command(part.component)]
+    rows = [(part.name, shown_by(experiment.machine.assembly, part, experiment.machine.compare)[:1]) for part in parts]
     return [(name, row[0]) for name, row in rows if row]
 
 
-def controller_commands(rig: Rig) -> list[tuple[int, str]]:
-    """Give place and name of each compared channel that is the command of a controller."""
-    parts = {part.name: part.component for part in rig.machine.assembly.parts}
-    return [(row, name) for row, name in enumerate(rig.machine.compare) if makes_a_command(parts[name.partition(".")[0]])]
+def controller_commands(experiment: Experiment) -> list[tuple[int, str]]:
+    """Return place and name of each compared channel that is the command of a controller."""
+    parts = {part.name: part.component for part in experiment.machine.assembly.parts}
+    return [(row, name) for row, name in enumerate(experiment.machine.compare) if makes_a_command(parts[name.partition(".")[0]])]
 
 
-def unexplained_share(rig: Rig, values: Mapping[str, float]) -> Iterator[tuple[int, float]]:
-    """Give for each controller's command its place among the compared channels and the share of it that a replay does not explain."""
-    rows = [row for row, _ in controller_commands(rig)]
-    residual = rig.sensed.one(values) if rows else np.zeros((0, 0))
+def unexplained_share(experiment: Experiment, values: Mapping[str, float]) -> Iterator[tuple[int, float]]:
+    """Return for each controller's command its place among the compared channels and the share of it that a replay does not explain."""
+    rows = [row for row, _ in controller_commands(experiment)]
+    residual = experiment.sensed.one(values) if rows else np.zeros((0, 0))
     for row in rows:
-        size = float(np.std(np.nan_to_num(rig.sensed.recorded[row])))
-        settled = residual[row][int(SETTLING * rig.sensed.samples) :]
+        size = float(np.std(np.nan_to_num(experiment.sensed.recorded[row])))
+        settled = residual[row][int(SETTLING * experiment.sensed.samples) :]
         yield row, root_mean_square(settled) / size if size > 0.0 else 0.0
 
 

@@ -29,7 +29,7 @@ class ControllerValue:
         return f"{follows}; with the lesson's {given} {self.share:.0%} of it does not. Taken so for the rest."
 
     def in_machine(self, machine: Machine) -> Machine:
-        """Give the machine with the value that was found."""
+        """Return the machine with the value that was found."""
         part, _, item = self.name.partition(".")
         parts = tuple(
             replace(one, parameters={**one.parameters, item: self.value}) if one.name == part else one for one in machine.assembly.parts

@@ -99,7 +99,7 @@ class BaselineValue:
 
 @dataclass(frozen=True)
 class VariableBar:
-    """How much of a channel's missing signal a variable explains on the held-out recording (1 all, 0 nothing), before and after.
+    """How much of a channel's missing signal a variable explains on the validation recording (1 all, 0 nothing), before and after.
 
     ``within`` is the same as a share of what the variable could explain; NaN where that is all.
     """
@@ -138,7 +138,7 @@ class MissingSignal:
 
 @dataclass(frozen=True)
 class ChannelTrace:
-    """A channel of the held-out recording over ``time`` [s]: recorded, simulated without and with what was found [``unit``]."""
+    """A channel of the validation recording over ``time`` [s]: recorded, simulated without and with what was found [``unit``]."""
 
     channel: str
     unit: str
@@ -158,9 +158,9 @@ class Evidence:
     wires: tuple[tuple[str, str], ...] = ()
     """Wires of the machine, from part to part."""
     tried: tuple[tuple[str, float, float], ...] = ()
-    """Candidates that were fitted: name with place, gain in log-likelihood on the fitted and on the held-out recording [nats]."""
+    """Candidates that were fitted: name with place, gain in log-likelihood on the fitted and on the validation recording [nats]."""
     runners_up: tuple[tuple[str, str, float], ...] = ()
-    """For effects of the model: name with place, that of the next best candidate beside it, and how far that is behind on the held-out
+    """For effects of the model: name with place, that of the next best candidate beside it, and how far that is behind on the validation
     recording [nats]."""
 
 
@@ -172,7 +172,7 @@ class Diagnosis:
     sentence: str
     lesson: str
     recording: str
-    held_out: str
+    validation: str
     effects: tuple[FoundEffect, ...] = ()
     location: Location = field(default_factory=Location)
     fit: Mapping[str, ChannelFit] = field(default_factory=dict)
@@ -187,41 +187,41 @@ class Diagnosis:
     findings: tuple[str, ...] = ()
     """What was found in the recording itself, and what was done about it."""
     discovered: str = ""
-    """The formula of a term that was discovered, with its unit; empty where none was."""
+    """The formula of a candidate that was discovered, with its unit; empty where none was."""
     report: str = ""
     wall_time: float = 0.0
     complete: bool = True
     """False where the diagnosis was stopped and tells what was known until then."""
     evidence: Evidence = field(default_factory=Evidence)
     plugin: str = ""
-    """The text of a plug-in file with the discovered term as an effect; empty where none was discovered."""
+    """The text of a plug-in file with the discovered candidate as an effect; empty where none was discovered."""
     shortfall: str = ""
     """Why the model that is named is not adequate, in one sentence; empty where it is, or where nothing is named."""
 
     @property
     def names(self) -> bool:
-        """Whether the effects are what was left out; else they only take away part of what is missing."""
+        """Whether the effects are what was left out; else they only explain part of what is missing."""
         return self.verdict in ("named", "tied")
 
 
 def no_surer_than(share: float, effect: FoundEffect) -> FoundEffect:
-    """Give an effect that is no name for what is missing: as sure as it took away of it (``share``, the whole model) and no more."""
+    """Return an effect that is no name for what is missing: as sure as it explained of it (``share``, the whole model) and no more."""
     own = effect.share if math.isfinite(effect.share) else share
     return replace(effect, probability=min(effect.probability, share, max(0.0, own)))
 
 
 def with_unit(number: str, unit: str) -> str:
-    """Give a number with its unit, a pure number alone."""
+    """Return a number with its unit, a pure number alone."""
     return number if unit == "1" else f"{number} {unit}"
 
 
 def listed(names: Sequence[str]) -> str:
-    """Give ``"a, b and c"``."""
+    """Return ``"a, b and c"``."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Give the JSON of a diagnosis; numbers that are not finite become null."""
+    """Return the JSON of a diagnosis; numbers that are not finite become null."""
     return {
         "schema": SCHEMA,
         "verdict": diagnosis.verdict,

@@ -28,7 +28,7 @@ class Span:
 
 @dataclass(frozen=True)
 class Discovered:
-    """A formula for what is missing at ``at`` [``unit``]; ``share`` is how much of it the formula explains on the held-out recording.
+    """A formula for what is missing at ``at`` [``unit``]; ``share`` is how much of it the formula explains on the validation recording.
 
     ``role`` is the role of the port at ``at``; ``domain`` says where the recording has been.
     """
@@ -48,5 +48,5 @@ class Discovered:
 
 
 def _one_digit(error: float) -> str:
-    """Give a number to one digit that counts, written out: ``10`` and not ``1e+01``."""
+    """Return a number to one digit that counts, written out: ``10`` and not ``1e+01``."""
     return f"{float(f'{error:.1g}'):g}"

@@ -5,18 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 
 
 @dataclass(frozen=True)
 class Screened:
-    """A candidate with the log-likelihood its responses promise [nats], and the starting values that promise most, best first.
+    """A candidate with the log-likelihood its responses screening score [nats], and the starting values that screening score most, best
+    first.
 
-    ``shares`` are the shares of the whitened residual that they promise to take away, for each channel in the band of the motion and on
-    all frequencies.
+    ``shares`` are the shares of the whitened residual that they screening score to explain, for each channel in the band of the motion and
+    on all frequencies.
     """
 
-    term: Term
+    candidate: Candidate
     gain: float
     starts: tuple[FloatArray, ...]
     shares: FloatArray

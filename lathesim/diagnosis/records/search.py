@@ -6,12 +6,12 @@ from dataclasses import dataclass, field, replace
 
 from lathesim.diagnosis.records.controller_value import ControllerValue
 from lathesim.diagnosis.records.screened import Screened
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial
 
 
 @dataclass
-class Found:
+class SearchResult:
     """The outcome of a search, as far as it has come: the refitted baseline, the model, and what was tried beside each effect."""
 
     baseline: Model
@@ -20,15 +20,15 @@ class Found:
     tried: list[Trial] = field(default_factory=list)
     """Every candidate that was fitted, in order."""
     screened: tuple[Screened, ...] = ()
-    chance: float = 0.0
-    """What chance reaches in the last round of screening [nats]."""
-    forms: dict[str, list[Term]] = field(default_factory=dict)
+    null_maximum: float = 0.0
+    """What the null maximum is in the last round of screening [nats]."""
+    forms: dict[str, list[Candidate]] = field(default_factory=dict)
     """By the part of an effect: refined forms that explain as much as it does with another effect of the model."""
-    unseen: dict[str, list[Term]] = field(default_factory=dict)
+    unseen: dict[str, list[Candidate]] = field(default_factory=dict)
     """By the part of an effect: refined forms of usual size that would show too little here to be told from it."""
-    beginnings: list[Trial] = field(default_factory=list)
+    restarted_from: list[Trial] = field(default_factory=list)
     """What was believable as the first effect, the one that was taken left out; the best first."""
-    straining: set[str] = field(default_factory=set)
+    implausible_effects: set[str] = field(default_factory=set)
     """Parts of effects that came in together with a value further off than the lesson holds possible."""
     before: dict[str, Model] = field(default_factory=dict)
     """By the part of an effect: the model before it came in."""
@@ -43,7 +43,7 @@ class Found:
     controller: ControllerValue | None = None
     """A value of a controller that is another one than the lesson's."""
     to_ease: bool = False
-    """Whether the search began with an effect beside which values were strained, to see whether another one eases them."""
+    """Whether the search began with an effect beside which values were implausible, to see whether another one eases them."""
     unmoved: dict[str, list[Trial]] = field(default_factory=dict)
     """By the part of an effect: what was as good when it came in, but moved next to nothing beside what was not found yet."""
     complete: bool = False
@@ -56,22 +56,25 @@ class Found:
         sure, comes first."""
         return (self.controller.name,) if self.controller else self.far_off
 
-    def removed_by(self, term: Term) -> float:
-        """Give the share of the whole error that an effect of the model took away when it came in."""
-        return next((trial.share_of_all for trial in self.trials.get(term.part, ()) if trial.term.part == term.part), 0.0)
+    def removed_by(self, candidate: Candidate) -> float:
+        """Return the share of the whole error that an effect of the model explained when it came in."""
+        return next((trial.share_of_all for trial in self.trials.get(candidate.part, ()) if trial.candidate.part == candidate.part), 0.0)
 
-    def take_over(self, term: Term, other: Term) -> None:
-        """Credit an effect, and what was tried in its place, with the share that another one took away which it has made needless."""
+    def take_over(self, candidate: Candidate, other: Candidate) -> None:
+        """Credit an effect, and what was tried in its place, with the share that another one explained which it has made needless."""
         share = self.removed_by(other)
-        trials = self.trials.get(term.part, [])
-        self.trials[term.part] = [replace(trial, share_of_all=min(trial.share_of_all + share, 1.0)) for trial in trials]
+        trials = self.trials.get(candidate.part, [])
+        self.trials[candidate.part] = [replace(trial, share_of_all=min(trial.share_of_all + share, 1.0)) for trial in trials]
 
     def was_held_against(self, trial: Trial) -> bool:
-        """Say whether a trial was made on top of the model, or with a finer form in the place of one of its effects: the rest of which it
-        takes a share away is then what the model leaves."""
+        """Return whether a trial was made on top of the model, or with a finer form in the place of one of its effects: the rest of
+        which it takes a share away is then what the model leaves."""
         # by their names: an effect that does with fewer values is the same effect
-        there, rest = {term.part for term in self.model.terms}, {term.part for term in trial.model.terms if term is not trial.term}
-        replaced = [term for term in self.model.terms if term.part not in rest]
-        if trial.term.part in there or not rest <= there:
+        there, rest = (
+            {candidate.part for candidate in self.model.candidates},
+            {candidate.part for candidate in trial.model.candidates if candidate is not trial.candidate},
+        )
+        replaced = [candidate for candidate in self.model.candidates if candidate.part not in rest]
+        if trial.candidate.part in there or not rest <= there:
             return False
-        return not replaced or (len(replaced) == 1 and replaced[0].name in trial.term.effect.refines)
+        return not replaced or (len(replaced) == 1 and replaced[0].name in trial.candidate.effect.refines)

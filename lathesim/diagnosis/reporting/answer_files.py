@@ -1,4 +1,4 @@
-"""What a diagnosis leaves behind: its report, the lesson with what was found in it, and a discovered term as a plug-in."""
+"""What a diagnosis leaves behind: its report, the lesson with what was found in it, and a discovered candidate as a plug-in."""
 
 from __future__ import annotations
 

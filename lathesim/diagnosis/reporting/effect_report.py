@@ -9,17 +9,17 @@ import numpy as np
 from lathesim.component import Declaration, Parameter
 from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
-from lathesim.diagnosis.verdict.ranking import Standing
+from lathesim.diagnosis.verdict.ranking import RankedEffect
 from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates
-from lathesim.identification.records.candidate import Term
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.replay.experiment import Experiment
 
 
-def reported(item: Standing, values: Estimates, rig: Rig) -> FoundEffect:
-    """Give what is told of an effect; a parameter is not determined where its error is large beside itself and its usual size."""
-    term = item.term
+def reported(item: RankedEffect, values: Estimates, experiment: Experiment) -> FoundEffect:
+    """Return what is told of an effect; a parameter is not determined where its error is large beside itself and its usual size."""
+    candidate = item.candidate
     parameters, undetermined = {}, []
-    for name, scale in zip(term.parameters, np.abs(term.points).max(axis=0, initial=0.0), strict=True):
+    for name, scale in zip(candidate.parameters, np.abs(candidate.points).max(axis=0, initial=0.0), strict=True):
         short = name.partition(".")[2]
         if name not in values.by_name:
             continue
@@ -29,52 +29,52 @@ def reported(item: Standing, values: Estimates, rig: Rig) -> FoundEffect:
         if short == "order":
             # a whole number; what it seems to be off is the speed
             half, value = max(half, abs(value - round(value))), float(round(value))
-        declared = declared_in(rig, name)
+        declared = declared_in(experiment, name)
         parameters[short] = bounded(Interval(value, declared.unit, value - half, value + half), declared)
         if estimate.error <= 0.0 or estimate.error > 0.5 * max(float(scale), abs(estimate.value)):
             undetermined.append(short)
     others = (*item.tied, *item.forms)
-    tied = tuple(dict.fromkeys(other.name if other.name != term.name else f"{other.name} at {other.at}" for other in others))
+    tied = tuple(dict.fromkeys(other.name if other.name != candidate.name else f"{other.name} at {other.at}" for other in others))
     unseen = next((other.effect.experiment for other in item.unseen), None)
-    experiment = term.effect.experiment if tied or undetermined else unseen
+    separating = candidate.effect.experiment if tied or undetermined else unseen
     return FoundEffect(
-        term.name,
-        term.at,
-        term.family,
+        candidate.name,
+        candidate.at,
+        candidate.family,
         item.probability,
-        _turned(term, parameters),
+        _turned(candidate, parameters),
         tied,
-        experiment,
+        separating,
         item.share,
         item.removes,
-        _first_line(term),
+        _first_line(candidate),
         tuple(undetermined),
     )
 
 
-def declared_in(rig: Rig, name: str) -> Declaration:
-    """Give how ``part.name`` is declared where it sits, with the units of its wires."""
+def declared_in(experiment: Experiment, name: str) -> Declaration:
+    """Return how ``part.name`` is declared where it sits, with the units of its wires."""
     part, _, item = name.partition(".")
-    return rig.sensed.plan.parts[part].component.declarations[item]
+    return experiment.sensed.plan.parts[part].component.declarations[item]
 
 
 def bounded(interval: Interval, declared: Declaration) -> Interval:
-    """Give an interval that ends where the declaration does: what cannot be negative has no interval below zero."""
+    """Return an interval that ends where the declaration does: what cannot be negative has no interval below zero."""
     if not isinstance(declared, Parameter):
         return interval
     low, high = (float(np.clip(bound, declared.low, declared.high)) for bound in (interval.low, interval.high))
     return replace(interval, low=min(low, interval.value), high=max(high, interval.value))
 
 
-def _first_line(term: Term) -> str:
-    return (term.effect.__doc__ or "").strip().splitlines()[0]
+def _first_line(candidate: Candidate) -> str:
+    return (candidate.effect.__doc__ or "").strip().splitlines()[0]
 
 
-def _turned(term: Term, parameters: dict[str, Interval]) -> dict[str, Interval]:
-    """Give each wave with a negative size as the same wave of positive size, half a turn on."""
-    values = {f"{term.part}.{name}": item.value for name, item in parameters.items()}
+def _turned(candidate: Candidate, parameters: dict[str, Interval]) -> dict[str, Interval]:
+    """Return each wave with a negative size as the same wave of positive size, half a turn on."""
+    values = {f"{candidate.part}.{name}": item.value for name, item in parameters.items()}
     turned = dict(parameters)
-    sizes = [size for phase in phases_to_turn(term, values) for size in term.waves[phase] if size in values]
+    sizes = [size for phase in phases_to_turn(candidate, values) for size in candidate.waves[phase] if size in values]
     for name in (size.partition(".")[2] for size in sizes):
         item = parameters[name]
         turned[name] = Interval(-item.value, item.unit, -item.high, -item.low)

@@ -12,10 +12,10 @@ from lathesim.diagnosis.location.missing_force import places
 from lathesim.diagnosis.location.missing_share import missing_signals
 from lathesim.diagnosis.location.operating_conditions import PARTIAL
 from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location, VariableBar
-from lathesim.diagnosis.records.search import Found
-from lathesim.identification.records.candidate import Term
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 
 SEEN = 0.1
 """A variable that explains less than this share of the missing signal is not named as one it depends on."""
@@ -28,103 +28,103 @@ _CLEARLY = 0.02
 _MOST_NAMED = 4
 
 
-def gather(rig: Rig, held_out: Rig, found: Found, own: Compared) -> Evidence:
-    """Give what the report draws, on the held-out recording."""
+def gather(experiment: Experiment, validation: Experiment, found: SearchResult, own: Compared) -> Evidence:
+    """Return what the report draws, on the validation recording."""
     before, after = found.baseline, found.model
     return Evidence(
-        bars=tuple(_bars(rig, held_out, before, after)),
-        missing=missing_signals(held_out, before, after),
-        traces=tuple(_traces(held_out, own)),
-        wires=_wires(held_out),
+        bars=tuple(_bars(experiment, validation, before, after)),
+        missing=missing_signals(validation, before, after),
+        traces=tuple(_traces(validation, own)),
+        wires=_wires(validation),
         tried=tuple(_best_of_each(found.tried)),
         runners_up=tuple(runners_up(found)),
     )
 
 
 def _best_of_each(tried: Iterable[Trial]) -> Iterator[tuple[str, float, float]]:
-    """Give name and gains of every candidate, on both recordings: of one that was tried in several ways or rounds the best."""
+    """Return name and gains of every candidate, on both recordings: of one that was tried in several ways or rounds the best."""
     best: dict[str, Trial] = {}
     for trial in tried:
-        name = _name(trial.term)
+        name = _name(trial.candidate)
         if name not in best or _gains(trial) > _gains(best[name]):
             best[name] = trial
-    return ((name, trial.gain, trial.held_out_gain) for name, trial in best.items())
+    return ((name, trial.gain, trial.validation_gain) for name, trial in best.items())
 
 
-def runners_up(found: Found) -> Iterator[tuple[str, str, float]]:
-    """Give for each effect the next best of what was tried in its place, beside the same other effects: gains of other rounds, with more or
-    less of the error explained already, are none to hold it against."""
-    names = {_name(term) for term in found.model.terms}
-    for term in found.model.terms:
-        own = next((trial for trial in found.trials.get(term.part, ()) if trial.term.part == term.part), None)
+def runners_up(found: SearchResult) -> Iterator[tuple[str, str, float]]:
+    """Return for each effect the next best of what was tried in its place, beside the same other effects: gains of other rounds, with
+    more or less of the error explained already, are none to hold it against."""
+    names = {_name(candidate) for candidate in found.model.candidates}
+    for candidate in found.model.candidates:
+        own = next((trial for trial in found.trials.get(candidate.part, ()) if trial.candidate.part == candidate.part), None)
         if own is not None:
             beside = _beside(own)
-            rivals = [trial for trial in found.tried if _beside(trial) == beside and _name(trial.term) not in names]
-            best = max((trial for trial in rivals if np.isfinite(trial.held_out_gain)), key=_gains, default=None)
+            rivals = [trial for trial in found.tried if _beside(trial) == beside and _name(trial.candidate) not in names]
+            best = max((trial for trial in rivals if np.isfinite(trial.validation_gain)), key=_gains, default=None)
             if best is not None:
-                yield _name(term), _name(best.term), own.held_out_gain - best.held_out_gain
+                yield _name(candidate), _name(best.candidate), own.validation_gain - best.validation_gain
 
 
 def _beside(trial: Trial) -> set[str]:
-    return {term.part for term in trial.model.terms if term.part != trial.term.part}
+    return {candidate.part for candidate in trial.model.candidates if candidate.part != trial.candidate.part}
 
 
-def _name(term: Term) -> str:
-    return f"{term.name} at {term.at}"
+def _name(candidate: Candidate) -> str:
+    return f"{candidate.name} at {candidate.at}"
 
 
 def _gains(trial: Trial) -> tuple[float, float]:
-    return trial.held_out_gain, trial.gain
+    return trial.validation_gain, trial.gain
 
 
-def _bars(rig: Rig, held_out: Rig, before: Model, after: Model) -> list[VariableBar]:
-    first = {(bar.channel, bar.variable): bar for bar in bars(rig, before.fitted, held_out, before.held_out_fit)}
+def _bars(experiment: Experiment, validation: Experiment, before: Model, after: Model) -> list[VariableBar]:
+    first = {(bar.channel, bar.variable): bar for bar in bars(experiment, before.fitted, validation, before.validation_fit)}
     if after is before:
         second = first
     else:
-        second = {(bar.channel, bar.variable): bar for bar in bars(rig, after.fitted, held_out, after.held_out_fit)}
+        second = {(bar.channel, bar.variable): bar for bar in bars(experiment, after.fitted, validation, after.validation_fit)}
     pairs = ((bar, second[key]) for key, bar in first.items())
     return [VariableBar(bar.channel, bar.variable, bar.share, other.share, bar.within, other.within) for bar, other in pairs]
 
 
-def _traces(held_out: Rig, own: Compared) -> list[ChannelTrace]:
+def _traces(validation: Experiment, own: Compared) -> list[ChannelTrace]:
     return [
-        ChannelTrace(name, own.fit[name].unit, held_out.record.time, held_out.own.recorded[row], own.before[row], own.after[row])
-        for row, name in enumerate(held_out.machine.compare)
+        ChannelTrace(name, own.fit[name].unit, validation.record.time, validation.own.recorded[row], own.before[row], own.after[row])
+        for row, name in enumerate(validation.machine.compare)
     ]
 
 
-def _wires(rig: Rig) -> tuple[tuple[str, str], ...]:
-    pairs = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in rig.machine.assembly.wires if wire.source]
+def _wires(experiment: Experiment) -> tuple[tuple[str, str], ...]:
+    pairs = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in experiment.machine.assembly.wires if wire.source]
     return tuple(dict.fromkeys(pairs))
 
 
-def located(held_out: Rig, found: Found, evidence: Evidence, *, named: bool) -> Location:
-    """Say where the mismatch sits: the hosts of what is named, else the parts in which the replay finds it."""
-    worst = places(held_out, found.baseline.held_out_fit)
-    hosts = [term.at.partition(".")[0] for term in found.model.terms] if named else []
+def located(validation: Experiment, found: SearchResult, evidence: Evidence, *, named: bool) -> Location:
+    """Return where the mismatch sits: the hosts of what is named, else the parts in which the replay finds it."""
+    worst = places(validation, found.baseline.validation_fit)
+    hosts = [candidate.at.partition(".")[0] for candidate in found.model.candidates] if named else []
     channels = [place.channel for place in worst if place.over_floor > 1.0]
-    suspects = hosts or suspected(held_out, evidence, channels)
+    suspects = hosts or suspected(validation, evidence, channels)
     windows = worst[0].windows if worst else ()
     return Location(tuple(dict.fromkeys(suspects)), tuple(channels), windows, strongest_variables(evidence.bars, channels))
 
 
-def suspected(held_out: Rig, evidence: Evidence, off: Collection[str]) -> list[str]:
-    """Give the parts in which much is missing, the largest share of what acts there first; ``off`` are the channels over their floor.
+def suspected(validation: Experiment, evidence: Evidence, off: Collection[str]) -> list[str]:
+    """Return the parts in which much is missing, the largest share of what acts there first; ``off`` are the channels over their floor.
 
     A part that misses less than a fifth of the largest share is none of them. Where a sensor's reading is off, so may be what it reads, and
     rather that where several of its readings are.
     """
-    compare = zip(held_out.machine.compare, evidence.missing, strict=True)
+    compare = zip(validation.machine.compare, evidence.missing, strict=True)
     shares = [(item.share_before, item.at) for name, item in compare if name in off and np.isfinite(item.share_before)]
     most = max((share for share, _ in shares), default=0.0)
     shares = sorted((pair for pair in shares if pair[0] >= COMPARABLE * most), key=lambda pair: -pair[0])
-    ports = {part.name: part.component.ports for part in held_out.machine.assembly.parts}
+    ports = {part.name: part.component.ports for part in validation.machine.assembly.parts}
     found = []
     for part in [at.partition(".")[0] for _, at in shares]:
         reads: list[str] = []
         if {"measured", "reading"} <= set(ports.get(part, ())):
-            wires = held_out.machine.assembly.wires
+            wires = validation.machine.assembly.wires
             reads = [wire.source.partition(".")[0] for wire in wires if wire.source and wire.target.startswith(f"{part}.")]
         several = sum(at.startswith(f"{part}.") for _, at in shares) > 1
         found += [*reads, part] if several else [part, *reads]
@@ -132,7 +132,7 @@ def suspected(held_out: Rig, evidence: Evidence, off: Collection[str]) -> list[s
 
 
 def strongest_variables(bars_: tuple[VariableBar, ...], channels: list[str], *, after: bool = False) -> tuple[str, ...]:
-    """Give the variables that explain most of what is missing; one that a simpler one nearly replaces is not named.
+    """Return the variables that explain most of what is missing; one that a simpler one nearly replaces is not named.
 
     One that has a value only now and then (time since entry) is named where it explains much of what is missing there.
     """

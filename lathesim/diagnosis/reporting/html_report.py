@@ -63,7 +63,7 @@ def write_report(diagnosis: Diagnosis, path: str | Path) -> Path:
 
 
 def report_html(diagnosis: Diagnosis) -> str:
-    """Give the report of a diagnosis as the text of an HTML page."""
+    """Return the report of a diagnosis as the text of an HTML page."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     loader = FileSystemLoader(Path(__file__).parent)
@@ -84,7 +84,7 @@ def _page(diagnosis: Diagnosis) -> dict[str, Any]:
         "takes_part": "" if diagnosis.names else takes_part(diagnosis),
         "lesson": diagnosis.lesson,
         "recording": diagnosis.recording,
-        "held_out": diagnosis.held_out if diagnosis.held_out != diagnosis.recording else "",
+        "held_out": diagnosis.validation if diagnosis.validation != diagnosis.recording else "",
         "complete": diagnosis.complete,
         "figures": _figures(diagnosis, modelled, changed),
         "findings": list(diagnosis.findings),
@@ -100,7 +100,7 @@ def _page(diagnosis: Diagnosis) -> dict[str, Any]:
         "tried": _tried(diagnosis),
         "tried_more": max(0, len(diagnosis.evidence.tried) - _TRIED),
         "sure": _sure(diagnosis),
-        "judged": f"on {diagnosis.held_out}" if diagnosis.held_out else "",
+        "judged": f"on {diagnosis.validation}" if diagnosis.validation else "",
         "changed": changed,
         "modelled": modelled,
         "changes": changes,
@@ -125,7 +125,7 @@ def _own(wires: Wires) -> list[tuple[str, str]]:
 
 
 def insert_lines(entries: Sequence[Mapping[str, str]]) -> str:
-    """Give the ``insert:`` lines of a lesson, as they are pasted."""
+    """Return the ``insert:`` lines of a lesson, as they are pasted."""
     if not entries:
         return ""
     lines = ["  - {" + ", ".join(f"{key}: {value}" for key, value in entry.items()) + "}" for entry in entries]
@@ -142,7 +142,7 @@ def _over(size: float, floor: float) -> float:
 
 
 def _figures(diagnosis: Diagnosis, modelled: bool, changed: bool) -> list[tuple[str, str]]:
-    """Give the few numbers that stand largest on the page."""
+    """Return the few numbers that stand largest on the page."""
     found: list[tuple[str, str]] = []
     if diagnosis.effects and diagnosis.names:
         found.append(("probability", probability_text(min(effect.probability for effect in diagnosis.effects))))
@@ -158,7 +158,7 @@ def _figures(diagnosis: Diagnosis, modelled: bool, changed: bool) -> list[tuple[
 
 
 def _how_far(diagnosis: Diagnosis) -> str:
-    """Say how far an answer explains the recording: where nothing feeds back, what nobody modelled adds up to many floors."""
+    """Return how far an answer explains the recording: where nothing feeds back, what nobody modelled adds up to many floors."""
     if not diagnosis.adequate:
         return "not yet: see what is left"
     at_floor = all(_over(item.after, item.floor) <= _NEAR for item in diagnosis.fit.values())
@@ -189,7 +189,7 @@ def _located(diagnosis: Diagnosis) -> str:
 
 
 def _suspects(diagnosis: Diagnosis) -> dict[str, str]:
-    """Give part -> ``first`` or ``other`` for the parts that are marked in the wiring."""
+    """Return part -> ``first`` or ``other`` for the parts that are marked in the wiring."""
     hosts = [effect.at.partition(".")[0] for effect in diagnosis.effects]
     if diagnosis.verdict in ("no_mismatch", "parameters_only"):
         return {}
@@ -201,7 +201,7 @@ def _suspects(diagnosis: Diagnosis) -> dict[str, str]:
 
 
 def _strip(diagnosis: Diagnosis) -> dict[str, Any] | None:
-    """Give the time strip: where its marks and ticks stand [px]."""
+    """Return the time strip: where its marks and ticks stand [px]."""
     windows = diagnosis.location.windows
     if not windows:
         return None
@@ -256,7 +256,7 @@ def _is_found(name: str, diagnosis: Diagnosis) -> bool:
 
 
 def _sure(diagnosis: Diagnosis) -> list[str]:
-    """Give the sentences about probability, runner-up and ties."""
+    """Return the sentences about probability, runner-up and ties."""
     named = diagnosis.effects if diagnosis.names else ()
     several = named if len(named) > 1 else ()
     lines = [f"{effect.effect} at {effect.at}: probability {probability_text(effect.probability)}." for effect in several]
@@ -289,20 +289,20 @@ def _change(name: str, item: ChannelFit) -> dict[str, str]:
 
 
 def _removed(before: float, after: float) -> str:
-    """Give the share of the mean square that went away."""
+    """Return the share of the mean square that went away."""
     if not (before > 0.0 and math.isfinite(after)):
         return NOTHING
     return percent(1.0 - (after / before) ** 2)
 
 
 def _missing(diagnosis: Diagnosis) -> list[MissingSignal]:
-    """Give the missing force (or signal) to be shown: the one that is largest beside what acts there."""
+    """Return the missing force (or signal) to be shown: the one that is largest beside what acts there."""
     known = [item for item in diagnosis.evidence.missing if len(item.time) > 1 and np.isfinite(item.before).any()]
     return sorted(known, key=lambda item: -item.share_before if math.isfinite(item.share_before) else 0.0)[:_MISSING]
 
 
 def _drawings(diagnosis: Diagnosis, order: Sequence[str]) -> list[Any]:
-    """Give the two figures of the page: the worst channel and what is missing, or two channels where no force is."""
+    """Return the two figures of the page: the worst channel and what is missing, or two channels where no force is."""
     from markupsafe import Markup
 
     from lathesim.diagnosis.reporting.figures import HALF, WHOLE, missing_svg, trace_svg
@@ -321,7 +321,8 @@ def _drawings(diagnosis: Diagnosis, order: Sequence[str]) -> list[Any]:
 
 
 def _baseline(name: str, item: BaselineValue, modelled: bool) -> dict[str, Any]:
-    """Give a row of the table of refitted values: with something modelled what they had absorbed without it, else how far off they were."""
+    """Return a row of the table of refitted values: with something modelled what they had absorbed without it, else how far off they
+    were."""
     reference, other = (item.refit_with, item.refit_without) if modelled else (item.given, item.refit_with)
     value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit)
     deviation = 0.5 * (item.high - item.low) / CONFIDENCE

@@ -16,7 +16,7 @@ NOTHING = "\N{EN DASH}"
 
 
 def pretty_unit(unit: str) -> str:
-    """Give ``"N·s/m"`` for ``"N*s/m"``, and an empty text for a pure number."""
+    """Return ``"N·s/m"`` for ``"N*s/m"``, and an empty text for a pure number."""
     unit = unit.replace("**", "^")
     while (bare := re.sub(r"\(([^()*/^ ]+)\)", r"\1", unit)) != unit:
         unit = bare
@@ -26,14 +26,14 @@ def pretty_unit(unit: str) -> str:
 
 
 def shared_unit(values: Iterable[float], unit: str) -> tuple[float, str]:
-    """Give what one display unit is in the SI ``unit``, and its name, such that the largest of ``values`` reads well."""
+    """Return what one display unit is in the SI ``unit``, and its name, such that the largest of ``values`` reads well."""
     largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
     factor, name = display_unit(unit, largest * 10.0 if unit == "m" else largest)
     return factor, pretty_unit(name)
 
 
 def number(value: float, decimals: int | None = None, digits: int = 4) -> str:
-    """Give a number with ``decimals``, or with as many digits that count."""
+    """Return a number with ``decimals``, or with as many digits that count."""
     if not math.isfinite(value):
         return NOTHING
     if value == 0.0:
@@ -51,13 +51,13 @@ def number(value: float, decimals: int | None = None, digits: int = 4) -> str:
 
 
 def quantity_text(value: float, unit: str, digits: int = 4) -> str:
-    """Give an SI value with its display unit: ``"27.3 µm"``."""
+    """Return an SI value with its display unit: ``"27.3 µm"``."""
     factor, name = shared_unit([value], unit)
     return f"{number(value / factor, digits=digits)} {name}".strip() if math.isfinite(value) else NOTHING
 
 
 def interval_texts(value: float, low: float, high: float, unit: str) -> tuple[str, str]:
-    """Give a value and its interval, both to the digit that the interval makes worth telling: ``("20.4 N", "20.2 to 20.6 N")``."""
+    """Return a value and its interval, both to the digit that the interval makes worth telling: ``("20.4 N", "20.2 to 20.6 N")``."""
     factor, name = shared_unit([value, low, high], unit)
     shown, least, most = value / factor, low / factor, high / factor
     if not (math.isfinite(least) and math.isfinite(most)):
@@ -69,7 +69,7 @@ def interval_texts(value: float, low: float, high: float, unit: str) -> tuple[st
 
 
 def percent(share: float) -> str:
-    """Give a share as ``"98.3 %"``; between 99.9 % and all, as many digits as it takes to tell them apart."""
+    """Return a share as ``"98.3 %"``; between 99.9 % and all, as many digits as it takes to tell them apart."""
     if not math.isfinite(share):
         return NOTHING
     shown = 100.0 * share
@@ -79,12 +79,12 @@ def percent(share: float) -> str:
 
 
 def probability_text(probability: float) -> str:
-    """Give a probability; never as certainty."""
+    """Return a probability; never as certainty."""
     return "> 99.9 %" if probability > 0.999 else percent(probability)
 
 
 def times(ratio: float) -> str:
-    """Give a ratio as ``"135 x"``, with the proper sign."""
+    """Return a ratio as ``"135 x"``, with the proper sign."""
     if not math.isfinite(ratio):
         return NOTHING
     digits = 0 if ratio >= 10.0 else 1
@@ -92,12 +92,12 @@ def times(ratio: float) -> str:
 
 
 def words(name: str) -> str:
-    """Give ``x_axis.position`` with places where a line may break."""
+    """Return ``x_axis.position`` with places where a line may break."""
     return name.replace("_", "_\N{ZERO WIDTH SPACE}").replace(".", ".\N{ZERO WIDTH SPACE}")
 
 
 def takes_part(diagnosis: Diagnosis) -> str:
-    """Say what effects are where nothing is named: they take away part of what is missing, or not even that."""
-    judged = diagnosis.held_out or "the recording that judges"
+    """Return what effects are where nothing is named: they explain part of what is missing, or not even that."""
+    judged = diagnosis.validation or "the recording that judges"
     where = "" if diagnosis.removed_share > 0.0 else f" in {diagnosis.recording}, all in all nothing in {judged}"
     return f"This takes away part of it{where}, and is no name for it"

@@ -9,22 +9,22 @@ import numpy as np
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.method import Settings
 from lathesim.diagnosis.records.diagnosis import BaselineValue, Evidence, FoundEffect, listed, with_unit
-from lathesim.diagnosis.records.search import Found
-from lathesim.diagnosis.verdict.ranking import Standing
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.verdict.ranking import RankedEffect
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import POSSIBLE
 
 _TOLD_SHARE = 5e-4
-"""Share of what acts at a place from which on the share of it that is missing is told."""
+"""Share of what acts at a place above which the share of it that is missing is told."""
 _MUCH = 0.05
-"""Share of what acts at a place from which on it is said that nothing explains what is missing there."""
+"""Share of what acts at a place above which it is said that nothing explains what is missing there."""
 _HARDLY_SHOWN = 0.01
 """Floors of a channel by which a value must move it for some ten thousand samples to show that."""
 
 
-def still_missing(evidence: Evidence, variables: tuple[str, ...], found: Found, settings: Settings) -> tuple[str, ...]:
-    """Say what is still missing, where, and what it depends on."""
+def still_missing(evidence: Evidence, variables: tuple[str, ...], found: SearchResult, settings: Settings) -> tuple[str, ...]:
+    """Return what is still missing, where, and what it depends on."""
     sentences = []
     for item in evidence.missing:
         before, after = (shown_with_unit(size, item.unit, 3) for size in item.sizes)
@@ -39,17 +39,17 @@ def still_missing(evidence: Evidence, variables: tuple[str, ...], found: Found, 
     if found.ended_after:
         sentences.append(f"After {found.ended_after} runs no further effect was looked for.")
     for trial in found.tried:
-        small = trial.gain > settings.margin and trial.held_out_gain > settings.margin and found.was_held_against(trial)
+        small = trial.gain > settings.margin and trial.validation_gain > settings.margin and found.was_held_against(trial)
         if small and trial.share_of_rest > settings.share_of_rest and found.complete and trial.share_of_all <= settings.share_of_all:
             shares = f"{trial.share_of_rest:.0%} of the rest, which is {trial.share_of_all:.1%} of all"
-            sentences.append(f"{trial.term.name} at {trial.term.at} would take away {shares}: too little to name it.")
+            sentences.append(f"{trial.candidate.name} at {trial.candidate.at} would take away {shares}: too little to name it.")
     return tuple(dict.fromkeys(sentences))
 
 
-def strained_values(strained: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> list[str]:
-    """Say which values would have to be further off than the lesson holds possible."""
+def implausible_values(implausible: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> list[str]:
+    """Return which values would have to be further off than the lesson holds possible."""
     sentences = []
-    for name in strained:
+    for name in implausible:
         item = baseline[name]
         off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
         sentences.append(
@@ -59,7 +59,7 @@ def strained_values(strained: tuple[str, ...], baseline: Mapping[str, BaselineVa
 
 
 def not_shown(fitted: Fitted, uncertain: Mapping[str, float], floors: FloatArray) -> list[str]:
-    """Say which ``uncertain`` values (name -> standard deviation) move no channel by a hundredth of its floor (channels,), even as far
+    """Return which ``uncertain`` values (name -> standard deviation) move no channel by a hundredth of its floor (channels,), even as far
     off as possible."""
     found = []
     for name, slope in zip(fitted.names, fitted.sensitivity if fitted.sensitivity is not None else (), strict=False):
@@ -69,7 +69,7 @@ def not_shown(fitted: Fitted, uncertain: Mapping[str, float], floors: FloatArray
 
 
 def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue], factor: str = "", *, whole: bool) -> list[str]:
-    """Say which value explains the recordings by itself, or takes a part of it away where it does not do the ``whole``, and which others
+    """Return which value explains the recordings by itself, or takes a part of it away where it does not do the ``whole``, and which others
     would as well, or a reading that is off by a ``factor``."""
     if not names:
         return []
@@ -83,7 +83,7 @@ def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue],
 
 
 def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
-    """Say what a recording cannot tell apart and which values it leaves open, with the experiment that would."""
+    """Return what a recording cannot tell apart and which values it leaves open, with the experiment that would."""
     sentences = []
     for effect in effects:
         if effect.tied_with:
@@ -101,7 +101,7 @@ def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def unseen_forms(standings: Iterable[Standing]) -> list[str]:
-    """Say which refined forms of what is named the recording could not have shown."""
-    pairs = [(item.term, other) for item in standings for other in item.unseen]
-    return [f"Whether {term.name} is {other.name} this recording cannot tell. {other.effect.experiment}" for term, other in pairs]
+def unseen_forms(ranked: Iterable[RankedEffect]) -> list[str]:
+    """Return which refined forms of what is named the recording could not have shown."""
+    pairs = [(item.candidate, other) for item in ranked for other in item.unseen]
+    return [f"Whether {candidate.name} is {other.name} this recording cannot tell. {other.effect.experiment}" for candidate, other in pairs]

@@ -11,7 +11,7 @@ from lathesim.diagnosis.reporting.number_text import takes_part
 
 
 def answer_lines(diagnosis: Diagnosis) -> list[str]:
-    """Give the lines of an answer."""
+    """Return the lines of an answer."""
     lines = [f"Recording: {line}" for line in diagnosis.findings]
     lines += ["", diagnosis.sentence]
     if diagnosis.shortfall:
@@ -43,14 +43,14 @@ def answer_lines(diagnosis: Diagnosis) -> list[str]:
 
 
 def _beside(diagnosis: Diagnosis) -> list[str]:
-    """Tell which values of the lesson are others beside what is to be pasted: without them it leaves more."""
+    """Report which values of the lesson are others beside what is to be pasted: without them it leaves more."""
     moved = [(name, item) for name, item in diagnosis.baseline.items() if not item.low <= item.given <= item.high]
     told = [f"{name} = {with_unit(f'{item.refit_with:.4g}', item.unit)} (given {item.given:.4g})" for name, item in moved]
     return [f"That is with {', '.join(told)}, as in lesson_explained.yaml."] if told else []
 
 
 def _effect_lines(effect: FoundEffect, diagnosis: Diagnosis) -> list[str]:
-    # what is no name takes away no more than all effects together do where they are judged
+    # what is no name explains no more than all effects together do where they are judged
     share = effect.share if diagnosis.names else min(effect.share, max(0.0, diagnosis.removed_share))
     # what is read off the recorded values takes no part of the error
     taken = f"{share:.0%} of the error" if math.isfinite(effect.share) else "read off the recorded values"
@@ -64,7 +64,7 @@ def _effect_lines(effect: FoundEffect, diagnosis: Diagnosis) -> list[str]:
 
 
 def _told_apart(*values: float) -> list[str]:
-    """Give numbers with four digits, or as many as it takes to tell them apart: 0.0069999 to 0.0070001 and not 0.007 to 0.007."""
+    """Return numbers with four digits, or as many as it takes to tell them apart: 0.0069999 to 0.0070001 and not 0.007 to 0.007."""
     for digits in range(4, 12):
         texts = [f"{value:.{digits}g}" for value in values]
         if len(set(texts)) == len(set(values)):

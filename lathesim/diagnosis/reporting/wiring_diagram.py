@@ -74,7 +74,7 @@ def _nearest(names: list[str], pairs: Wires, near: list[str]) -> set[str]:
 
 
 def _layers(names: list[str], pairs: Wires) -> tuple[list[list[str]], list[tuple[str, str]]]:
-    """Give the names layer by layer, and the pairs that close a loop."""
+    """Return the names layer by layer, and the pairs that close a loop."""
     fed = {target for _, target in pairs}
     following = {name: [target for source, target in pairs if source == name] for name in names}
     roots = [name for name in names if name not in fed] or [_beginning(names, following)]
@@ -109,7 +109,7 @@ def _layers(names: list[str], pairs: Wires) -> tuple[list[list[str]], list[tuple
 
 
 def _beginning(names: list[str], following: dict[str, list[str]]) -> str:
-    """Give where to begin drawing a machine that is one loop: at what commands it."""
+    """Return where to begin drawing a machine that is one loop: at what commands it."""
     for word in _BEGINNINGS:
         for name in names:
             if word in name:

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from lathesim.diagnosis.selection.laboratory import Bench
+from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.records.model import Model, is_wide
+from lathesim.identification.records.model import Model, is_full_band
 
 
-def fewer(bench: Bench, model: Model, term: Term) -> Model:
-    """Give a model without one of its terms, judged on both recordings."""
-    return bench.model(_rest(model, term), fitted_without(bench, model, term))
+def fewer(laboratory: Laboratory, model: Model, candidate: Candidate) -> Model:
+    """Return a model without one of its candidates, judged on both recordings."""
+    return laboratory.model(_rest(model, candidate), fitted_without(laboratory, model, candidate))
 
 
-def fitted_without(bench: Bench, model: Model, term: Term) -> Fitted:
+def fitted_without(laboratory: Laboratory, model: Model, candidate: Candidate) -> Fitted:
     """Fit the rest of a model anew."""
-    free = [item for item in model.free if item.name not in term.parameters]
-    return fit(bench.rig.sensed, free, model.fitted.constant, rounds=1, wide=is_wide(_rest(model, term)))
+    free = [item for item in model.free if item.name not in candidate.parameters]
+    return fit(laboratory.experiment.sensed, free, model.fitted.constant, rounds=1, full_band=is_full_band(_rest(model, candidate)))
 
 
-def _rest(model: Model, term: Term) -> tuple[Term, ...]:
-    return tuple(other for other in model.terms if other is not term)
+def _rest(model: Model, candidate: Candidate) -> tuple[Candidate, ...]:
+    return tuple(other for other in model.candidates if other is not candidate)

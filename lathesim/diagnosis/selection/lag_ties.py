@@ -11,11 +11,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from lathesim.diagnosis.method import Settings
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import EQUAL_SHARE, merit
-from lathesim.diagnosis.selection.laboratory import Bench
+from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import with_start
 from lathesim.identification.records.model import Model, Trial
 
@@ -27,42 +27,46 @@ _EQUAL = 4.0
 """Nats within which they are alike, or the usual share of what the effect gained."""
 
 
-def ties_of_late_effects(bench: Bench, found: Found, settings: Settings) -> None:
-    """Tell what is as good as a late effect of the model, once forces may be slow, as tied with it."""
-    for term in found.model.terms:
-        trials = found.trials.get(term.part, [])
-        own = next((trial for trial in trials if trial.term.part == term.part), None)
-        if own is None or term.family not in _LATE:
+def ties_of_late_effects(laboratory: Laboratory, found: SearchResult, settings: Settings) -> None:
+    """Report what is as good as a late effect of the model, once forces may be slow, as tied with it."""
+    for candidate in found.model.candidates:
+        trials = found.trials.get(candidate.part, [])
+        own = next((trial for trial in trials if trial.candidate.part == candidate.part), None)
+        if own is None or candidate.family not in _LATE:
             continue
         near = [trial for trial in trials if _is_near(trial, own, found.model, settings)]
         if not near:
             continue
-        bench.say(f"holding {', '.join(trial.term.name for trial in near)} against {term.name} with forces that may be slow")
-        reached = _with_slow_forces(bench, own.model)
-        width = max(_EQUAL, EQUAL_SHARE * own.wide_gain)
-        alike = {trial.term.part for trial in near if _with_slow_forces(bench, trial.model) > reached - width}
-        found.trials[term.part] = [_as_good_as(trial, own) if trial.term.part in alike else trial for trial in trials]
+        laboratory.progress(
+            f"holding {', '.join(trial.candidate.name for trial in near)} against {candidate.name} with forces that may be slow"
+        )
+        reached = _with_slow_forces(laboratory, own.model)
+        width = max(_EQUAL, EQUAL_SHARE * own.full_band_gain)
+        alike = {trial.candidate.part for trial in near if _with_slow_forces(laboratory, trial.model) > reached - width}
+        found.trials[candidate.part] = [_as_good_as(trial, own) if trial.candidate.part in alike else trial for trial in trials]
 
 
 def _is_near(trial: Trial, own: Trial, model: Model, settings: Settings) -> bool:
-    """Say whether a trial of another late effect came near and stood beside the same effects."""
-    other: Term = trial.term
-    beside = {term.part for term in trial.model.terms} - {other.part} == {term.part for term in own.model.terms} - {own.term.part}
-    alike = other.family in _LATE and other not in model.terms and beside
-    return alike and other.part != own.term.part and _NEAR * merit(own, settings) < merit(trial, settings) < merit(own, settings)
+    """Return whether a trial of another late effect came near and stood beside the same effects."""
+    other: Candidate = trial.candidate
+    beside = {candidate.part for candidate in trial.model.candidates} - {other.part} == {
+        candidate.part for candidate in own.model.candidates
+    } - {own.candidate.part}
+    alike = other.family in _LATE and other not in model.candidates and beside
+    return alike and other.part != own.candidate.part and _NEAR * merit(own, settings) < merit(trial, settings) < merit(own, settings)
 
 
-def _with_slow_forces(bench: Bench, model: Model) -> float:
-    """Give the log-likelihood of the fitted recording with forces of any colour [nats]."""
-    return fit(bench.rig.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, wide=True, coloured=True).score
+def _with_slow_forces(laboratory: Laboratory, model: Model) -> float:
+    """Return the log-likelihood of the estimation recording with forces of any colour [nats]."""
+    return fit(laboratory.experiment.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, full_band=True, coloured=True).score
 
 
 def _as_good_as(trial: Trial, own: Trial) -> Trial:
     return replace(
         trial,
         gain=own.gain,
-        held_out_gain=own.held_out_gain,
-        wide_gain=own.wide_gain,
-        wide_held_out_gain=own.wide_held_out_gain,
+        validation_gain=own.validation_gain,
+        full_band_gain=own.full_band_gain,
+        full_band_validation_gain=own.full_band_validation_gain,
         share_of_all=own.share_of_all,
     )

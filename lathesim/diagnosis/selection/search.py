@@ -7,113 +7,113 @@ from dataclasses import replace
 
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
 from lathesim.diagnosis.method import Settings
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import of_usual_size
 from lathesim.diagnosis.selection.forward import grow, leave_out, same_effects
-from lathesim.diagnosis.selection.laboratory import STRAINED, Bench, strains, strains_anew
+from lathesim.diagnosis.selection.laboratory import IMPLAUSIBLE, Laboratory, becomes_implausible, prior_deviations
 from lathesim.diagnosis.selection.lag_ties import ties_of_late_effects
-from lathesim.diagnosis.selection.moves.fix_parameters import drop_needless_values
-from lathesim.diagnosis.selection.moves.generalise import refine
-from lathesim.diagnosis.selection.moves.implausible_value import value_far_off
-from lathesim.diagnosis.selection.moves.prerequisite import put_on_ground
-from lathesim.diagnosis.selection.moves.restart import other_beginnings, plainly_better
-from lathesim.diagnosis.selection.moves.retry_rivals import try_rivals_again
-from lathesim.diagnosis.selection.moves.simplify import simpler_relatives
-from lathesim.diagnosis.selection.moves.specialise import plain_forms
+from lathesim.diagnosis.selection.moves.fix_parameters import fix_parameters
+from lathesim.diagnosis.selection.moves.generalise import generalise
+from lathesim.diagnosis.selection.moves.implausible_value import find_implausible_value
+from lathesim.diagnosis.selection.moves.prerequisite import add_prerequisites
+from lathesim.diagnosis.selection.moves.restart import plainly_better, restarts
+from lathesim.diagnosis.selection.moves.retry_rivals import retry_rivals
+from lathesim.diagnosis.selection.moves.simplify import simplify
+from lathesim.diagnosis.selection.moves.specialise import specialise
 from lathesim.diagnosis.selection.moves.split import forms_of_two, two_for_one
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.execution.budget import Tell, until
-from lathesim.identification.records.candidate import Term
-from lathesim.identification.replay.experiment import Rig, baseline_free
+from lathesim.identification.execution.budget import Progress, until
+from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.replay.experiment import Experiment, baseline_free
 
 _MOST_REFUSED = 2
 """Refusals after which a model is not grown on."""
 
 
-def search(rig: Rig, held_out: Rig, settings: Settings | None = None, tell: Tell | None = None) -> Found:
-    """Search the candidates of a rig; ``held_out`` judges. Stopped with Ctrl-C it gives what was found until then."""
-    chosen = replace(settings or Settings(), possible=possible_sizes(rig))
-    say = tell or (lambda text: None)
-    say("fitting the baseline")
-    bench = Bench(rig, held_out, until(chosen.longest, say), least_gain=chosen.margin)
-    fitted = fit(rig.sensed, [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)], rounds=3)
-    bench.weigh(fitted)
-    fitted = bench.feeling(fitted, ())
-    bench.weigh(fitted)
-    baseline = bench.model((), fitted)
-    found = Found(baseline, baseline)
+def search(experiment: Experiment, validation: Experiment, settings: Settings | None = None, tell: Progress | None = None) -> SearchResult:
+    """Search the candidates of an experiment; ``validation`` judges. Stopped with Ctrl-C it gives what was found until then."""
+    chosen = replace(settings or Settings(), possible=possible_sizes(experiment))
+    progress = tell or (lambda text: None)
+    progress("fitting the baseline")
+    laboratory = Laboratory(experiment, validation, until(chosen.longest, progress), least_gain=chosen.margin)
+    fitted = fit(experiment.sensed, [*baseline_free(experiment.machine), *experiment.start_states(experiment.sensed.plan)], rounds=3)
+    laboratory.weigh(fitted)
+    fitted = laboratory.with_better_motion(fitted, ())
+    laboratory.weigh(fitted)
+    baseline = laboratory.model((), fitted)
+    found = SearchResult(baseline, baseline)
     try:
-        _grown(bench, found, chosen)
-        for other in other_beginnings(bench, found, chosen):
-            if not chosen.affords(bench.runs, len(bench.rig.candidates)):
-                found.ended_after = bench.runs
+        _grown(laboratory, found, chosen)
+        for other in restarts(laboratory, found, chosen):
+            if not chosen.affords(laboratory.runs, len(laboratory.experiment.candidates)):
+                found.ended_after = laboratory.runs
                 break
-            why = "values are strained" if other.to_ease else "something takes away much and is not believed"
-            bench.say(f"{why}: once more with {_listed(other.model.terms)}")
-            other.model = bench.settled(other.model)
-            if not all(of_usual_size(term, other.model.fitted.by_name, chosen) for term in other.model.terms):
+            why = "implausible parameter values" if other.to_ease else "a candidate explains much of the error but was not accepted"
+            laboratory.progress(f"{why}: restarting the search from {_listed(other.model.candidates)}")
+            other.model = laboratory.settled(other.model)
+            if not all(of_usual_size(candidate, other.model.fitted.by_name, chosen) for candidate in other.model.candidates):
                 continue
-            _grown(bench, other, replace(chosen, despite_strain=other.to_ease), known=found.model.terms)
+            _grown(laboratory, other, replace(chosen, despite_implausible_values=other.to_ease), known=found.model.candidates)
             found.tried += other.tried
             found.ended_after = found.ended_after or other.ended_after
             if plainly_better(other, found, chosen):
-                bench.say("better than what was found before")
+                laboratory.progress("better than what was found before")
                 found = replace(other, tried=found.tried, ended_after=found.ended_after)
                 break
-        if simpler := two_for_one(bench, baseline, found.model):
-            found.model = bench.settled(simpler[0])
-            found.trials |= {trial.term.part: [trial] for trial in simpler[1]}
-            bench.say(f"as good and simpler: {' and '.join(trial.term.name for trial in simpler[1])}")
-        simpler_relatives(bench, found)
-        drop_needless_values(bench, found)
-        plain_forms(bench, found)
-        if far := value_far_off(bench, baseline, found.model):
+        if simpler := two_for_one(laboratory, baseline, found.model):
+            found.model = laboratory.settled(simpler[0])
+            found.trials |= {trial.candidate.part: [trial] for trial in simpler[1]}
+            laboratory.progress(f"as good and simpler: {' and '.join(trial.candidate.name for trial in simpler[1])}")
+        simplify(laboratory, found)
+        fix_parameters(laboratory, found)
+        specialise(laboratory, found)
+        if far := find_implausible_value(laboratory, baseline, found.model):
             names = (far.name, *far.instead)
             if far.better:
-                bench.say(f"better than any effect: {far.name} is further off than the lesson holds possible")
+                laboratory.progress(f"better than any effect: {far.name} is outside the plausible range of the lesson")
                 found.model, found.far_off, found.factor_instead = far.model, names, far.factor
-            elif found.model.terms:
+            elif found.model.candidates:
                 found.values_instead = names
-        try_rivals_again(bench, found, chosen)
-        ties_of_late_effects(bench, found, chosen)
-        found.forms = forms_of_two(bench, found.model)
+        retry_rivals(laboratory, found, chosen)
+        ties_of_late_effects(laboratory, found, chosen)
+        found.forms = forms_of_two(laboratory, found.model)
         found.complete = True
     except KeyboardInterrupt:
-        bench.say("stopped; what was found until here is kept")
+        laboratory.progress("stopped; what was found until here is kept")
     return found
 
 
-def _listed(terms: Iterable[Term]) -> str:
-    return " and ".join(term.name for term in terms)
+def _listed(candidates: Iterable[Candidate]) -> str:
+    return " and ".join(candidate.name for candidate in candidates)
 
 
-def _grown(bench: Bench, found: Found, settings: Settings, known: Sequence[Term] = ()) -> None:
+def _grown(laboratory: Laboratory, found: SearchResult, settings: Settings, known: Sequence[Candidate] = ()) -> None:
     """Let a model grow, refine it, and take out again what needs a machine that is not there; one that comes to the ``known`` effects of
     another model is that one."""
-    grow(bench, found, settings, known)
-    if known and same_effects(found.model.terms, known):
+    grow(laboratory, found, settings, known)
+    if known and same_effects(found.model.candidates, known):
         return
-    if refine(bench, found, settings):
-        grow(bench, found, settings)
-    if put_on_ground(bench, found, settings):
-        grow(bench, found, settings)
-    while strains_anew(found.baseline.fitted, found.model.fitted) or _is_straining(found):
-        last = found.model.terms[-1]
-        bench.say(f"{last.name} at {last.at} is refused: with it a value would be further off than the lesson holds possible")
+    if generalise(laboratory, found, settings):
+        grow(laboratory, found, settings)
+    if add_prerequisites(laboratory, found, settings):
+        grow(laboratory, found, settings)
+    while becomes_implausible(found.baseline.fitted, found.model.fitted) or _is_implausible(found):
+        last = found.model.candidates[-1]
+        laboratory.progress(f"{last.name} at {last.at} is rejected: it needs a parameter outside the plausible range of the lesson")
         found.refused.add(last.part)
         if last.part not in found.before:
-            leave_out(found, [last], bench.rig, bench.held_out, bench.say)
+            leave_out(found, [last], laboratory.experiment, laboratory.validation, laboratory.progress)
             continue
         found.model = found.before[last.part]
         if len(found.refused) <= _MOST_REFUSED:
             # what it had made needless is there again, and something else may come beside that or in its place
-            grow(bench, found, settings)
+            grow(laboratory, found, settings)
 
 
-def _is_straining(found: Found) -> bool:
-    """Say whether the effect that came in last needs a machine that is not there."""
+def _is_implausible(found: SearchResult) -> bool:
+    """Return whether the effect that came in last needs a machine that is not there."""
     return (
-        bool(found.model.terms)
-        and found.model.terms[-1].part in found.straining
-        and strains(found.model.fitted).max(initial=0.0) > STRAINED
+        bool(found.model.candidates)
+        and found.model.candidates[-1].part in found.implausible_effects
+        and prior_deviations(found.model.fitted).max(initial=0.0) > IMPLAUSIBLE
     )

@@ -1,4 +1,4 @@
-"""Whether a model is adequate: every reason for which it is not, drawn from what it leaves on the recording that judges."""
+"""Whether a model is adequate: every reason for which it is not, drawn from what it leaves on the validation recording."""
 
 from __future__ import annotations
 
@@ -9,31 +9,31 @@ from dataclasses import dataclass, replace
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.candidates.periodic_starts import drawn_by_waves
 from lathesim.diagnosis.location.closed_loop_fit import Compared
-from lathesim.diagnosis.location.command_coherence import CommandAnswer, answer_to_command
+from lathesim.diagnosis.location.command_coherence import CommandCoherence, command_coherence
 from lathesim.diagnosis.location.narrow_band import NarrowBand, narrow_bands
 from lathesim.diagnosis.location.operating_conditions import TOGETHER
 from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw
 from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Evidence, listed
-from lathesim.diagnosis.records.search import Found
-from lathesim.diagnosis.selection.laboratory import STRAINED
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.laboratory import IMPLAUSIBLE
 from lathesim.diagnosis.selection.refusal import is_much_of_it
 from lathesim.diagnosis.verdict.limit_cycles import off_by_chance
 from lathesim.diagnosis.verdict.ranking import removed_in_band
 from lathesim.diagnosis.verdict.residual_tests import (
     MOST,
+    degrades_every_channel,
     is_missing_for_sure,
     leaves_much,
     left_over,
     mostly_follows,
     of_another_form,
     shortfalls,
-    spoils_everything,
     still_follows,
     too_little,
 )
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 
 _APART = 20.0
@@ -52,10 +52,10 @@ class Adequacy:
     weak: tuple[str, ...]
     removed: float
     form_left: float
-    strained: tuple[str, ...]
+    implausible: tuple[str, ...]
     bands: tuple[NarrowBand, ...]
     laws: tuple[AnotherLaw, ...]
-    commanded: tuple[CommandAnswer, ...] = ()
+    commanded: tuple[CommandCoherence, ...] = ()
     by_chance: tuple[str, ...] = ()
     """Channels that are off by no more than converters make by chance."""
 
@@ -66,61 +66,61 @@ class Adequacy:
 
 
 def adequacy(
-    rig: Rig,
-    held_out: Rig,
-    found: Found,
+    experiment: Experiment,
+    validation: Experiment,
+    found: SearchResult,
     evidence: Evidence,
     own: Compared,
     baseline: Mapping[str, BaselineValue],
     taken: float,
     laws: Sequence[AnotherLaw],
-    unsized: Sequence[Term],
+    unsized: Sequence[Candidate],
 ) -> Adequacy:
-    """Say what speaks against a model that takes away the share ``taken`` of the error; ``laws`` are controllers that have another one,
+    """Return what speaks against a model that explains the share ``taken`` of the error; ``laws`` are controllers that have another one,
     ``unsized`` the effects whose size may be nothing."""
-    effects = bool(found.model.terms)
-    drawn = drawn_by_waves(rig, found.model.terms, found.model.fitted.by_name) if effects else ()
-    strained = _strained(rig, found, baseline)
-    bands = tuple(narrow_bands(held_out, found.model.held_out_fit) or narrow_bands(rig, found.model.fitted))
+    effects = bool(found.model.candidates)
+    drawn = drawn_by_waves(experiment, found.model.candidates, found.model.fitted.by_name) if effects else ()
+    implausible = _implausible(experiment, found, baseline)
+    bands = tuple(narrow_bands(validation, found.model.validation_fit) or narrow_bands(experiment, found.model.fitted))
     if effects:
         # with two variables at once a table shows how finely an effect of the right form is simulated
         evidence = replace(evidence, bars=tuple(bar for bar in evidence.bars if not bar.variable.startswith(TOGETHER)))
-    left = left_over(evidence, rig.machine.compare) if effects else None
+    left = left_over(evidence, experiment.machine.compare) if effects else None
     other_form = of_another_form(left)
-    commanded: list[CommandAnswer] = []
-    told, fit = _told(held_out, found, evidence, own.fit)
+    commanded: list[CommandCoherence] = []
+    told, fit = _told(validation, found, evidence, own.fit)
     bands = tuple(band for band in bands if band.channel in fit)
-    reasons = [*shortfalls(told, list(fit), strained, baseline, bands, fit), *other_form, *map(str, laws)]
+    reasons = [*shortfalls(told, list(fit), implausible, baseline, bands, fit), *other_form, *map(str, laws)]
     if effects:
-        reasons += too_little(evidence, taken, waves=all(is_much_of_it(term, found) for term in found.model.terms))
+        reasons += too_little(evidence, taken, waves=all(is_much_of_it(candidate, found) for candidate in found.model.candidates))
     elif found.far_off:
         # a value that the lesson holds impossible has to explain what it is believed for
-        reasons += leaves_much(evidence, taken) or still_follows(evidence, rig.machine.compare, own.fit)
+        reasons += leaves_much(evidence, taken) or still_follows(evidence, experiment.machine.compare, own.fit)
     else:
-        commanded = [] if laws else _commanded(rig, held_out, found)
+        commanded = [] if laws else _commanded(experiment, validation, found)
         reasons += [*map(str, commanded)]
-        reasons += [*is_missing_for_sure(told, fit), *_sensors_apart(held_out, found.model.held_out_fit)]
+        reasons += [*is_missing_for_sure(told, fit), *_sensors_apart(validation, found.model.validation_fit)]
         reasons += [] if reasons else mostly_follows(told, list(fit))
     # without anything that feeds back a simulation drifts with whatever nobody modelled
-    spoiled = effects and held_out.feeds_back and spoils_everything(own.fit)
-    if spoiled:
+    degraded = effects and validation.feeds_back and degrades_every_channel(own.fit)
+    if degraded:
         reasons.append("with it the lesson's own simulation is further off in every channel")
     weak = leaves_much(evidence, taken) if effects and not reasons else []
-    weak += [f"the recordings do not determine how large {term.name} at {term.at} is" for term in unsized]
+    weak += [f"the recordings do not determine how large {candidate.name} at {candidate.at} is" for candidate in unsized]
     # a machine that cannot be is no explanation where much is left as well, or nothing beside it is sure to be there
-    impossible = bool(strained) and (taken < MOST or (effects and len(unsized) == len(found.model.terms)))
+    impossible = bool(implausible) and (taken < MOST or (effects and len(unsized) == len(found.model.candidates)))
     if drawn:
-        names = listed([f"{term.name} at {term.at}" for term in drawn])
+        names = listed([f"{candidate.name} at {candidate.at}" for candidate in drawn])
         few = "are there so few times that together they" if len(drawn) > 1 else "is not once there as a whole and"
         reasons.append(f"{names} {few} may be anything that goes with the place")
-    removed = removed_in_band(found) if taken > 0.0 and not spoiled and not impossible and not drawn else 0.0
+    removed = removed_in_band(found) if taken > 0.0 and not degraded and not impossible and not drawn else 0.0
     form_left = left.share if left is not None and other_form else 0.0
     return Adequacy(
         tuple(reasons),
         tuple(weak),
         removed,
         form_left,
-        strained,
+        implausible,
         bands,
         tuple(laws),
         tuple(commanded),
@@ -128,36 +128,38 @@ def adequacy(
     )
 
 
-def _told(rig: Rig, found: Found, evidence: Evidence, fit: Mapping[str, ChannelFit]) -> tuple[Evidence, dict[str, ChannelFit]]:
-    """Give what is missing, and the fit, of the channels that are off by more than converters make by chance."""
-    chance = off_by_chance(rig, found.model.held_out_fit.by_name, fit)
-    pairs = [pair for pair in zip(rig.machine.compare, evidence.missing, strict=True) if pair[0] not in chance]
+def _told(
+    experiment: Experiment, found: SearchResult, evidence: Evidence, fit: Mapping[str, ChannelFit]
+) -> tuple[Evidence, dict[str, ChannelFit]]:
+    """Return what is missing, and the fit, of the channels that are off by more than converters make by chance."""
+    null_maximum = off_by_chance(experiment, found.model.validation_fit.by_name, fit)
+    pairs = [pair for pair in zip(experiment.machine.compare, evidence.missing, strict=True) if pair[0] not in null_maximum]
     return replace(evidence, missing=tuple(missing for _, missing in pairs)), {name: fit[name] for name, _ in pairs}
 
 
-def _commanded(rig: Rig, held_out: Rig, found: Found) -> list[CommandAnswer]:
-    """Give what answers to a driven input of what a model leaves, at most one."""
-    told = answer_to_command((rig, held_out), (found.model.fitted.by_name, found.model.held_out_fit.by_name))
+def _commanded(experiment: Experiment, validation: Experiment, found: SearchResult) -> list[CommandCoherence]:
+    """Return what answers to a driven input of what a model leaves, at most one."""
+    told = command_coherence((experiment, validation), (found.model.fitted.by_name, found.model.validation_fit.by_name))
     return [told] if told else []
 
 
-def _sensors_apart(rig: Rig, fitted: Fitted) -> list[str]:
-    """Give the reason where two sensors of one motion differ by far more than both can resolve: no load does that."""
+def _sensors_apart(experiment: Experiment, fitted: Fitted) -> list[str]:
+    """Return the reason where two sensors of one motion differ by far more than both can resolve: no load does that."""
     reasons = []
-    for sight in (sight for sight in rig.sensed.second_sight if not sight.rate):
+    for sight in (sight for sight in experiment.sensed.redundant_sensors if not sight.rate):
         apart = root_mean_square(fitted.residual[sight.row])
-        if apart > _APART * rig.sensed.seen_floors[sight.row]:
-            names = [rig.machine.compare[row] for row in (sight.row, sight.first)]
-            size = shown_with_unit(apart, rig.sensed.plan.unit(rig.sensed.channels[sight.row]))
+        if apart > _APART * experiment.sensed.seen_floors[sight.row]:
+            names = [experiment.machine.compare[row] for row in (sight.row, sight.first)]
+            size = shown_with_unit(apart, experiment.sensed.plan.unit(experiment.sensed.channels[sight.row]))
             reasons.append(f"{names[0]} and {names[1]} differ by {size} (root mean square)")
     return reasons
 
 
-def _strained(rig: Rig, found: Found, baseline: Mapping[str, BaselineValue]) -> tuple[str, ...]:
-    """Give the values that the model needs further off than the lesson holds possible, less the one that is the answer."""
+def _implausible(experiment: Experiment, found: SearchResult, baseline: Mapping[str, BaselineValue]) -> tuple[str, ...]:
+    """Return the values that the model needs further off than the lesson holds possible, less the one that is the answer."""
     known = found.values_off[:1]
     return tuple(
         name
         for name, item in baseline.items()
-        if name not in known and abs(item.refit_with - item.given) > STRAINED * rig.machine.uncertain.get(name, math.inf)
+        if name not in known and abs(item.refit_with - item.given) > IMPLAUSIBLE * experiment.machine.uncertain.get(name, math.inf)
     )

@@ -17,24 +17,24 @@ import numpy as np
 from lathesim.component import Parameter
 from lathesim.diagnosis.records.diagnosis import ChannelFit
 from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 
 _ALIKE = 1.5
 """Times as far as its steps move it that a channel may be off."""
 
 
-def off_by_chance(rig: Rig, values: Mapping[str, float], fit: Mapping[str, ChannelFit]) -> set[str]:
-    """Give the channels that the lesson's own simulation with some ``values`` is off by (``fit``) no more than the steps of converters move
-    it; none where no converter reads a sensor."""
-    converters = [(part.name, part.component) for part in rig.machine.assembly.parts if "bits" in part.component.ports]
+def off_by_chance(experiment: Experiment, values: Mapping[str, float], fit: Mapping[str, ChannelFit]) -> set[str]:
+    """Return the channels that the lesson's own simulation with some ``values`` is off by (``fit``) no more than the steps of converters
+    move it; none where no converter reads a sensor."""
+    converters = [(part.name, part.component) for part in experiment.machine.assembly.parts if "bits" in part.component.ports]
     fine = {f"{name}.{item.ports['bits']}": item.declared(Parameter)[item.ports["bits"]].high for name, item in converters}
     if not fine:
         return set()
-    names = rig.own.settable([*values, *fine])
-    given = {name: values.get(name, rig.own.given(name)) for name in names}
+    names = experiment.own.settable([*values, *fine])
+    given = {name: values.get(name, experiment.own.given(name)) for name in names}
     rows = [[chosen[name] for name in names] for chosen in (given, given | fine)]
-    with_steps, without = rig.own.outputs(names, np.array(rows))
-    begin = int(SETTLING * rig.own.samples)
-    moved = {name: root_mean_square((with_steps - without)[row][begin:]) for row, name in enumerate(rig.machine.compare)}
+    with_steps, without = experiment.own.outputs(names, np.array(rows))
+    begin = int(SETTLING * experiment.own.samples)
+    moved = {name: root_mean_square((with_steps - without)[row][begin:]) for row, name in enumerate(experiment.machine.compare)}
     return {name for name, size in moved.items() if 0.0 < fit[name].after < _ALIKE * size}

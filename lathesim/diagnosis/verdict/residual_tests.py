@@ -12,7 +12,7 @@ from lathesim.diagnosis.location.narrow_band import NarrowBand
 from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Evidence, MissingSignal, with_unit
 
 ADEQUATE = 0.025
-"""A model is inadequate where a part of the missing signal larger than this share of all that acts there is explained, on the held-out
+"""A model is inadequate where a part of the missing signal larger than this share of all that acts there is explained, on the validation
 recording, by what the machine was doing."""
 
 OF_ANOTHER_FORM = 0.11
@@ -20,7 +20,7 @@ OF_ANOTHER_FORM = 0.11
 concealed cases effects in their own form left up to 0.10, others from 0.114 on (a brake of eddy currents for a dry friction)."""
 _HALF = 0.5
 MOST = 0.9
-"""Share of the error that effects must take away for what they leave not to be asked about ..."""
+"""Share of the error that effects must explain for what they leave not to be asked about ..."""
 _LEFT = 0.37
 """... and share of what is missing, at the place where they do most, above which they leave more than an effect in its own form does: on
 concealed cases that left up to 0.35, names of something else from 0.39 on."""
@@ -28,26 +28,27 @@ _WORSE = 1.5
 _FURTHER_OFF = 1.05
 """On concealed cases right names made some channel of the lesson's own simulation better, to 0.9 of what it was at the most."""
 _LOAD, _OFF = 0.15, 5.0
-"""Share of all that acts somewhere, and floors of a channel in the lesson's own simulation, from which on what is missing there is no noise
+"""Share of all that acts somewhere, and floors of a channel in the lesson's own simulation, above which what is missing there is no noise
 and no small load: on concealed cases sound machines left up to a tenth."""
 _PLAINLY = 0.01
-"""Share of all that acts from which on a missing force counts that mostly follows the motion: a simulation that steps leaves 0.2 %."""
+"""Share of all that acts above which a missing force counts that mostly follows the motion: a simulation that steps leaves 0.2 %."""
 _ALIKE = 0.8
-"""Ratio of what is missing while little acts and while much does from which on it is the same."""
+"""Ratio of what is missing while little acts and while much does above which it is the same."""
 _FOLLOWED, _NOTHING = 0.1, 0.01
-"""Shares of what is missing behind a channel from which on it followed the motion, and up to which nothing of it does."""
+"""Shares of what is missing behind a channel above which it followed the motion, and up to which nothing of it does."""
 
 
 def shortfalls(
     evidence: Evidence,
     channels: Sequence[str],
-    strained: Sequence[str],
+    implausible: Sequence[str],
     baseline: Mapping[str, BaselineValue],
     bands: Sequence[NarrowBand],
     fit: Mapping[str, ChannelFit],
 ) -> list[str]:
-    """Give the reasons for which a model is not adequate, each the rest of a sentence; none where it is. More than half of all that acts is
-    missing where the noise of a sensor is made into a force: that is no reason while the lesson's own simulation is at the floor there."""
+    """Return the reasons for which a model is not adequate, each the rest of a sentence; none where it is. More than half of all that
+    acts is missing where the noise of a sensor is made into a force: that is no reason while the lesson's own simulation is at the floor
+    there."""
     reasons = []
     for channel, missing in zip(channels, evidence.missing, strict=True):
         if missing.share_after > _HALF and fit[channel].after < _WORSE * fit[channel].floor:
@@ -56,7 +57,7 @@ def shortfalls(
             strongest = max((bar for bar in evidence.bars if bar.channel == channel), key=lambda bar: bar.after)
             left = f"{missing.share_after:.1%} of what acts at {missing.at} is still missing"
             reasons.append(f"{left}, and goes with {strongest.variable}")
-    for name in strained:
+    for name in implausible:
         value = baseline[name]
         reasons.append(f"it needs {name} at {with_unit(f'{value.refit_with:.4g}', value.unit)}, further off than the lesson holds possible")
     reasons += [f"{band.channel} still swings {band.place}" for band in bands]
@@ -73,7 +74,7 @@ class LeftOver:
 
 
 def left_over(evidence: Evidence, channels: Sequence[str]) -> LeftOver | None:
-    """Give the largest share of what was missing that effects leave and that still follows the motion on the held-out recording, among
+    """Return the largest share of what was missing that effects leave and that still follows the motion on the validation recording, among
     channels where they took something away; none where nothing follows it, or no more than stepping leaves of a force."""
     found = []
     for channel, missing in zip(channels, evidence.missing, strict=True):
@@ -86,14 +87,14 @@ def left_over(evidence: Evidence, channels: Sequence[str]) -> LeftOver | None:
 
 
 def of_another_form(left: LeftOver | None) -> list[str]:
-    """Give the reason where effects leave so much that follows the motion that they are of another form than what is there."""
+    """Return the reason where effects leave so much that follows the motion that they are of another form than what is there."""
     if left is None or left.share < OF_ANOTHER_FORM:
         return []
     return [f"{left.share:.0%} of what was missing at {left.at} is left and goes with {left.variable}"]
 
 
 def too_little(evidence: Evidence, taken: float, *, waves: bool = False) -> list[str]:
-    """Give the reason where effects take away less than half of the error on the recording that judges, ``taken``, and leave more than half
+    """Return the reason where effects explain less than half of the error on the validation recording, ``taken``, and leave more than half
     of what is missing wherever it is: something of their shape may be there, and most of it is something else. A line of each turn beside
     a load that wanders far is no such thing: it is all that followed the motion, and what is left follows nothing. Nor are ``waves`` that
     were much of it, whether the motion's band showed them or not."""
@@ -106,7 +107,7 @@ def too_little(evidence: Evidence, taken: float, *, waves: bool = False) -> list
 
 
 def is_missing_for_sure(evidence: Evidence, fit: Mapping[str, ChannelFit]) -> list[str]:
-    """Give the reason where so much is missing that something is, though it follows nothing that the machine was doing. What is as large
+    """Return the reason where so much is missing that something is, though it follows nothing that the machine was doing. What is as large
     whether little acts or much is a load that nobody measured: physics of the machine grows with what acts."""
     pairs = zip(fit.values(), evidence.missing, strict=True)
     large = [missing for channel, missing in pairs if missing.share_after > _LOAD and channel.after > _OFF * channel.floor]
@@ -116,8 +117,8 @@ def is_missing_for_sure(evidence: Evidence, fit: Mapping[str, ChannelFit]) -> li
 
 
 def mostly_follows(evidence: Evidence, channels: Sequence[str]) -> list[str]:
-    """Give the reason where no effect was found and most of a force that is missing follows what the machine was doing, though it is small
-    beside all that acts: a load that nobody measured follows nothing. On concealed cases a sixth of one did by chance."""
+    """Return the reason where no effect was found and most of a force that is missing follows what the machine was doing, though it is
+    small beside all that acts: a load that nobody measured follows nothing. On concealed cases a sixth of one did by chance."""
     reasons = []
     for channel, missing in zip(channels, evidence.missing, strict=True):
         bar = max((bar for bar in evidence.bars if bar.channel == channel), key=lambda bar: bar.after, default=None)
@@ -128,7 +129,7 @@ def mostly_follows(evidence: Evidence, channels: Sequence[str]) -> list[str]:
 
 
 def still_follows(evidence: Evidence, channels: Sequence[str], fit: Mapping[str, ChannelFit]) -> list[str]:
-    """Give the reason where a value that explains most of what an impossible machine is off by leaves as much of what was missing as an
+    """Return the reason where a value that explains most of what an impossible machine is off by leaves as much of what was missing as an
     effect of another form, and most of that follows what the machine was doing, far over the floor: a drag that grows with the square of
     the speed is no larger viscosity."""
     reasons = []
@@ -142,7 +143,7 @@ def still_follows(evidence: Evidence, channels: Sequence[str], fit: Mapping[str,
 
 
 def _is_a_load(missing: MissingSignal) -> bool:
-    """Say whether what is missing is as large in the third of the samples in which least acts as in that in which most does."""
+    """Return whether what is missing is as large in the third of the samples in which least acts as in that in which most does."""
     least, most = np.quantile(np.abs(missing.total), (1.0 / 3.0, 2.0 / 3.0))
     thirds = (np.abs(missing.total) <= least, np.abs(missing.total) > most)
     little, much = (float(np.sqrt(np.mean(np.square(missing.after[third])))) if third.any() else 0.0 for third in thirds)
@@ -150,7 +151,7 @@ def _is_a_load(missing: MissingSignal) -> bool:
 
 
 def _is_all_that_followed(evidence: Evidence, *, waves: bool) -> bool:
-    """Say whether something followed the motion before, or ``waves`` are known that did, nothing does now, and what is left is little of
+    """Return whether something followed the motion before, or ``waves`` are known that did, nothing does now, and what is left is little of
     all that acts."""
     before, after = (max((getattr(bar, side) for bar in evidence.bars), default=0.0) for side in ("before", "after"))
     little = not any(missing.share_after >= ADEQUATE for missing in evidence.missing)
@@ -158,7 +159,7 @@ def _is_all_that_followed(evidence: Evidence, *, waves: bool) -> bool:
 
 
 def leaves_much(evidence: Evidence, taken: float) -> list[str]:
-    """Give the reason where effects do not take away most of the error, ``taken``, and leave more of what is missing, wherever it is, than
+    """Return the reason where effects do not explain most of the error, ``taken``, and leave more of what is missing, wherever it is, than
     an effect in its own form does: right as far as it goes, perhaps, and not all there is."""
     if taken >= MOST or any(_counted(missing) < _LEFT * missing.share_before for missing in evidence.missing):
         return []
@@ -169,21 +170,21 @@ def _counted(missing: MissingSignal) -> float:
     return missing.share_after if np.isnan(missing.counted) else missing.counted
 
 
-def spoils_everything(fit: Mapping[str, ChannelFit]) -> bool:
-    """Say whether the lesson's own simulation is further off with the effects than without them in every channel: effects that only
+def degrades_every_channel(fit: Mapping[str, ChannelFit]) -> bool:
+    """Return whether the lesson's own simulation is further off with the effects than without them in every channel: effects that only
     together are like what is missing, each far larger than it, drift away from it as soon as nothing recorded holds them, and a replay that
     runs away is held by whatever keeps the machine at rest."""
     return bool(fit) and all(item.after > _FURTHER_OFF * item.before for item in fit.values())
 
 
-def spoils_something(fit: Mapping[str, ChannelFit]) -> bool:
-    """Say whether the lesson's own simulation is further off with the effects than without them in some channel."""
+def degrades_a_channel(fit: Mapping[str, ChannelFit]) -> bool:
+    """Return whether the lesson's own simulation is further off with the effects than without them in some channel."""
     return any(item.after > _WORSE * item.before for item in fit.values())
 
 
 def hardly_missed(evidence: Evidence, channels: Sequence[str], at: str = "") -> bool:
-    """Say whether what was missing before any effect was found, and followed the motion, is little of all that acts, wherever it is; with a
-    part, what force ``at`` it: of a position any error is little."""
+    """Return whether what was missing before any effect was found, and followed the motion, is little of all that acts, wherever it is;
+    with a part, what force ``at`` it: of a position any error is little."""
     asked = [
         structured(evidence, channel, missing.share_before, before=True)
         for channel, missing in zip(channels, evidence.missing, strict=True)
@@ -193,7 +194,7 @@ def hardly_missed(evidence: Evidence, channels: Sequence[str], at: str = "") -> 
 
 
 def structured(evidence: Evidence, channel: str, share: float, *, before: bool = False) -> float:
-    """Give the size of what is still missing behind a channel, or was ``before``, and depends on the motion, as a ``share`` of what acts
+    """Return the size of what is still missing behind a channel, or was ``before``, and depends on the motion, as a ``share`` of what acts
     there."""
     bars = (bar.before if before else bar.after for bar in evidence.bars if bar.channel == channel)
     explained = max(bars, default=0.0)
@@ -203,5 +204,5 @@ def structured(evidence: Evidence, channel: str, share: float, *, before: bool =
 
 
 def not_adequate(reasons: Sequence[str]) -> str:
-    """Give the reasons in one sentence; empty where there are none."""
+    """Return the reasons in one sentence; empty where there are none."""
     return f"The model is not adequate: {'; '.join(reasons)}." if reasons else ""

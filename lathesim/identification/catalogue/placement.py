@@ -19,7 +19,7 @@ from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
 from lathesim.identification.machine.roles import decides
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.lessons.insertion import insert_effect
 
 _START_POINTS = 8
@@ -31,8 +31,8 @@ _ROTARY_UNITS = ("N*m", "rad/s", "rad")
 
 def insert_candidates(
     assembly: Assembly, effects: Iterable[type[Effect]], compared: Collection[str] | None = None
-) -> tuple[Assembly, list[Term]]:
-    """Give the assembly with every candidate in it, neutral, and the terms they make.
+) -> tuple[Assembly, list[Candidate]]:
+    """Return the assembly with every candidate in it, neutral, and the candidates they make.
 
     With ``compared`` channels, sensors that neither give one of them nor feed a part are left alone: nothing at them can be seen.
     """
@@ -55,7 +55,7 @@ def insert_candidates(
             else _from_elsewhere(effect, measured.get(part.name, part.name), assembly)
         )
     ]
-    terms: list[Term] = []
+    candidates: list[Candidate] = []
     result = assembly
     for effect, host, senses in places:
         beside = "".join(f"_{source.partition('.')[0]}" for source in senses.values())
@@ -72,23 +72,24 @@ def insert_candidates(
         result = trial
         of_motion = measured.get(host, "")
         placing: dict[str, Any] = {"second": host in second, "of_motion": of_motion, "senses": senses}
-        term = _as_sampled(_term(name, effect, placed.component, host), assembly.sample_period)
-        terms.append(replace(term, **placing, shaped=replace(term.shaped, **placing) if term.shaped else None))
-    return result, terms
+        candidate = _as_sampled(_candidate(name, effect, placed.component, host), assembly.sample_period)
+        candidates.append(replace(candidate, **placing, shaped=replace(candidate.shaped, **placing) if candidate.shaped else None))
+    return result, candidates
 
 
-def _as_sampled(term: Term, period: float) -> Term:
-    """Give a term whose resonance, if it has one, is no faster than samples show: what swings beyond half their rate may be anything."""
-    resonance = f"{term.part}.{term.effect.resonance}"
-    if resonance not in term.parameters:
-        return term
-    high = np.where(np.array(term.parameters) == resonance, np.minimum(term.high, 0.5 / period), term.high)
-    shaped = _as_sampled(term.shaped, period) if term.shaped else None
-    return replace(term, high=high, points=np.minimum(term.points, high), shaped=shaped)
+def _as_sampled(candidate: Candidate, period: float) -> Candidate:
+    """Return a candidate whose resonance, if it has one, is no faster than samples show: what swings beyond half their rate may be
+    anything."""
+    resonance = f"{candidate.part}.{candidate.effect.resonance}"
+    if resonance not in candidate.parameters:
+        return candidate
+    high = np.where(np.array(candidate.parameters) == resonance, np.minimum(candidate.high, 0.5 / period), candidate.high)
+    shaped = _as_sampled(candidate.shaped, period) if candidate.shaped else None
+    return replace(candidate, high=high, points=np.minimum(candidate.points, high), shaped=shaped)
 
 
 def _from_elsewhere(effect: type[Effect], host: str, assembly: Assembly) -> list[dict[str, str]]:
-    """Give what may feed the inputs of an effect that sense another part: each output of that role of every other part that is pushed and
+    """Return what may feed the inputs of an effect that sense another part: each output of that role of every other part that is pushed and
     moves as the host does; nothing to be fed where the effect senses its host alone."""
     component = next(part.component for part in assembly.parts if part.name == host)
     found: list[dict[str, str]] = [{}]
@@ -107,8 +108,8 @@ def _from_elsewhere(effect: type[Effect], host: str, assembly: Assembly) -> list
 
 
 def _from_beside(effect: type[Effect], part: Part, at: str, assembly: Assembly, compared: Collection[str] | None) -> list[dict[str, str]]:
-    """Give what may feed the input of an effect that senses another channel of its sensor: what feeds the sensor's other inputs, as far as
-    their readings are compared, which tell it from a factor on the own one."""
+    """Return what may feed the input of an effect that senses another channel of its sensor: what feeds the sensor's other inputs, as
+    far as their readings are compared, which tell it from a factor on the own one."""
     ports, sources = part.component.ports, {wire.target: wire.source for wire in assembly.wires}
     reading = at.partition(".")[2] or ports.get("reading", "")
     readings = [port for role, port in ports.items() if role.endswith("reading") and port != reading]
@@ -120,19 +121,19 @@ def _from_beside(effect: type[Effect], part: Part, at: str, assembly: Assembly, 
 
 
 def _measured_parts(assembly: Assembly) -> dict[str, str]:
-    """Give for each sensor the part whose motion it measures."""
+    """Return for each sensor the part whose motion it measures."""
     sources = {wire.target: wire.source.partition(".")[0] for wire in assembly.wires}
     sensors = [part for part in assembly.parts if "reading" in part.component.ports and "measured" in part.component.ports]
     return {part.name: sources[target] for part in sensors if sources.get(target := f"{part.name}.{part.component.ports['measured']}")}
 
 
 def _own_places(effect: type[Effect], part: Part, driven: Collection[str]) -> list[str]:
-    """Give the part, if the effect fits it; what a drive leaves out belongs to the first part that is driven."""
+    """Return the part, if the effect fits it; what a drive leaves out belongs to the first part that is driven."""
     return [part.name] if _fits(effect, part.component) and not (effect.site == "drive" and part.name in driven) else []
 
 
 def _shown_outputs(effect: type[Effect], part: Part, compared: Collection[str]) -> list[str]:
-    """Give the compared outputs of a part that is no sensor, as an amplifier's current: what shows it has errors of its own."""
+    """Return the compared outputs of a part that is no sensor, as an amplifier's current: what shows it has errors of its own."""
     component = part.component
     if "reading" in component.ports or issubclass(component, Effect) or decides(component):
         return []
@@ -142,7 +143,7 @@ def _shown_outputs(effect: type[Effect], part: Part, compared: Collection[str]) 
 
 
 def _further_readings(effect: type[Effect], part: Part, compared: Collection[str]) -> list[str]:
-    """Give the other compared readings of a sensor of several channels, each with an amplifier and a zero of its own."""
+    """Return the other compared readings of a sensor of several channels, each with an amplifier and a zero of its own."""
     if effect.site != "reading" or not _fits(effect, part.component):
         return []
     readings = [f"{part.name}.{port}" for role, port in part.component.ports.items() if role.endswith("_reading")]
@@ -158,7 +159,7 @@ def _is_unseen(assembly: Assembly, part: Part, compared: Collection[str]) -> boo
 
 
 def _second_sensors(assembly: Assembly) -> set[str]:
-    """Give the sensors of a part of which another sensor tells already: one that closes a loop, or comes before them."""
+    """Return the sensors of a part of which another sensor tells already: one that closes a loop, or comes before them."""
     sources = {wire.target: wire.source.partition(".")[0] for wire in assembly.wires}
     feeding = {source for target, source in sources.items() if target.partition(".")[0] != source}
     sensors: dict[str, list[str]] = {}
@@ -169,7 +170,7 @@ def _second_sensors(assembly: Assembly) -> set[str]:
 
 
 def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
-    """Give effects in the order in which they act on one port: frictions after all that pushes, as they answer to the sum of it, and last
+    """Return effects in the order in which they act on one port: frictions after all that pushes, as they answer to the sum of it, and last
     the spring behind which they hold; what samples a reading after what filters it, which would see steps else; a cut's depth after the
     forces that are in proportion to it."""
 
@@ -181,7 +182,7 @@ def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
 
 
 def _has_drive_before_it(assembly: Assembly, part: Part) -> bool:
-    """Say whether a part's command comes from a drive of its own (amplifier, motor): what a drive leaves out then belongs there."""
+    """Return whether a part's command comes from a drive of its own (amplifier, motor): what a drive leaves out then belongs there."""
     port = part.component.ports.get("drive")
     source = next((wire.source for wire in assembly.wires if wire.target == f"{part.name}.{port}"), "")
     before = next((other for other in assembly.parts if other.name == source.partition(".")[0]), None)
@@ -195,12 +196,12 @@ def _fits(effect: type[Effect], host: type[Component]) -> bool:
 
 
 def _snake(name: str) -> str:
-    """Give ``coulomb_friction`` for ``CoulombFriction``."""
+    """Return ``coulomb_friction`` for ``CoulombFriction``."""
     return "".join(f"_{letter.lower()}" if letter.isupper() and place else letter.lower() for place, letter in enumerate(name))
 
 
 def _carries(effect: type[Effect], placed: type[Component]) -> bool:
-    """Say whether an effect makes sense on a wire of this unit."""
+    """Return whether an effect makes sense on a wire of this unit."""
     return effect.carried is None or placed.declarations["incoming"].unit in effect.carried
 
 
@@ -208,8 +209,8 @@ def _neutral_si(effect: type[Effect]) -> dict[str, float]:
     return {name: float(value) for name, value in effect.neutral.items()}
 
 
-def _term(part: str, effect: type[Effect], placed: type[Component], host: str, *, shaped: bool = False) -> Term:
-    """Give the term of an effect, in its plain shape or with the values of a finer one free too."""
+def _candidate(part: str, effect: type[Effect], placed: type[Component], host: str, *, shaped: bool = False) -> Candidate:
+    """Return the candidate of an effect, in its plain shape or with the values of a finer one free too."""
     rotary = any(item.unit in _ROTARY_UNITS for item in placed.declared(Input).values())
     ranges: Mapping[str, tuple[float, float]] = effect.typical_rotary if rotary and effect.typical_rotary else effect.typical
     declared = placed.declared(Parameter)
@@ -232,8 +233,8 @@ def _term(part: str, effect: type[Effect], placed: type[Component], host: str, *
     if shaped:
         default = {name: declared[name].default for name in effect.finer_shape}
         neutral = np.array([default.get(name, value) for name, value in zip(names, neutral, strict=True)])
-    finer = _term(part, effect, placed, host, shaped=True) if effect.finer_shape and not shaped else None
-    return Term(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, least, usual, points, shaped=finer)
+    finer = _candidate(part, effect, placed, host, shaped=True) if effect.finer_shape and not shaped else None
+    return Candidate(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, least, usual, points, shaped=finer)
 
 
 def _middle(low: float, high: float) -> float:
@@ -241,7 +242,7 @@ def _middle(low: float, high: float) -> float:
 
 
 def _spread(ranges: Sequence[tuple[float, float]]) -> FloatArray:
-    """Give starting values over the ranges: logarithmic where a range is positive and wide, a Sobol sequence over all of them."""
+    """Return starting values over the ranges: logarithmic where a range is positive and wide, a Sobol sequence over all of them."""
     if not ranges:
         return np.zeros((0, 0))
     count = _START_POINTS if len(ranges) > 1 else 3

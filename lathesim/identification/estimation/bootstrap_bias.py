@@ -15,20 +15,20 @@ import numpy as np
 
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted, with_start
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.record import Record
 
 _BEYOND_NOISE = 3.0
 """Standard errors of the second fit beyond which it differs from the first by more than its own noise."""
 
 
-def replay_bias(rig: Rig, fitted: Fitted, *, wide: bool) -> Mapping[str, float]:
-    """Give by name how far off [SI] the second fit is, nothing where noise alone may have made that; a machine of which nothing is fed back
-    is no other in the replay than in its own simulation, and has no bias."""
-    if not rig.feeds_back:
+def replay_bias(experiment: Experiment, fitted: Fitted, *, full_band: bool) -> Mapping[str, float]:
+    """Return by name how far off [SI] the second fit is, nothing where noise alone may have made that; a machine of which nothing is fed
+    back is no other in the replay than in its own simulation, and has no bias."""
+    if not experiment.feeds_back:
         return {}
-    again = replace(rig, record=_as_recorded(rig, fitted))
-    second = fit(again.sensed, with_start(fitted), fitted.constant, rounds=2, wide=wide, coloured=True)
+    again = replace(experiment, record=_as_recorded(experiment, fitted))
+    second = fit(again.sensed, with_start(fitted), fitted.constant, rounds=2, full_band=full_band, coloured=True)
     found = {}
     for name in fitted.names:
         off = abs(second.by_name[name] - fitted.by_name[name])
@@ -36,13 +36,13 @@ def replay_bias(rig: Rig, fitted: Fitted, *, wide: bool) -> Mapping[str, float]:
     return found
 
 
-def _as_recorded(rig: Rig, fitted: Fitted) -> Record:
-    """Give what the machine with the fitted values would have recorded, with noise of the size of the floors."""
-    names = rig.own.settable(fitted.by_name)
-    simulated = rig.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0]
+def _as_recorded(experiment: Experiment, fitted: Fitted) -> Record:
+    """Return what the machine with the fitted values would have recorded, with noise of the size of the floors."""
+    names = experiment.own.settable(fitted.by_name)
+    simulated = experiment.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0]
     random = np.random.Generator(np.random.Philox(0))
-    channels = dict(rig.record.channels)
-    for row, name in enumerate(rig.machine.compare):
-        values = simulated[row] + rig.floors[name] * random.standard_normal(len(simulated[row]))
-        channels[name] = replace(channels[name], values=np.where(np.isfinite(rig.record[name]), values, np.nan))
-    return Record(rig.record.time, channels, dict(rig.record.meta))
+    channels = dict(experiment.record.channels)
+    for row, name in enumerate(experiment.machine.compare):
+        values = simulated[row] + experiment.floors[name] * random.standard_normal(len(simulated[row]))
+        channels[name] = replace(channels[name], values=np.where(np.isfinite(experiment.record[name]), values, np.nan))
+    return Record(experiment.record.time, channels, dict(experiment.record.meta))

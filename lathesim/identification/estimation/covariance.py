@@ -31,11 +31,11 @@ _LARGEST = 20.0
 _FEWEST = 5.0
 """Factor by which an interval is at most wider because few blocks tell."""
 _LOST = 1e100
-"""Slopes from which on a run was lost."""
+"""Slopes above which a run was lost."""
 
 
 def covariance_of(information: FloatArray) -> FloatArray:
-    """Give the covariance of an information matrix: a mixture of which nothing is known has a large variance; a value that nothing shows
+    """Return the covariance of an information matrix: a mixture of which nothing is known has a large variance; a value that nothing shows
     has none."""
     covariance = np.zeros_like(information)
     shown = np.flatnonzero(np.diag(information) > _NO_INFORMATION)
@@ -51,7 +51,7 @@ def covariance_of(information: FloatArray) -> FloatArray:
 def covariance_and_misfit(
     slopes: FloatArray, residual: FloatArray, known: FloatArray, lengths: Sequence[int]
 ) -> tuple[FloatArray, FloatArray]:
-    """Give the covariance of fitted values by the noise model, (values, values), and by what factor, at least one, each standard error is
+    """Return the covariance of fitted values by the noise model, (values, values), and by what factor, at least one, each standard error is
     larger by the pulls of 30 blocks of frequencies with about as much information each, (values,).
 
     ``slopes`` (numbers, values) and ``residual`` (numbers,) are whitened, channel after channel of ``lengths`` numbers, real parts and then
@@ -80,14 +80,14 @@ def covariance_and_misfit(
 
 
 def _wider_by_few(told: FloatArray) -> FloatArray:
-    """Give by what factor a 95 % interval is wider for the few blocks that tell of each value; ``told`` (blocks, values)."""
+    """Return by what factor a 95 % interval is wider for the few blocks that tell of each value; ``told`` (blocks, values)."""
     shares = told / np.maximum(told.sum(axis=0), 1e-300)
     freedom = 1.0 / np.maximum(np.sum(shares * shares, axis=0), 1e-12)
     return np.asarray(np.minimum(student.ppf(0.975, np.maximum(freedom, 1.0)) / student.ppf(0.975, np.inf), _FEWEST))
 
 
 def _blocks(information: FloatArray, lengths: Sequence[int]) -> np.ndarray:
-    """Give the block of every number: neighbouring frequencies of one channel with a share of the information."""
+    """Return the block of every number: neighbouring frequencies of one channel with a share of the information."""
     total = max(float(information.sum()), 1e-300)
     labels, begin, first = [], 0, 0
     for length in lengths:

@@ -13,11 +13,11 @@ from lathesim.identification.estimation.bootstrap_bias import replay_bias
 from lathesim.identification.estimation.covariance import covariance_of
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import begun_anew
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, with_start
-from lathesim.identification.records.model import Model, is_wide
+from lathesim.identification.records.model import Model, is_full_band
 from lathesim.identification.replay.closed_loop import own_error
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 
 CONFIDENCE = 1.96 * 1.15
 """Standard errors in half a 95 % interval. On concealed cases of another program the standard errors were 1.15 times too small (of 105
@@ -56,29 +56,29 @@ class Estimates:
     """By the part of an effect: standard errors by which its sizes together differ from nothing, however little each is known by itself."""
 
     def values(self) -> dict[str, float]:
-        """Give the values alone."""
+        """Return the values alone."""
         return {name: item.value for name, item in self.by_name.items()}
 
 
-def estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estimates:
-    """Give the machine's values, where frictions sense the simulated motion with the recorded one instead if that explains as much.
+def estimates(model: Model, experiment: Experiment, validation: Experiment, whole: Experiment | None) -> Estimates:
+    """Return the machine's values, where frictions sense the simulated motion with the recorded one instead if that explains as much.
 
     A replay in which a friction holds by its own motion jumps where a value moves a little: its slopes tell more than is there, and what
     the recorded motion tells of the errors holds for it too. Whether the values are as good the lesson's own simulation says.
     """
-    found = _estimates(model, rig, held_out, whole)
-    motion = rig.feeling_their_motion(model.terms)
+    found = _estimates(model, experiment, validation, whole)
+    motion = experiment.simulated_motion_of(model.candidates)
     given = {name: value for name, value in model.fitted.constant.items() if name not in motion}
     if given == model.fitted.constant:
         return found
-    other = _estimates(replace(model, fitted=replace(model.fitted, constant=given)), rig, held_out, whole)
-    there = model.held_out_fit.by_name
-    left, left_with_other = (own_error(held_out, {**there, **one.values()}) for one in (found, other))
-    return other if rig.feeds_back and left_with_other < _AS_GOOD * left else _no_surer(found, other)
+    other = _estimates(replace(model, fitted=replace(model.fitted, constant=given)), experiment, validation, whole)
+    there = model.validation_fit.by_name
+    left, left_with_other = (own_error(validation, {**there, **one.values()}) for one in (found, other))
+    return other if experiment.feeds_back and left_with_other < _AS_GOOD * left else _no_surer(found, other)
 
 
 def _no_surer(found: Estimates, other: Estimates) -> Estimates:
-    """Give the values of one fit with the larger of its errors and those of another one."""
+    """Return the values of one fit with the larger of its errors and those of another one."""
     by_name = {
         name: replace(
             item, **{error: max(getattr(item, error), getattr(other.by_name[name], error)) for error in ("error", "by_noise", "alone")}
@@ -88,19 +88,21 @@ def _no_surer(found: Estimates, other: Estimates) -> Estimates:
     return replace(found, by_name=by_name, apart={part: min(size, other.apart[part]) for part, size in found.apart.items()})
 
 
-def _estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Estimates:
-    """Give the machine's values: fitted to the whole recording where both parts are of one file, else the weighted mean of both.
+def _estimates(model: Model, experiment: Experiment, validation: Experiment, whole: Experiment | None) -> Estimates:
+    """Return the machine's values: fitted to the whole recording where both parts are of one file, else the weighted mean of both.
 
     The parts are fitted by themselves first, with noise that may be slow: what is missing is in the model by now, and a load that nobody
     measured draws the values with it where it passes for white. Where they disagree by more than their standard errors, all errors are
     made larger by the root mean square of that disagreement: an error that the noise model knows nothing of (the model's form, a drifting
     machine).
     """
-    wide = is_wide(model.terms)
-    first = fit(rig.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, wide=wide, coloured=True, slopes="central")
-    second = _same_way_round(_refitted(model, held_out, held_out, wide), first, model.terms)
-    of_recording = {item.name for item in begun_anew(held_out, model.terms)}
-    of_recording |= {name for term in model.terms for name in term.nuisance}
+    full_band = is_full_band(model.candidates)
+    first = fit(
+        experiment.sensed, with_start(model.fitted), model.fitted.constant, rounds=2, full_band=full_band, coloured=True, slopes="central"
+    )
+    second = _same_way_round(_refitted(model, validation, validation, full_band), first, model.candidates)
+    of_recording = {item.name for item in begun_anew(validation, model.candidates)}
+    of_recording |= {name for candidate in model.candidates for name in candidate.nuisance}
     names = [name for name in first.names if name not in of_recording]
     pull = [
         ((first.by_name[name] - second.by_name[name]) ** 2 / (first.error_by_noise(name) ** 2 + second.error_by_noise(name) ** 2))
@@ -108,31 +110,33 @@ def _estimates(model: Model, rig: Rig, held_out: Rig, whole: Rig | None) -> Esti
         if first.error_by_noise(name) > 0.0 and second.error_by_noise(name) > 0.0 and not name.endswith(".order")
     ]
     inflation = float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, _LARGEST_INFLATION))
-    fits = (first, second) if whole is None else (_refitted(model, whole, held_out, wide),)
-    rigs = (rig, held_out) if whole is None else (whole,)
-    biases = [replay_bias(one, fitted, wide=wide) if model.terms else {} for one, fitted in zip(rigs, fits, strict=True)]
+    fits = (first, second) if whole is None else (_refitted(model, whole, validation, full_band),)
+    experiments = (experiment, validation) if whole is None else (whole,)
+    biases = [
+        replay_bias(one, fitted, full_band=full_band) if model.candidates else {} for one, fitted in zip(experiments, fits, strict=True)
+    ]
     together = joint_covariance(fits, names, inflation)
     both = (joint_covariance(fits, names, 1.0), together)
     alone, disagreeing = (dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)) for covariance in both)
     found = {name: _estimate(fits, name, alone[name], disagreeing[name], [bias.get(name, 0.0) for bias in biases]) for name in names}
-    for term in model.terms:
-        for name, share in _held(fits[0], [name for name in term.parameters if name in found]).items():
+    for candidate in model.candidates:
+        for name, share in _held(fits[0], [name for name in candidate.parameters if name in found]).items():
             found[name] = replace(found[name], alone=share * found[name].by_noise)
-    apart = {term.part: _apart(term, names, found, together) for term in model.terms}
-    of_one = [f"{term.part}.{name}" for term in model.terms for name in term.effect.told_of_one]
+    apart = {candidate.part: _apart(candidate, names, found, together) for candidate in model.candidates}
+    of_one = [f"{candidate.part}.{name}" for candidate in model.candidates for name in candidate.effect.told_of_one]
     told = fits[0]
     found |= {name: Estimate(told.by_name[name], told.error(name), told.error_by_noise(name)) for name in of_one if name in told.names}
     return Estimates(found, inflation, apart)
 
 
-def _apart(term: Term, names: Sequence[str], found: Mapping[str, Estimate], covariance: FloatArray) -> float:
-    """Give the standard errors by which the sizes of an effect together differ from nothing.
+def _apart(candidate: Candidate, names: Sequence[str], found: Mapping[str, Estimate], covariance: FloatArray) -> float:
+    """Return the standard errors by which the sizes of an effect together differ from nothing.
 
     d'C^-1 d of their differences d has a chi-square distribution where there is nothing; it is given as what is as rare in a normal one.
     Source: Wald, Tests of statistical hypotheses concerning several parameters, Trans. American Mathematical Society 54 (1943).
     """
-    neutral = dict(zip(term.parameters, term.neutral.tolist(), strict=True))
-    sizes = [name for name in term.parameters if name.partition(".")[2] in term.effect.neutral and name in found]
+    neutral = dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True))
+    sizes = [name for name in candidate.parameters if name.partition(".")[2] in candidate.effect.neutral and name in found]
     if not sizes:
         return 0.0
     places = [names.index(name) for name in sizes]
@@ -142,8 +146,8 @@ def _apart(term: Term, names: Sequence[str], found: Mapping[str, Estimate], cova
     return float(norm.isf(0.5 * max(chi2.sf(square, len(sizes)), _RAREST)))
 
 
-def with_error_of_form(values: Estimates, terms: Sequence[Term], share: float) -> Estimates:
-    """Give the estimates with sizes of effects no surer than ``share`` of themselves, where that much of what was missing follows the
+def with_error_of_form(values: Estimates, candidates: Sequence[Candidate], share: float) -> Estimates:
+    """Return the estimates with sizes of effects no surer than ``share`` of themselves, where that much of what was missing follows the
     motion and is left: it might have been theirs in a model of the right form.
 
         error^2 <- error^2 + (share (value - neutral) / 1.96)^2
@@ -152,16 +156,16 @@ def with_error_of_form(values: Estimates, terms: Sequence[Term], share: float) -
     inadequacy is an uncertainty of its own). Assumed: what is left is shared out as the effect itself is. Left out: periods and times.
     """
     found = dict(values.by_name)
-    for term in terms:
-        for name, neutral in zip(term.parameters, term.neutral, strict=True):
-            if name in found and name.partition(".")[2] in term.effect.neutral:
+    for candidate in candidates:
+        for name, neutral in zip(candidate.parameters, candidate.neutral, strict=True):
+            if name in found and name.partition(".")[2] in candidate.effect.neutral:
                 item = found[name]
                 found[name] = replace(item, error=float(np.hypot(item.error, share * (item.value - neutral) / 1.96)))
     return replace(values, by_name=found)
 
 
 def _held(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
-    """Give by what factor each standard error of some values is smaller where the others of them are held."""
+    """Return by what factor each standard error of some values is smaller where the others of them are held."""
     places = [fitted.names.index(name) for name in names]
     covariance = fitted.covariance[np.ix_(places, places)]
     own = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
@@ -170,8 +174,8 @@ def _held(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
 
 
 def _estimate(fits: Sequence[Fitted], name: str, alone: float, by_noise: float, biases: Sequence[float]) -> Estimate:
-    """Give the weighted mean of fits to separate recordings: noise differs between them, what is wrong with the form of the model or comes
-    of replaying it does not. ``by_noise`` is the standard error of all by noise and by how they disagree, ``alone`` by noise only."""
+    """Return the weighted mean of fits to separate recordings: noise differs between them, what is wrong with the form of the model or
+    comes of replaying it does not. ``by_noise`` is the standard error of all by noise and by how they disagree, ``alone`` by noise only."""
     values = np.array([fitted.by_name[name] for fitted in fits])
     weights = 1.0 / np.array([max(fitted.error(name), 1e-300) for fitted in fits]) ** 2
     by_form = np.array([fitted.error_by_noise(name) * np.sqrt(fitted.misfit_of(name) ** 2 - 1.0) for fitted in fits])
@@ -181,7 +185,7 @@ def _estimate(fits: Sequence[Fitted], name: str, alone: float, by_noise: float, 
 
 
 def joint_covariance(fits: Sequence[Fitted], names: Sequence[str], inflation: float) -> FloatArray:
-    """Give the covariance of all fits together by noise, (names, names), ``inflation``^2 larger as far as it comes from the recordings.
+    """Return the covariance of all fits together by noise, (names, names), ``inflation``^2 larger as far as it comes from the recordings.
 
     covariance = (P + sum_i (C_i^-1 - P) / inflation^2)^-1
 
@@ -197,7 +201,7 @@ def joint_covariance(fits: Sequence[Fitted], names: Sequence[str], inflation: fl
 
 
 def _learned(covariance: FloatArray, known: FloatArray) -> FloatArray:
-    """Give the information of a covariance that was not ``known`` beforehand; of a value without any variance, which nothing shows, none.
+    """Return the information of a covariance that was not ``known`` beforehand; of a value without any variance, which nothing shows, none.
 
     Rounding leaves negative directions in the difference; they are taken out.
     """
@@ -211,29 +215,29 @@ def _learned(covariance: FloatArray, known: FloatArray) -> FloatArray:
     return information
 
 
-def _refitted(model: Model, rig: Rig, held_out: Rig, wide: bool) -> Fitted:
+def _refitted(model: Model, experiment: Experiment, validation: Experiment, full_band: bool) -> Fitted:
     """Fit everything that is free in the model to another recording."""
-    judges = rig.record is held_out.record
-    starts = begun_anew(rig, model.terms if judges else ())
+    judges = experiment.record is validation.record
+    starts = begun_anew(experiment, model.candidates if judges else ())
     states = {item.name for item in starts}
-    remembered = {name for term in model.terms for name in term.remembered}
+    remembered = {name for candidate in model.candidates for name in candidate.remembered}
     # a phase belongs to its recording: on another one the search starts from where that one was found to have it
-    nuisance = {name for term in model.terms for name in term.nuisance}
-    there = model.held_out_fit.by_name if judges else {}
+    nuisance = {name for candidate in model.candidates for name in candidate.nuisance}
+    there = model.validation_fit.by_name if judges else {}
     free = [
         replace(item, start=there.get(item.name, item.start)) if item.name in nuisance else item
         for item in with_start(model.fitted)
         if item.name not in states
     ]
     free = [*(replace(item, start=there.get(item.name, item.start)) if item.name in remembered else item for item in starts), *free]
-    return fit(rig.sensed, free, model.fitted.constant, rounds=2, wide=wide, coloured=True, slopes="central")
+    return fit(experiment.sensed, free, model.fitted.constant, rounds=2, full_band=full_band, coloured=True, slopes="central")
 
 
-def _same_way_round(fitted: Fitted, other: Fitted, terms: Sequence[Term]) -> Fitted:
-    """Give a fit with its waves as another fit has them: one of negative size is the same wave half a turn on."""
+def _same_way_round(fitted: Fitted, other: Fitted, candidates: Sequence[Candidate]) -> Fitted:
+    """Return a fit with its waves as another fit has them: one of negative size is the same wave half a turn on."""
     values = np.array(fitted.values)
-    for term in terms:
-        for phase, sizes in term.waves.items():
+    for candidate in candidates:
+        for phase, sizes in candidate.waves.items():
             names = [name for name in sizes if phase in fitted.names and name in fitted.names]
             if sum(fitted.by_name[name] * other.by_name[name] for name in names) < 0.0:
                 values[[fitted.names.index(name) for name in names]] *= -1.0
@@ -241,13 +245,13 @@ def _same_way_round(fitted: Fitted, other: Fitted, terms: Sequence[Term]) -> Fit
     return replace(fitted, values=values)
 
 
-def is_significant(term: Term, values: Estimates) -> bool:
-    """Say whether a parameter of an effect that makes it vanish is away from that value by more than its interval, or all such ones are
+def is_significant(candidate: Candidate, values: Estimates) -> bool:
+    """Return whether a parameter of an effect that makes it vanish is away from that value by more than its interval, or all such ones are
     together: of a ripple that has a part of its own and one in proportion to the force only the sum may be known."""
-    if values.apart.get(term.part, 0.0) > SIGNIFICANT:
+    if values.apart.get(candidate.part, 0.0) > SIGNIFICANT:
         return True
-    for name, neutral in zip(term.parameters, term.neutral, strict=True):
-        if name.partition(".")[2] in term.effect.neutral and name in values.by_name:
+    for name, neutral in zip(candidate.parameters, candidate.neutral, strict=True):
+        if name.partition(".")[2] in candidate.effect.neutral and name in values.by_name:
             estimate = values.by_name[name]
             # of a growth and a rate of wear only the product is known: each is open, and yet the wear is there
             error = estimate.alone if estimate.alone < _HANG_TOGETHER * estimate.by_noise else estimate.by_noise
@@ -256,22 +260,22 @@ def is_significant(term: Term, values: Estimates) -> bool:
     return False
 
 
-def is_open(term: Term, values: Estimates, nearly: float = 0.0) -> bool:
-    """Say whether the intervals of all sizes of an effect hold the value with which it vanishes, or come as near to it as this share of
+def interval_includes_neutral(candidate: Candidate, values: Estimates, nearly: float = 0.0) -> bool:
+    """Return whether the intervals of all sizes of an effect hold the value with which it vanishes, or come as near to it as this share of
     them, whatever they are wide from: noise, a form that is a little wrong, recordings that disagree."""
-    sizes = [(name, neutral) for name, neutral in zip(term.parameters, term.neutral, strict=True) if name in values.by_name]
-    sizes = [(name, neutral) for name, neutral in sizes if name.partition(".")[2] in term.effect.neutral]
+    sizes = [(name, neutral) for name, neutral in zip(candidate.parameters, candidate.neutral, strict=True) if name in values.by_name]
+    sizes = [(name, neutral) for name, neutral in sizes if name.partition(".")[2] in candidate.effect.neutral]
     away = [(_away(values.by_name[name].value, neutral), CONFIDENCE * values.by_name[name].error) for name, neutral in sizes]
     return all((1.0 - nearly) * size < half for size, half in away)
 
 
 def _away(value: float, neutral: float) -> float:
-    """Give how far a value is from where its effect vanishes; of a limit that does so far beyond all that acts, how large it is: one that
+    """Return how far a value is from where its effect vanishes; of a limit that does so far beyond all that acts, how large it is: one that
     may be twice as large or none at all is not known."""
     return min(abs(value - neutral), abs(value)) if abs(neutral) > _FAR_BEYOND * abs(value) else abs(value - neutral)
 
 
-def hangs_together(term: Term, values: Estimates) -> bool:
-    """Say whether of the values of an effect a mixture is known and no value by itself."""
-    known = [values.by_name[name] for name in term.parameters if name in values.by_name]
+def only_combination_identifiable(candidate: Candidate, values: Estimates) -> bool:
+    """Return whether of the values of an effect a mixture is known and no value by itself."""
+    known = [values.by_name[name] for name in candidate.parameters if name in values.by_name]
     return len(known) > 1 and any(item.alone < _HANG_TOGETHER * item.by_noise for item in known)

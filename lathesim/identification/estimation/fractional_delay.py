@@ -12,19 +12,19 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.identification.noise.noise_model import whitened_power
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, Free, with_start
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 
 _NEIGHBOURS = (-1, 0, 1)
 """Samples before and after the one in which a delay ended whose middles are looked at."""
 
 
-def between_samples(rig: Rig, fitted: Fitted, terms: Sequence[Term], *, wide: bool) -> list[Free] | None:
-    """Give the free parameters of a fit with a delay in the middle between two samples, where that leaves less than the fit does; none
+def between_samples(experiment: Experiment, fitted: Fitted, candidates: Sequence[Candidate], *, full_band: bool) -> list[Free] | None:
+    """Return the free parameters of a fit with a delay in the middle between two samples, where that leaves less than the fit does; none
     where it does nowhere."""
-    period = rig.machine.assembly.sample_period
-    names = [f"{term.part}.{term.effect.in_samples}" for term in terms if term.effect.in_samples]
+    period = experiment.machine.assembly.sample_period
+    names = [f"{candidate.part}.{candidate.effect.in_samples}" for candidate in candidates if candidate.effect.in_samples]
     free = with_start(fitted)
     found = None
     for name in (name for name in names if name in fitted.by_name):
@@ -32,7 +32,7 @@ def between_samples(rig: Rig, fitted: Fitted, terms: Sequence[Term], *, wide: bo
         middles = [(np.floor(ended / period) + by + 0.5) * period for by in _NEIGHBOURS]
         asked = list(fitted.by_name)
         rows = np.array([[value if one == name else fitted.by_name[one] for one in asked] for value in (ended, *middles) if value > 0.0])
-        left = [whitened_power(residual, fitted.noise, wide=wide) for residual in rig.sensed.residuals(asked, rows)]
+        left = [whitened_power(residual, fitted.noise, full_band=full_band) for residual in experiment.sensed.residuals(asked, rows)]
         best = int(np.argmin(left))
         if best:
             start = float(rows[best, asked.index(name)])

@@ -37,13 +37,13 @@ Slopes = Literal["kept", "anew", "central"]
 
 
 def noise_of(residual: FloatArray, shapes: Sequence[NoiseShapes]) -> tuple[NoiseModel, ...]:
-    """Give the noise model of every channel of a residual."""
+    """Return the noise model of every channel of a residual."""
     return tuple(fit_noise_model(row, shape) for row, shape in zip(residual, shapes, strict=True))
 
 
-def log_likelihood(residual: FloatArray, noise: Sequence[NoiseModel], *, wide: bool = True) -> float:
-    """Give the log-likelihood of a residual (channels, samples) under its noise models, up to a constant [nats]."""
-    return sum(model.log_likelihood(row, wide=wide) for row, model in zip(residual, noise, strict=True))
+def log_likelihood(residual: FloatArray, noise: Sequence[NoiseModel], *, full_band: bool = True) -> float:
+    """Return the log-likelihood of a residual (channels, samples) under its noise models, up to a constant [nats]."""
+    return sum(model.log_likelihood(row, full_band=full_band) for row, model in zip(residual, noise, strict=True))
 
 
 def fit(
@@ -54,7 +54,7 @@ def fit(
     rounds: int = 3,
     iterations: int = _ITERATIONS,
     noise: Sequence[NoiseModel] | None = None,
-    wide: bool = False,
+    full_band: bool = False,
     tolerance: float = 1e-6,
     known: Mapping[str, FloatArray] | None = None,
     settle: float = 0.0,
@@ -63,7 +63,7 @@ def fit(
 ) -> Fitted:
     """Fit the free parameters, the constant ones staying as they are.
 
-    ``wide`` uses all frequencies, not only those of the motion; a descent ends when a step gains less than ``tolerance`` of the cost.
+    ``full_band`` uses all frequencies, not only those of the motion; a descent ends when a step gains less than ``tolerance`` of the cost.
     ``known`` gives slopes d channels / d value (channels, samples) that are taken as they are, by name: from a fit nearby.
     With ``settle`` the rounds go on until one gains less than so many nats: an effect that explained nearly all leaves a noise model that
     is far too loose, and a fit that ends there leaves errors which the next candidates would explain.
@@ -72,7 +72,7 @@ def fit(
     rough for standard errors; ``anew``, those at its end; ``central`` differences there, for values that are reported: one-sided ones bend,
     and a mixture of values that nothing shows looks as if something did.
     """
-    problem = _Problem(simulator, tuple(free), dict(constant or {}), wide, tolerance, known or {}, coloured)
+    problem = _Problem(simulator, tuple(free), dict(constant or {}), full_band, tolerance, known or {}, coloured)
     values = np.array([item.start for item in free], dtype=float)
     values = np.clip(values, problem.low, problem.high)
     residual = problem.residual(values)
@@ -81,7 +81,7 @@ def fit(
     for turn in range(rounds if settle <= 0.0 else _MOST_ROUNDS):
         values, residual = problem.descend(values, residual, models, iterations if turn else max(3, iterations // 2))
         models = problem.noise(values, residual)
-        before, reached = reached, log_likelihood(residual, models, wide=wide) - 0.5 * problem.penalty(values)
+        before, reached = reached, log_likelihood(residual, models, full_band=full_band) - 0.5 * problem.penalty(values)
         if turn + 1 >= rounds and reached - before < settle:
             break
     if slopes == "central":
@@ -93,7 +93,7 @@ def fit(
     lengths = [2 * len(model.power) for model in models]
     covariance, misfit = covariance_and_misfit(white, problem.whitened(residual[None], models)[:, 0], beforehand, lengths)
     penalty = problem.penalty(values)
-    likelihood = log_likelihood(residual, models, wide=wide)
+    likelihood = log_likelihood(residual, models, full_band=full_band)
     return Fitted(tuple(free), values, covariance, residual, models, likelihood, penalty, dict(constant or {}), jacobian, misfit)
 
 
@@ -103,7 +103,7 @@ class _Problem:
         simulator: Simulator,
         free: tuple[Free, ...],
         constant: dict[str, float],
-        wide: bool,
+        full_band: bool,
         tolerance: float,
         known: Mapping[str, FloatArray],
         coloured: bool,
@@ -113,7 +113,7 @@ class _Problem:
         self.tolerance = tolerance
         self.kept: FloatArray | None = None
         self.known = [known.get(item.name) for item in free]
-        self.wide = wide
+        self.full_band = full_band
         self.names = [*constant, *[item.name for item in free]]
         self.fixed = np.array(list(constant.values()))
         self.low = np.array([item.low for item in free])
@@ -128,7 +128,7 @@ class _Problem:
         return np.hstack([np.tile(self.fixed, (len(values), 1)), values]) if len(self.fixed) else values
 
     def noise(self, values: FloatArray, residual: FloatArray) -> tuple[NoiseModel, ...]:
-        """Give the noise models of a residual, with the machine at ``values``."""
+        """Return the noise models of a residual, with the machine at ``values``."""
         named = dict(zip(self.names, self.rows(values)[0].tolist(), strict=True))
         return noise_of(residual, self.simulator.noise_shapes(named, coloured=self.coloured))
 
@@ -136,7 +136,7 @@ class _Problem:
         return self.simulator.residuals(self.names, self.rows(values))[0]
 
     def jacobian(self, values: FloatArray, residual: FloatArray) -> FloatArray:
-        """Give d output / d value, shape (parameters, channels, samples), by one-sided differences that stay inside the bounds."""
+        """Return d output / d value, shape (parameters, channels, samples), by one-sided differences that stay inside the bounds."""
         steps = _STEP * self.scale
         steps = np.where(values + steps > self.high, -steps, steps)
         if not len(values):
@@ -147,7 +147,7 @@ class _Problem:
         return np.array(slopes)
 
     def central_jacobian(self, values: FloatArray) -> FloatArray:
-        """Give d output / d value, shape (parameters, channels, samples), by central differences, one-sided at a bound."""
+        """Return d output / d value, shape (parameters, channels, samples), by central differences, one-sided at a bound."""
         if not len(values):
             return np.zeros((0, *self.residual(values).shape))
         steps = np.diag(_STEP * self.scale)
@@ -157,18 +157,18 @@ class _Problem:
         return np.array([(found[len(values) + place] - found[place]) / width[place] for place in range(len(values))])
 
     def whitened(self, arrays: FloatArray, models: Sequence[NoiseModel]) -> FloatArray:
-        """Give arrays (n, channels, samples) whitened, as columns (channels * samples, n)."""
-        rows = [model.whiten(arrays[:, channel], wide=self.wide) for channel, model in enumerate(models)]
+        """Return arrays (n, channels, samples) whitened, as columns (channels * samples, n)."""
+        rows = [model.whiten(arrays[:, channel], full_band=self.full_band) for channel, model in enumerate(models)]
         return np.concatenate(rows, axis=1).T
 
     def penalty(self, values: FloatArray) -> float:
         return float(np.sum(self.precision * (values - self.given) ** 2))
 
     def cost(self, values: FloatArray, residual: FloatArray, models: Sequence[NoiseModel]) -> float:
-        return whitened_power(residual, models, wide=self.wide) + self.penalty(values)
+        return whitened_power(residual, models, full_band=self.full_band) + self.penalty(values)
 
     def slopes(self, values: FloatArray, residual: FloatArray) -> FloatArray:
-        """Give the last Jacobian while it holds, else a new one."""
+        """Return the last Jacobian while it holds, else a new one."""
         if self.kept is None:
             self.kept = self.jacobian(values, residual)
         return self.kept
@@ -217,7 +217,7 @@ class _Problem:
         *,
         one: bool,
     ) -> tuple[FloatArray, FloatArray, float, float] | None:
-        """Give the first step that gets better (values, residual, cost, damping), none where none does; ``one`` tries one first."""
+        """Return the first step that gets better (values, residual, cost, damping), none where none does; ``one`` tries one first."""
         for factors in (*(_DAMPINGS[0][:, None] if one else _DAMPINGS[:1]), _DAMPINGS[1]):
             trials = damping * factors
             candidates = np.array([self._step(values, gram, slope, amount) for amount in trials])
@@ -229,12 +229,12 @@ class _Problem:
         return None
 
     def _foretold(self, found: FloatArray, values: FloatArray, gram: FloatArray, slope: FloatArray) -> float:
-        """Give by how much the cost falls from ``values`` to ``found`` as far as the slopes can tell."""
+        """Return by how much the cost falls from ``values`` to ``found`` as far as the slopes can tell."""
         step = (found - values) / self.scale
         return float(2.0 * step @ slope - step @ gram @ step)
 
     def _step(self, values: FloatArray, gram: FloatArray, slope: FloatArray, amount: float) -> FloatArray:
-        """Give the values after a damped step that is the best one within the bounds: one that ran into them and was cut short would take
+        """Return the values after a damped step that is the best one within the bounds: one that ran into them and was cut short would take
         the other values where they belong only together with it."""
         diagonal = np.diag(gram)
         matrix = gram + amount * np.diag(diagonal + 1e-9 * max(float(diagonal.max()), 1e-300))
@@ -245,14 +245,14 @@ class _Problem:
         return np.asarray(np.clip(values + step * self.scale, self.low, self.high))
 
     def _undamped(self, matrix: FloatArray, slope: FloatArray) -> FloatArray:
-        """Give the step, in scales, with which the slopes vanish; none where a run grew beyond all bounds: from there is no way on."""
+        """Return the step, in scales, with which the slopes vanish; none where a run grew beyond all bounds: from there is no way on."""
         if not (np.isfinite(matrix).all() and np.isfinite(slope).all()):
             return np.zeros_like(slope)
         return np.asarray(np.linalg.lstsq(matrix, slope, rcond=None)[0])
 
 
 def _bounded(matrix: FloatArray, slope: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Give the step s between two bounds with the least s'Ms/2 - s'g, by the active-set method of Stark and Parker."""
+    """Return the step s between two bounds with the least s'Ms/2 - s'g, by the active-set method of Stark and Parker."""
     ridge = _RIDGE * max(float(np.diag(matrix).max()), 1e-300)
     root = np.linalg.cholesky(matrix + ridge * np.eye(len(matrix))).T
     goal = np.linalg.solve(root.T, slope)

@@ -100,7 +100,7 @@ class ParameterFit:
 
 
 def free_parameters(plan: Plan, names: Sequence[str]) -> list[FreeParameter]:
-    """Give what is to be fitted; :class:`LessonError` with the nearest name for what the machine does not have or nothing depends on."""
+    """Return what is to be fitted; :class:`LessonError` with the nearest name for what the machine does not have or nothing depends on."""
     found = []
     for name in dict.fromkeys(names):
         if name in plan.parameters:
@@ -154,7 +154,7 @@ def fit_parameters(
 
 
 def _starting_points(problem: _Problem, starts: int, seed: int) -> list[FloatArray]:
-    """Give the given values, where only one start is wanted, else points of a Sobol sequence around them."""
+    """Return the given values, where only one start is wanted, else points of a Sobol sequence around them."""
     if starts == 1:
         return [problem.first]
     from scipy.stats import qmc
@@ -201,7 +201,7 @@ class _Problem:
         self.held = np.array([float(item.given != 0.0) for item in self.free] + [0.0] * len(starts))
 
     def _scales(self) -> FloatArray:
-        """Give a scale for values that are zero: the change that moves the misfit of a channel by about ten floors."""
+        """Return a scale for values that are zero: the change that moves the misfit of a channel by about ten floors."""
         scale = self.scale.copy()
         sizes = 10.0 ** np.arange(-12.0, 7.0, 1.0)
         for position in np.flatnonzero(scale == 0.0):
@@ -214,32 +214,32 @@ class _Problem:
         return scale
 
     def evaluate(self, rows: FloatArray) -> FloatArray:
-        """Give the misfit in floors, (rows, channels, samples)."""
+        """Return the misfit in floors, (rows, channels, samples)."""
         self.runs += len(rows)
         return self.misfit.misfits(self.names, rows)
 
     def vector(self, moved: FloatArray) -> FloatArray:
-        """Give the weighted misfit of the scaled values that move, and how far all are from the given ones, as one vector."""
+        """Return the weighted misfit of the scaled values that move, and how far all are from the given ones, as one vector."""
         scaled = self._all(moved)
         found = self.evaluate((scaled * self.scale)[None])[0]
         self._last = (scaled.tobytes(), found)
         return np.concatenate([self._weighted(found), self.held * (scaled - self.first / self.scale)])
 
     def slopes(self, moved: FloatArray) -> FloatArray:
-        """Give the derivatives of :meth:`vector`."""
+        """Return the derivatives of :meth:`vector`."""
         return np.vstack([self.jacobian(moved), np.diag(self.held)[:, : self.moving]])
 
     def _all(self, moved: FloatArray) -> FloatArray:
-        """Give all scaled values, those that do not move as they were given."""
+        """Return all scaled values, those that do not move as they were given."""
         return np.concatenate([moved, self.first[self.moving :] / self.scale[self.moving :]])
 
     def _weighted(self, found: FloatArray) -> FloatArray:
-        """Give misfits (..., channels, samples) whitened, as one vector (..., misfits)."""
+        """Return misfits (..., channels, samples) whitened, as one vector (..., misfits)."""
         rows = [model.whiten(found[..., row, :]) for row, model in enumerate(self.white)]
         return np.concatenate(rows, axis=-1)
 
     def jacobian(self, moved: FloatArray, *, central: bool = False) -> FloatArray:
-        """Give the derivatives of the weighted misfit, (misfits, values that move); all runs are one batch."""
+        """Return the derivatives of the weighted misfit, (misfits, values that move); all runs are one batch."""
         scaled, many = self._all(moved), self.moving
         values = scaled * self.scale
         steps = self.steps * self.scale
@@ -259,8 +259,8 @@ class _Problem:
         return self._weighted(slopes).T
 
     def _settled_jacobian(self, scaled: FloatArray) -> FloatArray:
-        """Give central derivatives with steps that are taken no shorter any more: too long ones make a mixture of values that nothing shows
-        look as if something did."""
+        """Return central derivatives with steps that are taken no shorter any more: too long ones make a mixture of values that nothing
+        shows look as if something did."""
         for _ in range(_MOST_SETTLING):
             taken = self.steps.copy()
             jacobian = self.jacobian(scaled, central=True)
@@ -269,7 +269,7 @@ class _Problem:
         return jacobian
 
     def approach(self, point: FloatArray) -> FloatArray:
-        """Give the values at which a fit ends that begins at ``point`` and weighs every channel by its floor; the start of the recording
+        """Return the values at which a fit ends that begins at ``point`` and weighs every channel by its floor; the start of the recording
         stays as the recording shows it."""
         self.steps = np.full(len(self.first), _STEP)
         self.moving = self.count
@@ -278,7 +278,7 @@ class _Problem:
         return end
 
     def polish(self, values: FloatArray) -> _End:
-        """Give the end of a fit in rounds, between which the whitening of what is left is taken anew."""
+        """Return the end of a fit in rounds, between which the whitening of what is left is taken anew."""
         white = self._whitening_at(values)
         for _ in range(_ROUNDS):
             before, values = values, self._descend(values, white, 1e-6, 10)
@@ -288,7 +288,7 @@ class _Problem:
         return _End(values, white, self._cost(values, white))
 
     def follow(self, values: FloatArray, best: _End) -> _End:
-        """Give the end of a fit from ``values`` with the whitening of another one, so that the two can be compared."""
+        """Return the end of a fit from ``values`` with the whitening of another one, so that the two can be compared."""
         values = self._descend(values, best.white, 1e-5, 10)
         return _End(values, best.white, self._cost(values, best.white))
 
@@ -311,11 +311,11 @@ class _Problem:
         return float(np.mean(np.square(self._weighted(self.evaluate(values[None])[0]))))
 
     def rms(self, values: FloatArray) -> FloatArray:
-        """Give the root mean square of the misfit of every channel, in floors."""
+        """Return the root mean square of the misfit of every channel, in floors."""
         return np.asarray(np.sqrt(np.mean(np.square(self.evaluate(values[None])[0]), axis=1)))
 
     def certainty(self, end: _End) -> tuple[FloatArray, FloatArray, list[list[str]]]:
-        """Give standard errors and covariance of the values [SI], and the groups of parameters that are not determined by themselves."""
+        """Return standard errors and covariance of the values [SI], and the groups of parameters that are not determined by themselves."""
         values = end.values
         found = self.evaluate(values[None])[0]
         self.white = list(end.white)
@@ -338,14 +338,14 @@ class _Problem:
         return np.sqrt(np.diag(covariance)), covariance, [names for names in blurred if names]
 
     def _block_scores(self, jacobian: FloatArray, misfit: FloatArray) -> FloatArray:
-        """Give the sums of misfit times slope over blocks of time, (blocks, values)."""
+        """Return the sums of misfit times slope over blocks of time, (blocks, values)."""
         channels, samples = self.misfit.recorded.shape
         product = (jacobian * misfit[:, None]).reshape(channels, samples, -1).sum(axis=0)
         edges = np.linspace(0, samples, min(_BLOCKS, samples) + 1).astype(int)[:-1]
         return np.asarray(np.add.reduceat(product, edges, axis=0))
 
     def agree(self, best: _End, end: _End, errors: FloatArray) -> bool:
-        """Say whether two ends are the same fit: in what they leave, and in every value that is determined."""
+        """Return whether two ends are the same fit: in what they leave, and in every value that is determined."""
         if end.cost > best.cost * (1.0 + _SAME):
             return False
         firm = (errors > 0.0) & (errors < _LOOSE * np.maximum(np.abs(best.values), 1e-300))
@@ -395,7 +395,7 @@ def _undetermined(names: list[str]) -> str:
 
 
 def as_json(lesson: str, recording: str, found: ParameterFit, findings: Sequence[str]) -> Mapping[str, object]:
-    """Give the result of a fit as JSON (schema ``lathesim-fit/1``)."""
+    """Return the result of a fit as JSON (schema ``lathesim-fit/1``)."""
     return {
         "schema": "lathesim-fit/1",
         "lesson": lesson,

@@ -52,13 +52,13 @@ class Misfit:
         return int(self.recorded.shape[1])
 
     def outputs(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
-        """Give the simulated channels (channels, samples) for each row of ``values`` [SI]; the rows run at the same time."""
+        """Return the simulated channels (channels, samples) for each row of ``values`` [SI]; the rows run at the same time."""
         rows = [self.plan.channels.index(channel) for channel in self.channels]
         batch = Batch(self.plan, (self.samples - 1) * self.every + 1, noisy=False)
         return batch.run(list(names), np.atleast_2d(values), lambda record: record[rows, :: self.every].copy())
 
     def misfits(self, names: Sequence[str], values: FloatArray) -> FloatArray:
-        """Give the misfit in floors, (rows, channels, samples); what was not recorded counts nothing."""
+        """Return the misfit in floors, (rows, channels, samples); what was not recorded counts nothing."""
         found = np.empty((len(np.atleast_2d(values)), *self.recorded.shape))
         for row, output in enumerate(self.outputs(names, values)):
             found[row] = (self.recorded - output) / self.floors[:, None]
@@ -76,7 +76,8 @@ def replay_misfit(
     closed: bool = False,
     decisions: int = 1,
 ) -> Misfit:
-    """Give the misfit of an assembly, sampled as a recording is, against that; its controllers make so many ``decisions`` for each sample.
+    """Return the misfit of an assembly, sampled as a recording is, against that; its controllers make so many ``decisions`` for each
+    sample.
 
     ``closed`` leaves the machine's own loops closed: only the inputs the lesson calls driven are recorded ones, and sensors round.
     """
@@ -97,7 +98,7 @@ def replay_misfit(
 
 
 def _needed(assembly: Assembly, channels: Sequence[str]) -> Assembly:
-    """Give the assembly without the parts that no compared channel depends on."""
+    """Return the assembly without the parts that no compared channel depends on."""
     sources: dict[str, set[str]] = {}
     for item in assembly.wires:
         if item.source:
@@ -114,7 +115,7 @@ def _needed(assembly: Assembly, channels: Sequence[str]) -> Assembly:
 
 
 def _shown_places(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
-    """Give the assembly in which other parts see the place of a part where it was recorded to be, so that a cut begins when it did."""
+    """Return the assembly in which other parts see the place of a part where it was recorded to be, so that a cut begins when it did."""
     by_name = {part.name: part for part in assembly.parts}
     parts = list(assembly.parts)
     wires = {item.target: item for item in assembly.wires}
@@ -133,19 +134,19 @@ def _shown_places(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assem
 
 
 def _measures(parts: Mapping[str, Part], target: str) -> bool:
-    """Say whether an input is that of a sensor or an effect, which stand for the machine and not for what it does."""
+    """Return whether an input is that of a sensor or an effect, which stand for the machine and not for what it does."""
     part, _, item = target.partition(".")
     component = parts[part].component
     return issubclass(component, Effect) or component.ports.get("measured") == item
 
 
 def _exact_sensors(assembly: Assembly) -> Assembly:
-    """Give the assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice."""
+    """Return the assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice."""
     return replace(assembly, parts=tuple(replace(part, parameters={**part.parameters, **_exactly(part)}) for part in assembly.parts))
 
 
 def _exactly(part: Part) -> dict[str, float]:
-    """Give the parameters with which a sensor or its converter does not round: a count of no length, as many bits as it may have."""
+    """Return the parameters with which a sensor or its converter does not round: a count of no length, as many bits as it may have."""
     ports = part.component.ports
     if "resolution" in ports:
         return {ports["resolution"]: 0.0}
@@ -154,7 +155,7 @@ def _exactly(part: Part) -> dict[str, float]:
 
 
 def _weights(values: FloatArray, floor: float, beside: int = 2) -> FloatArray:
-    """Give 1 for each sample, and next to nothing beside a jump: there a shift of one sample is as large as the jump."""
+    """Return 1 for each sample, and next to nothing beside a jump: there a shift of one sample is as large as the jump."""
     steps = np.abs(np.nan_to_num(np.diff(values, prepend=values[:1])))
     width = min(101, len(steps))
     around = np.convolve(steps, np.ones(width) / width, mode="same")
@@ -167,7 +168,7 @@ def _weights(values: FloatArray, floor: float, beside: int = 2) -> FloatArray:
 
 
 def _starts(plan: Plan, motion: Mapping[str, FloatArray]) -> dict[str, float]:
-    """Give the first recorded value of the states that an output shows as they are."""
+    """Return the first recorded value of the states that an output shows as they are."""
     found = {}
     for name in plan.states:
         part, _, item = name.partition(".")

@@ -9,9 +9,9 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.candidate import Term, instants_of, jump_at
+from lathesim.identification.records.candidate import Candidate, instants_of, jump_at
 from lathesim.identification.records.fit import Fitted, Free, with_start
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import strongest_jumps
 
 _ANGLES = ("phase", "middle")
@@ -29,24 +29,24 @@ _ROUGH = 1e-4
 """A judge's descent ends when a step gains less than this share of the cost."""
 
 
-def begun_anew(rig: Rig, terms: Sequence[Term]) -> list[Free]:
-    """Give what is free at the start of another recording: the states of the machine's own parts, and what effects remember of the time
+def begun_anew(experiment: Experiment, candidates: Sequence[Candidate]) -> list[Free]:
+    """Return what is free at the start of another recording: the states of the machine's own parts, and what effects remember of the time
     before, as an edge that was worn already."""
-    duration = len(rig.record) * rig.machine.assembly.sample_period
-    unit = rig.sensed.plan.unit
+    duration = len(experiment.record) * experiment.machine.assembly.sample_period
+    unit = experiment.sensed.plan.unit
     before = []
-    for name in (name for term in terms for name in term.remembered):
+    for name in (name for candidate in candidates for name in candidate.remembered):
         # in seconds as a share of what the recording lasts, else as a share of all that may be
         step, most = (_SOME_TIME * duration, _LONG_AGO * duration) if unit(name) == "s" else (_SOME_TIME, 1.0)
         before.append(Free(name, 0.0, step, 0.0, most))
-    return [*rig.start_states(rig.sensed.plan), *before]
+    return [*experiment.start_states(experiment.sensed.plan), *before]
 
 
-def on_recording(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
-    """Give a fitted model on another recording: start values and nuisance parameters fitted anew, the rest as it is."""
-    starts = begun_anew(rig, terms)
+def transferred(experiment: Experiment, fitted: Fitted, candidates: Sequence[Candidate]) -> Fitted:
+    """Return a fitted model on another recording: start values and nuisance parameters fitted anew, the rest as it is."""
+    starts = begun_anew(experiment, candidates)
     own = {item.name for item in starts}
-    nuisance = {name for term in terms for name in term.nuisance}
+    nuisance = {name for candidate in candidates for name in candidate.nuisance}
     values = fitted.by_name
     free = [*starts, *[replace(item, start=values[item.name]) for item in fitted.free if item.name in nuisance]]
     free += [item for item in _vague(fitted) if item.name not in own and item.name not in nuisance]
@@ -54,36 +54,36 @@ def on_recording(rig: Rig, fitted: Fitted, terms: Sequence[Term]) -> Fitted:
     constant = {name: value for name, value in values.items() if name not in freed and name not in own}
     phases = [item.name for item in free if item.name in nuisance and item.name.endswith(_ANGLES)]
     if phases:
-        free = _at_the_best_turn(rig, free, constant, phases)
+        free = _at_the_best_turn(experiment, free, constant, phases)
     instants = [item.name for item in free if item.name in nuisance and item.name in instants_of([item.name])]
     if instants:
-        free = _at_the_best_instant(rig, free, constant, terms, instants)
+        free = _at_the_best_instant(experiment, free, constant, candidates, instants)
         # known to the sample now: a descent would only move them off it
         constant |= {item.name: item.start for item in free if item.name in instants}
         free = [item for item in free if item.name not in instants]
-    judged = fit(rig.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH, slopes="kept")
-    motion = {name for name in rig.feeling_their_motion(terms) if name in constant}
+    judged = fit(experiment.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH, slopes="kept")
+    motion = {name for name in experiment.simulated_motion_of(candidates) if name in constant}
     if not motion:
         return judged
-    # in which of its two ways a replay is felt belongs to a recording: where a table hardly rests, the recorded motion tells more
+    # in which of its two ways a replay is sensed belongs to a recording: where a table hardly rests, the recorded motion tells more
     recorded = {name: value for name, value in constant.items() if name not in motion}
-    other = fit(rig.sensed, free, recorded, rounds=2, iterations=6, tolerance=_ROUGH, slopes="kept")
+    other = fit(experiment.sensed, free, recorded, rounds=2, iterations=6, tolerance=_ROUGH, slopes="kept")
     return max((judged, other), key=lambda fitted: fitted.score)
 
 
-def _at_the_best_turn(rig: Rig, free: list[Free], constant: Mapping[str, float], phases: Sequence[str]) -> list[Free]:
-    """Give the free values with the phases turned to where they explain most beside what the other values may absorb: a phase may be
+def _at_the_best_turn(experiment: Experiment, free: list[Free], constant: Mapping[str, float], phases: Sequence[str]) -> list[Free]:
+    """Return the free values with the phases turned to where they explain most beside what the other values may absorb: a phase may be
     anywhere on another recording, and from the wrong side a fit ends in the wrong hump."""
-    here = fit(rig.sensed, free, constant, rounds=0)
+    here = fit(experiment.sensed, free, constant, rounds=0)
     turns = _FINE_TURNS if any(name.endswith("middle") for name in phases) else _TURNS
     turned = [[replace(item, start=item.start + turn) if item.name in phases else item for item in free] for turn in turns]
     rows = np.array([[*constant.values(), *(item.start for item in one)] for one in turned])
 
     def white(arrays: FloatArray) -> FloatArray:
-        """Give arrays (n, channels, samples) whitened, (n, values)."""
-        return np.concatenate([model.whiten(arrays[:, row], wide=True) for row, model in enumerate(here.noise)], axis=1)
+        """Return arrays (n, channels, samples) whitened, (n, values)."""
+        return np.concatenate([model.whiten(arrays[:, row], full_band=True) for row, model in enumerate(here.noise)], axis=1)
 
-    left = white(np.array(rig.sensed.residuals([*constant, *(item.name for item in free)], rows)))
+    left = white(np.array(experiment.sensed.residuals([*constant, *(item.name for item in free)], rows)))
     assert here.sensitivity is not None
     waves = {name.partition(".")[0] for name in phases}
     others = [place for place, item in enumerate(free) if item.name.partition(".")[0] not in waves]
@@ -95,45 +95,47 @@ def _at_the_best_turn(rig: Rig, free: list[Free], constant: Mapping[str, float],
 
 
 def _at_the_best_instant(
-    rig: Rig, free: list[Free], constant: Mapping[str, float], terms: Sequence[Term], instants: Sequence[str]
+    experiment: Experiment, free: list[Free], constant: Mapping[str, float], candidates: Sequence[Candidate], instants: Sequence[str]
 ) -> list[Free]:
-    """Give the free values with each instant where this recording has it: among the steps of what is left without the effect."""
+    """Return the free values with each instant where this recording has it: among the steps of what is left without the effect."""
     for place, name in enumerate(instants):
-        term = next(term for term in terms if name in term.parameters)
-        neutral = dict(zip(term.parameters, term.neutral.tolist(), strict=True))
+        candidate = next(candidate for candidate in candidates if name in candidate.parameters)
+        neutral = dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True))
         # of several, those that come after this one are not there yet
         later = {jump_at(other) for other in instants[place + 1 :] if other in neutral}
-        own = {jump_at(name)} if jump_at(name) in neutral else set(neutral) - set(term.nuisance)
+        own = {jump_at(name)} if jump_at(name) in neutral else set(neutral) - set(candidate.nuisance)
         without = {**constant, **{item.name: item.start for item in free}, **{other: neutral[other] for other in own | later}}
-        residual = rig.sensed.one(without)
-        jumps = [jump for row in residual for jump in strongest_jumps(row, rig.machine.assembly.sample_period)]
+        residual = experiment.sensed.one(without)
+        jumps = [jump for row in residual for jump in strongest_jumps(row, experiment.machine.assembly.sample_period)]
         moved = [[_moved(item, {name: time, jump_at(name): size}, later) for item in free] for time, size in dict.fromkeys(jumps)]
-        free = _best(rig, moved, constant)
+        free = _best(experiment, moved, constant)
     # with all of them there, and the start of the recording fitted, each to the sample
     placed = [item for item in free if item.name in instants]
     rest = [item for item in free if item.name not in instants]
     here = {**constant, **{item.name: item.start for item in placed}}
-    free = [*with_start(fit(rig.sensed, rest, here, rounds=1, iterations=6, tolerance=_ROUGH, slopes="kept")), *placed]
+    free = [*with_start(fit(experiment.sensed, rest, here, rounds=1, iterations=6, tolerance=_ROUGH, slopes="kept")), *placed]
     for name in (*instants, *instants[:-1]):
         found = next(item.start for item in free if item.name == name)
-        nearby = [found + samples * rig.machine.assembly.sample_period for samples in _NEARBY]
-        free = _best(rig, [[_moved(item, {name: time}, ()) for item in free] for time in nearby], constant)
+        nearby = [found + samples * experiment.machine.assembly.sample_period for samples in _NEARBY]
+        free = _best(experiment, [[_moved(item, {name: time}, ()) for item in free] for time in nearby], constant)
     return free
 
 
-def _best(rig: Rig, starts: Sequence[list[Free]], constant: Mapping[str, float]) -> list[Free]:
-    """Give the start that explains most as it is, on all frequencies: a step that is a sample late is a needle."""
-    return list(max((fit(rig.sensed, start, constant, rounds=0, wide=True) for start in starts), key=lambda fitted: fitted.score).free)
+def _best(experiment: Experiment, starts: Sequence[list[Free]], constant: Mapping[str, float]) -> list[Free]:
+    """Return the start that explains most as it is, on all frequencies: a step that is a sample late is a needle."""
+    return list(
+        max((fit(experiment.sensed, start, constant, rounds=0, full_band=True) for start in starts), key=lambda fitted: fitted.score).free
+    )
 
 
 def _moved(item: Free, starts: Mapping[str, float], nothing: Collection[str]) -> Free:
-    """Give a free value with the start it has among some, and at zero where it is to be nothing."""
+    """Return a free value with the start it has among some, and at zero where it is to be nothing."""
     return replace(item, start=0.0) if item.name in nothing else replace(item, start=starts.get(item.name, item.start))
 
 
 def _vague(fitted: Fitted) -> list[Free]:
-    """Give the values that a recording left open, held by what it does say of them: where it tells only a ratio of two, another one is not
-    to be judged by where in that valley the fit came to rest."""
+    """Return the values that a recording left open, held by what it does say of them: where it tells only a ratio of two, another one is
+    not to be judged by where in that valley the fit came to rest."""
     found = []
     for item in fitted.free:
         value, error = fitted.by_name[item.name], fitted.error(item.name)

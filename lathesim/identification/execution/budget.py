@@ -21,8 +21,8 @@ class RunCount:
             self.total += runs
 
 
-def until(limit: float, tell: Tell) -> Tell:
-    """Give what tells each step of a search and interrupts it, once, at the first step after ``limit`` [s] from now."""
+def until(limit: float, tell: Progress) -> Progress:
+    """Return what tells each step of a search and interrupts it, once, at the first step after ``limit`` [s] from now."""
     end = time.perf_counter() + limit
     ended = False
 
@@ -36,4 +36,4 @@ def until(limit: float, tell: Tell) -> Tell:
     return told
 
 
-Tell = Callable[[str], None]
+Progress = Callable[[str], None]

@@ -19,7 +19,7 @@ class Remembered(Generic[Result]):
         self._lock = Lock()
 
     def get(self, asked: Hashable, make: Callable[[], Result]) -> Result:
-        """Give the result for ``asked``, made where it is not known; two threads that ask at once may both make it."""
+        """Return the result for ``asked``, made where it is not known; two threads that ask at once may both make it."""
         with self._lock:
             if asked in self._known:
                 return self._known[asked]

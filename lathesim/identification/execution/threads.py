@@ -15,7 +15,7 @@ Result = TypeVar("Result")
 
 
 def together(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-    """Give what ``work`` makes of each item, in order, as it is ready; an interruption drops what has not begun."""
+    """Return what ``work`` makes of each item, in order, as it is ready; an interruption drops what has not begun."""
     with ThreadPoolExecutor(TOGETHER) as pool:
         waiting = [pool.submit(work, item) for item in items]
         try:

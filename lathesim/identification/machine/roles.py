@@ -8,17 +8,17 @@ from lathesim.engine.assembly import Assembly, Part
 
 
 def decides(component: type[Component]) -> bool:
-    """Say whether a part is a controller or a converter: it takes a measurement or a command and gives a command."""
+    """Return whether a part is a controller or a converter: it takes a measurement or a command and gives a command."""
     return "drive" in component.ports and "measured" in component.ports
 
 
 def closes_a_loop(part: Part) -> bool:
-    """Say whether a part decides on what it measures of what it drives."""
+    """Return whether a part decides on what it measures of what it drives."""
     return decides(part.component) and part.component.ports["drive"] != part.component.ports["measured"]
 
 
 def acting(assembly: Assembly) -> list[tuple[str, str]]:
-    """Give for each moving part the output that pushes it: (``part.input``, ``part.output``)."""
+    """Return for each moving part the output that pushes it: (``part.input``, ``part.output``)."""
     sources = {item.target: item.source for item in assembly.wires}
     found = []
     for part in assembly.parts:
@@ -30,7 +30,7 @@ def acting(assembly: Assembly) -> list[tuple[str, str]]:
 
 
 def commands(assembly: Assembly) -> dict[str, str]:
-    """Give by part the output that a drive, an amplifier or a table takes its command from."""
+    """Return by part the output that a drive, an amplifier or a table takes its command from."""
     sources = {item.target: item.source for item in assembly.wires}
     found = {}
     for part in assembly.parts:

@@ -31,7 +31,7 @@ class Whitening:
     trust: FloatArray | None = None
 
     def whiten(self, rows: FloatArray) -> FloatArray:
-        """Give rows (..., samples) without what the samples before tell of them; the first samples count nothing."""
+        """Return rows (..., samples) without what the samples before tell of them; the first samples count nothing."""
         from scipy.signal import lfilter
 
         if not len(self.prediction):
@@ -47,7 +47,7 @@ def no_whitening(channels: int) -> list[Whitening]:
 
 
 def whitening_of(row: FloatArray) -> Whitening:
-    """Give the autoregressive model of a channel's misfit (samples,), by least squares."""
+    """Return the autoregressive model of a channel's misfit (samples,), by least squares."""
     if len(row) < 20 * _ORDER:
         return Whitening(np.zeros(0), max(float(np.sqrt(np.mean(np.square(row)))), 1.0))
     before = np.column_stack([row[_ORDER - lag : len(row) - lag] for lag in range(1, _ORDER + 1)])

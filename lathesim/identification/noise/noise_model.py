@@ -5,7 +5,7 @@ channel through the machine's own dynamics. Its power at a frequency f is theref
 
     P(f) = floor^2 + sum_i a_i T_i(f),    T in {1} and {|G_s(f)|^2, |G_s(f)|^2 / (1 + (f/f0)^2)}
 
-where G_s is the response of the channel to a kick of the machine's state s. The sizes follow from the residual by maximum likelihood
+where G_s is the response of the channel to an impulse of the machine's state s. The sizes follow from the residual by maximum likelihood
 (Whittle: -2 log L = sum over frequencies of log P + |E|^2 / P; multiplicative updates of Fevotte, Bertin, Durrieu, Nonnegative matrix
 factorization with the Itakura-Saito divergence, Neural Computation 21 (2009), eq. 3.6). Source of the frame: R. Pintelon, J. Schoukens,
 System Identification: A Frequency Domain Approach, 2nd ed. (2012), chapter 9; L. Ljung, System Identification, 2nd ed., section 4.3.
@@ -26,7 +26,7 @@ from lathesim.engine.assembly import FloatArray
 
 _TAPERED = 0.1
 _CORNERS = (3.0, 30.0)
-"""Frequencies from which on a slow load falls off [Hz]."""
+"""Frequencies above which a slow load falls off [Hz]."""
 _UPDATES = 25
 _SHARE_IN_BAND = 0.99
 _OF_COUNTS = 70.0 / 252.0
@@ -38,26 +38,26 @@ _FLAT = 1.5
 
 @functools.lru_cache(maxsize=16)
 def taper(samples: int) -> FloatArray:
-    """Give the window, shape (samples,), with mean square 1."""
+    """Return the window, shape (samples,), with mean square 1."""
     window = tukey(samples, _TAPERED)
     return np.asarray(window / np.sqrt(np.mean(window * window)))
 
 
 @functools.lru_cache(maxsize=16)
 def effective_share(samples: int) -> float:
-    """Give the share of the frequencies that counts as independent: the taper makes neighbours alike."""
+    """Return the share of the frequencies that counts as independent: the taper makes neighbours alike."""
     square = taper(samples) ** 2
     return float(np.sum(square) ** 2 / (samples * np.sum(square**2)))
 
 
 def window_of(weights: FloatArray) -> FloatArray:
-    """Give the window that sees each sample with its weight (samples,), 0 to 1; with mean square 1."""
+    """Return the window that sees each sample with its weight (samples,), 0 to 1; with mean square 1."""
     window = taper(len(weights)) * weights
     return np.asarray(window / np.sqrt(np.mean(window * window)))
 
 
 def spectrum(values: FloatArray, differences: int = 0, window: FloatArray | None = None) -> FloatArray:
-    """Give the tapered transform of the n-th differences of ``values`` (..., samples), scaled so that white noise has power sigma^2."""
+    """Return the tapered transform of the n-th differences of ``values`` (..., samples), scaled so that white noise has power sigma^2."""
     samples = values.shape[-1]
     seen = taper(samples) if window is None else window
     values = _differenced(values, differences)
@@ -107,13 +107,13 @@ class NoiseModel:
         square = self.window**2
         return float(np.sum(square) ** 2 / (self.samples * np.sum(square**2)))
 
-    def whiten(self, values: FloatArray, *, wide: bool = False) -> FloatArray:
-        """Give ``values`` (..., samples) as independent numbers of variance one, real parts and then imaginary ones.
+    def whiten(self, values: FloatArray, *, full_band: bool = False) -> FloatArray:
+        """Return ``values`` (..., samples) as independent numbers of variance one, real parts and then imaginary ones.
 
-        Frequencies above the band of the motion are set to zero, or kept when ``wide``.
+        Frequencies above the band of the motion are set to zero, or kept when ``full_band``.
         """
         scaled = spectrum(values, self.differences, self.window) * self.gain
-        if not wide:
+        if not full_band:
             scaled[..., self.band :] = 0.0
         parts = np.concatenate([scaled.real, scaled.imag], axis=-1)
         if math.isfinite(self.mean_spread):
@@ -122,7 +122,7 @@ class NoiseModel:
         return parts
 
     def tapered(self, values: FloatArray) -> FloatArray:
-        """Give ``values`` (..., samples) as :meth:`whiten` transforms them; times :attr:`gain` their transform is white."""
+        """Return ``values`` (..., samples) as :meth:`whiten` transforms them; times :attr:`gain` their transform is white."""
         window = taper(self.samples) if self.window is None else self.window
         return np.asarray(_differenced(values, self.differences) * (window / np.sqrt(self.samples)))
 
@@ -132,7 +132,7 @@ class NoiseModel:
         return np.asarray(np.sqrt(2.0 * self.share / self.power))
 
     def mean_of(self, values: FloatArray) -> FloatArray:
-        """Give the mean of ``values`` (..., samples) as the window weighs them."""
+        """Return the mean of ``values`` (..., samples) as the window weighs them."""
         window = taper(self.samples) if self.window is None else self.window
         return np.asarray(values @ window / np.sum(window))
 
@@ -148,9 +148,9 @@ class NoiseModel:
         window = taper(self.samples) if self.window is None else self.window
         return float(np.sqrt(first * np.sum(window**2)) / np.sum(window))
 
-    def log_likelihood(self, residual: FloatArray, *, wide: bool = True) -> float:
-        """Give the log-likelihood of a residual (samples,), of all frequencies or of those of the motion, up to a constant [nats]."""
-        kept = slice(None) if wide else slice(0, self.band)
+    def log_likelihood(self, residual: FloatArray, *, full_band: bool = True) -> float:
+        """Return the log-likelihood of a residual (samples,), of all frequencies or of those of the motion, up to a constant [nats]."""
+        kept = slice(None) if full_band else slice(0, self.band)
         power = self.power[kept]
         ratio = np.abs(spectrum(residual, self.differences, self.window)[kept]) ** 2 / power
         of_spectrum = float(-self.share * np.sum(np.log(power) + ratio))
@@ -164,21 +164,21 @@ WHITE, RATE, DIFFERENCED = "white", "rate", "differenced"
 
 
 def noise_shapes(
-    kicks: FloatArray, motion: FloatArray, floor: float, period: float, times: int, *, coloured: bool, sensor: str = WHITE
+    impulse_responses: FloatArray, motion: FloatArray, floor: float, period: float, times: int, *, coloured: bool, sensor: str = WHITE
 ) -> NoiseShapes:
-    """Give the shapes for a channel; ``kicks`` (states, samples) is its response to a kick of each state, ``motion`` (samples,) itself.
-    It is differenced so many ``times``.
+    """Return the shapes for a channel; ``impulses`` (states, samples) is its response to an impulse of each state, ``motion`` (samples,)
+    itself. It is differenced so many ``times``.
 
     Without ``coloured`` the sensor's noise and the forces on the machine are white: the equation error at every frequency counts alike, as
     in least squares of the inverse dynamics. With it the forces may be slow: nobody measures what hangs on a table. A sensor's noise stays
     white; were it slow, a zero that drifts would be noise. A rate has the noise of a position that was differenced as well, and one that
     was made of counts hardly any other.
     """
-    samples = kicks.shape[-1]
+    samples = impulse_responses.shape[-1]
     frequency = rfftfreq(samples, period)
     differencing = _differencing(frequency * period)
     differencing[0] = differencing[1] if len(frequency) > 1 else 1.0
-    gains = _gains(kicks, frequency, period)
+    gains = _gains(impulse_responses, frequency, period)
     corners = _CORNERS if coloured else ()
     own = {
         WHITE: [np.ones_like(frequency)],
@@ -191,12 +191,12 @@ def noise_shapes(
 
 
 def _differencing(frequency: FloatArray | float) -> FloatArray:
-    """Give what taking differences makes of the power at some frequencies, in cycles a sample."""
+    """Return what taking differences makes of the power at some frequencies, in cycles a sample."""
     return np.asarray(np.abs(1.0 - np.exp(-2j * np.pi * np.asarray(frequency))) ** 2)
 
 
 def _band(motion: FloatArray, differences: int) -> int:
-    """Give the number of frequencies that hold 99 % of the power of the differenced motion."""
+    """Return the number of frequencies that hold 99 % of the power of the differenced motion."""
     if not differences:
         return 1 << 62
     power = np.abs(spectrum(np.nan_to_num(motion), differences)) ** 2
@@ -205,19 +205,19 @@ def _band(motion: FloatArray, differences: int) -> int:
     return int(np.searchsorted(np.cumsum(power), _SHARE_IN_BAND * total)) + 1 if total > 0.0 else 1 << 62
 
 
-def _gains(kicks: FloatArray, frequency: FloatArray, period: float) -> list[FloatArray]:
-    """Give |G|^2 of each response to a kick (states, samples) that there is."""
-    return [gain for gain in (_kick_gain(kick, frequency, period) for kick in kicks) if gain.max(initial=0.0) > 0.0]
+def _gains(impulse_responses: FloatArray, frequency: FloatArray, period: float) -> list[FloatArray]:
+    """Return |G|^2 of each response to an impulse (states, samples) that there is."""
+    return [gain for gain in (_impulse_gain(impulse, frequency, period) for impulse in impulse_responses) if gain.max(initial=0.0) > 0.0]
 
 
-def differences(kicks: FloatArray, period: float) -> int:
-    """Give how often a channel is to be differenced so that its response to kicks (states, samples) spans the fewest decades.
+def differences(impulse_responses: FloatArray, period: float) -> int:
+    """Return how often a channel is to be differenced so that its response to impulses (states, samples) spans the fewest decades.
 
     Asked of a machine without effects, and kept for all: likelihoods of a channel that was differenced once and of one that was twice are
     those of other numbers.
     """
-    frequency = rfftfreq(kicks.shape[-1], period)
-    gains = _gains(kicks, frequency, period)
+    frequency = rfftfreq(impulse_responses.shape[-1], period)
+    gains = _gains(impulse_responses, frequency, period)
     if not gains:
         return 0
     differencing = _differencing(frequency * period)
@@ -226,15 +226,15 @@ def differences(kicks: FloatArray, period: float) -> int:
 
 
 def _decades(gain: FloatArray) -> float:
-    """Give by how much a response varies over the frequencies at which there is one, none where there is none."""
+    """Return by how much a response varies over the frequencies at which there is one, none where there is none."""
     answers = gain > 0.0
     return float(np.std(np.log(gain[answers]))) if answers.any() else 0.0
 
 
-def _kick_gain(kick: FloatArray, frequency: FloatArray, period: float) -> FloatArray:
-    """Give |G|^2 of a response to a kick. Its second differences are transformed and summed again: those of a response that never dies
-    out, or grows on as the place of a machine without friction does, have died out at the end of the recording."""
-    bends = rfft(np.diff(kick, n=2, prepend=(0.0, 0.0)))
+def _impulse_gain(impulse: FloatArray, frequency: FloatArray, period: float) -> FloatArray:
+    """Return |G|^2 of a response to an impulse. Its second differences are transformed and summed again: those of a response that never
+    dies out, or grows on as the place of a machine without friction does, have died out at the end of the recording."""
+    bends = rfft(np.diff(impulse, n=2, prepend=(0.0, 0.0)))
     summing = np.abs(1.0 - np.exp(-2j * np.pi * frequency * period))
     summing[0] = summing[1] if len(summing) > 1 else 1.0
     gain = np.abs(bends) ** 2 / summing**4
@@ -243,7 +243,7 @@ def _kick_gain(kick: FloatArray, frequency: FloatArray, period: float) -> FloatA
 
 
 def fit_noise_model(residual: FloatArray, shapes: NoiseShapes) -> NoiseModel:
-    """Give the noise model of a residual (samples,)."""
+    """Return the noise model of a residual (samples,)."""
     seen = np.abs(spectrum(residual, shapes.differences, shapes.window)) ** 2
     basis = shapes.shapes
     least = max(shapes.floor**2, 1e-300) * basis[0]
@@ -255,14 +255,14 @@ def fit_noise_model(residual: FloatArray, shapes: NoiseShapes) -> NoiseModel:
 
 
 def white_noise(residual: FloatArray, shapes: NoiseShapes) -> float:
-    """Give the power of what a sensor adds to its floor: the median over the frequencies, as lines and slow errors are in few of them. The
-    power of white noise has an exponential distribution, whose median is log 2 of its mean."""
+    """Return the power of what a sensor adds to its floor: the median over the frequencies, as lines and slow errors are in few of them.
+    The power of white noise has an exponential distribution, whose median is log 2 of its mean."""
     seen = np.abs(spectrum(residual, shapes.differences, shapes.window)) ** 2 / shapes.shapes[0]
     return max(float(np.median(seen)) / math.log(2.0) - shapes.floor**2, 0.0)
 
 
 def carried_over(model: NoiseModel, shapes: NoiseShapes) -> NoiseModel:
-    """Give the noise of a machine with other values: the sensor's noise and the forces stay, what the machine makes of them changes."""
+    """Return the noise of a machine with other values: the sensor's noise and the forces stay, what the machine makes of them changes."""
     assert model.sizes is not None
     least = max(shapes.floor**2, 1e-300) * shapes.shapes[0]
     if model.differences != shapes.differences or len(model.sizes) != len(shapes.shapes):
@@ -270,10 +270,10 @@ def carried_over(model: NoiseModel, shapes: NoiseShapes) -> NoiseModel:
     return NoiseModel(least + model.sizes @ shapes.shapes, shapes.samples, shapes.differences, model.band, model.sizes, shapes.window)
 
 
-def whitened_power(residual: FloatArray, models: Sequence[NoiseModel], *, wide: bool) -> float:
-    """Give the squared sum of a residual (channels, samples), each channel whitened by its model."""
+def whitened_power(residual: FloatArray, models: Sequence[NoiseModel], *, full_band: bool) -> float:
+    """Return the squared sum of a residual (channels, samples), each channel whitened by its model."""
     power = 0.0
     for row, model in zip(residual, models, strict=True):
-        white = model.whiten(row, wide=wide)
+        white = model.whiten(row, full_band=full_band)
         power += float(white @ white)
     return power

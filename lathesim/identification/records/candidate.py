@@ -15,7 +15,7 @@ goes with the first phase."""
 
 
 @dataclass(frozen=True)
-class Term:
+class Candidate:
     """A candidate: an effect inserted under the name ``part`` at a host.
 
     ``parameters`` are the free names (``part.parameter``), ``neutral`` their values without the effect [SI]; ``low`` and ``high`` are the
@@ -39,8 +39,8 @@ class Term:
     """The part whose motion the host measures, where it is a sensor."""
     senses: Mapping[str, str] = field(default_factory=dict)
     """What feeds an input of the effect that its host does not: input -> ``part.output``."""
-    shaped: Term | None = None
-    """The term with the values of a finer shape free too; none where it has them or there are none."""
+    shaped: Candidate | None = None
+    """The candidate with the values of a finer shape free too; none where it has them or there are none."""
 
     @property
     def name(self) -> str:
@@ -48,13 +48,13 @@ class Term:
         return self.effect.__name__
 
     @property
-    def bare(self) -> Term | None:
-        """The term in its simplest form, none where it has no other."""
+    def bare(self) -> Candidate | None:
+        """The candidate in its simplest form, none where it has no other."""
         kept = [name for name in self.parameters if name.partition(".")[2] in self.effect.bare]
         return self.keeping(kept) if kept and len(kept) < len(self.parameters) else None
 
-    def keeping(self, names: Collection[str]) -> Term:
-        """Give the term with these of its free values."""
+    def keeping(self, names: Collection[str]) -> Candidate:
+        """Return the candidate with these of its free values."""
         kept = [place for place, name in enumerate(self.parameters) if name in names]
         arrays = {name: getattr(self, name)[kept] for name in ("neutral", "low", "high", "least", "usual")}
         return replace(self, parameters=tuple(self.parameters[place] for place in kept), points=self.points[:, kept], **arrays)
@@ -99,10 +99,10 @@ INSTANT = "instant"
 
 
 def instants_of(names: Sequence[str]) -> list[str]:
-    """Give those of some free names that are instants of a recording."""
+    """Return those of some free names that are instants of a recording."""
     return [name for name in names if name.endswith(INSTANT)]
 
 
 def jump_at(instant: str) -> str:
-    """Give the free name of what happens at an instant (a free name): ``second_jump`` at ``second_instant``."""
+    """Return the free name of what happens at an instant (a free name): ``second_jump`` at ``second_instant``."""
     return instant.removesuffix(INSTANT) + "jump"

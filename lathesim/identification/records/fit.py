@@ -59,25 +59,25 @@ class Fitted:
         return self.log_likelihood - 0.5 * self.penalty
 
     def error(self, name: str) -> float:
-        """Give one standard error of a fitted value [SI]."""
+        """Return one standard error of a fitted value [SI]."""
         return self.error_by_noise(name) * self.misfit_of(name)
 
     def error_by_noise(self, name: str) -> float:
-        """Give one standard error of a fitted value [SI] as far as noise makes it."""
+        """Return one standard error of a fitted value [SI] as far as noise makes it."""
         position = self.names.index(name)
         return float(np.sqrt(max(self.covariance[position, position], 0.0)))
 
     def known_beforehand(self, position: int) -> float:
-        """Give what was known of a free value before the recording, one over its variance."""
+        """Return what was known of a free value before the recording, one over its variance."""
         return float(known_beforehand([self.free[position]])[0])
 
     def misfit_of(self, name: str) -> float:
-        """Give by what factor a standard error is larger than noise makes it."""
+        """Return by what factor a standard error is larger than noise makes it."""
         return 1.0 if self.misfit is None else float(self.misfit[self.names.index(name)])
 
 
 def known_beforehand(free: Sequence[Free]) -> FloatArray:
-    """Give one over the variance of each free value before the recording, (values,): what a recording leaves open is somewhere within its
+    """Return one over the variance of each free value before the recording, (values,): what a recording leaves open is somewhere within its
     range, else a mixture that nothing shows would blur values that are sure."""
     deviations = np.array([item.uncertainty if np.isfinite(item.uncertainty) else np.inf for item in free], dtype=float)
     scales = np.array([item.scale for item in free], dtype=float)
@@ -85,5 +85,5 @@ def known_beforehand(free: Sequence[Free]) -> FloatArray:
 
 
 def with_start(fitted: Fitted) -> list[Free]:
-    """Give the free parameters of a fit, starting where it ended."""
+    """Return the free parameters of a fit, starting where it ended."""
     return [replace(item, start=float(value)) for item, value in zip(fitted.free, fitted.values, strict=True)]

@@ -38,7 +38,7 @@ _FORGOTTEN = 1e-9
 
 
 def remembered_at_start(assembly: Assembly, compared: Sequence[str], replay: Simulator) -> dict[str, float]:
-    """Give what the controllers remember at the first sample whose commands are compared, or what a drive makes of them: ``part.name`` ->
+    """Return what the controllers remember at the first sample whose commands are compared, or what a drive makes of them: ``part.name`` ->
     value [SI]; nothing where these follow without, or do not follow with it either."""
     found: dict[str, float] = {}
     for part in assembly.parts:
@@ -49,8 +49,8 @@ def remembered_at_start(assembly: Assembly, compared: Sequence[str], replay: Sim
 
 
 def shown_by(assembly: Assembly, controller: Part, compared: Sequence[str]) -> list[int]:
-    """Give the compared channels (rows) that show the command of a controller: its own, or those of what passes it on to a part that moves,
-    as a converter's voltage or a drive's current; the nearest first."""
+    """Return the compared channels (rows) that show the command of a controller: its own, or those of what passes it on to a part that
+    moves, as a converter's voltage or a drive's current; the nearest first."""
     parts = {part.name: part for part in assembly.parts}
     rows: list[int] = []
     waiting, seen = [controller.name], {controller.name}
@@ -68,7 +68,7 @@ def shown_by(assembly: Assembly, controller: Part, compared: Sequence[str]) -> l
 
 
 def _start_speeds(assembly: Assembly, part: Part, compared: Sequence[str], replay: Simulator) -> dict[str, float]:
-    """Give the speeds before the first sample that a controller can be told, as the first two samples of what it measures show them.
+    """Return the speeds before the first sample that a controller can be told, as the first two samples of what it measures show them.
 
     Without them the command may begin at its limit, where it answers to nothing.
     """
@@ -84,7 +84,7 @@ def _start_speeds(assembly: Assembly, part: Part, compared: Sequence[str], repla
 
 
 def with_memory(assembly: Assembly, memory: dict[str, float]) -> Assembly:
-    """Give the assembly whose controllers remember it."""
+    """Return the assembly whose controllers remember it."""
     parts = []
     for part in assembly.parts:
         own = {name.partition(".")[2]: value for name, value in memory.items() if name.partition(".")[0] == part.name}
@@ -95,7 +95,7 @@ def with_memory(assembly: Assembly, memory: dict[str, float]) -> Assembly:
 
 
 def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator) -> dict[str, float]:
-    """Give what one controller remembers, from its command (``row``); ``speeds`` are first guesses."""
+    """Return what one controller remembers, from its command (``row``); ``speeds`` are first guesses."""
     plan = replay.plan
     memories = [f"{part.name}.{name}" for name in part.component.declared(DiscreteState)]
     memories += [f"{part.name}.{name}" for name in part.component.declared(Parameter) if name.startswith("start_")]
@@ -108,7 +108,7 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
     given = np.array([plan.start_discrete[plan.discrete[name]] if name in plan.discrete else replay.given(name) for name in memories])
 
     def left(values: FloatArray) -> FloatArray:
-        """Give what of the command does not follow at first, (runs, samples), with some rows of memories."""
+        """Return what of the command does not follow at first, (runs, samples), with some rows of memories."""
         found: FloatArray = np.nan_to_num(np.array([run[row, :begins] for run in replay.residuals(memories, values)]))
         return found
 
@@ -133,7 +133,7 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
 
 
 def _slope(moved: FloatArray, least: float) -> FloatArray:
-    """Give the slope (samples,) of what ``_STEPS`` move, (steps, samples): of the first that moves it by ``least``, or of the largest."""
+    """Return the slope (samples,) of what ``_STEPS`` move, (steps, samples): of the first that moves it by ``least``, or of the largest."""
     shown = np.flatnonzero(np.abs(moved).max(axis=1) >= least)
     step = int(shown[0]) if len(shown) else len(_STEPS) - 1
     return np.asarray(moved[step] / _STEPS[step])

@@ -27,7 +27,7 @@ _SIGNALS = (HeldSignal, LinearSignal, SplineTerm)
 
 
 def decisions_for_each(period: float, assembly: Assembly) -> int:
-    """Give how often the controllers of an assembly decide for each recorded sample, where they do so more than once and on the same
+    """Return how often the controllers of an assembly decide for each recorded sample, where they do so more than once and on the same
     clock; 1 where they do not."""
     ratio = period / assembly.sample_period
     whole = round(ratio)
@@ -36,8 +36,8 @@ def decisions_for_each(period: float, assembly: Assembly) -> int:
 
 
 def clock_beside(period: float, assembly: Assembly) -> float:
-    """Give how many times as long as the lesson says the periods of its controllers are by the recording's clock, where that holds each or
-    every k-th of their decisions; 1 where it is no further off than a clock, or holds something else."""
+    """Return how many times as long as the lesson says the periods of its controllers are by the recording's clock, where that holds
+    each or every k-th of their decisions; 1 where it is no further off than a clock, or holds something else."""
     ratio = period / assembly.sample_period
     beside = ratio / max(1, round(ratio))
     alike = _CLOCK < abs(beside - 1.0) < _WHOLE
@@ -45,7 +45,7 @@ def clock_beside(period: float, assembly: Assembly) -> float:
 
 
 def at_controllers_rate(assembly: Assembly, decisions: int) -> Assembly:
-    """Give an assembly that is sampled as a recording is with so many ``decisions`` for each of its samples."""
+    """Return an assembly that is sampled as a recording is with so many ``decisions`` for each of its samples."""
     if decisions == 1:
         return assembly
     parts = tuple(_finer(part, decisions) for part in assembly.parts)
@@ -54,7 +54,7 @@ def at_controllers_rate(assembly: Assembly, decisions: int) -> Assembly:
 
 
 def dividing(period: float, step: float) -> float:
-    """Give the longest step that divides a period and is no longer than ``step`` [s]."""
+    """Return the longest step that divides a period and is no longer than ``step`` [s]."""
     return period / max(1, math.ceil(period / step - 1e-6))
 
 
@@ -65,7 +65,7 @@ def _finer(part: Part, decisions: int) -> Part:
 
 
 def _between(rows: FloatArray, decisions: int) -> FloatArray:
-    """Give rows (samples, values) with ``decisions`` - 1 between any two of them; each is held where some of them were not recorded."""
+    """Return rows (samples, values) with ``decisions`` - 1 between any two of them; each is held where some of them were not recorded."""
     last = (len(rows) - 1) * decisions + 1
     if not np.isfinite(rows).all():
         return np.ascontiguousarray(np.repeat(rows, decisions, axis=0)[:last])

@@ -26,7 +26,7 @@ _TWIN = "without_steps_"
 
 
 def plain_replay(replayed: Assembly, motion: Collection[str], samples: int, compared: Collection[str]) -> dict[str, FloatArray]:
-    """Give what converters round (output of a converter -> level less what it stands for) and how parts move (output of ``motion`` ->
+    """Return what converters round (output of a converter -> level less what it stands for) and how parts move (output of ``motion`` ->
     values) in a replay without candidates, one value a sample [SI].
 
     Nothing is run where no part of a process follows the motion and no converter for sensors rounds between channels that are
@@ -50,7 +50,7 @@ def plain_replay(replayed: Assembly, motion: Collection[str], samples: int, comp
 
 
 def with_rounding(assembly: Assembly, rounding: Mapping[str, FloatArray]) -> Assembly:
-    """Give the assembly whose converters add what they round, as it is known, to all that they feed."""
+    """Return the assembly whose converters add what they round, as it is known, to all that they feed."""
     parts, wires = list(assembly.parts), {item.target: item for item in assembly.wires}
     by_name = {part.name: part for part in parts}
     for output, values in rounding.items():
@@ -68,7 +68,7 @@ def with_rounding(assembly: Assembly, rounding: Mapping[str, FloatArray]) -> Ass
 
 
 def _rounded(assembly: Assembly, compared: Collection[str]) -> list[str]:
-    """Give the outputs of converters that feed something and are not compared, if one of them stands behind a sensor: what a command is
+    """Return the outputs of converters that feed something and are not compared, if one of them stands behind a sensor: what a command is
     rounded to is the same in all that is compared."""
     converters = [part for part in assembly.parts if "bits" in part.component.ports]
     if all("drive" in part.component.ports for part in converters):

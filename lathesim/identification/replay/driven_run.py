@@ -12,7 +12,7 @@ from lathesim.engine.assembly import Part
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError
 from lathesim.identification.replay.controller_rate import at_controllers_rate
-from lathesim.identification.replay.experiment import Machine, build_rigs
+from lathesim.identification.replay.experiment import Machine, build_experiments
 from lathesim.identification.replay.loading import Recorded, read_for
 from lathesim.identification.replay.open_loop import drive
 from lathesim.lessons.case import Given
@@ -30,7 +30,7 @@ class Driven:
 
 
 def driven_by(prepared: Prepared, file: Path, registry: Registry) -> Driven:
-    """Give a prepared case with its driven inputs as they were recorded.
+    """Return a prepared case with its driven inputs as they were recorded.
 
     Places and speeds start where the recording shows them, those that were set from the command line excepted; no other start is fitted, as
     ``compare`` does. Raises what ``compare`` raises of a recording, and :class:`LessonError` where the lesson lets it drive nothing.
@@ -55,9 +55,9 @@ def driven_by(prepared: Prepared, file: Path, registry: Registry) -> Driven:
 
 
 def _recorded_starts(machine: Machine, recorded: Recorded, plan: Plan) -> dict[str, float]:
-    """Give the starting values that the recorded motion shows."""
-    (rig,) = build_rigs(machine, [(recorded.name, recorded.record)], ())
-    return {item.name: item.start for item in rig.start_states(plan) if np.isfinite(item.uncertainty)}
+    """Return the starting values that the recorded motion shows."""
+    (experiment,) = build_experiments(machine, [(recorded.name, recorded.record)], ())
+    return {item.name: item.start for item in experiment.start_states(plan) if np.isfinite(item.uncertainty)}
 
 
 def _started(part: Part, starts: dict[str, float]) -> Part:

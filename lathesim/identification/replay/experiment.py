@@ -15,7 +15,7 @@ from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.engine.wiring import Plan, wire
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.identification.machine.roles import acting, commands
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Free
 from lathesim.identification.replay.controller_memory import remembered_at_start, with_memory
 from lathesim.identification.replay.controller_rate import at_controllers_rate
@@ -23,7 +23,7 @@ from lathesim.identification.replay.converter_rounding import plain_replay, with
 from lathesim.identification.replay.initial_state import start_from
 from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, velocity_of
 from lathesim.identification.replay.open_loop import cut, drive, follow, look, seen, sense, sensed_share
-from lathesim.identification.replay.simulator import SecondSight, Simulator
+from lathesim.identification.replay.simulator import RedundantSensor, Simulator
 from lathesim.identification.signal.resolution import channel_floor
 from lathesim.record import Record
 
@@ -57,7 +57,7 @@ _NEXT_TO_NOTHING = 1e-12
 
 
 @dataclass(frozen=True)
-class Rig:
+class Experiment:
     """One recording on its sample grid, with the simulators held against it.
 
     ``sensed`` replays every part with recorded inputs and lets effects sense the recorded motion (nearly linear: for the search);
@@ -67,11 +67,11 @@ class Rig:
     machine: Machine
     record: Record
     name: str
-    candidates: tuple[Term, ...]
+    candidates: tuple[Candidate, ...]
     with_candidates: Assembly
     weights: FloatArray | None = None
     """Which samples count (samples,), 0 to 1; without it all do."""
-    one_sided: tuple[Term, ...] = ()
+    one_sided: tuple[Candidate, ...] = ()
     """Effects that are no candidates, as no recording moves their host both ways: what they refine is all that shows of them."""
 
     @cached_property
@@ -87,13 +87,13 @@ class Rig:
         return drive(self.with_candidates, {name: self.record[name] for name in self.machine.drive})
 
     def _channels(self) -> dict[str, str]:
-        """Give the output that stands for each compared channel."""
+        """Return the output that stands for each compared channel."""
         return {name: seen(self.with_candidates, name) for name in self.machine.compare}
 
     def _simulator(self, assembly: Assembly, shown: Mapping[str, str] | None = None) -> Simulator:
         channels = tuple({**self._channels(), **(shown or {})}.values())
         beside = (*[source for _, source in acting(assembly)], *commands(assembly).values(), *self._telling(assembly))
-        beside += tuple(f"{term.part}.{term.effect.along}" for term in self.candidates if term.effect.along)
+        beside += tuple(f"{candidate.part}.{candidate.effect.along}" for candidate in self.candidates if candidate.effect.along)
         beside = tuple(name for name in dict.fromkeys(beside) if name not in channels)
         finer = at_controllers_rate(assembly, self.machine.decisions)
         plan = wire(replace(finer, record=(*channels, *beside), finish="", step=self._step(finer)))
@@ -102,12 +102,12 @@ class Rig:
         parts = {part.name: part.component for part in self.machine.assembly.parts}
         names = [name.partition(".")[::2] for name in self.machine.compare]
         rates = frozenset(row for row, (host, item) in enumerate(names) if item == parts[host].ports.get("rate"))
-        again = self._second_sight(recorded)
+        again = self._redundant_sensors(recorded)
         every = self.machine.decisions
         return Simulator(plan, channels, recorded, floors, self.name, again, self.weights, self.machine.white, every, rates)
 
     def _telling(self, assembly: Assembly) -> tuple[str, ...]:
-        """Give the outputs that tell what the machine does where no sensor does: in the cut or not, the spindle angle, a velocity."""
+        """Return the outputs that tell what the machine does where no sensor does: in the cut or not, the spindle angle, a velocity."""
         moved = recorded_motion(self.with_candidates, self._whole())
         own = [(part.name, part.component.ports) for part in assembly.parts if not issubclass(part.component, Effect)]
         outputs = [f"{name}.{ports[role]}" for name, ports in own for role in TELLING if role in ports]
@@ -123,33 +123,33 @@ class Rig:
         channels = self.sensed.plan.channels
         return {name: self.sensed.channel([], [], channels.index(name)) for name in self._telling(self.with_candidates)}
 
-    def way_of(self, term: Term) -> FloatArray:
-        """Give the way along which an effect repeats, as simulated (samples,); with next to nothing of it, as without any it idles."""
+    def way_of(self, candidate: Candidate) -> FloatArray:
+        """Return the way along which an effect repeats, as simulated (samples,); with next to nothing of it, as without any it idles."""
         channels = self.sensed.plan.channels
-        sizes = [name for name in term.parameters if name.partition(".")[2] in term.effect.neutral]
-        nearly = [float(term.neutral[term.parameters.index(name)]) + _NEXT_TO_NOTHING for name in sizes]
-        return self.sensed.channel(sizes, nearly, channels.index(f"{term.part}.{term.effect.along}"))
+        sizes = [name for name in candidate.parameters if name.partition(".")[2] in candidate.effect.neutral]
+        nearly = [float(candidate.neutral[candidate.parameters.index(name)]) + _NEXT_TO_NOTHING for name in sizes]
+        return self.sensed.channel(sizes, nearly, channels.index(f"{candidate.part}.{candidate.effect.along}"))
 
-    def _second_sight(self, recorded: FloatArray) -> tuple[SecondSight, ...]:
-        """Give the channels that show a motion which a channel before them shows already."""
+    def _redundant_sensors(self, recorded: FloatArray) -> tuple[RedundantSensor, ...]:
+        """Return the channels that show a motion which a channel before them shows already."""
         parts = {part.name: part for part in self.machine.assembly.parts}
         wires = {item.target: item for item in self.machine.assembly.wires}
         shown = [measured_output(parts, wires, name) for name in self.machine.compare]
         period = self.machine.assembly.sample_period
-        found: list[SecondSight] = []
+        found: list[RedundantSensor] = []
         for row, output in enumerate(shown):
             host, _, item = output.partition(".")
             ports = parts[host].component.ports
             earlier = {shown[first]: first for first in range(len(shown)) if first != row and all(first != one.row for one in found)}
             place = f"{host}.{ports.get('displacement', '')}"
             if output == place and earlier.get(place, row) < row:
-                found.append(SecondSight(row, earlier[place]))
+                found.append(RedundantSensor(row, earlier[place]))
             elif item == ports.get("flow") and place in earlier:
                 speed = velocity_of(np.nan_to_num(recorded[earlier[place]]), period)
                 power = float(speed @ speed)
                 if power > 0.0:
                     gain = float(speed @ np.nan_to_num(recorded[row])) / power
-                    found.append(SecondSight(row, earlier[place], gain, rate=True))
+                    found.append(RedundantSensor(row, earlier[place], gain, rate=True))
         return tuple(found)
 
     @cached_property
@@ -162,12 +162,14 @@ class Rig:
         effects = {part.name for part in self.with_candidates.parts if issubclass(part.component, Effect)}
         return self._simulator(*look(sense(replayed, motion, effects), self._channels(), motion))
 
-    def feeling_their_motion(self, terms: Iterable[Term]) -> dict[str, float]:
-        """Give the settings of :attr:`sensed` with which terms, and effects of the lesson's own, that may hold a part still sense the
-        simulated motion: they have to feel that it stands."""
-        tried = {term.part for term in self.candidates}
+    def simulated_motion_of(self, candidates: Iterable[Candidate]) -> dict[str, float]:
+        """Return the settings of :attr:`sensed` with which candidates, and effects of the lesson's own, that may hold a part still sense
+        the simulated motion: they have to feel that it stands."""
+        tried = {candidate.part for candidate in self.candidates}
         own = [(part.name, part.component) for part in self.with_candidates.parts if part.name not in tried]
-        sticking = [(term.part, term.effect) for term in terms] + [(name, item) for name, item in own if issubclass(item, Effect)]
+        sticking = [(candidate.part, candidate.effect) for candidate in candidates] + [
+            (name, item) for name, item in own if issubclass(item, Effect)
+        ]
         names = [
             sensed_share(f"{part}.{name}") for part, effect in sticking if effect.family == STICKING for name in effect.declared(Input)
         ]
@@ -180,7 +182,7 @@ class Rig:
         return self._simulator(self._cut(exact) if self.machine.replay else exact)
 
     def _cut(self, assembly: Assembly) -> Assembly:
-        """Give a driven assembly whose parts take what was recorded of their inputs, and whose processes go on where the machine was."""
+        """Return a driven assembly whose parts take what was recorded of their inputs, and whose processes go on where the machine was."""
         made = self._made_plainly
         followed = follow(cut(assembly, self._whole()), counted_motion(self.with_candidates, self._whole(), made))
         rounding = {name: values for name, values in made.items() if "bits" in self._part(name).ports}
@@ -220,14 +222,14 @@ class Rig:
         return Simulator(plan, channels, recorded, floors, self.name, weights=self.weights, every=self.machine.decisions)
 
     def _step(self, assembly: Assembly) -> float:
-        """Give the step of a replay: half a sample period, or the lesson's where that is longer already."""
+        """Return the step of a replay: half a sample period, or the lesson's where that is longer already."""
         return max(assembly.step, 0.5 * assembly.sample_period)
 
     def _whole(self) -> dict[str, FloatArray]:
         return {name: values for name, values in self._recorded.items() if np.isfinite(values).all()}
 
     def start_states(self, plan: Plan) -> list[Free]:
-        """Give the states of the machine's own parts as free starting values, from the recorded motion where there is any."""
+        """Return the states of the machine's own parts as free starting values, from the recorded motion where there is any."""
         motion = recorded_motion(self.with_candidates, self._whole())
         free = []
         for name, position in plan.states.items():
@@ -245,7 +247,7 @@ class Rig:
 
 
 def _exact_sensors(assembly: Assembly) -> Assembly:
-    """Give the assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice."""
+    """Return the assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice."""
     parts = []
     for part in assembly.parts:
         ports, declared = part.component.ports, part.component.declared(Parameter)
@@ -256,27 +258,29 @@ def _exact_sensors(assembly: Assembly) -> Assembly:
     return replace(assembly, parts=tuple(parts))
 
 
-def build_rigs(machine: Machine, records: Iterable[tuple[str, Record]], effects: Iterable[type[Effect]]) -> list[Rig]:
-    """Give one rig for each recording, all with the same candidates in the same machine."""
-    assembly, terms = insert_candidates(machine.assembly, effects, machine.compare)
-    rigs = [Rig(machine, quickly_transformed(record), name, tuple(terms), assembly) for name, record in records]
-    return [_begun(rig) for rig in rigs]
+def build_experiments(machine: Machine, records: Iterable[tuple[str, Record]], effects: Iterable[type[Effect]]) -> list[Experiment]:
+    """Return one experiment for each recording, all with the same candidates in the same machine."""
+    assembly, candidates = insert_candidates(machine.assembly, effects, machine.compare)
+    experiments = [Experiment(machine, quickly_transformed(record), name, tuple(candidates), assembly) for name, record in records]
+    return [_begun(experiment) for experiment in experiments]
 
 
-def _begun(rig: Rig) -> Rig:
-    """Give the rig whose controllers remember what they do where its recording begins."""
-    memory = remembered_at_start(rig.machine.assembly, rig.machine.compare, rig.sensed) if rig.machine.replay else {}
+def _begun(experiment: Experiment) -> Experiment:
+    """Return the experiment whose controllers remember what they do where its recording begins."""
+    memory = (
+        remembered_at_start(experiment.machine.assembly, experiment.machine.compare, experiment.sensed) if experiment.machine.replay else {}
+    )
     if not memory:
-        return rig
-    machine = replace(rig.machine, assembly=with_memory(rig.machine.assembly, memory))
-    return replace(rig, machine=machine, with_candidates=with_memory(rig.with_candidates, memory))
+        return experiment
+    machine = replace(experiment.machine, assembly=with_memory(experiment.machine.assembly, memory))
+    return replace(experiment, machine=machine, with_candidates=with_memory(experiment.with_candidates, memory))
 
 
 _SPARED = 0.02
 
 
 def quickly_transformed(record: Record) -> Record:
-    """Give the record without the last samples, under one in fifty, beyond a length that a Fourier transform takes quickly."""
+    """Return the record without the last samples, under one in fifty, beyond a length that a Fourier transform takes quickly."""
     samples = len(record)
     # a length of the factors 2, 3 and 5 is quickest, one with 7 or 11 nearly so and never far; a large prime takes ten times as long
     kept = next((fast for real in (True, False) if samples - (fast := prev_fast_len(samples, real=real)) <= _SPARED * samples), samples)
@@ -293,7 +297,7 @@ POSSIBLE = 3.5
 
 
 def baseline_free(machine: Machine, wider: float = 1.0) -> list[Free]:
-    """Give the uncertain parameters as free ones, held by their uncertainty, ``wider`` than the lesson says, and within what that makes
+    """Return the uncertain parameters as free ones, held by their uncertainty, ``wider`` than the lesson says, and within what that makes
     possible."""
     plan = wire(replace(machine.assembly, finish=""))
     free = []

@@ -15,7 +15,8 @@ _LINEAR = 1e-9
 
 
 def start_from(part: Part, state: str, motion: Mapping[str, FloatArray]) -> tuple[float, float] | None:
-    """Give the recorded start of a state, and how sure it is; none where no recorded output of the part (``part.output`` -> values) tells.
+    """Return the recorded start of a state, and how sure it is; none where no recorded output of the part (``part.output`` -> values)
+    tells.
 
     An output shows a state as it is (``position`` showing ``travel``), or in proportion, output = a + b state: the speed of a table that of
     its motor.
@@ -36,7 +37,7 @@ def start_from(part: Part, state: str, motion: Mapping[str, FloatArray]) -> tupl
 
 
 def _line(part: Part, output: str, state: str) -> tuple[float, float] | None:
-    """Give a and b of an output that is a + b times a state and nothing else that moves; none of any other one."""
+    """Return a and b of an output that is a + b times a state and nothing else that moves; none of any other one."""
     component = part.component
     law = component.law_of(output)
     parameters, states = component.declared(Parameter), component.declared(State)

@@ -29,7 +29,7 @@ from lathesim.units import split_quantity
 MOST_SAMPLES = 300_000
 """More samples than this, times a few hundred runs of a round of candidates, do not fit the memory of an ordinary computer."""
 _COARSER = 1.5
-"""Ratio of two sample periods from which on the one is coarser."""
+"""Ratio of two sample periods above which the one is coarser."""
 LEAST_SAMPLES = 100
 """Fewer samples than this say nothing about a machine."""
 
@@ -97,7 +97,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
 
 
 def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machine, Recorded]:
-    """Give the machine of a prepared case and a recording of it; raises what :func:`load_case` raises, but asks for no uncertainties."""
+    """Return the machine of a prepared case and a recording of it; raises what :func:`load_case` raises, but asks for no uncertainties."""
     mapping = mapping_of(prepared.case.lesson, prepared.machinery)
     mapped = map_recording(read_recording(file, registry.readers), mapping)
     if len(mapped.record) < LEAST_SAMPLES:
@@ -128,7 +128,7 @@ def _refuse_without_overlap(file: Path, mapped: MappedRecording, prepared: Prepa
 
 
 def coarser_than_decided(period: float, assembly: Assembly, compared: Collection[str]) -> list[Finding]:
-    """Say where a controller decides more often than the recording shows. Where that is no whole number of times, or too many, it is
+    """Return where a controller decides more often than the recording shows. Where that is no whole number of times, or too many, it is
     another one at the recorder's rate, a slower one, and what it decided is known only if that was recorded."""
     found = []
     for part in (part for part in assembly.parts if period > _COARSER * assembly.sample_period and closes_a_loop(part)):
@@ -146,12 +146,12 @@ def coarser_than_decided(period: float, assembly: Assembly, compared: Collection
 
 
 def at_period(assembly: Assembly, period: float) -> Assembly:
-    """Give the assembly sampled as the recording is, with a step that divides the period and is no longer than before."""
+    """Return the assembly sampled as the recording is, with a step that divides the period and is no longer than before."""
     return replace(assembly, sample_period=period, step=dividing(period, assembly.step))
 
 
 def uncertainties(lesson: Lesson, plan: Plan) -> dict[str, float]:
-    """Give one standard deviation [SI] of each value that the lesson calls uncertain; refused where it calls none so."""
+    """Return one standard deviation [SI] of each value that the lesson calls uncertain; refused where it calls none so."""
     entries = lesson.settings.uncertain
     if not entries:
         raise LessonError(

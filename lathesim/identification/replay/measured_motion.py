@@ -27,11 +27,11 @@ _STEADY = 3e-3
 _FEWEST, _LONGEST = 5, 0.2
 """... as far as that takes no fewer samples and no longer [s]."""
 _MOVING = 0.02
-"""Share of the fastest motion from which on a part moves."""
+"""Share of the fastest motion above which a part moves."""
 
 
 def smooth(values: FloatArray, period: float) -> FloatArray:
-    """Give values filtered forwards and backwards (no lag), cut off at 100 Hz or at a fifth of the sampling rate [unit of the values]."""
+    """Return values filtered forwards and backwards (no lag), cut off at 100 Hz or at a fifth of the sampling rate [unit of the values]."""
     rate = 1.0 / period
     cutoff = min(_CUTOFF, _CUTOFF_SHARE * rate)
     return np.asarray(sosfiltfilt(_low_pass(cutoff / (0.5 * rate)), values, padlen=min(len(values) - 2, int(3 * rate / cutoff))))
@@ -39,17 +39,17 @@ def smooth(values: FloatArray, period: float) -> FloatArray:
 
 @functools.lru_cache(maxsize=16)
 def _low_pass(cutoff: float) -> FloatArray:
-    """Give the sections of a filter that cuts off at a share of half the sampling rate."""
+    """Return the sections of a filter that cuts off at a share of half the sampling rate."""
     return np.asarray(butter(2, cutoff, output="sos"))
 
 
 def velocity_of(position: FloatArray, period: float) -> FloatArray:
-    """Give the velocity by central differences of the smoothed position [unit/s]."""
+    """Return the velocity by central differences of the smoothed position [unit/s]."""
     return np.gradient(smooth(position, period), period)
 
 
 def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Give, for outputs of machine parts (``part.position``, ``part.velocity``), what the sensors on them recorded, smoothed.
+    """Return, for outputs of machine parts (``part.position``, ``part.velocity``), what the sensors on them recorded, smoothed.
 
     ``recorded`` maps channels to one value a sample [SI]. A sensor is a part with the ports ``measured`` and ``reading``; a host a part
     with the ports ``displacement`` and ``flow``. A recorded output of the host itself counts too. A reading in another unit, as the volts
@@ -80,7 +80,8 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
 def counted_motion(
     assembly: Assembly, recorded: Mapping[str, FloatArray], modelled: Mapping[str, FloatArray] | None = None
 ) -> dict[str, FloatArray]:
-    """Give places and velocities of machine parts (``part.position``, ``part.velocity``) as sensors show them, by the gains that they have.
+    """Return places and velocities of machine parts (``part.position``, ``part.velocity``) as sensors show them, by the gains that they
+    have.
 
     The velocity is as steady as a feed has to be: it is smoothed until what noise and counts add to it is next to nothing. Of a part whose
     motion is ``modelled``, from the same recorded commands, only what that is beside the recorded one is smoothed.
@@ -113,7 +114,7 @@ class _Shown:
 
 
 def _shown_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Iterator[_Shown]:
-    """Give what whole channels show of the motion of machine parts; places only in their unit."""
+    """Return what whole channels show of the motion of machine parts; places only in their unit."""
     parts = {part.name: part for part in assembly.parts}
     wires = {wire.target: wire for wire in assembly.wires}
     for channel, values in recorded.items():
@@ -129,8 +130,8 @@ def _shown_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Ite
 
 
 def _shown_through(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
-    """Give what a channel shows in the end: a converter reads a tachometer, and that a spindle. What a controller makes of what it measures
-    shows nothing of it."""
+    """Return what a channel shows in the end: a converter reads a tachometer, and that a spindle. What a controller makes of what it
+    measures shows nothing of it."""
     shown = channel
     while "drive" not in _ports(parts, shown) and (further := measured_output(parts, wires, shown)) != shown:
         shown = further
@@ -143,8 +144,8 @@ def _ports(parts: Mapping[str, Part], output: str) -> Mapping[str, str]:
 
 
 def _steady_velocity(shown: _Shown, period: float, modelled: Mapping[str, FloatArray]) -> FloatArray:
-    """Give the velocity of a position as the slope of parabolas through n samples each, which takes no notice of a rapid move further away:
-    white noise s of the position makes s sqrt(12 / n^3) / T of it, and n is so large that this is a small share of the usual speeds.
+    """Return the velocity of a position as the slope of parabolas through n samples each, which takes no notice of a rapid move further
+    away: white noise s of the position makes s sqrt(12 / n^3) / T of it, and n is so large that this is a small share of the usual speeds.
     Beside a modelled motion it is that one's velocity and the slope of what the position is beside it.
 
     Source: Savitzky, Golay, Smoothing and differentiation of data, Analytical Chemistry 36 (1964).
@@ -157,21 +158,21 @@ def _steady_velocity(shown: _Shown, period: float, modelled: Mapping[str, FloatA
 
 
 def _usual(velocity: FloatArray) -> float:
-    """Give the speed that is usual where a part moves; infinite where it never does."""
+    """Return the speed that is usual where a part moves; infinite where it never does."""
     speed = np.abs(velocity)
     moving = speed[speed > _MOVING * speed.max(initial=0.0)]
     return float(np.median(moving)) if len(moving) else np.inf
 
 
 def _odd(samples: float, count: int, period: float) -> int:
-    """Give an odd number of samples next to the one asked for, as far as it may be."""
+    """Return an odd number of samples next to the one asked for, as far as it may be."""
     longest = max(_FEWEST, min(int(_LONGEST / period), count - 1))
     width = int(np.clip(samples, _FEWEST, longest))
     return width + 1 - width % 2
 
 
 def _gain(parts: Mapping[str, Part], channel: str, source: str) -> float:
-    """Give by what a reading is to be divided to be what it shows: 1 where it has its unit; 0 where nobody knows."""
+    """Return by what a reading is to be divided to be what it shows: 1 where it has its unit; 0 where nobody knows."""
     (sensor, reading), (host, item) = (name.partition(".")[::2] for name in (channel, source))
     part = parts[sensor]
     declared = part.component.declarations
@@ -183,7 +184,7 @@ def _gain(parts: Mapping[str, Part], channel: str, source: str) -> float:
 
 
 def measured_output(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
-    """Give the output of the machine part that a channel shows: itself, or what its sensor is wired to, past effects in between; of the
+    """Return the output of the machine part that a channel shows: itself, or what its sensor is wired to, past effects in between; of the
     rate that an encoder makes of its counts the velocity that belongs to the place."""
     name, _, item = channel.partition(".")
     ports = parts[name].component.ports if name in parts else {}

@@ -26,12 +26,12 @@ SIGNALS = ("recorded_", "motion_", "followed_", ROUNDING, _SENSED)
 
 
 def seen(assembly: Assembly, channel: str) -> str:
-    """Give the output that stands for a channel once effects sit on it."""
+    """Return the output that stands for a channel once effects sit on it."""
     return assembly.seen_as.get(channel, channel) if isinstance(assembly, Machinery) else channel
 
 
 def drive(assembly: Assembly, signals: Mapping[str, FloatArray]) -> Assembly:
-    """Give the assembly with inputs (``part.input``) driven by recorded signals, one value a sample [SI]; effects that sense them too."""
+    """Return the assembly with inputs (``part.input``) driven by recorded signals, one value a sample [SI]; effects that sense them too."""
     parts = list(assembly.parts)
     wires = {item.target: item for item in assembly.wires}
     units = {f"{part.name}.{name}": item.unit for part in parts for name, item in part.component.declarations.items()}
@@ -44,7 +44,7 @@ def drive(assembly: Assembly, signals: Mapping[str, FloatArray]) -> Assembly:
 
 
 def _sensing(assembly: Assembly, wires: Mapping[str, Wire], target: str) -> list[str]:
-    """Give the inputs of effects that sense the same input of their host: fed as it was, and called as its role."""
+    """Return the inputs of effects that sense the same input of their host: fed as it was, and called as its role."""
     host, _, item = target.partition(".")
     component = next(part.component for part in assembly.parts if part.name == host)
     roles = {role for role, port in component.ports.items() if port == item}
@@ -60,7 +60,7 @@ def _sensing(assembly: Assembly, wires: Mapping[str, Wire], target: str) -> list
 
 
 def _sits_at(assembly: Assembly, effect: str) -> set[str]:
-    """Give the parts whose port an effect sits on, past effects beside it."""
+    """Return the parts whose port an effect sits on, past effects beside it."""
     effects = {part.name for part in assembly.parts if issubclass(part.component, Effect)}
     before = {item.target: item.source.partition(".")[0] for item in assembly.wires}
     here = effect
@@ -79,7 +79,7 @@ def _sits_at(assembly: Assembly, effect: str) -> set[str]:
 
 
 def cut(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Assembly:
-    """Give the assembly in which each recorded channel feeds its wires as it was recorded; the parts still compute their own."""
+    """Return the assembly in which each recorded channel feeds its wires as it was recorded; the parts still compute their own."""
     held = _held_channels(assembly, recorded)
     parts = list(assembly.parts)
     by_name = {part.name: part for part in parts}
@@ -99,8 +99,8 @@ def cut(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Assembly:
 
 
 def follow(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
-    """Give the assembly in which a process goes on where the machine was: what neither moves nor measures a part, as the stock that a tool
-    cuts, takes the recorded ``motion`` of it (output -> values).
+    """Return the assembly in which a process goes on where the machine was: what neither moves nor measures a part, as the stock that a
+    tool cuts, takes the recorded ``motion`` of it (output -> values).
 
     A replayed axis drifts away from its recording by what its controller had held, and a cut there, at that feed, is another one.
     """
@@ -120,7 +120,8 @@ def follow(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
 
 
 def _taken_by_processes(parts: Mapping[str, Part], wires: Mapping[str, Wire], output: str) -> list[str]:
-    """Give the inputs of processes that an output feeds; past effects that others see as well, as what is recorded has passed them too."""
+    """Return the inputs of processes that an output feeds; past effects that others see as well, as what is recorded has passed them
+    too."""
     found: list[str] = []
     for target in [target for target, item in wires.items() if item.source == output]:
         if _is_of_a_process(parts, wires, target):
@@ -131,12 +132,12 @@ def _taken_by_processes(parts: Mapping[str, Part], wires: Mapping[str, Wire], ou
 
 
 def is_a_process(component: type[Component]) -> bool:
-    """Say whether a part neither moves nor drives nor measures: stock, tool and cut."""
+    """Return whether a part neither moves nor drives nor measures: stock, tool and cut."""
     return not {"effort", "drive", "measured", "reading"} & set(component.ports)
 
 
 def _is_of_a_process(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> bool:
-    """Say whether an input is of parts that neither move nor measure, through effects that sit on it and what belongs to them."""
+    """Return whether an input is of parts that neither move nor measure, through effects that sit on it and what belongs to them."""
     part, _, item = target.partition(".")
     component = parts[part].component
     if "incoming" not in component.declared(Input):
@@ -146,7 +147,7 @@ def _is_of_a_process(parts: Mapping[str, Part], wires: Mapping[str, Wire], targe
 
 
 def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Collection[str] | None = None) -> Assembly:
-    """Give the assembly in which effects sense the recorded motion of their hosts instead of the simulated one.
+    """Return the assembly in which effects sense the recorded motion of their hosts instead of the simulated one.
 
     With the names of some ``candidates`` only they do, and how much of it each of their inputs senses is a parameter,
     :func:`sensed_share`: a friction that holds a table still has to feel that it does.
@@ -178,7 +179,7 @@ def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Coll
 
 
 def _sensing_for(wires: Mapping[str, Wire], target: str) -> str:
-    """Give the input that is fed with what ``target`` sees, past what is added to it behind springs."""
+    """Return the input that is fed with what ``target`` sees, past what is added to it behind springs."""
     part, _, item = target.partition(".")
     if item == "incoming" and f"{part}.beyond" in wires:
         return next((_sensing_for(wires, fed) for fed, wire in wires.items() if wire.source == f"{part}.outgoing"), target)
@@ -186,18 +187,18 @@ def _sensing_for(wires: Mapping[str, Wire], target: str) -> str:
 
 
 def sensed_share(target: str) -> str:
-    """Give the parameter that says how much of the recorded motion an input of a candidate (``part.input``) senses."""
+    """Return the parameter that says how much of the recorded motion an input of a candidate (``part.input``) senses."""
     return f"{_SENSED}{target.replace('.', '_')}.share"
 
 
 def as_recorded(values: Mapping[str, float]) -> dict[str, float]:
-    """Give values with which every effect senses the recorded motion, where there is any: what a kick does to a table that a friction holds
-    says nothing of what a load does to one that moves."""
+    """Return values with which every effect senses the recorded motion, where there is any: what an impulse does to a table that a
+    friction holds says nothing of what a load does to one that moves."""
     return {name: value for name, value in values.items() if not name.startswith(_SENSED)}
 
 
 def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, FloatArray]) -> tuple[Assembly, dict[str, str]]:
-    """Give the assembly whose motion sensors look at the recorded motion, and the output that now stands for each of their channels.
+    """Return the assembly whose motion sensors look at the recorded motion, and the output that now stands for each of their channels.
 
     ``channels`` gives the output that stood for each channel before. What a sensor gets wrong is then a known function of time, and it is
     added to the simulated motion: see :class:`CorrectedSight`. What makes a reading late acts on that sum at the sensor that the recorded
@@ -259,7 +260,7 @@ def _taken_out(parts: Mapping[str, Part], wires: dict[str, Wire], sensor: str) -
 
 
 def _between(wires: Mapping[str, Wire], channel: str, output: str) -> list[str]:
-    """Give the effects between a channel and the output that stands for it, in the order in which they act."""
+    """Return the effects between a channel and the output that stands for it, in the order in which they act."""
     chain: list[str] = []
     while output != channel:
         chain.insert(0, output.partition(".")[0])
@@ -276,7 +277,7 @@ def _in_line(wires: dict[str, Wire], feed: str, effects: Sequence[str]) -> str:
 
 
 def _eye(parts: Mapping[str, Part], wires: Mapping[str, Wire], sensor: str) -> str:
-    """Give the input at which a sensor's chain of effects begins."""
+    """Return the input at which a sensor's chain of effects begins."""
     target = f"{sensor}.{parts[sensor].component.ports['measured']}"
     while target in wires and wires[target].source.endswith(".outgoing"):
         before = wires[target].source.partition(".")[0]
@@ -287,7 +288,7 @@ def _eye(parts: Mapping[str, Part], wires: Mapping[str, Wire], sensor: str) -> s
 
 
 def _senses_own_host(parts: Mapping[str, Part], target: str) -> bool:
-    """Say whether a target is an effect's sense of its own host, which must stay simulated (a friction acts on the simulated speed)."""
+    """Return whether a target is an effect's sense of its own host, which must stay simulated (a friction acts on the simulated speed)."""
     part, _, item = target.partition(".")
     component = parts[part].component
     return issubclass(component, (Effect, GoesWithMain)) and item != "incoming"

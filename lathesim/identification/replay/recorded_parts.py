@@ -13,7 +13,7 @@ VALUE = 0
 
 
 def row_at(position: float, table: Any) -> int:
-    """Give the row for a sample, the last one where the table has ended."""
+    """Return the row for a sample, the last one where the table has ended."""
     last = len(table) - 1
     row = int(position)
     return row if row < last else last

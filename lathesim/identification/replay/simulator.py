@@ -19,22 +19,22 @@ from lathesim.identification.noise.noise_model import DIFFERENCED, RATE, WHITE, 
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.replay.open_loop import as_recorded
 
-KICK = 1e-3
-"""Size of a kick of a state, in the state's unit; the response is scaled by the noise that is fitted."""
+IMPULSE = 1e-3
+"""Size of an impulse of a state, in the state's unit; the response is scaled by the noise that is fitted."""
 _BEYOND = 1e100
 """Where a run whose numbers grow beyond all bounds is cut off before it is differenced and squared [SI]."""
 COUNTS = 0.5
-"""Weight from which on a sample counts."""
+"""Weight above which a sample counts."""
 _REMEMBERED = 8
-"""Values whose kicks are kept: a fit, its judge and its error ask for the same ones, in two trials at a time."""
+"""Values whose impulses are kept: a fit, its judge and its error ask for the same ones, in two trials at a time."""
 LOST = 1e12
 """Residual, in floors, of a run whose numbers grew beyond all bounds."""
 
-_Kicks = tuple[list[str], FloatArray, FloatArray]
+_ImpulseResponses = tuple[list[str], FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
-class SecondSight:
+class RedundantSensor:
     """A channel (``row``) that shows the same motion as another (``first``): its place, or its speed times ``gain``.
 
     What is unknown of the motion, the forces that nobody modelled, is the same in both; their difference shows the sensors and what
@@ -47,14 +47,14 @@ class SecondSight:
     rate: bool = False
 
     def expected(self, first: FloatArray, period: float) -> FloatArray:
-        """Give what the first sensor (samples,) makes one expect of this one."""
+        """Return what the first sensor (samples,) makes one expect of this one."""
         if not self.rate:
             return self.gain * first
         return np.asarray(self.gain * velocity_of(_within_bounds(first), period))
 
 
 def _within_bounds(values: FloatArray) -> FloatArray:
-    """Give what a run gave as far as it can be worked with: nothing where it gave no number, the bound beyond it."""
+    """Return what a run gave as far as it can be worked with: nothing where it gave no number, the bound beyond it."""
     return np.clip(np.nan_to_num(values), -_BEYOND, _BEYOND)
 
 
@@ -73,7 +73,7 @@ class Simulator:
     recorded: FloatArray
     floors: FloatArray
     name: str = "the recording"
-    second_sight: tuple[SecondSight, ...] = ()
+    redundant_sensors: tuple[RedundantSensor, ...] = ()
     weights: FloatArray | None = None
     white: bool = False
     every: int = 1
@@ -81,7 +81,7 @@ class Simulator:
     differenced: frozenset[int] = frozenset()
     """Rows of the channels that an encoder makes of its counts as their rate."""
     runs: RunCount = field(default_factory=RunCount, init=False, repr=False)
-    _kicked: Remembered[_Kicks] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
+    _with_impulse: Remembered[_ImpulseResponses] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
     _shaped: Remembered[tuple[NoiseShapes, ...]] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
 
     @cached_property
@@ -93,29 +93,29 @@ class Simulator:
     def seen_floors(self) -> FloatArray:
         """The floors of :attr:`seen`, (channels,)."""
         floors = np.array(self.floors, dtype=float)
-        for sight in self.second_sight:
+        for sight in self.redundant_sensors:
             if not sight.rate:
                 floors[sight.row] = np.hypot(self.floors[sight.row], sight.gain * self.floors[sight.first])
         return floors
 
     @cached_property
     def replayed_floors(self) -> FloatArray:
-        """Give what a replay cannot resolve, (channels,): of a speed held against a place, also what its counts make of the rate."""
+        """Return what a replay cannot resolve, (channels,): of a speed held against a place, also what its counts make of the rate."""
         floors = self.seen_floors.copy()
         counts = np.random.Generator(np.random.Philox(0)).standard_normal(self.samples)
-        for sight in self.second_sight:
+        for sight in self.redundant_sensors:
             if sight.rate:
                 made = np.std(sight.expected(self.floors[sight.first] * counts, self.period))
                 floors[sight.row] = np.hypot(floors[sight.row], made)
         return floors
 
     def as_seen(self, channels: FloatArray) -> FloatArray:
-        """Give channels (channels, samples) with the difference in place of a second sensor of one motion, a place without the mean of it:
-        each sensor has a zero of its own."""
-        if not self.second_sight:
+        """Return channels (channels, samples) with the difference in place of a second sensor of one motion, a place without the mean of
+        it: each sensor has a zero of its own."""
+        if not self.redundant_sensors:
             return channels
         found = np.array(channels)
-        for sight in self.second_sight:
+        for sight in self.redundant_sensors:
             # a lost run is infinite in both, and their difference no number: residual_of takes it for lost
             with np.errstate(invalid="ignore", over="ignore"):
                 found[sight.row] -= sight.expected(channels[sight.first], self.period)
@@ -124,22 +124,22 @@ class Simulator:
         return found
 
     def from_zero_of(self, simulated: FloatArray) -> FloatArray:
-        """Give simulated channels (channels, samples) with each second sensor read from the zero that it has in the recording."""
+        """Return simulated channels (channels, samples) with each second sensor read from the zero that it has in the recording."""
         found = np.array(simulated)
-        for sight in self.second_sight:
+        for sight in self.redundant_sensors:
             if not sight.rate:
                 apart = [self._mean(sight, one[sight.row] - sight.gain * one[sight.first]) for one in (self.recorded, simulated)]
                 found[sight.row] += apart[0] - apart[1]
         return found
 
     def zeros(self) -> dict[int, tuple[int, float]]:
-        """Give for each second sensor of a place (its row) the first one (row) and by how much more it shows on the average."""
-        places = [sight for sight in self.second_sight if not sight.rate]
+        """Return for each second sensor of a place (its row) the first one (row) and by how much more it shows on the average."""
+        places = [sight for sight in self.redundant_sensors if not sight.rate]
         apart = {sight.row: self.recorded[sight.row] - sight.gain * self.recorded[sight.first] for sight in places}
         return {sight.row: (sight.first, self._mean(sight, apart[sight.row])) for sight in places}
 
-    def _mean(self, sight: SecondSight, values: FloatArray) -> float:
-        """Give the mean of values (samples,) where both sensors were recorded and the sample counts."""
+    def _mean(self, sight: RedundantSensor, values: FloatArray) -> float:
+        """Return the mean of values (samples,) where both sensors were recorded and the sample counts."""
         counts = np.isfinite(self.recorded[sight.row]) & np.isfinite(self.recorded[sight.first])
         if self.weights is not None:
             counts &= self.weights > COUNTS
@@ -160,7 +160,7 @@ class Simulator:
         return (self.samples - 1) * self.every + 1
 
     def noise_shapes(self, values: Mapping[str, float], *, coloured: bool = False) -> tuple[NoiseShapes, ...]:
-        """Give the shapes of the noise in each channel, with the machine at ``values``.
+        """Return the shapes of the noise in each channel, with the machine at ``values``.
 
         Without ``coloured`` sensors and forces are white: what a search weighs the residual with; with it forces may be slow: what values
         are fitted with once nothing is missing any more. As the weight follows the machine, a round of fitting solves the equations of the
@@ -173,79 +173,79 @@ class Simulator:
         if self.white:
             flat = np.ones((1, self.samples // 2 + 1))
             return tuple(NoiseShapes(flat, floor, self.samples, window=window) for floor in self.seen_floors)
-        _, kicks, motion = self.kicks(as_recorded(values))
+        _, impulse_responses, motion = self.impulse_responses(as_recorded(values))
         period = self.period
-        bounded, rates = _within_bounds(motion), {sight.row for sight in self.second_sight if sight.rate}
+        bounded, rates = _within_bounds(motion), {sight.row for sight in self.redundant_sensors if sight.rate}
         sensors = [RATE if row in rates else DIFFERENCED if row in self.differenced else WHITE for row in range(len(bounded))]
         shapes = [
-            noise_shapes(kicks[:, row], bounded[row], floor, period, self._times[row], coloured=coloured, sensor=sensors[row])
+            noise_shapes(impulse_responses[:, row], bounded[row], floor, period, self._times[row], coloured=coloured, sensor=sensors[row])
             for row, floor in enumerate(self.seen_floors)
         ]
         return tuple(replace(shape, window=window) for shape in shapes)
 
-    def kicks(self, values: Mapping[str, float]) -> _Kicks:
-        """Give the machine's own states, the response to a kick of each (states, channels, samples), and the channels themselves."""
-        return self._kicked.get(tuple(sorted(values.items())), lambda: self._kicks_of(self._felt, values))
+    def impulse_responses(self, values: Mapping[str, float]) -> _ImpulseResponses:
+        """Return the machine's own states, the response to an impulse of each (states, channels, samples), and the channels themselves."""
+        return self._with_impulse.get(tuple(sorted(values.items())), lambda: self._impulse_responses_of(self._simulated_motion, values))
 
     @cached_property
     def _times(self) -> list[int]:
         """How often each channel is differenced."""
-        _, kicks, _ = self._kicks_of(self._felt, {})
-        return [differences(kicks[:, row], self.period) for row in range(len(self.seen_floors))]
+        _, impulse_responses, _ = self._impulse_responses_of(self._simulated_motion, {})
+        return [differences(impulse_responses[:, row], self.period) for row in range(len(self.seen_floors))]
 
     @cached_property
-    def _felt(self) -> list[str]:
+    def _simulated_motion(self) -> list[str]:
         """The machine's own states that move a channel while no effect is in: an angle that only a runout feels brings in no noise."""
         states = [name for name in self.plan.states if not issubclass(self.plan.parts[name.partition(".")[0]].component, Effect)]
-        _, kicks, _ = self._kicks_of(states, {})
-        return [state for state, kick in zip(states, kicks, strict=True) if np.any(kick)]
+        _, impulse_responses, _ = self._impulse_responses_of(states, {})
+        return [state for state, impulse in zip(states, impulse_responses, strict=True) if np.any(impulse)]
 
-    def _kicks_of(self, states: list[str], values: Mapping[str, float]) -> _Kicks:
+    def _impulse_responses_of(self, states: list[str], values: Mapping[str, float]) -> _ImpulseResponses:
         names = list(dict.fromkeys([*values, *states]))
         base = np.array([values[name] if name in values else self._start(name) for name in names])
         rows = np.tile(base, (len(states) + 1, 1))
         for row, state in enumerate(states, start=1):
-            rows[row, names.index(state)] += KICK
+            rows[row, names.index(state)] += IMPULSE
         runs = self.outputs(names, rows)
         with np.errstate(invalid="ignore", over="ignore"):
-            kicks = np.array([run - runs[0] for run in runs[1:]]).reshape(len(states), *runs[0].shape)
-        kicks[:, [sight.row for sight in self.second_sight]] = 0.0
-        return states, np.where(np.abs(kicks) < _BEYOND, kicks, 0.0), runs[0]
+            impulse_responses = np.array([run - runs[0] for run in runs[1:]]).reshape(len(states), *runs[0].shape)
+        impulse_responses[:, [sight.row for sight in self.redundant_sensors]] = 0.0
+        return states, np.where(np.abs(impulse_responses) < _BEYOND, impulse_responses, 0.0), runs[0]
 
     def _start(self, state: str) -> float:
         return self.plan.start_states[self.plan.states[state]]
 
     def settable(self, names: Iterable[str]) -> list[str]:
-        """Give those of some names that this machine has, each once."""
+        """Return those of some names that this machine has, each once."""
         return [name for name in dict.fromkeys(names) if name in self.plan.parameters or name in self.plan.states]
 
     def given(self, name: str) -> float:
-        """Give the value that the machine has for a parameter or a starting state."""
+        """Return the value that the machine has for a parameter or a starting state."""
         parameters = self.plan.parameters
         return self.plan.parameter_values[parameters[name]] if name in parameters else self._start(name)
 
     def outputs(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
-        """Give the simulated channels, shape (channels, samples), for each row of ``values`` of the names that are set.
+        """Return the simulated channels, shape (channels, samples), for each row of ``values`` of the names that are set.
 
         A second sensor of one motion shows its difference from the first, as in :attr:`seen`.
         """
         return self._each(names, values, lambda output: output)
 
     def channel(self, names: Sequence[str], values: Sequence[float], position: int) -> FloatArray:
-        """Give one recorded output of the plan by its position, shape (samples,)."""
+        """Return one recorded output of the plan by its position, shape (samples,)."""
         pick: Callable[[FloatArray], FloatArray] = lambda record: record[position, :: self.every].copy()  # noqa: E731 - one expression, named for the reader
         found: FloatArray = Batch(self.plan, self._simulated, noisy=False).run(list(names), np.array([values], dtype=float), pick)[0]
         return found
 
     def residuals(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
-        """Give recorded minus simulated for each row of ``values``; zero where nothing was recorded."""
+        """Return recorded minus simulated for each row of ``values``; zero where nothing was recorded."""
         self.runs.add(len(values))
         return self._each(names, values, self.residual_of)
 
     def responses(
         self, names: Sequence[str], values: FloatArray, references: Sequence[FloatArray], reduce: Callable[[FloatArray], FloatArray]
     ) -> list[FloatArray | None]:
-        """Give what ``reduce`` makes of a reference residual less that of each row of ``values``: made where the run is, on this core.
+        """Return what ``reduce`` makes of a reference residual less that of each row of ``values``: made where the run is, on this core.
 
         The first of two ``references`` is of :meth:`with_long_steps`: one step a sample will do for a difference of two runs, except where
         a lag is so short that the run is lost with it; then it is made with the plan's steps and held against the second. Lost, it is None.
@@ -274,7 +274,7 @@ class Simulator:
         return bool(np.isfinite(self.seen).all())
 
     def with_long_steps(self, values: Mapping[str, float]) -> FloatArray:
-        """Give the residual for one set of values by name, simulated with one step a sample."""
+        """Return the residual for one set of values by name, simulated with one step a sample."""
         found: FloatArray = self._each(list(values), np.array([list(values.values())], dtype=float), self.residual_of, 1)[0]
         return found
 
@@ -287,11 +287,11 @@ class Simulator:
         return found
 
     def residual_of(self, output: FloatArray) -> FloatArray:
-        """Give recorded minus ``output``; zero where nothing was recorded, very large where the run was lost."""
+        """Return recorded minus ``output``; zero where nothing was recorded, very large where the run was lost."""
         bound = LOST * self.seen_floors[:, None]
         residual = np.clip(np.nan_to_num(self.seen - output, nan=np.inf, posinf=np.inf, neginf=-np.inf), -bound, bound)
         return np.where(np.isfinite(self.seen), residual, 0.0)
 
     def one(self, values: Mapping[str, float]) -> FloatArray:
-        """Give the residual for one set of values by name."""
+        """Return the residual for one set of values by name."""
         return self.residuals(list(values), np.array([list(values.values())], dtype=float))[0]

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.effects.effect import Effect
-from lathesim.identification.replay.experiment import Machine, Rig, build_rigs
+from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.identification.replay.measured_motion import recorded_motion
 from lathesim.record import FloatArray, Record
 
@@ -32,15 +32,15 @@ _EDGE = 8
 """A stretch fades in and out over about one part in so many of the shortest one."""
 
 
-def parted(machine: Machine, name: str, record: Record, effects: Iterable[type[Effect]]) -> tuple[Rig, Rig, Rig]:
-    """Give the rigs of one recording: of what is fitted, of what judges (its name says how it was chosen), and of the whole."""
+def parted(machine: Machine, name: str, record: Record, effects: Iterable[type[Effect]]) -> tuple[Experiment, Experiment, Experiment]:
+    """Return the experiments of one recording: of what is fitted, of what judges (its name says how it was chosen), and of the whole."""
     if halves_miss_a_switch(record, machine.drive) and not _shows_a_motion(machine, record):
-        whole = build_rigs(machine, [(name, record)], effects)[0]
+        whole = build_experiments(machine, [(name, record)], effects)[0]
         to_fit, to_judge = dealt_out(whole.record, machine.drive)
         judge = replace(whole, weights=to_judge, name=f"{name}, every other stretch of one run")
         return replace(whole, weights=to_fit), judge, whole
     first, second = halves(record)
-    fitted, judge, whole = build_rigs(machine, [(name, first), (f"{name}, second half", second), (name, record)], effects)
+    fitted, judge, whole = build_experiments(machine, [(name, first), (f"{name}, second half", second), (name, record)], effects)
     return fitted, judge, whole
 
 
@@ -49,7 +49,7 @@ def _shows_a_motion(machine: Machine, record: Record) -> bool:
 
 
 def halves(record: Record) -> tuple[Record, Record]:
-    """Give the first and the second half of a recording, each from time 0."""
+    """Return the first and the second half of a recording, each from time 0."""
     middle = len(record) // 2
     period = record.sample_period
     parts = []
@@ -61,7 +61,7 @@ def halves(record: Record) -> tuple[Record, Record]:
 
 
 def switches(record: Record, driven: Collection[str]) -> list[npt.NDArray[np.int64]]:
-    """Give, for each driven channel that is only on or off, the samples at which it rises, and those at which it falls."""
+    """Return, for each driven channel that is only on or off, the samples at which it rises, and those at which it falls."""
     found = []
     for name in driven:
         levels = np.unique(record[name])
@@ -72,13 +72,13 @@ def switches(record: Record, driven: Collection[str]) -> list[npt.NDArray[np.int
 
 
 def halves_miss_a_switch(record: Record, driven: Collection[str]) -> bool:
-    """Say whether a rise or a fall of a driven channel lies in one half only."""
+    """Return whether a rise or a fall of a driven channel lies in one half only."""
     middle = len(record) // 2
     return any(len({bool(place >= middle) for place in places.tolist()}) == 1 for places in switches(record, driven))
 
 
 def dealt_out(record: Record, driven: Collection[str]) -> tuple[FloatArray, FloatArray]:
-    """Give the weight (0 to 1) of each sample in the fit and in the judge; no sample counts in both."""
+    """Return the weight (0 to 1) of each sample in the fit and in the judge; no sample counts in both."""
     samples = len(record)
     edges = _edges(samples, sorted({int(place) for places in switches(record, driven) for place in places}))
     turn = np.zeros(samples)
@@ -94,7 +94,7 @@ def _smoothed(values: FloatArray, width: int) -> FloatArray:
 
 
 def _edges(samples: int, at: list[int]) -> list[int]:
-    """Give where stretches begin: short ones next to each switch, longer ones away from it."""
+    """Return where stretches begin: short ones next to each switch, longer ones away from it."""
     longest = max(_LEAST, samples // _STRETCHES)
     ends = [0, *at, samples]
     edges = []

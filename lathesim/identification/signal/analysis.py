@@ -9,7 +9,7 @@ from lathesim.engine.assembly import FloatArray
 
 
 def root_mean_square(values: FloatArray) -> float:
-    """Give the root mean square of what is finite; infinite where nothing is."""
+    """Return the root mean square of what is finite; infinite where nothing is."""
     finite = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("inf")
 
@@ -20,7 +20,7 @@ _APART = 0.02
 
 
 def behind(signal: FloatArray, other: FloatArray, most: int) -> int:
-    """Give the samples, up to ``most`` either way, by which a signal (samples,) is behind another one: where their differences correlate
+    """Return the samples, up to ``most`` either way, by which a signal (samples,) is behind another one: where their differences correlate
     best. Source: Knapp, Carter, The generalized correlation method for estimation of time delay, IEEE Trans. ASSP 24 (1976)."""
     first, second = (np.diff(np.nan_to_num(values)) for values in (signal, other))
     most = min(most, len(first) // 4)
@@ -34,7 +34,7 @@ def behind(signal: FloatArray, other: FloatArray, most: int) -> int:
 
 
 def strongest_jumps(signal: FloatArray, period: float) -> list[tuple[float, float]]:
-    """Give instant [s] and size of the strongest steps of a signal (samples,): the largest of the likelihood ratio over all instants.
+    """Return instant [s] and size of the strongest steps of a signal (samples,): the largest of the likelihood ratio over all instants.
 
     S(k) = (mean after k - mean before k)^2 k (n - k) / n. Source: Basseville, Nikiforov, Detection of Abrupt Changes, 1993, sec. 2.6.
     """

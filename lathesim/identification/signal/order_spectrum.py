@@ -74,7 +74,7 @@ class Spectrum:
 
 
 def spectrum_against(residual: FloatArray, variable: str, unit: str, values: FloatArray) -> Spectrum | None:
-    """Give the spectrum of a residual (samples,) against ``values`` (samples,) of a variable; none where it does not move."""
+    """Return the spectrum of a residual (samples,) against ``values`` (samples,) of a variable; none where it does not move."""
     low, high = float(np.min(values)), float(np.max(values))
     if not high > low:
         return None
@@ -96,7 +96,7 @@ def spectrum_against(residual: FloatArray, variable: str, unit: str, values: Flo
 
 
 def _highest(values: FloatArray, step: FloatArray, cells: int, span: float) -> float:
-    """Give the highest frequency that cells and samples resolve, with four of them for each repetition."""
+    """Return the highest frequency that cells and samples resolve, with four of them for each repetition."""
     moving = step[step > _STANDING * float(step.max())]
     return min(cells / (4.0 * span), 1.0 / (4.0 * float(np.median(moving)))) if len(moving) else 0.0
 
@@ -104,7 +104,7 @@ def _highest(values: FloatArray, step: FloatArray, cells: int, span: float) -> f
 def lines_of(
     residual: FloatArray, variables: Mapping[str, tuple[str, FloatArray]], motions: Sequence[FloatArray] = ()
 ) -> tuple[list[Line], list[Spectrum]]:
-    """Give the lines of a residual, the strongest first, and its spectra; ``variables`` maps names to unit and values (samples,).
+    """Return the lines of a residual, the strongest first, and its spectra; ``variables`` maps names to unit and values (samples,).
 
     The strongest line against any variable is taken out before the next is looked for: a line of the way leaves none in time behind. Of
     ways that tell it as well the first is taken. A line in time that one of the ``motions`` (speeds, directions) has too is the rhythm of
@@ -135,7 +135,8 @@ def _first_of_the_strongest(found: Sequence[tuple[Line, FloatArray]]) -> tuple[L
 
 
 def _is_of_the_samples(line: Line, values: FloatArray) -> bool:
-    """Say whether a line repeats with the way from sample to sample, at a speed that is held long: noise there is alike once a sample."""
+    """Return whether a line repeats with the way from sample to sample, at a speed that is held long: noise there is alike once a
+    sample."""
     step = np.abs(np.gradient(values))
     periods = line.frequency * step
     once = (np.abs(periods - np.round(periods)) < _ONCE) & (periods > 1.0 - _ONCE)
@@ -143,7 +144,7 @@ def _is_of_the_samples(line: Line, values: FloatArray) -> bool:
 
 
 def _has(motion: FloatArray, line: Line, time: FloatArray) -> bool:
-    """Say whether a motion has a line of this frequency too."""
+    """Return whether a motion has a line of this frequency too."""
     centred = motion - motion.mean()
     size = abs(np.mean(centred * np.exp(-2j * math.pi * line.frequency * time)))
     return bool(2.0 * size * size > _RHYTHM * float(np.mean(centred * centred)))
@@ -155,7 +156,7 @@ def _spectra(residual: FloatArray, variables: Mapping[str, tuple[str, FloatArray
 
 
 def _taken_out(residual: FloatArray, spectrum: Spectrum, values: FloatArray, power: float) -> tuple[Line, FloatArray] | None:
-    """Give the strongest line of a spectrum, fitted by least squares, and the residual without it."""
+    """Return the strongest line of a spectrum, fitted by least squares, and the residual without it."""
     place = _peak(spectrum)
     if place is None:
         return None
@@ -169,7 +170,7 @@ def _taken_out(residual: FloatArray, spectrum: Spectrum, values: FloatArray, pow
 
 
 def _peak(spectrum: Spectrum) -> int | None:
-    """Give the place of the strongest amplitude that stands out of its surroundings."""
+    """Return the place of the strongest amplitude that stands out of its surroundings."""
     amplitude = spectrum.amplitude
     first = int(_PADDING * _LEAST_TURNS)
     if len(amplitude) < 2 * first:
@@ -182,7 +183,7 @@ def _peak(spectrum: Spectrum) -> int | None:
 
 
 def _between(frequency: FloatArray, amplitude: FloatArray, place: int) -> float:
-    """Give the frequency of a peak between the grid's, by the parabola through three points."""
+    """Return the frequency of a peak between the grid's, by the parabola through three points."""
     before, here, after = (float(amplitude[place + shift]) for shift in (-1, 0, 1))
     bend = before - 2.0 * here + after
     shift = 0.5 * (before - after) / bend if bend < 0.0 else 0.0

@@ -18,7 +18,7 @@ _FOURTH_DIFFERENCE = math.sqrt(70.0)
 
 
 def channel_floor(values: FloatArray, resolution: float = 0.0) -> float:
-    """Give one standard deviation of what a channel cannot resolve [its unit].
+    """Return one standard deviation of what a channel cannot resolve [its unit].
 
     The larger of rounding, step / sqrt(12), and the white noise seen in the fourth differences (robust: a median), in which any smooth
     signal vanishes. Without a declared resolution the step between the levels of the values is taken for it, or the grid on which all
@@ -35,13 +35,13 @@ def channel_floor(values: FloatArray, resolution: float = 0.0) -> float:
 
 
 def _levels(values: FloatArray) -> FloatArray:
-    """Give the different values, those once that differ by how a computer rounds."""
+    """Return the different values, those once that differ by how a computer rounds."""
     levels = np.unique(values)
     return levels[np.r_[True, np.diff(levels) > _ROUNDED * float(np.max(np.abs(levels)))]] if len(levels) else levels
 
 
 def smallest_step(values: FloatArray) -> float:
-    """Give the step between levels where a channel has few of them, else 0."""
+    """Return the step between levels where a channel has few of them, else 0."""
     levels = _levels(values)
     if len(levels) < 2 or len(levels) > 0.5 * len(values):
         return 0.0
@@ -49,7 +49,7 @@ def smallest_step(values: FloatArray) -> float:
 
 
 def grid_spacing(values: FloatArray) -> float:
-    """Give the spacing of a grid on which all values (samples,) lie; 0 where there is none, or too few levels to tell."""
+    """Return the spacing of a grid on which all values (samples,) lie; 0 where there is none, or too few levels to tell."""
     finite = values[np.isfinite(values)]
     levels = _levels(finite)
     if len(levels) < FEWEST_LEVELS:

@@ -10,9 +10,9 @@ from lathesim.effects.friction import PositionDependentFriction
 from lathesim.effects.motor_ripple import Cogging, TorqueRipple
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.replay.experiment import baseline_free, build_rigs
+from lathesim.identification.replay.experiment import baseline_free, build_experiments
 from tests.diagnosis.one_cut import CHIP, cut_machine, cut_record
-from tests.diagnosis.pushed_table import POSITION, Hidden, baselines, machine, pair, recording, rigs
+from tests.diagnosis.pushed_table import POSITION, Hidden, baselines, experiments, machine, pair, recording
 
 
 def ripple(size: float, period: float) -> Hidden:
@@ -22,43 +22,43 @@ def ripple(size: float, period: float) -> Hidden:
 @pytest.mark.parametrize("period", [0.012, 0.016])
 def test_the_period_of_a_hidden_ripple_is_found(period: float) -> None:
     hidden = ripple(8.0, period)
-    rig, fitted = pair(hidden)[0], baselines(hidden)[0]
-    points = wave_points(rig, fitted, list(rig.candidates))
+    experiment, fitted = pair(hidden)[0], baselines(hidden)[0]
+    points = wave_points(experiment, fitted, list(experiment.candidates))
     assert list(points) == ["try_x_axis_torque_ripple"]
-    term = next(term for term in rig.candidates if term.name == "TorqueRipple")
-    names = [name.partition(".")[2] for name in term.parameters]
-    found = points[term.part][:, names.index("period")]
+    candidate = next(candidate for candidate in experiment.candidates if candidate.name == "TorqueRipple")
+    names = [name.partition(".")[2] for name in candidate.parameters]
+    found = points[candidate.part][:, names.index("period")]
     assert found[0] == pytest.approx(period, rel=0.05)
-    assert len(np.unique(points[term.part][:3, names.index("phase")])) == 3
-    sizes = points[term.part][:, [names.index("amplitude"), names.index("share")]]
+    assert len(np.unique(points[candidate.part][:3, names.index("phase")])) == 3
+    sizes = points[candidate.part][:, [names.index("amplitude"), names.index("share")]]
     assert np.all(sizes.max(axis=1) > 0.0)
 
 
 def test_effects_that_do_not_repeat_get_no_points() -> None:
-    rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
-    others = [term for term in rig.candidates if term.name != "TorqueRipple"]
-    assert wave_points(rig, fitted, others) == {}
+    experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0]
+    others = [candidate for candidate in experiment.candidates if candidate.name != "TorqueRipple"]
+    assert wave_points(experiment, fitted, others) == {}
 
 
 def test_wavelengths_stay_where_the_effect_may_have_them() -> None:
-    rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
-    term = next(term for term in rig.candidates if term.name == "TorqueRipple")
-    column = [name.partition(".")[2] for name in term.parameters].index("period")
-    low, high = term.effect.typical["period"]
-    for point in wave_points(rig, fitted, [term])[term.part]:
+    experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0]
+    candidate = next(candidate for candidate in experiment.candidates if candidate.name == "TorqueRipple")
+    column = [name.partition(".")[2] for name in candidate.parameters].index("period")
+    low, high = candidate.effect.typical["period"]
+    for point in wave_points(experiment, fitted, [candidate])[candidate.part]:
         assert low / 1.3 <= point[column] <= 1.3 * high
 
 
 def test_what_is_longer_than_the_way_is_no_wave() -> None:
-    rig = pair(Hidden())[0]
-    way = float(np.ptp(rig.record[POSITION]))
-    term = next(term for term in rig.candidates if term.name == "TorqueRipple")
-    length = f"{term.part}.period"
-    assert is_a_wave(rig, term, {length: 0.9 * way})
-    assert not is_a_wave(rig, term, {length: 1.5 * way})
-    assert drawn_by_waves(rig, [term], {length: 1.5 * way}) == (term,)
-    other = next(term for term in rig.candidates if term.name == "CoulombFriction")
-    assert is_a_wave(rig, other, {})
+    experiment = pair(Hidden())[0]
+    way = float(np.ptp(experiment.record[POSITION]))
+    candidate = next(candidate for candidate in experiment.candidates if candidate.name == "TorqueRipple")
+    length = f"{candidate.part}.period"
+    assert is_a_wave(experiment, candidate, {length: 0.9 * way})
+    assert not is_a_wave(experiment, candidate, {length: 1.5 * way})
+    assert drawn_by_waves(experiment, [candidate], {length: 1.5 * way}) == (candidate,)
+    other = next(candidate for candidate in experiment.candidates if candidate.name == "CoulombFriction")
+    assert is_a_wave(experiment, other, {})
 
 
 @pytest.mark.parametrize(
@@ -73,27 +73,27 @@ def test_what_is_longer_than_the_way_is_no_wave() -> None:
     ids=["a bump", "two ripples", "one wave", "a wave beside something else", "a wave that turns over beside one that does not"],
 )
 def test_two_waves_that_are_hardly_there_may_draw_anything(share: float, effects: tuple[type[Effect], ...], drawn: int) -> None:
-    (rig, _) = rigs(recording(Hidden()), recording(Hidden(), seed=2), effects=effects)
-    way = float(np.ptp(rig.record[POSITION]))
-    lengths = {name: share * way for term in rig.candidates for name in term.parameters if name.endswith("period")}
-    assert len(drawn_by_waves(rig, rig.candidates, lengths)) == drawn
+    (experiment, _) = experiments(recording(Hidden()), recording(Hidden(), seed=2), effects=effects)
+    way = float(np.ptp(experiment.record[POSITION]))
+    lengths = {name: share * way for candidate in experiment.candidates for name in candidate.parameters if name.endswith("period")}
+    assert len(drawn_by_waves(experiment, experiment.candidates, lengths)) == drawn
 
 
 def test_chips_are_looked_for_over_the_length_that_was_cut() -> None:
     """No sensor shows that length: the effect's own output tells it."""
-    rig = build_rigs(cut_machine(), [("cut", cut_record(["chips"]))], [ChipSegmentation])[0]
-    fitted = fit(rig.sensed, [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)], rounds=2)
-    (term,) = rig.candidates
-    column = [name.partition(".")[2] for name in term.parameters].index("length")
-    assert wave_points(rig, fitted, [term])[term.part][0, column] == pytest.approx(CHIP, rel=0.02)
+    experiment = build_experiments(cut_machine(), [("cut", cut_record(["chips"]))], [ChipSegmentation])[0]
+    fitted = fit(experiment.sensed, [*baseline_free(experiment.machine), *experiment.start_states(experiment.sensed.plan)], rounds=2)
+    (candidate,) = experiment.candidates
+    column = [name.partition(".")[2] for name in candidate.parameters].index("length")
+    assert wave_points(experiment, fitted, [candidate])[candidate.part][0, column] == pytest.approx(CHIP, rel=0.02)
 
 
 def test_a_wave_as_long_as_the_way_is_tried_too() -> None:
     """One turn or two along the way are no line of a periodogram."""
-    rig = build_rigs(machine(), [("a", recording(Hidden()))], [PositionDependentFriction])[0]
-    fitted = fit(rig.sensed, [*baseline_free(rig.machine), *rig.start_states(rig.sensed.plan)], rounds=2)
-    (term,) = rig.candidates
-    column = [name.partition(".")[2] for name in term.parameters].index("period")
-    way = float(np.ptp(rig.record["x_encoder.position"]))
-    lengths = wave_points(rig, fitted, [term])[term.part][:, column]
+    experiment = build_experiments(machine(), [("a", recording(Hidden()))], [PositionDependentFriction])[0]
+    fitted = fit(experiment.sensed, [*baseline_free(experiment.machine), *experiment.start_states(experiment.sensed.plan)], rounds=2)
+    (candidate,) = experiment.candidates
+    column = [name.partition(".")[2] for name in candidate.parameters].index("period")
+    way = float(np.ptp(experiment.record["x_encoder.position"]))
+    lengths = wave_points(experiment, fitted, [candidate])[candidate.part][:, column]
     assert {1.0, 1.5, 2.0, 3.0} <= set(np.round(way / lengths, 3))

@@ -18,8 +18,8 @@ from lathesim.effects.friction import PositionDependentFriction
 from lathesim.effects.motor_ripple import Cogging, TorqueRipple
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.identification.estimation.estimates import _same_way_round
-from lathesim.identification.records.candidate import WAVES, Term
-from tests.diagnosis.pushed_table import machine, recording, rigs
+from lathesim.identification.records.candidate import WAVES, Candidate
+from tests.diagnosis.pushed_table import experiments, machine, recording
 
 
 class SignedInterpolationError(EncoderInterpolationError):
@@ -35,22 +35,22 @@ class SignedInterpolationError(EncoderInterpolationError):
 WAVY = (TorqueRipple, Cogging, SignedInterpolationError)
 
 
-def term_of(effect: Any) -> Term:
-    return next(term for term in insert_candidates(machine().assembly, (effect,))[1] if term.name == effect.__name__)
+def term_of(effect: Any) -> Candidate:
+    return next(candidate for candidate in insert_candidates(machine().assembly, (effect,))[1] if candidate.name == effect.__name__)
 
 
-def law(term: Term, values: dict[str, float]) -> np.ndarray:
+def law(candidate: Candidate, values: dict[str, float]) -> np.ndarray:
     """Give what the effect adds along a motion."""
-    names = term.effect.output.__code__.co_varnames[: term.effect.output.__code__.co_argcount]
+    names = candidate.effect.output.__code__.co_varnames[: candidate.effect.output.__code__.co_argcount]
     places = np.linspace(0.0, 0.05, 200)
     given = [{"incoming": place, "displacement": place, "applied": 3.0 + place, **values} for place in places]
-    return np.array([term.effect.output(**{name: one[name] for name in names}) for one in given])
+    return np.array([candidate.effect.output(**{name: one[name] for name in names}) for one in given])
 
 
-def values_of(term: Term, sizes: dict[str, float]) -> dict[str, float]:
+def values_of(candidate: Candidate, sizes: dict[str, float]) -> dict[str, float]:
     """Give a value for each free name, by its short one."""
     given = {"period": 0.008, "signal_period": 0.003, "phase": 0.5, "second_phase": -0.9, **sizes}
-    return {name.partition(".")[2]: given[name.partition(".")[2]] for name in term.parameters}
+    return {name.partition(".")[2]: given[name.partition(".")[2]] for name in candidate.parameters}
 
 
 def test_every_size_of_every_wave_in_the_table_belongs_to_a_phase() -> None:
@@ -72,34 +72,36 @@ def test_a_size_that_cannot_be_negative_is_left_alone() -> None:
 @pytest.mark.parametrize("first", [1.0, -1.0])
 @pytest.mark.parametrize("effect", WAVY)
 def test_what_is_told_does_what_was_fitted(effect: Any, first: float, second: float) -> None:
-    term = term_of(effect)
+    candidate = term_of(effect)
     # the first size is the larger one by what is usual, whatever the range of the effect
-    usual = dict(zip((name.partition(".")[2] for name in term.parameters), np.abs(term.points).max(axis=0), strict=True))
+    usual = dict(zip((name.partition(".")[2] for name in candidate.parameters), np.abs(candidate.points).max(axis=0), strict=True))
     sizes = {"amplitude": first * usual["amplitude"]} | {name: 0.3 * second * usual[name] for name in ("share", "second") if name in usual}
-    fitted = values_of(term, sizes)
+    fitted = values_of(candidate, sizes)
     reported = {name: value for name, value in fitted.items() if name not in effect.nuisance}
-    found = _turned(term, {name: Interval(value, "1", value - 0.1, value + 0.2) for name, value in reported.items()})
+    found = _turned(candidate, {name: Interval(value, "1", value - 0.1, value + 0.2) for name, value in reported.items()})
     for name, item in found.items():
         assert item.low < item.value < item.high
         assert abs(item.value) == abs(fitted[name])
     assert found["amplitude"].value > 0.0
     if effect is Cogging:
         assert found["second"].value > 0.0
-    named = {f"{term.part}.{name}": value for name, value in fitted.items()}
-    told = FoundEffect(term.name, term.at, term.family, 1.0, found, (), None, 1.0, True, "", ())
-    (rig,) = rigs(recording(count=200), effects=(effect,))
-    entry = lesson_entry(told, term, SimpleNamespace(by_name=named), rig)  # type: ignore[arg-type]
+    named = {f"{candidate.part}.{name}": value for name, value in fitted.items()}
+    told = FoundEffect(candidate.name, candidate.at, candidate.family, 1.0, found, (), None, 1.0, True, "", ())
+    (experiment,) = experiments(recording(count=200), effects=(effect,))
+    entry = lesson_entry(told, candidate, SimpleNamespace(by_name=named), experiment)  # type: ignore[arg-type]
     inserted = {name: float(text.split()[0]) for name, text in entry.items() if name not in ("effect", "at")}
-    assert law(term, inserted) == pytest.approx(law(term, fitted), abs=1e-4 * np.ptp(law(term, fitted)))  # a lesson has six digits
+    assert law(candidate, inserted) == pytest.approx(
+        law(candidate, fitted), abs=1e-4 * np.ptp(law(candidate, fitted))
+    )  # a lesson has six digits
 
 
 def test_of_two_sizes_with_one_phase_the_larger_by_what_is_usual_decides() -> None:
-    term = term_of(TorqueRipple)
-    phase, amplitude, share = (f"{term.part}.{name}" for name in ("phase", "amplitude", "share"))
-    assert phases_to_turn(term, {amplitude: -1.0, share: 0.04}) == []
-    assert phases_to_turn(term, {amplitude: -20.0, share: 0.004}) == [phase]
-    assert phases_to_turn(term, {amplitude: 1.0, share: -0.04}) == [phase]
-    assert phases_to_turn(term, {}) == []
+    candidate = term_of(TorqueRipple)
+    phase, amplitude, share = (f"{candidate.part}.{name}" for name in ("phase", "amplitude", "share"))
+    assert phases_to_turn(candidate, {amplitude: -1.0, share: 0.04}) == []
+    assert phases_to_turn(candidate, {amplitude: -20.0, share: 0.004}) == [phase]
+    assert phases_to_turn(candidate, {amplitude: 1.0, share: -0.04}) == [phase]
+    assert phases_to_turn(candidate, {}) == []
 
 
 def test_two_fits_are_brought_the_same_way_round_wave_by_wave() -> None:
@@ -113,14 +115,14 @@ def test_two_fits_are_brought_the_same_way_round_wave_by_wave() -> None:
             return dict(zip(self.names, self.values, strict=True))
 
     for effect in (Cogging, SignedInterpolationError):
-        term = term_of(effect)
-        one = values_of(term, {"amplitude": 8.0, "second": 2.0})
+        candidate = term_of(effect)
+        one = values_of(candidate, {"amplitude": 8.0, "second": 2.0})
         other = {**one, "second": -2.0, "second_phase": -0.9 + math.pi} if effect is Cogging else {**one, "amplitude": -8.0, "second": -2.0}
         if effect is SignedInterpolationError:
             other["phase"] = 0.5 + math.pi
-        named = {name: name.partition(".")[2] for name in term.parameters}
+        named = {name: name.partition(".")[2] for name in candidate.parameters}
         first, second = (Fit(tuple(named), np.array([values[short] for short in named.values()])) for values in (one, other))
-        found = _same_way_round(second, first, [term])  # type: ignore[arg-type]
+        found = _same_way_round(second, first, [candidate])  # type: ignore[arg-type]
         assert {named[name]: value for name, value in found.by_name.items()}["second"] == pytest.approx(2.0)
         assert {named[name]: value for name, value in found.by_name.items()}["amplitude"] == pytest.approx(8.0)
-        assert law(term, {named[name]: value for name, value in found.by_name.items()}) == pytest.approx(law(term, one), abs=1e-9)
+        assert law(candidate, {named[name]: value for name, value in found.by_name.items()}) == pytest.approx(law(candidate, one), abs=1e-9)

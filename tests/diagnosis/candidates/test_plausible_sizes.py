@@ -9,26 +9,26 @@ from lathesim.diagnosis.selection.acceptance import of_usual_size
 from lathesim.effects.force_over_time import WearForceGrowth
 from lathesim.identification.catalogue.placement import insert_candidates
 from tests.diagnosis.one_cut import cut_machine
-from tests.diagnosis.pushed_table import FORCE, POSITION, Hidden, recording, rigs
+from tests.diagnosis.pushed_table import FORCE, POSITION, Hidden, experiments, recording
 
 RUBBING = Hidden(dry=15.0)
 
 
 def test_a_friction_may_be_as_large_as_what_pushes() -> None:
-    (rig, _) = rigs(recording(RUBBING), recording(RUBBING, seed=2))
-    sizes = possible_sizes(rig)
+    (experiment, _) = experiments(recording(RUBBING), recording(RUBBING, seed=2))
+    sizes = possible_sizes(experiment)
     level = next(name for name in sizes if name.endswith("coulomb_friction.level"))
-    assert sizes[level] == pytest.approx(float(np.max(np.abs(rig.record[FORCE]))))
+    assert sizes[level] == pytest.approx(float(np.max(np.abs(experiment.record[FORCE]))))
     assert not any("period" in name or "phase" in name for name in sizes)
-    assert POSITION in rig.machine.compare
+    assert POSITION in experiment.machine.compare
 
 
 @pytest.mark.parametrize(("possible", "believed"), [(0.0, False), (1e5, True)], ids=["a small machine", "a large one"])
 def test_a_size_is_believed_where_that_much_acts(possible: float, believed: bool) -> None:
-    (rig, _) = rigs(recording(RUBBING), recording(RUBBING, seed=2))
-    term = next(term for term in rig.candidates if term.name == "CoulombFriction")
-    (level,) = term.parameters
-    assert of_usual_size(term, {level: 50_000.0}, Settings(possible={level: possible})) == believed
+    (experiment, _) = experiments(recording(RUBBING), recording(RUBBING, seed=2))
+    candidate = next(candidate for candidate in experiment.candidates if candidate.name == "CoulombFriction")
+    (level,) = candidate.parameters
+    assert of_usual_size(candidate, {level: 50_000.0}, Settings(possible={level: possible})) == believed
 
 
 @pytest.mark.parametrize(
@@ -36,9 +36,10 @@ def test_a_size_is_believed_where_that_much_acts(possible: float, believed: bool
 )
 def test_of_a_growth_and_a_rate_of_wear_only_the_product_is_judged(growth: float, rate: float, usual: bool) -> None:
     """A rate of wear eighty times beyond any with a small growth is a usual wear that nobody can take apart."""
-    _, terms = insert_candidates(cut_machine().assembly, [WearForceGrowth])
-    (term,) = terms
+    _, candidates = insert_candidates(cut_machine().assembly, [WearForceGrowth])
+    (candidate,) = candidates
     values = {
-        f"{term.part}.{name}": value for name, value in (("growth", growth), ("rate", rate), ("break_in", 1e-5), ("break_in_time", 30.0))
+        f"{candidate.part}.{name}": value
+        for name, value in (("growth", growth), ("rate", rate), ("break_in", 1e-5), ("break_in_time", 30.0))
     }
-    assert of_usual_size(term, values, Settings()) == usual
+    assert of_usual_size(candidate, values, Settings()) == usual

@@ -7,7 +7,7 @@ from lathesim.diagnosis.candidates.periodic_starts import wave_points
 from lathesim.diagnosis.candidates.screening import _Absorber, is_limit, screen
 from lathesim.effects.drive_range import DriveSaturation
 from lathesim.effects.offset_and_gain import ForceOffset
-from tests.diagnosis.pushed_table import Hidden, baselines, pair, recording, rigs
+from tests.diagnosis.pushed_table import Hidden, baselines, experiments, pair, recording
 
 RIPPLE = Hidden(law=lambda v, q, t: 8.0 * np.sin(2.0 * np.pi * q / 0.008 + 0.5))
 OFFSET = Hidden(law=lambda v, q, t: 12.0)
@@ -19,20 +19,20 @@ OFFSET = Hidden(law=lambda v, q, t: 12.0)
     ids=["friction", "offset", "ripple"],
 )
 def test_the_hidden_effect_promises_most(hidden: Hidden, effect: str) -> None:
-    rig, fitted = pair(hidden)[0], baselines(hidden)[0]
-    terms = list(rig.candidates)
-    screening = screen(rig.sensed, fitted, terms, wave_points(rig, fitted, terms))
+    experiment, fitted = pair(hidden)[0], baselines(hidden)[0]
+    candidates = list(experiment.candidates)
+    screening = screen(experiment.sensed, fitted, candidates, wave_points(experiment, fitted, candidates))
     first, second = screening.ranked[:2]
-    assert first.term.name == effect
+    assert first.candidate.name == effect
     assert first.gain > 2.0 * second.gain
-    assert first.gain > 5.0 * screening.chance
+    assert first.gain > 5.0 * screening.null_maximum
 
 
 def test_a_wave_starts_at_its_best_phase_whichever_phases_were_tried() -> None:
-    rig, fitted = pair(RIPPLE)[0], baselines(RIPPLE)[0]
-    terms = [term for term in rig.candidates if term.name == "TorqueRipple"]
-    best = screen(rig.sensed, fitted, terms, wave_points(rig, fitted, terms)).ranked[0]
-    start = dict(zip((name.partition(".")[2] for name in best.term.parameters), best.starts[0], strict=True))
+    experiment, fitted = pair(RIPPLE)[0], baselines(RIPPLE)[0]
+    candidates = [candidate for candidate in experiment.candidates if candidate.name == "TorqueRipple"]
+    best = screen(experiment.sensed, fitted, candidates, wave_points(experiment, fitted, candidates)).ranked[0]
+    start = dict(zip((name.partition(".")[2] for name in best.candidate.parameters), best.starts[0], strict=True))
     # the hidden force acts against the motion, the ripple of the catalogue with it
     off = (start["phase"] - 0.5 - np.pi) % (2.0 * np.pi)
     assert min(off, 2.0 * np.pi - off) < 0.2
@@ -41,65 +41,70 @@ def test_a_wave_starts_at_its_best_phase_whichever_phases_were_tried() -> None:
 
 
 def test_no_two_starts_differ_in_their_phase_alone() -> None:
-    rig, fitted = pair(RIPPLE)[0], baselines(RIPPLE)[0]
-    terms = [term for term in rig.candidates if term.name == "TorqueRipple"]
-    best = screen(rig.sensed, fitted, terms, wave_points(rig, fitted, terms)).ranked[0]
-    place = [name.endswith("phase") for name in best.term.parameters].index(True)
+    experiment, fitted = pair(RIPPLE)[0], baselines(RIPPLE)[0]
+    candidates = [candidate for candidate in experiment.candidates if candidate.name == "TorqueRipple"]
+    best = screen(experiment.sensed, fitted, candidates, wave_points(experiment, fitted, candidates)).ranked[0]
+    place = [name.endswith("phase") for name in best.candidate.parameters].index(True)
     others = [tuple(np.delete(start, place)) for start in best.starts]
     assert len(set(others)) == len(others)
 
 
 def test_nothing_promises_much_where_nothing_is_hidden() -> None:
-    rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
-    screening = screen(rig.sensed, fitted, rig.candidates)
+    experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0]
+    screening = screen(experiment.sensed, fitted, experiment.candidates)
     assert len(screening.ranked) == 3
-    assert screening.ranked[0].gain < 1.5 * screening.chance
+    assert screening.ranked[0].gain < 1.5 * screening.null_maximum
 
 
 def test_chance_is_small() -> None:
     """Noise alone reaches a few nats with three candidates of at most three directions each, not hundreds."""
-    rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
-    assert 1.0 < screen(rig.sensed, fitted, rig.candidates).chance < 20.0
-    assert screen(rig.sensed, fitted, rig.candidates[:1]).chance <= screen(rig.sensed, fitted, rig.candidates).chance
+    experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0]
+    assert 1.0 < screen(experiment.sensed, fitted, experiment.candidates).null_maximum < 20.0
+    assert (
+        screen(experiment.sensed, fitted, experiment.candidates[:1]).null_maximum
+        <= screen(experiment.sensed, fitted, experiment.candidates).null_maximum
+    )
 
 
 def test_the_start_is_near_the_size_that_is_hidden() -> None:
-    rig, fitted = pair(OFFSET)[0], baselines(OFFSET)[0]
-    best = screen(rig.sensed, fitted, rig.candidates).ranked[0]
+    experiment, fitted = pair(OFFSET)[0], baselines(OFFSET)[0]
+    best = screen(experiment.sensed, fitted, experiment.candidates).ranked[0]
     assert any(start[0] == pytest.approx(12.0, rel=0.1) for start in best.starts)
 
 
 def test_a_friction_does_not_start_below_zero() -> None:
     driven = Hidden(law=lambda v, q, t: -8.0 * np.sign(v))
-    rig, fitted = pair(driven)[0], baselines(driven)[0]
-    coulomb = next(item for item in screen(rig.sensed, fitted, rig.candidates).ranked if item.term.name == "CoulombFriction")
+    experiment, fitted = pair(driven)[0], baselines(driven)[0]
+    coulomb = next(
+        item for item in screen(experiment.sensed, fitted, experiment.candidates).ranked if item.candidate.name == "CoulombFriction"
+    )
     assert all(np.all(start >= 0.0) for start in coulomb.starts)
 
 
 def test_screening_is_the_same_twice() -> None:
-    rig, fitted = pair(OFFSET)[0], baselines(OFFSET)[0]
-    first, second = (screen(rig.sensed, fitted, rig.candidates) for _ in range(2))
+    experiment, fitted = pair(OFFSET)[0], baselines(OFFSET)[0]
+    first, second = (screen(experiment.sensed, fitted, experiment.candidates) for _ in range(2))
     assert [item.gain for item in first.ranked] == [item.gain for item in second.ranked]
-    assert first.chance == second.chance
+    assert first.null_maximum == second.null_maximum
 
 
 def test_without_candidates_nothing_is_screened() -> None:
-    rig, fitted = pair(OFFSET)[0], baselines(OFFSET)[0]
-    assert screen(rig.sensed, fitted, []).ranked == ()
+    experiment, fitted = pair(OFFSET)[0], baselines(OFFSET)[0]
+    assert screen(experiment.sensed, fitted, []).ranked == ()
 
 
 def test_a_limit_begins_at_its_usual_sizes() -> None:
     """A saturation vanishes far beyond any voltage: what lies between is no measure of it."""
-    (rig,) = rigs(recording(), effects=(DriveSaturation, ForceOffset))
-    limits = {term.name: is_limit(term).tolist() for term in rig.candidates}
+    (experiment,) = experiments(recording(), effects=(DriveSaturation, ForceOffset))
+    limits = {candidate.name: is_limit(candidate).tolist() for candidate in experiment.candidates}
     assert limits == {"DriveSaturation": [True], "ForceOffset": [False]}
 
 
 def test_screening_sees_the_residual_as_a_fit_does() -> None:
     """In single precision, and each real part beside its imaginary one: what it weighs is the same."""
-    rig, fitted = pair(RIPPLE)[0], baselines(RIPPLE)[0]
-    seen = _Absorber(rig.sensed, fitted)
-    white = np.concatenate([model.whiten(row, wide=True) for row, model in zip(fitted.residual, fitted.noise, strict=True)])
+    experiment, fitted = pair(RIPPLE)[0], baselines(RIPPLE)[0]
+    seen = _Absorber(experiment.sensed, fitted)
+    white = np.concatenate([model.whiten(row, full_band=True) for row, model in zip(fitted.residual, fitted.noise, strict=True)])
     power = float(white @ white)
     again = seen._whiten(seen.tapered(fitted.residual))
     assert float(again @ again) == pytest.approx(power, rel=1e-4)

@@ -14,7 +14,7 @@ from lathesim.effects.time_shift import ChannelTimeShift, TransportDelay
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.candidate import instants_of
-from lathesim.identification.replay.experiment import Machine, baseline_free, build_rigs
+from lathesim.identification.replay.experiment import Machine, baseline_free, build_experiments
 from lathesim.identification.signal.analysis import behind, strongest_jumps
 from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, as_record, machine, recording
 
@@ -42,8 +42,8 @@ def test_a_limit_is_looked_for_where_the_command_of_the_recording_comes_to() -> 
     """A force that never comes near the usual limits of another machine, or goes far beyond them."""
     for size in (0.5, 500.0):
         record = recording(size=size)
-        rig, _ = build_rigs(machine(), [("a", record), ("b", record)], [DriveSaturation])
-        points = limit_points(rig, list(rig.candidates))[rig.candidates[0].part]
+        experiment, _ = build_experiments(machine(), [("a", record), ("b", record)], [DriveSaturation])
+        points = limit_points(experiment, list(experiment.candidates))[experiment.candidates[0].part]
         largest = float(np.abs(record[FORCE]).max())
         assert np.all(points < largest)
         assert float(points.max()) > 0.7 * largest
@@ -53,18 +53,18 @@ def test_a_limit_is_looked_for_below_a_command_that_is_at_its_largest_for_long()
     record = recording()
     steps = np.where(np.arange(len(record)) % 500 < 250, 3.0, -3.0)
     record = replace(record, channels={**record.channels, FORCE: replace(record.channels[FORCE], values=steps)})
-    rig, _ = build_rigs(machine(), [("a", record), ("b", record)], [DriveSaturation])
-    points = limit_points(rig, list(rig.candidates))[rig.candidates[0].part]
+    experiment, _ = build_experiments(machine(), [("a", record), ("b", record)], [DriveSaturation])
+    points = limit_points(experiment, list(experiment.candidates))[experiment.candidates[0].part]
     assert np.sum(points < 2.9) >= 4
 
 
 def test_a_resonance_is_looked_for_at_frequencies_close_together() -> None:
     record = recording()
-    rig, _ = build_rigs(machine(), [("a", record), ("b", record)], [AxialResonance])
-    (term,) = rig.candidates
-    baseline = fit(rig.sensed, baseline_free(rig.machine))
-    points = starting_points(rig, baseline, [term])[term.part]
-    frequencies = np.sort(points[:, [name.endswith(".frequency") for name in term.parameters].index(True)])
+    experiment, _ = build_experiments(machine(), [("a", record), ("b", record)], [AxialResonance])
+    (candidate,) = experiment.candidates
+    baseline = fit(experiment.sensed, baseline_free(experiment.machine))
+    points = starting_points(experiment, baseline, [candidate])[candidate.part]
+    frequencies = np.sort(points[:, [name.endswith(".frequency") for name in candidate.parameters].index(True)])
     assert frequencies[0] < 15.0
     assert np.all(frequencies[1:] / frequencies[:-1] < 1.6)
 
@@ -82,11 +82,11 @@ def test_a_late_reading_is_looked_for_where_the_recording_has_it() -> None:
     record = recording(count=1500, noise=1e-8)
     number = np.arange(1500.0)
     late = record.with_channel(POSITION, "m", np.interp(number - 6.0, number, record[POSITION]))
-    rig, _ = build_rigs(machine(), [("a", late), ("b", late)], [ChannelTimeShift])
-    fitted = fit(rig.sensed, baseline_free(rig.machine), rounds=0)
-    points = starting_points(rig, fitted, list(rig.candidates))[rig.candidates[0].part]
+    experiment, _ = build_experiments(machine(), [("a", late), ("b", late)], [ChannelTimeShift])
+    fitted = fit(experiment.sensed, baseline_free(experiment.machine), rounds=0)
+    points = starting_points(experiment, fitted, list(experiment.candidates))[experiment.candidates[0].part]
     assert points[0, 0] == pytest.approx(6.0 * PERIOD)
-    assert len(points) == 1 + len(rig.candidates[0].points)
+    assert len(points) == 1 + len(experiment.candidates[0].points)
 
 
 def test_a_delay_is_looked_for_between_the_samples_that_hold_it() -> None:
@@ -102,7 +102,7 @@ def test_a_delay_is_looked_for_between_the_samples_that_hold_it() -> None:
     wires = (Wire("drive.voltage", constant=0.0), *[Wire(target, source) for target, source in fed.items()])
     held = Machine(Assembly(parts, wires, PERIOD, 0.5 * PERIOD), ("drive.voltage",), ("drive.current",), {"drive.conductance": 0.1}, {})
     record = as_record({"drive.voltage": ("V", command), "drive.current": ("A", current)})
-    rig, _ = build_rigs(held, [("a", record), ("b", record)], [TransportDelay])
-    (term,) = (candidate for candidate in rig.candidates if candidate.at == "drive")
-    points = starting_points(rig, fit(rig.sensed, baseline_free(rig.machine)), [term])[term.part]
+    experiment, _ = build_experiments(held, [("a", record), ("b", record)], [TransportDelay])
+    (candidate,) = (candidate for candidate in experiment.candidates if candidate.at == "drive")
+    points = starting_points(experiment, fit(experiment.sensed, baseline_free(experiment.machine)), [candidate])[candidate.part]
     assert points[0, 0] == pytest.approx(2.5 * PERIOD)

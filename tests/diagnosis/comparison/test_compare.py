@@ -12,7 +12,7 @@ import lathesim.diagnosis.comparison.compare as comparing
 from lathesim.diagnosis.comparison.compare import SCHEMA, Comparison, Dependence, Replayed, as_json, compare, load_recording
 from lathesim.diagnosis.comparison.compare_figure import compare_figure
 from lathesim.diagnosis.comparison.compare_text import comparison_lines, line_text
-from lathesim.diagnosis.location.dependence import Bar
+from lathesim.diagnosis.location.dependence import DependenceScore
 from lathesim.errors import LessonError, RecordingError
 from lathesim.exercises.class_folder import answer_place, publish
 from lathesim.exercises.conceal import Situation, conceal
@@ -172,7 +172,8 @@ def test_a_force_that_is_next_to_nothing_of_what_acts_is_nowhere(friction: Compa
 def test_what_goes_with_everything_as_much_as_with_the_time_is_told_of_the_time_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """A table that sticks once is explained by whatever was different then."""
     told = [
-        Bar("x_encoder.position", name, share, share) for name, share in (("velocity of x_axis", 0.83), ("time", 0.82), ("position", 0.9))
+        DependenceScore("x_encoder.position", name, share, share)
+        for name, share in (("velocity of x_axis", 0.83), ("time", 0.82), ("position", 0.9))
     ]
     monkeypatch.setattr(comparing, "bars", lambda *given: told)
     assert [item.variable for item in comparing._depends_on(*[None] * 4)] == ["time", "position"]  # type: ignore[arg-type]

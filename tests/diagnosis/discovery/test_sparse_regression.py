@@ -21,7 +21,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import load_registry
 from lathesim.units import si_factor
-from tests.diagnosis.pushed_table import FORCE, LESSON, POSITION, Hidden, Law, baseline, baselines, machine, pair, recording, rigs
+from tests.diagnosis.pushed_table import FORCE, LESSON, POSITION, Hidden, Law, baseline, baselines, experiments, machine, pair, recording
 
 
 def drag(v: float, q: float, t: float) -> float:
@@ -38,8 +38,8 @@ def wave(v: float, q: float, t: float) -> float:
 
 @functools.cache
 def discovered(law: Law | None) -> Discovered | None:
-    (rig, held_out), (fitted, judged) = pair(Hidden(law=law)), baselines(Hidden(law=law))
-    return discover(rig, fitted, held_out, judged)
+    (experiment, validation), (fitted, judged) = pair(Hidden(law=law)), baselines(Hidden(law=law))
+    return discover(experiment, fitted, validation, judged)
 
 
 def formula(law: Law) -> Discovered:
@@ -87,16 +87,16 @@ def test_nothing_is_discovered_in_noise() -> None:
 
 
 def test_nothing_is_discovered_that_the_other_recording_does_not_show() -> None:
-    first, second = rigs(recording(Hidden(law=drag), seed=1), recording(seed=2))
-    fitted, judged = (fit(rig.sensed, baseline(rig)) for rig in (first, second))
+    first, second = experiments(recording(Hidden(law=drag), seed=1), recording(seed=2))
+    fitted, judged = (fit(experiment.sensed, baseline(experiment)) for experiment in (first, second))
     assert discover(first, fitted, second, judged) is None
 
 
 def test_what_a_value_of_the_machine_can_take_up_is_no_discovery() -> None:
     """More mass and more viscous friction are other values, not missing physics."""
-    (rig, held_out) = rigs(*(recording(Hidden(mass=44.0, viscous=240.0), seed=seed) for seed in (1, 2)))
-    fitted, judged = (fit(one.sensed, baseline(one)) for one in (rig, held_out))
-    assert discover(rig, fitted, held_out, judged) is None
+    (experiment, validation) = experiments(*(recording(Hidden(mass=44.0, viscous=240.0), seed=seed) for seed in (1, 2)))
+    fitted, judged = (fit(one.sensed, baseline(one)) for one in (experiment, validation))
+    assert discover(experiment, fitted, validation, judged) is None
 
 
 def test_an_error_of_a_second_sensor_is_found_in_its_own_channel() -> None:
@@ -110,8 +110,8 @@ def test_an_error_of_a_second_sensor_is_found_in_its_own_channel() -> None:
         record = recording(seed=seed)
         bent = record[POSITION] + 0.02 * record[POSITION] ** 2
         records.append(record.with_channel("x_scale.position", "m", np.round(bent / 1e-6) * 1e-6))
-    first, second = rigs(*records, of=two)
-    fitted, judged = (fit(rig.sensed, baseline(rig)) for rig in (first, second))
+    first, second = experiments(*records, of=two)
+    fitted, judged = (fit(experiment.sensed, baseline(experiment)) for experiment in (first, second))
     found = discover(first, fitted, second, judged)
     assert found is not None
     assert (found.at, found.unit, found.role) == ("x_scale.position", "m", "reading")
@@ -152,9 +152,9 @@ def test_neutral_values_are_an_identity(tmp_path: Path) -> None:
     start = {"x_axis.speed": 0.1}
     plain = run(wire(given), duration=0.2, engine="plain", overrides=start)
     neutral = run(wire(insert_effect(given, effect, "x_axis", parameters=effect.neutral)), duration=0.2, engine="plain", overrides=start)
-    felt = run(wire(insert_effect(given, effect, "x_axis")), duration=0.2, engine="plain", overrides=start)
+    with_simulated_motion = run(wire(insert_effect(given, effect, "x_axis")), duration=0.2, engine="plain", overrides=start)
     assert np.array_equal(plain["x_axis.position"], neutral["x_axis.position"])
-    assert felt["x_axis.position"][-1] < plain["x_axis.position"][-1]
+    assert with_simulated_motion["x_axis.position"][-1] < plain["x_axis.position"][-1]
 
 
 def test_a_lesson_inserts_it_with_its_unit(tmp_path: Path) -> None:

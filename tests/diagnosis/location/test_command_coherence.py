@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from lathesim.diagnosis.location.command_coherence import answer_to_command, foretold
-from lathesim.identification.replay.experiment import Rig
+from lathesim.diagnosis.location.command_coherence import command_coherence, foretold
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.record import Record
 from tests.diagnosis.controlled_axis import POSITION, REFERENCE, controlled_axis
 from tests.diagnosis.pushed_table import Hidden, pair
@@ -36,14 +36,14 @@ def test_a_resonance_is_foretold_from_the_command_and_noise_is_not() -> None:
 def test_a_recording_that_swings_with_its_command_tells_so(swings: bool, tmp_path: Path) -> None:
     machine, record = controlled_axis(tmp_path)
     rng = np.random.default_rng(2)
-    rigs = []
+    experiments = []
     for _ in range(2):
         asked = np.diff(record[REFERENCE], 2, prepend=[0.0, 0.0])
         more = 0.3 * resonance(asked) if swings else 4e-7 * lfilter([1e-1], [1.0, -0.9], rng.standard_normal(len(record)))
         noise = 2e-8 * rng.standard_normal(len(record))
         seen = record.with_channel(POSITION, "m", record[POSITION] + more + noise)
-        rigs.append(Rig(machine, Record(record.time, seen.channels, {}), "run", (), machine.assembly))
-    told = answer_to_command((rigs[0], rigs[1]), ({}, {}))
+        experiments.append(Experiment(machine, Record(record.time, seen.channels, {}), "run", (), machine.assembly))
+    told = command_coherence((experiments[0], experiments[1]), ({}, {}))
     if not swings:
         assert told is None
         return
@@ -53,9 +53,9 @@ def test_a_recording_that_swings_with_its_command_tells_so(swings: bool, tmp_pat
     said = f"{told.share:.0%} of what is left of {POSITION} answers to {REFERENCE}, as a spring, a resonance or a filter does"
     assert str(told) == said
     some = np.r_[np.zeros(100), np.ones(len(record) - 100)]
-    assert answer_to_command((replace(rigs[0], weights=some), rigs[1]), ({}, {})) is None
+    assert command_coherence((replace(experiments[0], weights=some), experiments[1]), ({}, {})) is None
 
 
 def test_without_a_controller_a_simulation_drifts_and_nothing_is_asked() -> None:
     first, second = pair(Hidden(dry=20.0))
-    assert answer_to_command((first, second), ({}, {})) is None
+    assert command_coherence((first, second), ({}, {})) is None

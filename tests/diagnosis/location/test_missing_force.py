@@ -13,7 +13,7 @@ from lathesim.diagnosis.records.diagnosis import Evidence, MissingSignal
 from lathesim.diagnosis.reporting.evidence import suspected
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.loading import load_case
 from lathesim.identification.replay.validation_split import parted
 from lathesim.lessons.lesson import load_lesson
@@ -21,22 +21,22 @@ from lathesim.plugins import load_registry
 from tests.diagnosis.driven_axis import write_recording
 from tests.diagnosis.one_cut import FORCE as CUT_FORCE
 from tests.diagnosis.one_cut import cut_machine, cut_record
-from tests.diagnosis.pushed_table import MASS, POSITION, VISCOUS, Hidden, baseline, baselines, pair, rigs
+from tests.diagnosis.pushed_table import MASS, POSITION, VISCOUS, Hidden, baseline, baselines, experiments, pair
 
 DRAG = Hidden(law=lambda v, q, t: 2000.0 * v * abs(v))
 SPRING = Hidden(law=lambda v, q, t: 400.0 * q)
 
 
 def shares(hidden: Hidden) -> dict[str, float]:
-    (rig, held_out), (fitted, judged) = pair(hidden), baselines(hidden)
-    return {bar.variable: bar.share for bar in bars(rig, fitted, held_out, judged)}
+    (experiment, validation), (fitted, judged) = pair(hidden), baselines(hidden)
+    return {bar.variable: bar.share for bar in bars(experiment, fitted, validation, judged)}
 
 
 def test_the_missing_force_is_what_was_left_out() -> None:
-    rig, fitted = pair(SPRING)[0], baselines(SPRING)[0]
-    missing = missing_signal(rig, fitted, 0)
+    experiment, fitted = pair(SPRING)[0], baselines(SPRING)[0]
+    missing = missing_signal(experiment, fitted, 0)
     assert (missing.at, missing.unit) == ("x_axis.disturbance", "N")
-    hidden = 400.0 * rig.record[POSITION]
+    hidden = 400.0 * experiment.record[POSITION]
     inside = slice(200, -200)
     likeness = np.corrcoef(missing.values[inside], hidden[inside])[0, 1]
     assert likeness > 0.8
@@ -45,7 +45,10 @@ def test_the_missing_force_is_what_was_left_out() -> None:
 
 def test_a_hidden_coulomb_friction_depends_on_the_sign_of_velocity() -> None:
     two = pair(Hidden(dry=8.0))
-    fitted, judged = (fit(rig.sensed, rig.start_states(rig.sensed.plan), {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}) for rig in two)
+    fitted, judged = (
+        fit(experiment.sensed, experiment.start_states(experiment.sensed.plan), {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS})
+        for experiment in two
+    )
     found = {bar.variable: bar.share for bar in bars(two[0], fitted, two[1], judged)}
     assert found["sign of velocity of x_axis"] > 0.7
     for other in ("time", "speed of x_axis", "position of x_axis", "acceleration of x_axis"):
@@ -101,17 +104,17 @@ def test_what_the_machine_was_doing_is_told_for_each_moving_part_but_not_what_a_
 
 
 def test_the_place_is_the_channel_that_is_off_and_what_it_passes_through() -> None:
-    rig, fitted = pair(Hidden(dry=8.0))[0], baselines(Hidden(dry=8.0))[0]
-    (place,) = places(rig, fitted)
+    experiment, fitted = pair(Hidden(dry=8.0))[0], baselines(Hidden(dry=8.0))[0]
+    (place,) = places(experiment, fitted)
     assert place.channel == POSITION
     assert place.over_floor > 50.0
     assert place.parts == ("x_encoder", "x_axis")
     assert 0 < len(place.windows) <= 5
     assert all(0.0 <= begin < end <= 4.0 for begin, end in place.windows)
-    assert passed_through(rig.sensed.plan, "x_axis.position") == ("x_axis",)
+    assert passed_through(experiment.sensed.plan, "x_axis.position") == ("x_axis",)
 
 
-def current_too(folder: Path) -> tuple[list[Rig], list[Fitted]]:
+def current_too(folder: Path) -> tuple[list[Experiment], list[Fitted]]:
     """Give the halves of a recording of an axis whose current was recorded beside its place, and the lesson's values fitted to each.
 
     The lesson's drive answers to the speed (a back electromotive force), so a push of the axis moves the current too.
@@ -125,20 +128,20 @@ def current_too(folder: Path) -> tuple[list[Rig], list[Fitted]]:
     lesson.write_text(text + "uncertain: {x_axis.mass: 20 %, x_axis.viscous: 20 %}\n", encoding="utf-8")
     case = load_case(load_lesson(lesson), [file], load_registry(installed=False))
     first, second, _ = parted(case.machine, file.name, case.recordings[0].record, ())
-    return [first, second], [fit(rig.sensed, baseline(rig)) for rig in (first, second)]
+    return [first, second], [fit(experiment.sensed, baseline(experiment)) for experiment in (first, second)]
 
 
 @pytest.fixture(scope="module")
-def axis_with_current(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Rig], list[Fitted]]:
+def axis_with_current(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Experiment], list[Fitted]]:
     return current_too(tmp_path_factory.mktemp("current"))
 
 
-def test_one_missing_force_is_told_once(axis_with_current: tuple[list[Rig], list[Fitted]]) -> None:
+def test_one_missing_force_is_told_once(axis_with_current: tuple[list[Experiment], list[Fitted]]) -> None:
     """The place tells what pushed the axis; a current that is off is off by itself, and no second force at the axis."""
-    (rig, _), (fitted, _) = axis_with_current
-    assert rig.machine.compare == ("x_encoder.position", "x_drive.current")
-    assert [missing_signal(rig, fitted, row).at for row in (0, 1)] == ["x_axis.disturbance", "x_drive.current"]
-    assert missing_signal(rig, fitted, 1).unit == "A"
+    (experiment, _), (fitted, _) = axis_with_current
+    assert experiment.machine.compare == ("x_encoder.position", "x_drive.current")
+    assert [missing_signal(experiment, fitted, row).at for row in (0, 1)] == ["x_axis.disturbance", "x_drive.current"]
+    assert missing_signal(experiment, fitted, 1).unit == "A"
 
 
 def shown(*shares: float) -> Evidence:
@@ -169,16 +172,16 @@ def shown(*shares: float) -> Evidence:
     ],
 )
 def test_suspected_is_where_much_is_missing(
-    shares: tuple[float, float], off: tuple[str, ...], parts: list[str], axis_with_current: tuple[list[Rig], list[Fitted]]
+    shares: tuple[float, float], off: tuple[str, ...], parts: list[str], axis_with_current: tuple[list[Experiment], list[Fitted]]
 ) -> None:
     assert suspected(axis_with_current[0][0], shown(*shares), off) == parts
 
 
 def test_with_a_sensor_what_it_reads_is_suspected_and_first_where_all_its_readings_are_off() -> None:
-    (rig,) = rigs(cut_record(), of=cut_machine(), effects=())
+    (experiment,) = experiments(cut_record(), of=cut_machine(), effects=())
     signal = np.zeros(3)
     one = MissingSignal(CUT_FORCE, "N", signal, signal, signal, signal, 0.1, 0.1)
-    assert suspected(rig, Evidence(missing=(one,)), [CUT_FORCE]) == ["dynamometer", "cutting"]
-    three = replace(rig, machine=replace(rig.machine, compare=(CUT_FORCE, "dynamometer.thrust")))
+    assert suspected(experiment, Evidence(missing=(one,)), [CUT_FORCE]) == ["dynamometer", "cutting"]
+    three = replace(experiment, machine=replace(experiment.machine, compare=(CUT_FORCE, "dynamometer.thrust")))
     both = Evidence(missing=(one, replace(one, at="dynamometer.thrust")))
     assert list(dict.fromkeys(suspected(three, both, [CUT_FORCE, "dynamometer.thrust"]))) == ["cutting", "dynamometer"]

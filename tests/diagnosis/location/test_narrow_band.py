@@ -13,15 +13,15 @@ from lathesim.diagnosis.location.narrow_band import narrow_bands
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.noise.noise_model import NoiseModel
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
-from tests.diagnosis.pushed_table import FORCE, PERIOD, Hidden, baseline, baselines, pair, recording, rigs
+from lathesim.identification.replay.experiment import Experiment
+from tests.diagnosis.pushed_table import FORCE, PERIOD, Hidden, baseline, baselines, experiments, pair, recording
 
 SQUEAL = Hidden(law=lambda v, q, t: 6.0 * math.sin(2.0 * math.pi * 55.0 * t) if 0.05 < abs(v) < 0.2 else 0.0)
 
 
-def fitted_to(hidden: Hidden) -> tuple[Rig, Fitted]:
-    (rig,) = rigs(recording(hidden, count=4000))
-    return rig, fit(rig.sensed, baseline(rig))
+def fitted_to(hidden: Hidden) -> tuple[Experiment, Fitted]:
+    (experiment,) = experiments(recording(hidden, count=4000))
+    return experiment, fit(experiment.sensed, baseline(experiment))
 
 
 def test_a_squeal_is_told_with_its_frequency() -> None:
@@ -40,21 +40,21 @@ def test_the_rhythm_of_a_motion_is_no_squeal(hidden: Hidden) -> None:
 
 
 def test_a_short_recording_tells_nothing() -> None:
-    (rig,) = rigs(recording(SQUEAL, count=400))
-    assert narrow_bands(rig, fit(rig.sensed, baseline(rig))) == []
+    (experiment,) = experiments(recording(SQUEAL, count=400))
+    assert narrow_bands(experiment, fit(experiment.sensed, baseline(experiment))) == []
 
 
 def test_noise_alone_has_no_bands() -> None:
-    rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
+    experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0]
     noise = np.random.default_rng(3).standard_normal(fitted.residual.shape) * 1e-6
-    assert narrow_bands(rig, Fitted(**{**fitted.__dict__, "residual": noise})) == []
+    assert narrow_bands(experiment, Fitted(**{**fitted.__dict__, "residual": noise})) == []
 
 
-def residual_of(signal: np.ndarray) -> tuple[Rig, Fitted]:
+def residual_of(signal: np.ndarray) -> tuple[Experiment, Fitted]:
     """Give a rig, and a fit to it that leaves a signal with the sensor's white noise model."""
-    rig, fitted = pair(Hidden())[0], baselines(Hidden())[0]
-    white = NoiseModel(np.full(rig.sensed.samples // 2 + 1, 1e-12), rig.sensed.samples)
-    return rig, Fitted(**{**fitted.__dict__, "residual": signal[None], "noise": (white,)})
+    experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0]
+    white = NoiseModel(np.full(experiment.sensed.samples // 2 + 1, 1e-12), experiment.sensed.samples)
+    return experiment, Fitted(**{**fitted.__dict__, "residual": signal[None], "noise": (white,)})
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -77,34 +77,34 @@ def test_a_hum_that_drifts_is_told_with_where_it_begins_and_ends() -> None:
     assert f"swings between {band.low:.3g} and {band.high:.3g} Hz" in str(band)
 
 
-def taken_for_noise(hum: float) -> tuple[Rig, Fitted]:
+def taken_for_noise(hum: float) -> tuple[Experiment, Fitted]:
     """Give a rig and a fit that leaves white noise and a hum [Hz], which its noise model takes for noise of all frequencies near."""
-    rig, fitted = residual_of(np.zeros(baselines(Hidden())[0].residual.shape[1]))
-    time = np.arange(rig.sensed.samples) * PERIOD
+    experiment, fitted = residual_of(np.zeros(baselines(Hidden())[0].residual.shape[1]))
+    time = np.arange(experiment.sensed.samples) * PERIOD
     signal = 1e-6 * np.random.default_rng(3).standard_normal(len(time)) + 5.2e-6 * np.sin(2.0 * math.pi * hum * time)
     near = np.abs(np.arange(len(time) // 2 + 1) / (len(time) * PERIOD) - hum) < 35.0
-    model = NoiseModel(np.where(near, 1e-10, 1e-12), rig.sensed.samples)
-    return rig, Fitted(**{**fitted.__dict__, "residual": signal[None], "noise": (model,)})
+    model = NoiseModel(np.where(near, 1e-10, 1e-12), experiment.sensed.samples)
+    return experiment, Fitted(**{**fitted.__dict__, "residual": signal[None], "noise": (model,)})
 
 
 def test_a_strong_hum_is_told_though_the_noise_model_has_it() -> None:
-    rig, fitted = taken_for_noise(40.0)
-    (band,) = narrow_bands(rig, fitted)
+    experiment, fitted = taken_for_noise(40.0)
+    (band,) = narrow_bands(experiment, fitted)
     assert band.frequency == pytest.approx(40.0, abs=0.5)
     assert band.share < 0.2
 
 
 def test_what_the_machine_is_asked_to_do_is_no_hum() -> None:
-    rig, fitted = taken_for_noise(40.0)
-    time = np.arange(rig.sensed.samples) * PERIOD
-    asked = rig.record.with_channel(FORCE, "N", rig.record[FORCE] + 5.0 * np.sin(2.0 * math.pi * 40.0 * time))
-    assert narrow_bands(rig, fitted) != []
-    assert narrow_bands(dataclasses.replace(rig, record=asked), fitted) == []
+    experiment, fitted = taken_for_noise(40.0)
+    time = np.arange(experiment.sensed.samples) * PERIOD
+    asked = experiment.record.with_channel(FORCE, "N", experiment.record[FORCE] + 5.0 * np.sin(2.0 * math.pi * 40.0 * time))
+    assert narrow_bands(experiment, fitted) != []
+    assert narrow_bands(dataclasses.replace(experiment, record=asked), fitted) == []
 
 
 def test_a_staircase_that_is_climbed_steadily_is_no_hum() -> None:
     """Its counts come at one rate; the swing is smaller than what the sensor resolves."""
-    rig, fitted = residual_of(1e-9 * np.random.default_rng(3).standard_normal(baselines(Hidden())[0].residual.shape[1]))
-    time = np.arange(rig.sensed.samples) * PERIOD
+    experiment, fitted = residual_of(1e-9 * np.random.default_rng(3).standard_normal(baselines(Hidden())[0].residual.shape[1]))
+    time = np.arange(experiment.sensed.samples) * PERIOD
     swings = fitted.residual + 0.1e-6 * np.sin(2.0 * math.pi * 40.0 * time)
-    assert narrow_bands(rig, Fitted(**{**fitted.__dict__, "residual": swings})) == []
+    assert narrow_bands(experiment, Fitted(**{**fitted.__dict__, "residual": swings})) == []

@@ -12,11 +12,11 @@ from lathesim.diagnosis.records.diagnosis import VariableBar
 from lathesim.diagnosis.reporting.evidence import strongest_variables
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.validation_split import parted
 from tests.diagnosis.one_cut import CUT, FORCE, PERIOD, TURN, cut_machine, cut_record
 from tests.diagnosis.pushed_table import FORCE as PUSH
-from tests.diagnosis.pushed_table import POSITION, Hidden, as_record, baseline, recording, rigs
+from tests.diagnosis.pushed_table import POSITION, Hidden, as_record, baseline, experiments, recording
 
 ENTRY, OUT, ANGLE = "time since entry of cutting", "time out of the cut of cutting", "spindle angle in the cut of cutting"
 
@@ -30,17 +30,17 @@ def named(*wrong: str) -> tuple[str, ...]:
 
 
 def test_a_cut_has_times_and_angles_only_where_they_make_sense() -> None:
-    rig = parted(cut_machine(), "cut.csv", cut_record(), ())[2]
-    found = variables(rig)
-    inside = np.zeros(len(rig.record), dtype=bool)
+    experiment = parted(cut_machine(), "cut.csv", cut_record(), ())[2]
+    found = variables(experiment)
+    inside = np.zeros(len(experiment.record), dtype=bool)
     inside[CUT] = True
-    inside = inside[: len(rig.record)]
+    inside = inside[: len(experiment.record)]
     assert np.array_equal(np.isfinite(found[ENTRY][0]), inside)
     assert np.array_equal(np.isfinite(found[OUT][0]), ~inside)
     assert found[ENTRY][0][CUT][:3] == pytest.approx([0.0, PERIOD, 2.0 * PERIOD], abs=1e-12)
     turned = found[ANGLE][0][CUT]
     assert 0.0 <= turned.min() < turned.max() < 2.0 * np.pi
-    angle, counted = turns(rig)["cutting"]
+    angle, counted = turns(experiment)["cutting"]
     assert np.array_equal(counted, inside)
     assert (angle[-1] - angle[0]) / (2.0 * np.pi) == pytest.approx((len(angle) - 1) * PERIOD / TURN, rel=1e-6)
 
@@ -55,27 +55,27 @@ def test_of_a_sound_cut_no_variable_is_named() -> None:
 
 
 def test_a_line_of_the_spindle_is_told_with_its_size() -> None:
-    rig = parted(cut_machine(), "cut.csv", cut_record(("line",)), ())[1]
-    lines = turn_lines(rig, fit(rig.sensed, baseline(rig)))
+    experiment = parted(cut_machine(), "cut.csv", cut_record(("line",)), ())[1]
+    lines = turn_lines(experiment, fit(experiment.sensed, baseline(experiment)))
     assert [(channel, part, order) for channel, part, order, _ in lines] == [(FORCE, "cutting", 1)]
     assert lines[0][3].amplitude == pytest.approx(20.0, rel=0.05)
     assert told(lines, {FORCE: "N"})[0].startswith("A line once per turn of the spindle, ")
 
 
-def resting_table() -> tuple[Rig, Fitted]:
+def resting_table() -> tuple[Experiment, Fitted]:
     """A table that is pushed for a second, and then held by its friction against a third of it."""
     pushed = np.where(np.arange(1000) < 500, 40.0 * np.sin(2.0 * np.pi * np.arange(1000) * 2e-3), 3.0)
     place = np.where(np.arange(1000) < 500, 1e-3 * np.sin(2.0 * np.pi * np.arange(1000) * 2e-3), 0.0)
-    rig = rigs(as_record({PUSH: ("N", pushed), POSITION: ("m", place)}))[0]
-    level = next(name for term in rig.candidates for name in term.parameters if term.name == "CoulombFriction")
-    return rig, fit(rig.sensed, [], {level: 8.0})
+    experiment = experiments(as_record({PUSH: ("N", pushed), POSITION: ("m", place)}))[0]
+    level = next(name for candidate in experiment.candidates for name in candidate.parameters if candidate.name == "CoulombFriction")
+    return experiment, fit(experiment.sensed, [], {level: 8.0})
 
 
 def test_what_depends_on_two_variables_at_once_is_located_in_both() -> None:
     """A friction in proportion to the speed that is another one at each place: neither alone tells of it."""
     hidden = Hidden(law=lambda v, q, t: 150.0 * v * math.sin(q / 0.02))
-    (rig, other) = rigs(recording(hidden, count=4000, seed=1), recording(hidden, count=4000, seed=2))
-    found = bars(rig, fit(rig.sensed, baseline(rig)), other, fit(other.sensed, baseline(other)))
+    (experiment, other) = experiments(recording(hidden, count=4000, seed=1), recording(hidden, count=4000, seed=2))
+    found = bars(experiment, fit(experiment.sensed, baseline(experiment)), other, fit(other.sensed, baseline(other)))
     assert found[0].variable == "position and velocity of x_axis"
     assert found[0].share > found[1].share + 0.1
 
@@ -88,15 +88,15 @@ def test_the_distance_since_rest_begins_anew_after_each_stop() -> None:
 
 
 def test_at_rest_friction_holds_up_to_its_level_unseen() -> None:
-    rig, fitted = resting_table()
-    held = held_by_friction(rig, fitted, 0)
+    experiment, fitted = resting_table()
+    held = held_by_friction(experiment, fitted, 0)
     assert held[600:990] == pytest.approx(8.0)
     assert held[100] == 0.0
     assert beyond(np.array([-10.0, 5.0, 9.0]), np.array([8.0, 8.0, 0.0])) == pytest.approx([-2.0, 0.0, 9.0])
-    assert resting(rig, fitted)[0].startswith("x_axis stands still in 5")
+    assert resting(experiment, fitted)[0].startswith("x_axis stands still in 5")
 
 
 def test_without_dry_friction_nothing_is_held() -> None:
-    rig, _ = resting_table()
-    assert not held_by_friction(rig, fit(rig.sensed, []), 0).any()
-    assert resting(rig, fit(rig.sensed, [])) == []
+    experiment, _ = resting_table()
+    assert not held_by_friction(experiment, fit(experiment.sensed, []), 0).any()
+    assert resting(experiment, fit(experiment.sensed, [])) == []

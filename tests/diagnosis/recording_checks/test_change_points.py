@@ -11,13 +11,13 @@ from lathesim.components.voltage_drive import VoltageDrive
 from lathesim.diagnosis.recording_checks.change_points import changed_midway, jumped_midway
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.replay.experiment import Machine, Rig, build_rigs
+from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from tests.diagnosis.pushed_table import FORCE, MASS, PERIOD, POSITION, RESOLUTION, VISCOUS, Hidden, as_record, baseline, force, travel
 
 SCALE, SAMPLES, HALF = "x_scale.position", 4000, 2000
 
 
-def rig(column: Callable[[FloatArray], FloatArray]) -> Rig:
+def experiment(column: Callable[[FloatArray], FloatArray]) -> Experiment:
     """Give a table with two encoders, the second of which shows what ``column`` makes of it."""
     sensors = [Part(name, LinearEncoder, {"resolution": RESOLUTION}) for name in ("x_encoder", "x_scale")]
     parts = (Part("x_axis", ForceAxis, {"mass": MASS, "viscous": VISCOUS}), *sensors)
@@ -30,11 +30,11 @@ def rig(column: Callable[[FloatArray], FloatArray]) -> Rig:
     place = travel(pushed, Hidden())
     seen = np.round(place / RESOLUTION) * RESOLUTION
     record = as_record({FORCE: ("N", pushed), POSITION: ("m", seen), SCALE: ("m", column(seen))})
-    return build_rigs(machine, [("fit", record)], [])[0]
+    return build_experiments(machine, [("fit", record)], [])[0]
 
 
 def told(column: Callable[[FloatArray], FloatArray]) -> str:
-    one = rig(column)
+    one = experiment(column)
     return changed_midway(one, fit(one.sensed, baseline(one), rounds=3))
 
 
@@ -72,7 +72,7 @@ def test_what_stays_or_changes_slowly_is_none(column: Callable[[FloatArray], Flo
 
 @pytest.mark.parametrize("jump", [25e-6, 0.0])
 def test_counts_that_one_of_two_encoders_lost_are_told(jump: float) -> None:
-    one = rig(lambda seen: from_half_on(seen + jump, seen))
+    one = experiment(lambda seen: from_half_on(seen + jump, seen))
     said = jumped_midway(one, fit(one.sensed, baseline(one), rounds=3))
     assert said == (
         f"At about 4 s {SCALE} jumps by 25 um beside {POSITION}, which shows the same motion, and stays: one of them lost counts in "
@@ -100,7 +100,7 @@ def test_a_current_that_reads_more_while_the_axis_moves_as_before_is_told(factor
     place = travel(newtons_per_ampere * amperes * (more if in_the_drive else 1.0), Hidden())
     logged = np.round(amperes * more + 0.02 * np.random.default_rng(7).standard_normal(SAMPLES), 4)
     record = as_record({voltage: ("V", amperes), POSITION: ("m", np.round(place / RESOLUTION) * RESOLUTION), current: ("A", logged)})
-    (one,) = build_rigs(machine, [("fit", record)], [])
+    (one,) = build_experiments(machine, [("fit", record)], [])
     said = changed_midway(one, fit(one.sensed, baseline(one), rounds=3))
     assert bool(said) == (factor != 1.0 and not in_the_drive)
     assert not said or said.startswith(f"From about 4 s on {current} is 1.2 times what it was before, held against what the drive makes")

@@ -9,7 +9,7 @@ from lathesim.components.voltage_drive import VoltageDrive
 from lathesim.diagnosis.recording_checks.clipping import clipped_reading
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.replay.experiment import Machine, Rig, build_rigs
+from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from tests.diagnosis.pushed_table import MASS, PERIOD, POSITION, RESOLUTION, VISCOUS, Hidden, as_record, baseline, force, travel
 
 VOLTAGE, CURRENT, NEWTONS_PER_AMPERE, LIMIT = "x_drive.voltage", "x_drive.current", 20.0, 2.5
@@ -31,7 +31,7 @@ def machine() -> Machine:
     return Machine(assembly, (VOLTAGE,), (POSITION, CURRENT), uncertain, {POSITION: RESOLUTION})
 
 
-def rig(*, cut_in_the_drive: bool) -> Rig:
+def experiment(*, cut_in_the_drive: bool) -> Experiment:
     """Give a recording whose current ends at the limit: only as it was logged, or in the machine as well."""
     wanted = force(2000) / NEWTONS_PER_AMPERE
     cut = np.clip(wanted, -LIMIT, LIMIT)
@@ -40,12 +40,12 @@ def rig(*, cut_in_the_drive: bool) -> Rig:
     seen = np.round(place / RESOLUTION) * RESOLUTION
     logged = np.clip(wanted + noise, -LIMIT, LIMIT)
     record = as_record({VOLTAGE: ("V", wanted), POSITION: ("m", seen), CURRENT: ("A", logged)})
-    return build_rigs(machine(), [("fit", record)], [])[0]
+    return build_experiments(machine(), [("fit", record)], [])[0]
 
 
 @pytest.mark.parametrize("cut_in_the_drive", [False, True])
 def test_a_reading_that_ends_where_the_machine_goes_on_is_told(cut_in_the_drive: bool) -> None:
-    one = rig(cut_in_the_drive=cut_in_the_drive)
+    one = experiment(cut_in_the_drive=cut_in_the_drive)
     told = clipped_reading(one, fit(one.sensed, baseline(one)))
     stand = int(np.count_nonzero(np.abs(one.sensed.recorded[1]) == LIMIT))
     assert stand > 100

@@ -18,7 +18,7 @@ from lathesim.effects.offset_and_gain import ScaleFactorError
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.identification.replay.controller_rate import clock_beside
-from lathesim.identification.replay.experiment import Machine, Rig, build_rigs
+from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.identification.replay.loading import at_period
 from lathesim.identification.replay.validation_split import parted
 from lathesim.record import Record
@@ -28,28 +28,28 @@ from tests.diagnosis.pushed_table import machine
 
 
 @pytest.fixture(scope="module")
-def controlled(tmp_path_factory: pytest.TempPathFactory) -> Rig:
+def controlled(tmp_path_factory: pytest.TempPathFactory) -> Experiment:
     """An axis under cascade control, with a run of it as its recording."""
     machine, record = controlled_axis(tmp_path_factory.mktemp("lesson"))
-    (rig,) = build_rigs(machine, [("run.csv", record)], [])
-    return rig
+    (experiment,) = build_experiments(machine, [("run.csv", record)], [])
+    return experiment
 
 
-def with_period(rig: Rig, factor: float) -> Rig:
+def with_period(experiment: Experiment, factor: float) -> Experiment:
     """Give the rig of one who takes the sample period for ``factor`` times as long as it is."""
-    wrong = Record(factor * rig.record.time, rig.record.channels, dict(rig.record.meta))
-    assembly = at_period(rig.machine.assembly, factor * rig.machine.assembly.sample_period)
-    (found,) = build_rigs(Machine(assembly, rig.machine.drive, rig.machine.compare, {}, {}), [("run.csv", wrong)], [])
+    wrong = Record(factor * experiment.record.time, experiment.record.channels, dict(experiment.record.meta))
+    assembly = at_period(experiment.machine.assembly, factor * experiment.machine.assembly.sample_period)
+    (found,) = build_experiments(Machine(assembly, experiment.machine.drive, experiment.machine.compare, {}, {}), [("run.csv", wrong)], [])
     return found
 
 
-def test_a_recording_of_the_machine_contradicts_nothing(controlled: Rig) -> None:
+def test_a_recording_of_the_machine_contradicts_nothing(controlled: Experiment) -> None:
     assert contradicted(controlled, {}) == ""
     assert of_another_period(controlled, {}) == ""
 
 
 @pytest.mark.parametrize(("factor", "told"), [(0.5, "0.5"), (2.0, "2"), (1.25, "1.25")])
-def test_a_wrong_period_is_told_with_the_right_one(controlled: Rig, factor: float, told: str) -> None:
+def test_a_wrong_period_is_told_with_the_right_one(controlled: Experiment, factor: float, told: str) -> None:
     """Whatever value of the controller would make up for it: at 1.25 times the period a gain of 0.8 times nearly does."""
     sentence = of_another_period(with_period(controlled, factor), {})
     right = 1e3 * controlled.machine.assembly.sample_period
@@ -57,7 +57,7 @@ def test_a_wrong_period_is_told_with_the_right_one(controlled: Rig, factor: floa
     assert sentence.endswith(f"the time column, or its unit, is off by a factor of {told}.")
 
 
-def test_a_clock_that_is_half_a_percent_off_is_told(controlled: Rig) -> None:
+def test_a_clock_that_is_half_a_percent_off_is_told(controlled: Experiment) -> None:
     """A gain of the controller would make up for most of that; the lesson says how often it decides."""
     off = with_period(controlled, 1.005)
     assert of_another_period(off, {}) == ""
@@ -72,15 +72,15 @@ def test_the_current_of_a_drive_tells_of_a_clock_too(tmp_path: Path) -> None:
     machine, record = controlled_axis(tmp_path, (POSITION, CURRENT))
     noise = 0.01 * float(np.std(record[CURRENT])) * np.random.default_rng(1).standard_normal(len(record))
     noisy = record.with_channel(CURRENT, "A", record[CURRENT] + noise)
-    (rig,) = build_rigs(machine, [("run.csv", noisy)], [])
-    off = with_period(rig, 1.005)
+    (experiment,) = build_experiments(machine, [("run.csv", noisy)], [])
+    off = with_period(experiment, 1.005)
     off = replace(off, machine=replace(off.machine, clock=1.005))
     assert of_another_period(off, {}).startswith("x_controller decides every 1 ms, and by the recording's clock every 1.005 ms")
-    assert of_another_period(replace(rig, machine=replace(rig.machine, clock=1.005)), {}) == ""
+    assert of_another_period(replace(experiment, machine=replace(experiment.machine, clock=1.005)), {}) == ""
 
 
 @pytest.mark.parametrize(("factor", "clock"), [(1.0001, 1.0), (1.25, 1.0), (2.01, 1.005), (0.995, 0.995)])
-def test_a_clock_a_little_beside_that_of_the_controller(controlled: Rig, factor: float, clock: float) -> None:
+def test_a_clock_a_little_beside_that_of_the_controller(controlled: Experiment, factor: float, clock: float) -> None:
     assembly = controlled.machine.assembly
     assert clock_beside(factor * assembly.sample_period, assembly) == pytest.approx(clock)
     assert clock_beside(factor * assembly.sample_period, machine().assembly) == 1.0
@@ -88,8 +88,8 @@ def test_a_clock_a_little_beside_that_of_the_controller(controlled: Rig, factor:
 
 @pytest.mark.parametrize(("factor", "told"), [(6.27, "turns and radians"), (1e-3, "milli"), (-0.999, "its sign"), (1.2, ""), (4.3, "")])
 def test_a_gain_that_a_mistaken_unit_leaves_is_a_fault_of_the_recording(factor: float, told: str) -> None:
-    _, terms = insert_candidates(machine().assembly, (ScaleFactorError,))
-    (gain,) = terms
+    _, candidates = insert_candidates(machine().assembly, (ScaleFactorError,))
+    (gain,) = candidates
     sentence = wrong_unit([gain], {f"{gain.part}.factor": factor})
     assert told in sentence
     assert bool(sentence) == bool(told)
@@ -107,25 +107,27 @@ def test_a_force_in_pounds_beside_one_in_newtons_is_told(factors: tuple[float, f
     recorded = np.array(factors)[:, None] * simulated
     sensed = SimpleNamespace(recorded=recorded, samples=500, one=lambda values: recorded - simulated)
     forces = SimpleNamespace(unit=lambda name: "N")
-    rig: Any = SimpleNamespace(sensed=sensed, record=forces, machine=SimpleNamespace(compare=("dynamometer.main", "dynamometer.thrust")))
-    sentence = in_another_unit(rig, {})
+    experiment: Any = SimpleNamespace(
+        sensed=sensed, record=forces, machine=SimpleNamespace(compare=("dynamometer.main", "dynamometer.thrust"))
+    )
+    sentence = in_another_unit(experiment, {})
     assert sentence.startswith("dynamometer.thrust is 0.218 times what the machine makes") == told
     assert sentence.endswith("the factor of a mistaken unit: pounds and newtons.") == told
 
 
-def test_a_command_of_the_wrong_sign_is_told_as_one_of_several_faults(controlled: Rig) -> None:
+def test_a_command_of_the_wrong_sign_is_told_as_one_of_several_faults(controlled: Experiment) -> None:
     record = controlled.record
     late = record.with_channel(VOLTAGE, "V", -record[VOLTAGE])
-    (rig,) = build_rigs(controlled.machine, [("run.csv", late)], [])
-    assert "does not follow from what its controller was given: a channel is shifted" in contradicted(rig, {})
+    (experiment,) = build_experiments(controlled.machine, [("run.csv", late)], [])
+    assert "does not follow from what its controller was given: a channel is shifted" in contradicted(experiment, {})
 
 
-def test_a_command_of_another_law_is_no_fault_unless_most_of_it_is_another_and_no_simple_one(controlled: Rig) -> None:
+def test_a_command_of_another_law_is_no_fault_unless_most_of_it_is_another_and_no_simple_one(controlled: Experiment) -> None:
     for factor, simple, told in ((0.75, False, False), (0.5, False, True), (0.5, True, False)):
         record = controlled.record.with_channel(VOLTAGE, "V", factor * controlled.record[VOLTAGE])
-        (rig,) = build_rigs(controlled.machine, [("run.csv", record)], [])
-        assert "does not follow from what its controller was given" in contradicted(rig, {})
-        assert bool(contradicted(rig, {}, {VOLTAGE: simple})) == told
+        (experiment,) = build_experiments(controlled.machine, [("run.csv", record)], [])
+        assert "does not follow from what its controller was given" in contradicted(experiment, {})
+        assert bool(contradicted(experiment, {}, {VOLTAGE: simple})) == told
 
 
 def test_a_command_and_a_current_that_are_exchanged_are_told(tmp_path: Path) -> None:
@@ -135,23 +137,23 @@ def test_a_command_and_a_current_that_are_exchanged_are_told(tmp_path: Path) -> 
         record = right
         if exchanged:
             record = right.with_channel(VOLTAGE, "V", 0.25 * right[CURRENT]).with_channel(CURRENT, "A", right[VOLTAGE])
-        (rig,) = build_rigs(whole, [("run.csv", record)], [])
-        assert exchanged_with(rig, {}).startswith(f"{CURRENT} is what the lesson's controller makes") == exchanged
+        (experiment,) = build_experiments(whole, [("run.csv", record)], [])
+        assert exchanged_with(experiment, {}).startswith(f"{CURRENT} is what the lesson's controller makes") == exchanged
 
 
-def test_a_channel_that_was_recorded_late_is_told_with_its_delay(controlled: Rig) -> None:
+def test_a_channel_that_was_recorded_late_is_told_with_its_delay(controlled: Experiment) -> None:
     number = np.arange(len(controlled.record), dtype=float)
     late = np.interp(number - 1.4, number, controlled.record[POSITION])
-    (rig,) = build_rigs(controlled.machine, [("run.csv", controlled.record.with_channel(POSITION, "m", late))], [])
-    sentence = contradicted(rig, {})
+    (experiment,) = build_experiments(controlled.machine, [("run.csv", controlled.record.with_channel(POSITION, "m", late))], [])
+    sentence = contradicted(experiment, {})
     assert "x_encoder.position" in sentence
     assert "(1.4 samples) earlier x_controller.voltage follows" in sentence
 
 
-def test_a_reference_from_another_zero_is_told_with_how_far_it_is_off(controlled: Rig) -> None:
+def test_a_reference_from_another_zero_is_told_with_how_far_it_is_off(controlled: Experiment) -> None:
     moved = controlled.record.with_channel(REFERENCE, "m", controlled.record[REFERENCE] - 5e-3)
-    (rig,) = build_rigs(controlled.machine, [("run.csv", moved)], [])
-    sentence = contradicted(rig, {})
+    (experiment,) = build_experiments(controlled.machine, [("run.csv", moved)], [])
+    sentence = contradicted(experiment, {})
     assert sentence.startswith("With 5 mm added to x_controller.reference x_controller.voltage follows")
     assert sentence.endswith("it was recorded from another zero than x_encoder.position.")
 
@@ -160,8 +162,8 @@ def test_two_columns_that_are_exchanged_are_told() -> None:
     """Thrust and feed force of one cut, of one unit."""
     columns = dict.fromkeys(("dynamometer.thrust", "dynamometer.feed"), "N")
     cut = cut_record()
-    rig = parted(cut_machine(), "cut.csv", cut, ())[2]
-    assert swapped(rig, {}) == ""
+    experiment = parted(cut_machine(), "cut.csv", cut, ())[2]
+    assert swapped(experiment, {}) == ""
     pushed, other = 300.0 + 0.0 * cut.time, 90.0 + 0.0 * cut.time
     simulated = np.array([pushed, other])
 

@@ -10,7 +10,7 @@ import pytest
 from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
 from lathesim.diagnosis.recording_checks.controller_value import controller_value, with_commands_followed
-from lathesim.identification.replay.experiment import Machine, build_rigs
+from lathesim.identification.replay.experiment import Machine, build_experiments
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
 from tests.diagnosis.controlled_axis import VOLTAGE, controlled_axis
@@ -39,27 +39,27 @@ def with_value(machine: Machine, name: str, factor: float) -> tuple[Machine, flo
 def test_the_value_of_the_controller_is_found(controlled: tuple[Machine, Record], item: str, factor: float) -> None:
     machine, record = controlled
     lesson, true = with_value(machine, f"x_controller.{item}", factor)
-    first, second = build_rigs(lesson, [("fit", record), ("check", record)], [])
+    first, second = build_experiments(lesson, [("fit", record), ("check", record)], [])
     found = controller_value(first, second, {})
     assert found is not None
     assert found.name == f"x_controller.{item}"
     assert found.value == pytest.approx(true, rel=1e-3)
     assert abs(found.value - true) < 6.0 * found.error
     assert f"x_controller.voltage follows from what its controller was given with x_controller.{item} of" in str(found)
-    (right,) = build_rigs(found.in_machine(lesson), [("fit", record)], [])
+    (right,) = build_experiments(found.in_machine(lesson), [("fit", record)], [])
     assert contradicted(right, {}) == ""
 
 
 def test_a_controller_that_is_the_lessons_is_left_alone(controlled: tuple[Machine, Record]) -> None:
     machine, record = controlled
-    first, second = build_rigs(machine, [("fit", record), ("check", record)], [])
+    first, second = build_experiments(machine, [("fit", record), ("check", record)], [])
     assert controller_value(first, second, {}) is None
 
 
 def test_no_value_explains_a_command_of_the_wrong_sign(controlled: tuple[Machine, Record]) -> None:
     machine, record = controlled
     turned = record.with_channel(VOLTAGE, "V", -record[VOLTAGE])
-    first, second = build_rigs(machine, [("fit", turned), ("check", turned)], [])
+    first, second = build_experiments(machine, [("fit", turned), ("check", turned)], [])
     assert controller_value(first, second, {}) is None
 
 
@@ -86,8 +86,8 @@ def test_an_uncertain_value_of_an_integrating_controller_is_fitted_before_anythi
     machine, record = controlled
     lesson, true = with_value(machine, "x_controller.position_gain", 0.99)
     known = replace(lesson, uncertain={**lesson.uncertain, "x_controller.position_gain": 0.02 * true})
-    first, second = build_rigs(known, [("fit", record), ("check", record)], [])
+    first, second = build_experiments(known, [("fit", record), ("check", record)], [])
     followed = with_commands_followed(first, {"x_controller.position_gain": 0.99 * true})
     assert followed["x_controller.position_gain"] == pytest.approx(true, rel=1e-3)
     assert controller_value(first, second, followed) is None
-    assert with_commands_followed(build_rigs(lesson, [("fit", record)], [])[0], {"x_axis.mass": 1.0}) == {"x_axis.mass": 1.0}
+    assert with_commands_followed(build_experiments(lesson, [("fit", record)], [])[0], {"x_axis.mass": 1.0}) == {"x_axis.mass": 1.0}

@@ -10,10 +10,10 @@ import pytest
 from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
 from lathesim.effects.encoder_error import Quantisation
 from lathesim.effects.offset_and_gain import ForceOffset
-from lathesim.identification.replay.experiment import Machine, Rig, build_rigs
+from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.identification.signal.resolution import grid_spacing
 from lathesim.record import Record
-from tests.diagnosis.pushed_table import FORCE, POSITION, as_record, recording, rigs
+from tests.diagnosis.pushed_table import FORCE, POSITION, as_record, experiments, recording
 from tests.diagnosis.test_mistakes import diagnosed
 from tests.shipped_machine import shipped_machine
 
@@ -50,16 +50,16 @@ def rounded(count: float, seed: int = 1) -> Record:
     return as_record({FORCE: ("N", pushed), POSITION: ("m", np.round(place / count) * count)})
 
 
-def read_in_counts(count: float) -> Rig:
+def read_in_counts(count: float) -> Experiment:
     """Give the rig of such a table."""
-    (rig,) = rigs(rounded(count), effects=(Quantisation,))
-    return rig
+    (experiment,) = experiments(rounded(count), effects=(Quantisation,))
+    return experiment
 
 
 def test_coarse_counts_are_named_with_their_height() -> None:
-    ((term, count),) = coarse_counts([read_in_counts(8e-6), read_in_counts(8e-6)])
-    assert term.name == "Quantisation"
-    assert term.at == "x_encoder"
+    ((candidate, count),) = coarse_counts([read_in_counts(8e-6), read_in_counts(8e-6)])
+    assert candidate.name == "Quantisation"
+    assert candidate.at == "x_encoder"
     assert count.value == pytest.approx(8e-6, rel=1e-6)
     assert 0.0 < count.error < 1e-7
 
@@ -80,8 +80,8 @@ def test_recordings_that_disagree_tell_nothing() -> None:
 
 
 def test_what_is_known_is_not_told_again() -> None:
-    rig = read_in_counts(8e-6)
-    assert coarse_counts([rig], rig.candidates) == []
+    experiment = read_in_counts(8e-6)
+    assert coarse_counts([experiment], experiment.candidates) == []
 
 
 @pytest.mark.parametrize(("counts", "named"), [(1, False), (4, True)])
@@ -90,14 +90,16 @@ def test_the_rate_of_an_encoder_goes_in_counts_a_sample(counts: int, named: bool
     resolution, period = 1.5e-6, 2e-3
     angle = np.round(np.cumsum(0.5 * np.sin(np.linspace(0.0, 20.0, 4000))) * period / (counts * resolution)) * counts * resolution
     rate = np.diff(angle, prepend=0.0) / period
-    bench = shipped_machine("torque_spindle")
+    laboratory = shipped_machine("torque_spindle")
     parts = tuple(
         replace(part, parameters={**part.parameters, "resolution": resolution}) if part.name == "spindle_encoder" else part
-        for part in bench.parts
+        for part in laboratory.parts
     )
     machine = Machine(
-        replace(bench, parts=parts, sample_period=period, step=period), ("spindle.torque",), ("spindle_encoder.rate",), {}, {}
+        replace(laboratory, parts=parts, sample_period=period, step=period), ("spindle.torque",), ("spindle_encoder.rate",), {}, {}
     )
     record = as_record({"spindle.torque": ("N*m", np.zeros(4000)), "spindle_encoder.rate": ("rad/s", rate)})
-    (rig,) = build_rigs(machine, [("fit", record)], [Quantisation])
-    assert [count.value for _, count in coarse_counts([rig, rig])] == ([pytest.approx(4.0 * resolution, rel=1e-3)] if named else [])
+    (experiment,) = build_experiments(machine, [("fit", record)], [Quantisation])
+    assert [count.value for _, count in coarse_counts([experiment, experiment])] == (
+        [pytest.approx(4.0 * resolution, rel=1e-3)] if named else []
+    )

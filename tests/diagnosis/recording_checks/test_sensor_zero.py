@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.location.closed_loop_fit import compared
-from lathesim.diagnosis.recording_checks.sensor_zero import zeros_told
+from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.diagnosis.selection.search import search
 from lathesim.effects.encoder_error import LostCounts
 from lathesim.effects.screw_error import CumulativePitchError, ThermalScrewGrowth
-from lathesim.identification.replay.experiment import Machine, Rig, build_rigs
+from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
@@ -30,26 +30,28 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]
     return Machine(prepared.machinery, (REFERENCE,), (ENCODER, SCALE), {"x_axis.mass": 0.05 * mass}, {ENCODER: COUNT, SCALE: COUNT}), record
 
 
-def rigs(recorded: tuple[Machine, Record], *zeros: float) -> list[Rig]:
+def experiments(recorded: tuple[Machine, Record], *zeros: float) -> list[Experiment]:
     """Give the rigs of recordings whose scale has its zero elsewhere [m]."""
     machine, record = recorded
     moved = [record.with_channel(SCALE, "m", record[SCALE] + zero) for zero in zeros]
-    return build_rigs(machine, zip(("fit.csv", "check.csv"), moved, strict=False), (LostCounts, ThermalScrewGrowth, CumulativePitchError))
+    return build_experiments(
+        machine, zip(("fit.csv", "check.csv"), moved, strict=False), (LostCounts, ThermalScrewGrowth, CumulativePitchError)
+    )
 
 
 def test_another_zero_of_a_scale_leaves_nothing_to_explain(recorded: tuple[Machine, Record]) -> None:
-    first, second = rigs(recorded, 3e-6, 4e-4)
+    first, second = experiments(recorded, 3e-6, 4e-4)
     found = search(first, second)
-    assert found.model.terms == ()
-    for rig in (first, second):
-        fits = compared(rig, found.baseline.fitted.by_name, found.baseline.fitted.by_name).fit
+    assert found.model.candidates == ()
+    for experiment in (first, second):
+        fits = compared(experiment, found.baseline.fitted.by_name, found.baseline.fitted.by_name).fit
         assert fits[SCALE].after == pytest.approx(fits[ENCODER].after, abs=2 * COUNT)
 
 
 def test_a_zero_that_plainly_lies_elsewhere_is_told(recorded: tuple[Machine, Record]) -> None:
-    same, beside = rigs(recorded, 0.0, 4e-4)
-    assert zeros_told(same) == []
-    assert zeros_told(beside) == [f"{SCALE} has its zero 0.4 mm beside that of {ENCODER}; taken for no error of either."]
+    same, beside = experiments(recorded, 0.0, 4e-4)
+    assert sensor_zeros(same) == []
+    assert sensor_zeros(beside) == [f"{SCALE} has its zero 0.4 mm beside that of {ENCODER}; taken for no error of either."]
 
 
 def test_what_is_not_constant_stays(recorded: tuple[Machine, Record]) -> None:
@@ -57,7 +59,7 @@ def test_what_is_not_constant_stays(recorded: tuple[Machine, Record]) -> None:
     machine, record = recorded
     step = np.where(np.arange(len(record)) < len(record) // 2, 0.0, 20e-6)
     lost = [record.with_channel(SCALE, "m", record[SCALE] + zero + step) for zero in (0.0, 1e-4)]
-    found = search(*build_rigs(machine, zip(("fit.csv", "check.csv"), lost, strict=True), (LostCounts, CumulativePitchError)))
-    (term,) = found.model.terms
-    assert (term.name, term.at) == ("LostCounts", "x_scale")
-    assert found.model.fitted.by_name[f"{term.part}.jump"] == pytest.approx(20e-6, rel=0.01)
+    found = search(*build_experiments(machine, zip(("fit.csv", "check.csv"), lost, strict=True), (LostCounts, CumulativePitchError)))
+    (candidate,) = found.model.candidates
+    assert (candidate.name, candidate.at) == ("LostCounts", "x_scale")
+    assert found.model.fitted.by_name[f"{candidate.part}.jump"] == pytest.approx(20e-6, rel=0.01)

@@ -9,7 +9,7 @@ import pytest
 from lathesim.component import Parameter
 from lathesim.diagnosis.method import Settings
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.effect_report import bounded
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, without_undetermined, written
 from lathesim.diagnosis.selection.search import search
@@ -17,14 +17,14 @@ from lathesim.effects.friction import AsymmetricFriction
 from lathesim.engine.wiring import wire
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.candidate import Term
-from lathesim.identification.replay.experiment import Rig
+from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import load_machine
 from lathesim.lessons.simulate import check_machine
 from lathesim.plugins import Registry, load_registry
 from lathesim.units import quantity
-from tests.diagnosis.pushed_table import Hidden, recording, rigs
+from tests.diagnosis.pushed_table import Hidden, experiments, recording
 from tests.effects.places import PLACES, machinery
 
 TEMPLATES = sorted((Path(__file__).parents[3] / "lesson_configs" / "machines").glob("*.yaml"))
@@ -45,35 +45,35 @@ def check_units(name: str, effect: type) -> None:
 @pytest.mark.parametrize("template", TEMPLATES, ids=lambda path: path.stem)
 def test_every_value_of_every_candidate_is_written_with_the_unit_of_its_wire(template: Path, registry: Registry) -> None:
     assembly = check_machine(load_machine(template), registry).assembly
-    filled, terms = insert_candidates(assembly, registry.effects.values(), wire(assembly).channels)  # type: ignore[arg-type]
+    filled, candidates = insert_candidates(assembly, registry.effects.values(), wire(assembly).channels)  # type: ignore[arg-type]
     parts = {part.name: part.component for part in filled.parts}
-    for term in terms:
-        check_units(f"{term.name} at {term.at}", parts[term.part])
+    for candidate in candidates:
+        check_units(f"{candidate.name} at {candidate.at}", parts[candidate.part])
 
 
 @pytest.mark.parametrize("name", PLACES)
 def test_every_effect_of_the_catalogue_is_written_with_units(name: str, registry: Registry, tmp_path: Path) -> None:
-    rig, at, sources, _ = PLACES[name]
-    assembly = insert_effect(machinery(rig, tmp_path), registry.effects[name], at, name="it", sources=sources)
+    experiment, at, sources, _ = PLACES[name]
+    assembly = insert_effect(machinery(experiment, tmp_path), registry.effects[name], at, name="it", sources=sources)
     check_units(name, next(part.component for part in assembly.parts if part.name == "it"))
 
 
-def found_with(*effects: type) -> tuple[Rig, Rig, Found]:
+def found_with(*effects: type) -> tuple[Experiment, Experiment, SearchResult]:
     """Give a table that rubs, searched with an effect that has more to it than the rubbing."""
-    rig, held_out = rigs(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2), effects=effects)
-    return rig, held_out, search(rig, held_out, Settings())
+    experiment, validation = experiments(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2), effects=effects)
+    return experiment, validation, search(experiment, validation, Settings())
 
 
 @pytest.fixture(scope="module")
-def rubbing() -> tuple[Rig, Rig, Found, Term]:
-    rig, held_out, found = found_with(AsymmetricFriction)
-    (term,) = found.model.terms
-    return rig, held_out, found, term
+def rubbing() -> tuple[Experiment, Experiment, SearchResult, Candidate]:
+    experiment, validation, found = found_with(AsymmetricFriction)
+    (candidate,) = found.model.candidates
+    return experiment, validation, found, candidate
 
 
-def values_of(found: Found, **changed: float) -> dict[str, float]:
-    (term,) = found.model.terms
-    return {**found.model.fitted.by_name, **{f"{term.part}.{name}": value for name, value in changed.items()}}
+def values_of(found: SearchResult, **changed: float) -> dict[str, float]:
+    (candidate,) = found.model.candidates
+    return {**found.model.fitted.by_name, **{f"{candidate.part}.{name}": value for name, value in changed.items()}}
 
 
 def told(level: Interval, difference: Interval, *undetermined: str) -> FoundEffect:
@@ -84,19 +84,19 @@ def told(level: Interval, difference: Interval, *undetermined: str) -> FoundEffe
 SURE, NOTHING = Interval(8.0, "N", 7.9, 8.1), Interval(0.004, "N/(m/s)", -4.0, 4.8)
 
 
-def test_what_is_not_determined_and_not_missed_is_left_out(rubbing: tuple[Rig, Rig, Found, Term]) -> None:
-    rig, held_out, found, term = rubbing
+def test_what_is_not_determined_and_not_missed_is_left_out(rubbing: tuple[Experiment, Experiment, SearchResult, Candidate]) -> None:
+    experiment, validation, found, candidate = rubbing
     effect = told(SURE, NOTHING, "viscous_difference")
-    (left,) = without_undetermined([effect], [term], held_out, found, values_of(found, viscous_difference=0.004))
+    (left,) = without_undetermined([effect], [candidate], validation, found, values_of(found, viscous_difference=0.004))
     assert left.left_out == ("viscous_difference",)
-    entry = lesson_entry(left, term, found.model.fitted, rig)
+    entry = lesson_entry(left, candidate, found.model.fitted, experiment)
     assert entry == {"effect": "AsymmetricFriction", "at": "x_axis", "level": "8 N", "asymmetry": "0"}
 
 
-def test_what_is_missed_stays_however_wide_its_interval(rubbing: tuple[Rig, Rig, Found, Term]) -> None:
-    _, held_out, found, term = rubbing
+def test_what_is_missed_stays_however_wide_its_interval(rubbing: tuple[Experiment, Experiment, SearchResult, Candidate]) -> None:
+    _, validation, found, candidate = rubbing
     effect = told(Interval(8.0, "N", -1.0, 17.0), Interval(40.0, "N/(m/s)", 30.0, 50.0), "level")
-    (left,) = without_undetermined([effect], [term], held_out, found, values_of(found))
+    (left,) = without_undetermined([effect], [candidate], validation, found, values_of(found))
     assert left.left_out == ()
 
 
@@ -109,21 +109,23 @@ def test_what_is_missed_stays_however_wide_its_interval(rubbing: tuple[Rig, Rig,
     ],
     ids=["all determined", "surely not nothing", "nothing would remain"],
 )
-def test_an_effect_keeps_what_makes_it_felt(effect: FoundEffect, rubbing: tuple[Rig, Rig, Found, Term]) -> None:
-    _, held_out, found, term = rubbing
-    (left,) = without_undetermined([effect], [term], held_out, found, values_of(found))
+def test_an_effect_keeps_what_makes_it_felt(effect: FoundEffect, rubbing: tuple[Experiment, Experiment, SearchResult, Candidate]) -> None:
+    _, validation, found, candidate = rubbing
+    (left,) = without_undetermined([effect], [candidate], validation, found, values_of(found))
     assert left.left_out == ()
 
 
-def test_a_value_that_is_not_neutral_by_itself_is_written_as_neutral(rubbing: tuple[Rig, Rig, Found, Term]) -> None:
+def test_a_value_that_is_not_neutral_by_itself_is_written_as_neutral(
+    rubbing: tuple[Experiment, Experiment, SearchResult, Candidate],
+) -> None:
     """Left out of the line, a level would be what the effect has where nobody names one."""
-    rig, _, found, term = rubbing
+    experiment, _, found, candidate = rubbing
     left = replace(told(SURE, NOTHING), left_out=("level",))
-    default = rig.sensed.plan.parts[term.part].component.declared(Parameter)["level"].default
-    assert ("level" in lesson_entry(left, term, found.model.fitted, rig)) == (default != 0.0)
-    lean = term.keeping([name for name in term.parameters if not name.endswith(".level")])
+    default = experiment.sensed.plan.parts[candidate.part].component.declared(Parameter)["level"].default
+    assert ("level" in lesson_entry(left, candidate, found.model.fitted, experiment)) == (default != 0.0)
+    lean = candidate.keeping([name for name in candidate.parameters if not name.endswith(".level")])
     spared = replace(told(SURE, NOTHING), parameters={"viscous_difference": NOTHING})
-    assert ("level" in lesson_entry(spared, lean, found.model.fitted, rig)) == (default != 0.0)
+    assert ("level" in lesson_entry(spared, lean, found.model.fitted, experiment)) == (default != 0.0)
 
 
 def test_intervals_end_where_the_declaration_does() -> None:
@@ -135,9 +137,9 @@ def test_intervals_end_where_the_declaration_does() -> None:
     assert bounded(Interval(0.5, "N", -0.4, 1.4), free) == Interval(0.5, "N", -0.4, 1.4)
 
 
-def test_a_fit_is_not_touched_by_what_is_written(rubbing: tuple[Rig, Rig, Found, Term]) -> None:
-    rig, held_out, found, term = rubbing
-    before = found.model.held_out_fit.values.copy()
-    without_undetermined([told(SURE, NOTHING, "viscous_difference")], [term], held_out, found, values_of(found))
-    assert np.array_equal(found.model.held_out_fit.values, before)
-    assert fit(rig.sensed, rig.start_states(rig.sensed.plan)).values is not None
+def test_a_fit_is_not_touched_by_what_is_written(rubbing: tuple[Experiment, Experiment, SearchResult, Candidate]) -> None:
+    experiment, validation, found, candidate = rubbing
+    before = found.model.validation_fit.values.copy()
+    without_undetermined([told(SURE, NOTHING, "viscous_difference")], [candidate], validation, found, values_of(found))
+    assert np.array_equal(found.model.validation_fit.values, before)
+    assert fit(experiment.sensed, experiment.start_states(experiment.sensed.plan)).values is not None

@@ -65,13 +65,13 @@ def judge(monkeypatch: pytest.MonkeyPatch, taken: float, after: float, *, far_of
     signal = np.ones(4)
     missing = MissingSignal(MAIN, "N", signal, signal, after * signal, 10.0 * signal, 0.13, after)
     own: Any = SimpleNamespace(fit={MAIN: ChannelFit("N", 1.7, 55.0, 25.0, "held out")})
-    sensed = SimpleNamespace(second_sight=())
-    rig: Any = SimpleNamespace(machine=SimpleNamespace(compare=(MAIN,), uncertain={PRESSURE: 1e7}), feeds_back=True, sensed=sensed)
+    sensed = SimpleNamespace(redundant_sensors=())
+    experiment: Any = SimpleNamespace(machine=SimpleNamespace(compare=(MAIN,), uncertain={PRESSURE: 1e7}), feeds_back=True, sensed=sensed)
     effect = SimpleNamespace(parameters=(), part="an effect", family="lag")
     nothing = SimpleNamespace(by_name={})
-    model = SimpleNamespace(terms=(effect,) * effects, held_out_fit=nothing, fitted=nothing)
+    model = SimpleNamespace(candidates=(effect,) * effects, validation_fit=nothing, fitted=nothing)
     found: Any = SimpleNamespace(model=model, far_off=far_off, values_off=far_off)
-    return adequacy(rig, rig, found, Evidence(missing=(missing,)), own, BASELINE, taken, [], [])
+    return adequacy(experiment, experiment, found, Evidence(missing=(missing,)), own, BASELINE, taken, [], [])
 
 
 @pytest.mark.parametrize(("after", "taken", "enough"), [(0.12, 0.84, False), (0.01, 0.84, True), (0.12, 0.95, True)])
@@ -87,7 +87,7 @@ def test_effects_that_need_an_impossible_machine_and_leave_much_are_credited_wit
     taken: float, credited: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     judged = judge(monkeypatch, taken, 0.01, effects=1)
-    assert judged.strained == (PRESSURE,)
+    assert judged.implausible == (PRESSURE,)
     assert judged.removed == credited
 
 
@@ -96,10 +96,10 @@ def test_two_sensors_that_differ_by_far_more_than_both_resolve_are_told(floors: 
     """A logger gave blocks of a scale twice: millimetres, and yet a small share of the way."""
     sight = SimpleNamespace(row=1, first=0, rate=False)
     plan = SimpleNamespace(unit=lambda name: "m")
-    sensed = SimpleNamespace(second_sight=(sight,), seen_floors=np.array([1e-7, 1e-7]), plan=plan, channels=("a", "b"))
-    rig: Any = SimpleNamespace(machine=SimpleNamespace(compare=("x_encoder.position", "x_scale.position")), sensed=sensed)
+    sensed = SimpleNamespace(redundant_sensors=(sight,), seen_floors=np.array([1e-7, 1e-7]), plan=plan, channels=("a", "b"))
+    experiment: Any = SimpleNamespace(machine=SimpleNamespace(compare=("x_encoder.position", "x_scale.position")), sensed=sensed)
     fitted: Any = SimpleNamespace(residual=np.array([np.zeros(100), np.full(100, floors * 1e-7)]))
-    reasons = judging._sensors_apart(rig, fitted)
+    reasons = judging._sensors_apart(experiment, fitted)
     assert bool(reasons) == told
     assert not told or reasons == ["x_scale.position and x_encoder.position differ by 0.1 mm (root mean square)"]
 

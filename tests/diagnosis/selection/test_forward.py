@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.method import Settings
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection import forward as growth
 from lathesim.diagnosis.selection.forward import _may_add, in_turn
-from lathesim.diagnosis.selection.moves.restart import other_beginnings, plainly_better
+from lathesim.diagnosis.selection.moves.restart import plainly_better, restarts
 from lathesim.identification.records.model import Score, Trial
 from lathesim.identification.replay.experiment import STICKING
 
@@ -19,7 +19,7 @@ SETTINGS = Settings()
 
 
 def candidate(name: str, share: float) -> Any:
-    return SimpleNamespace(term=name, share=share)
+    return SimpleNamespace(candidate=name, share=share)
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,7 @@ def candidate(name: str, share: float) -> Any:
 )
 def test_what_is_tried_first(simple: float, finer: float, first: str) -> None:
     ranked = [candidate("uneven friction", finer), candidate("friction", simple)]
-    assert in_turn(ranked, ["friction"])[0][0].term == first  # type: ignore[list-item]
+    assert in_turn(ranked, ["friction"])[0][0].candidate == first  # type: ignore[list-item]
 
 
 @pytest.mark.parametrize(
@@ -49,13 +49,13 @@ def test_what_may_still_do_better_is_tried(share: float, gain: float, explained:
     assert _may_add(item, explained, near) == tried
 
 
-def model(score: float, held_out: float, *parameters: int) -> Any:
-    terms = tuple(SimpleNamespace(name=f"effect {place}", parameters=("size",) * count) for place, count in enumerate(parameters))
-    return SimpleNamespace(terms=terms, free=[], fitted=None, score=Score(score, score), held_out=Score(held_out, held_out))
+def model(score: float, validation: float, *parameters: int) -> Any:
+    candidates = tuple(SimpleNamespace(name=f"effect {place}", parameters=("size",) * count) for place, count in enumerate(parameters))
+    return SimpleNamespace(candidates=candidates, free=[], fitted=None, score=Score(score, score), validation=Score(validation, validation))
 
 
 @pytest.mark.parametrize(
-    ("score", "held_out", "parameters", "better"),
+    ("score", "validation", "parameters", "better"),
     [
         (100.0, 100.0, (1, 1), True),
         (100.0, 5.0, (1, 1), False),
@@ -65,35 +65,35 @@ def model(score: float, held_out: float, *parameters: int) -> Any:
     ids=["on both", "on one recording only", "by little", "by less than its parameters cost"],
 )
 def test_another_model_takes_over_where_it_is_plainly_better(
-    score: float, held_out: float, parameters: tuple[int, ...], better: bool
+    score: float, validation: float, parameters: tuple[int, ...], better: bool
 ) -> None:
-    found = Found(model(0.0, 0.0), model(0.0, 0.0, 1, 1))
-    other = Found(model(0.0, 0.0), model(score, held_out, *parameters))
+    found = SearchResult(model(0.0, 0.0), model(0.0, 0.0, 1, 1))
+    other = SearchResult(model(0.0, 0.0), model(score, validation, *parameters))
     assert plainly_better(other, found, SETTINGS) == better
 
 
 def trial(name: str, kept: tuple[Any, ...], share_of_rest: float, moves: float = 5.0) -> Any:
-    term = SimpleNamespace(name=name, part=name, parameters=())
+    candidate = SimpleNamespace(name=name, part=name, parameters=())
     fitted = SimpleNamespace(by_name={})
-    beside = SimpleNamespace(terms=(*kept, term), fitted=fitted)
-    return SimpleNamespace(term=term, model=beside, gain=500.0, held_out_gain=500.0, share_of_rest=share_of_rest, moves=moves)
+    beside = SimpleNamespace(candidates=(*kept, candidate), fitted=fitted)
+    return SimpleNamespace(candidate=candidate, model=beside, gain=500.0, validation_gain=500.0, share_of_rest=share_of_rest, moves=moves)
 
 
-def found_with(share_of_rest: float, moves: float = 5.0) -> Found:
-    found = Found(model(0.0, 0.0), model(0.0, 0.0, 1))
-    found.beginnings = [trial("another first effect", (), 0.9)]
-    found.tried = [trial("refused", found.model.terms, share_of_rest, moves)]
+def found_with(share_of_rest: float, moves: float = 5.0) -> SearchResult:
+    found = SearchResult(model(0.0, 0.0), model(0.0, 0.0, 1))
+    found.restarted_from = [trial("another first effect", (), 0.9)]
+    found.tried = [trial("refused", found.model.candidates, share_of_rest, moves)]
     return found
 
 
 def test_a_search_is_begun_otherwise_where_something_refused_takes_away_most(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart._exchanged", lambda bench, found, refused: iter(()))
-    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_strained", lambda fitted: False)
-    bench: Any = None
-    again = list(other_beginnings(bench, found_with(0.8), SETTINGS))
-    assert [term.name for other in again for term in other.model.terms] == ["another first effect"]
-    assert list(other_beginnings(bench, found_with(0.3), SETTINGS)) == []
-    assert list(other_beginnings(bench, found_with(0.8, moves=0.9), SETTINGS)) == []  # lost in what is left
+    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart._exchanged", lambda laboratory, found, refused: iter(()))
+    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_implausible", lambda fitted: False)
+    laboratory: Any = None
+    again = list(restarts(laboratory, found_with(0.8), SETTINGS))
+    assert [candidate.name for other in again for candidate in other.model.candidates] == ["another first effect"]
+    assert list(restarts(laboratory, found_with(0.3), SETTINGS)) == []
+    assert list(restarts(laboratory, found_with(0.8, moves=0.9), SETTINGS)) == []  # lost in what is left
 
 
 @pytest.mark.parametrize(
@@ -107,33 +107,35 @@ def test_what_is_not_believed_beside_strained_values_is_taken_in_once(
     """A tight spot and a cogging: the friction that is the mean of the one was taken up by the viscous coefficient, until both are in."""
     asked: list[bool] = []
 
-    def believable(trial: Any, settings: Settings, chance: float) -> bool:
-        asked.append(settings.despite_strain)
+    def believable(trial: Any, settings: Settings, null_maximum: float) -> bool:
+        asked.append(settings.despite_implausible_values)
         return believed
 
-    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_strained", lambda fitted: strain > 2.9)
+    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_implausible", lambda fitted: strain > 2.9)
     monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.believable", believable)
     monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_part_of_a_wave", lambda trial, model: False)
     monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.simplest", lambda good, settings: good[0])
     monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.merit", lambda trial, settings: 1.0)
     found = found_with(0.3)
-    found.model.fitted, found.beginnings = None, []
-    found.tried = [trial("drawn", found.model.terms, 0.3)]
-    found.tried[0].strained = True
-    bench: Any = None
-    again = list(other_beginnings(bench, found, SETTINGS))
-    assert [other.model.terms[-1].name for other in again] == begun
+    found.model.fitted, found.restarted_from = None, []
+    found.tried = [trial("drawn", found.model.candidates, 0.3)]
+    found.tried[0].implausible = True
+    laboratory: Any = None
+    again = list(restarts(laboratory, found, SETTINGS))
+    assert [other.model.candidates[-1].name for other in again] == begun
     assert all(other.to_ease for other in again)
     assert all(asked)
 
 
 def test_a_search_that_was_to_ease_the_values_counts_only_if_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = Found(model(0.0, 0.0), model(0.0, 0.0, 1))
-    other = Found(model(0.0, 0.0), model(100.0, 100.0, 1, 1), to_ease=True)
+    found = SearchResult(model(0.0, 0.0), model(0.0, 0.0, 1))
+    other = SearchResult(model(0.0, 0.0), model(100.0, 100.0, 1, 1), to_ease=True)
     other.model.fitted = None
-    for strained in (True, False):
-        monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_strained", lambda fitted, strained=strained: strained)
-        assert plainly_better(other, found, SETTINGS) is not strained
+    for implausible in (True, False):
+        monkeypatch.setattr(
+            "lathesim.diagnosis.selection.moves.restart.is_implausible", lambda fitted, implausible=implausible: implausible
+        )
+        assert plainly_better(other, found, SETTINGS) is not implausible
 
 
 def lag(part: str) -> Any:
@@ -147,35 +149,35 @@ def test_a_lag_that_shrinks_to_next_to_nothing_beside_another_effect_goes(
 ) -> None:
     """A filter of the scale stood for a play until the play came in."""
     filtered, play = lag("filter"), SimpleNamespace(name="Backlash", part="play", at="x_scale", parameters=("play.width",))
-    grown = SimpleNamespace(terms=(filtered, play), fitted=SimpleNamespace(by_name={"filter.lag": late}))
-    left = SimpleNamespace(terms=(play,), fitted=grown.fitted)
+    grown = SimpleNamespace(candidates=(filtered, play), fitted=SimpleNamespace(by_name={"filter.lag": late}))
+    left = SimpleNamespace(candidates=(play,), fitted=grown.fitted)
     monkeypatch.setattr(growth, "_is_needless", lambda *given: False)
-    monkeypatch.setattr(growth, "fewer", lambda bench, model, term: left)
-    found: Any = Found(grown, grown)  # type: ignore[arg-type]
+    monkeypatch.setattr(growth, "fewer", lambda laboratory, model, candidate: left)
+    found: Any = SearchResult(grown, grown)  # type: ignore[arg-type]
     machine = SimpleNamespace(assembly=SimpleNamespace(sample_period=2e-3))
-    bench: Any = SimpleNamespace(rig=SimpleNamespace(machine=machine, record=[0.0] * 100), say=lambda text: None)
-    growth._eliminate(bench, found, SETTINGS)
-    assert [term.part for term in found.model.terms] == (["filter", "play"] if stays else ["play"])
+    laboratory: Any = SimpleNamespace(experiment=SimpleNamespace(machine=machine, record=[0.0] * 100), progress=lambda text: None)
+    growth._eliminate(laboratory, found, SETTINGS)
+    assert [candidate.part for candidate in found.model.candidates] == (["filter", "play"] if stays else ["play"])
 
 
 def test_a_model_that_grows_to_a_known_one_is_not_grown_further() -> None:
     known = model(0.0, 0.0, 1)
-    known.terms[0].part = "play"
-    growth.grow(Any, SimpleNamespace(model=known), SETTINGS, known.terms)  # type: ignore[arg-type]
-    assert [term.part for term in known.terms] == ["play"]
+    known.candidates[0].part = "play"
+    growth.grow(Any, SimpleNamespace(model=known), SETTINGS, known.candidates)  # type: ignore[arg-type]
+    assert [candidate.part for candidate in known.candidates] == ["play"]
 
 
 def test_what_takes_the_place_of_an_effect_is_credited_with_its_share() -> None:
     """A friction with bristles removes 4 % of all beside the plain one whose place it takes, and the 95 % that this one had removed."""
     plain, bristles = (SimpleNamespace(part=name) for name in ("plain", "bristles"))
-    taken = [Trial(term, None, 100.0, 100.0, 5.0, share, 0.9) for term, share in ((plain, 0.95), (bristles, 0.04))]  # type: ignore[arg-type]
-    found = Found(model(0.0, 0.0), model(0.0, 0.0), {trial.term.part: [trial] for trial in taken})
+    taken = [Trial(candidate, None, 100.0, 100.0, 5.0, share, 0.9) for candidate, share in ((plain, 0.95), (bristles, 0.04))]  # type: ignore[arg-type]
+    found = SearchResult(model(0.0, 0.0), model(0.0, 0.0), {trial.candidate.part: [trial] for trial in taken})
     found.take_over(bristles, plain)  # type: ignore[arg-type]
     assert found.removed_by(bristles) == pytest.approx(0.99)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
-    ("family", "gain", "held_out", "again"),
+    ("family", "gain", "validation", "again"),
     [
         ("reversal", 8000.0, 16000.0, True),
         ("reversal", 8000.0, 1000.0, True),
@@ -185,14 +187,14 @@ def test_what_takes_the_place_of_an_effect_is_credited_with_its_share() -> None:
     ids=["explains the other recording better", "or much worse", "both alike", "holds nothing still"],
 )
 def test_a_friction_that_explains_one_recording_better_is_tried_with_the_motion_it_makes(
-    family: str, gain: float, held_out: float, again: bool
+    family: str, gain: float, validation: float, again: bool
 ) -> None:
     """A slide stood still in one pass of three: what its friction held there added up."""
-    term = SimpleNamespace(family=family, parameters=("try.level",))
+    candidate = SimpleNamespace(family=family, parameters=("try.level",))
     fitted = SimpleNamespace(fitted=SimpleNamespace(by_name={"try.level": 150.0}))
-    made: Any = SimpleNamespace(term=term, gain=gain, held_out_gain=held_out, model=fitted, share_of_rest=0.99)
-    asked = growth._to_be_felt([made], [], model(0.0, 0.0, 1))
-    assert [(one.felt, one.starts[0].tolist()) for one in asked] == ([(True, [150.0])] if again else [])
+    made: Any = SimpleNamespace(candidate=candidate, gain=gain, validation_gain=validation, model=fitted, share_of_rest=0.99)
+    asked = growth._with_simulated_motion([made], [], model(0.0, 0.0, 1))
+    assert [(one.with_simulated_motion, one.starts[0].tolist()) for one in asked] == ([(True, [150.0])] if again else [])
 
 
 @pytest.mark.parametrize(
@@ -203,9 +205,9 @@ def test_a_friction_that_explains_one_recording_better_is_tried_with_the_motion_
 def test_a_friction_beside_which_a_dead_zone_gains_more_is_tried_with_the_motion_it_makes(gain: float, share: float, again: bool) -> None:
     friction = SimpleNamespace(family=STICKING, parameters=("try.level",))
     fitted = SimpleNamespace(fitted=SimpleNamespace(by_name={"try.level": 140.0}))
-    made: Any = SimpleNamespace(term=friction, gain=8000.0, held_out_gain=7000.0, model=fitted, share_of_rest=0.99)
-    dead_zone: Any = SimpleNamespace(term=SimpleNamespace(family="drive range"), gain=gain, share_of_rest=share)
-    assert bool(growth._to_be_felt([made], [dead_zone], model(0.0, 0.0, 1))) == again
+    made: Any = SimpleNamespace(candidate=friction, gain=8000.0, validation_gain=7000.0, model=fitted, share_of_rest=0.99)
+    dead_zone: Any = SimpleNamespace(candidate=SimpleNamespace(family="drive range"), gain=gain, share_of_rest=share)
+    assert bool(growth._with_simulated_motion([made], [dead_zone], model(0.0, 0.0, 1))) == again
 
 
 @pytest.mark.parametrize(
@@ -220,30 +222,33 @@ def test_a_friction_beside_which_a_dead_zone_gains_more_is_tried_with_the_motion
 )
 def test_what_pushes_a_table_at_rest_is_tried_with_frictions_that_hold_it(kept: float, frictions: bool, family: str, again: bool) -> None:
     """A cogging promised nearly all and kept a quarter: a friction that senses a recorded rest lets the spindle go."""
-    term = SimpleNamespace(part="try_cogging", family=family, effect=SimpleNamespace(site="effort"))
-    item: Any = SimpleNamespace(term=term, share=0.99, starts=(np.array([3.0, 0.14]), np.array([3.0, 0.07])))
-    made: Any = SimpleNamespace(term=term, share_of_rest=kept)
-    rig: Any = SimpleNamespace(feeling_their_motion=lambda terms: {"sensed_bearing_flow.share": 0.0} if frictions else {})
-    asked = growth._held_at_rest(rig, [item], [made], model(0.0, 0.0, 1))
-    assert [(one.felt, one.starts[0].tolist()) for one in asked] == ([(True, [3.0, 0.14])] if again else [])
+    candidate = SimpleNamespace(part="try_cogging", family=family, effect=SimpleNamespace(site="effort"))
+    item: Any = SimpleNamespace(candidate=candidate, share=0.99, starts=(np.array([3.0, 0.14]), np.array([3.0, 0.07])))
+    made: Any = SimpleNamespace(candidate=candidate, share_of_rest=kept)
+    experiment: Any = SimpleNamespace(simulated_motion_of=lambda candidates: {"sensed_bearing_flow.share": 0.0} if frictions else {})
+    asked = growth._held_at_rest(experiment, [item], [made], model(0.0, 0.0, 1))
+    assert [(one.with_simulated_motion, one.starts[0].tolist()) for one in asked] == ([(True, [3.0, 0.14])] if again else [])
 
 
 @pytest.mark.parametrize(("gain", "kept"), [(9700.0, True), (4200.0, False)], ids=["far better", "no better"])
 def test_a_friction_with_the_motion_it_makes_counts_where_it_explains_more(gain: float, kept: bool) -> None:
     """Held against another recording in the closed loop it would else be preferred to what holds nothing still."""
-    term = SimpleNamespace(part="try_friction")
-    made: Any = [SimpleNamespace(term=term, gain=4100.0), SimpleNamespace(term=SimpleNamespace(part="try_offset"), gain=9900.0)]
-    felt: Any = SimpleNamespace(term=term, gain=gain)
-    assert growth._holds_still(felt, made) == kept
+    candidate = SimpleNamespace(part="try_friction")
+    made: Any = [
+        SimpleNamespace(candidate=candidate, gain=4100.0),
+        SimpleNamespace(candidate=SimpleNamespace(part="try_offset"), gain=9900.0),
+    ]
+    with_simulated_motion: Any = SimpleNamespace(candidate=candidate, gain=gain)
+    assert growth._holds_still(with_simulated_motion, made) == kept
 
 
 def test_the_barest_form_of_a_friction_is_tried_with_recorded_and_with_felt_motion() -> None:
     names = ("friction.level", "friction.distance", "friction.excess")
     bare = SimpleNamespace(parameters=names[:2])
-    item: Any = SimpleNamespace(term=SimpleNamespace(parameters=names, bare=bare), starts=(np.array([20.0, 5e-6, 3.0]),))
-    plain: Any = SimpleNamespace(term=SimpleNamespace(bare=None))
+    item: Any = SimpleNamespace(candidate=SimpleNamespace(parameters=names, bare=bare), starts=(np.array([20.0, 5e-6, 3.0]),))
+    plain: Any = SimpleNamespace(candidate=SimpleNamespace(bare=None))
     asked = growth._bare([plain, item], model(0.0, 0.0))
-    assert [(one.term, one.felt) for one in asked] == [(bare, False), (bare, True)]
+    assert [(one.candidate, one.with_simulated_motion) for one in asked] == [(bare, False), (bare, True)]
     assert asked[0].starts[0].tolist() == [20.0, 5e-6]
 
 
@@ -251,26 +256,26 @@ def test_the_barest_form_of_a_friction_is_tried_with_recorded_and_with_felt_moti
 def test_what_was_a_part_of_a_finer_shape_goes(without: tuple[float, ...], kept: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """A ripple at half the wavelength of a friction, once the friction has its second harmonic."""
     ripple, friction = (SimpleNamespace(name=name, at="x_axis", part=name) for name in ("ripple", "friction"))
-    whole: Any = SimpleNamespace(terms=(ripple, friction), error=np.array([0.02]))
-    fewer: Any = SimpleNamespace(terms=(friction,), error=np.array(without))
-    monkeypatch.setattr(growth, "fewer", lambda bench, model, term: fewer)
-    bench: Any = SimpleNamespace(everything=np.ones(1), baseline_error=np.ones(1), say=lambda text: None)
-    found = Found(whole, whole)
-    growth._leave_out_unworthy(bench, found, SETTINGS)
-    assert (ripple in found.model.terms) == kept
+    whole: Any = SimpleNamespace(candidates=(ripple, friction), error=np.array([0.02]))
+    fewer: Any = SimpleNamespace(candidates=(friction,), error=np.array(without))
+    monkeypatch.setattr(growth, "fewer", lambda laboratory, model, candidate: fewer)
+    laboratory: Any = SimpleNamespace(everything=np.ones(1), baseline_error=np.ones(1), progress=lambda text: None)
+    found = SearchResult(whole, whole)
+    growth._leave_out_unworthy(laboratory, found, SETTINGS)
+    assert (ripple in found.model.candidates) == kept
 
 
 @pytest.mark.parametrize(
-    ("spoils", "share", "other", "kept"),
+    ("closed_loop_degradation", "share", "other", "kept"),
     [(1.34, 0.985, 0.994, ["friction"]), (1.34, 0.985, 1.2, ["friction", "dead zone"]), (0.8, 0.985, 0.994, ["friction", "dead zone"])],
     ids=["a controller would not have it", "both spoil", "none does"],
 )
 def test_what_holds_a_replay_that_runs_away_has_to_do_so_in_the_loop_as_well(
-    spoils: float, share: float, other: float, kept: list[str]
+    closed_loop_degradation: float, share: float, other: float, kept: list[str]
 ) -> None:
     """A light slide stood still as often as it moved: with a dead zone its replay hardly moved at all, and that was near to the place."""
     trials: Any = [
-        SimpleNamespace(term=SimpleNamespace(name=name), share_of_rest=of_rest, spoils=worse)
-        for name, of_rest, worse in (("friction", 0.938, other), ("dead zone", share, spoils))
+        SimpleNamespace(candidate=SimpleNamespace(name=name), share_of_rest=of_rest, closed_loop_degradation=worse)
+        for name, of_rest, worse in (("friction", 0.938, other), ("dead zone", share, closed_loop_degradation))
     ]
-    assert [trial.term.name for trial in growth._unspoilt(trials)] == kept
+    assert [trial.candidate.name for trial in growth._without_degradation(trials)] == kept

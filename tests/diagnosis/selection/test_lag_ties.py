@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from lathesim.diagnosis.method import Settings
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection import lag_ties as late_rivals
 from lathesim.diagnosis.selection.lag_ties import ties_of_late_effects
 from lathesim.identification.records.model import Trial
@@ -14,9 +14,9 @@ from lathesim.identification.records.model import Trial
 
 def trial(name: str, gain: float, score: float, family: str = "lag") -> Trial:
     """Give a trial of one late value, and what it would come to with forces that may be slow."""
-    term: Any = SimpleNamespace(name=name, part=name, at="x_axis", family=family, parameters=(f"{name}.delay",))
-    model: Any = SimpleNamespace(terms=(term,), fitted=SimpleNamespace(score=score, constant={}))
-    return Trial(term, model, gain, gain, 10.0, 0.9, 0.9, wide_gain=gain, wide_held_out_gain=gain)
+    candidate: Any = SimpleNamespace(name=name, part=name, at="x_axis", family=family, parameters=(f"{name}.delay",))
+    model: Any = SimpleNamespace(candidates=(candidate,), fitted=SimpleNamespace(score=score, constant={}))
+    return Trial(candidate, model, gain, gain, 10.0, 0.9, 0.9, full_band_gain=gain, full_band_validation_gain=gain)
 
 
 @pytest.mark.parametrize(
@@ -33,10 +33,10 @@ def test_only_the_colour_of_the_forces_tells_them_apart(rival: Trial, tied: bool
     monkeypatch.setattr(late_rivals, "with_start", lambda fitted: [fitted])
     monkeypatch.setattr(late_rivals, "fit", lambda sensed, free, *given, **kinds: free[0])
     own = trial("filter", 18_900.0, 100_000.0)
-    found = Found(own.model, own.model, {"filter": [own, rival]})
-    bench: Any = SimpleNamespace(rig=SimpleNamespace(sensed=None), say=lambda text: None)
-    ties_of_late_effects(bench, found, Settings())
+    found = SearchResult(own.model, own.model, {"filter": [own, rival]})
+    laboratory: Any = SimpleNamespace(experiment=SimpleNamespace(sensed=None), progress=lambda text: None)
+    ties_of_late_effects(laboratory, found, Settings())
     first, second = found.trials["filter"]
     assert first is own
-    assert (second.wide_gain == own.wide_gain) == tied
-    assert second.term is rival.term
+    assert (second.full_band_gain == own.full_band_gain) == tied
+    assert second.candidate is rival.candidate

@@ -7,56 +7,58 @@ from typing import Any
 import pytest
 
 from lathesim.diagnosis.method import Settings
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection import refusal
 from lathesim.diagnosis.selection.forward import grow
-from lathesim.diagnosis.selection.laboratory import Bench
+from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.diagnosis.selection.refusal import is_much_of_it, is_trifling, pushes_at, quiet_parts
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.model import Model, Trial
-from tests.diagnosis.pushed_table import Hidden, baseline, recording, rigs
+from tests.diagnosis.pushed_table import Hidden, baseline, experiments, recording
 
 LEVEL = 8.0
 
 
-def with_friction(push: float) -> tuple[Bench, Model, list[Trial]]:
+def with_friction(push: float) -> tuple[Laboratory, Model, list[Trial]]:
     """Give a table that rubs and is pushed a little besides, the friction in the model, and what a force that repeats does beside it."""
     hidden = Hidden(dry=LEVEL, law=lambda v, q, t: push)
-    first, second = rigs(*(recording(hidden, seed=seed, noise=0.0) for seed in (1, 2)), effects=(CoulombFriction, ForceOffset))
-    bench = Bench(first, second, lambda text: None)
+    first, second = experiments(*(recording(hidden, seed=seed, noise=0.0) for seed in (1, 2)), effects=(CoulombFriction, ForceOffset))
+    laboratory = Laboratory(first, second, lambda text: None)
     fitted = fit(first.sensed, baseline(first), rounds=3)
-    bench.weigh(fitted)
-    before = bench.model((), fitted)
-    friction, offset = (next(term for term in first.candidates if term.name == name) for name in ("CoulombFriction", "ForceOffset"))
-    model = bench.trial(before, friction, (), before.free, list(friction.points[:2])).model
-    trial = bench.trial(model, offset, (friction,), model.free, list(offset.points[:1]))
-    return bench, model, [dataclasses.replace(trial, share_of_all=share) for share in (0.001, 0.5)]
+    laboratory.weigh(fitted)
+    before = laboratory.model((), fitted)
+    friction, offset = (
+        next(candidate for candidate in first.candidates if candidate.name == name) for name in ("CoulombFriction", "ForceOffset")
+    )
+    model = laboratory.trial(before, friction, (), before.free, list(friction.points[:2])).model
+    trial = laboratory.trial(model, offset, (friction,), model.free, list(offset.points[:1]))
+    return laboratory, model, [dataclasses.replace(trial, share_of_all=share) for share in (0.001, 0.5)]
 
 
 @pytest.mark.parametrize(("push", "trifling"), [(0.02, True), (1.0, False)], ids=["next to nothing", "a small force"])
 def test_a_force_is_held_against_what_acts(push: float, trifling: bool) -> None:
     """Forty newtons act; two hundredths of one are how finely a simulation steps."""
-    bench, model, (small, large) = with_friction(push)
-    assert is_trifling(bench, model, small.model, small) == trifling
-    assert not is_trifling(bench, model, large.model, large)
+    laboratory, model, (small, large) = with_friction(push)
+    assert is_trifling(laboratory, model, small.model, small) == trifling
+    assert not is_trifling(laboratory, model, large.model, large)
 
 
 def test_what_only_pushes_is_not_looked_for_where_nothing_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     """The counts of this encoder alone are half a percent of what acts."""
     monkeypatch.setattr(refusal, "NEXT_TO_NOTHING", 0.01)
-    bench, model, _ = with_friction(0.0)
-    baseline_alone = dataclasses.replace(model, terms=())
-    assert quiet_parts(bench, baseline_alone) == set()
-    assert quiet_parts(bench, model) == {"x_axis"}
-    assert [pushes_at(term, {"x_axis"}) for term in bench.rig.candidates] == [True, True]
+    laboratory, model, _ = with_friction(0.0)
+    baseline_alone = dataclasses.replace(model, candidates=())
+    assert quiet_parts(laboratory, baseline_alone) == set()
+    assert quiet_parts(laboratory, model) == {"x_axis"}
+    assert [pushes_at(candidate, {"x_axis"}) for candidate in laboratory.experiment.candidates] == [True, True]
     said: list[str] = []
-    bench.say = said.append
-    grow(bench, Found(baseline_alone, model), Settings())
+    laboratory.progress = said.append
+    grow(laboratory, SearchResult(baseline_alone, model), Settings())
     assert said == ["screening 0 candidates"]
-    bench, model, _ = with_friction(1.0)
-    assert quiet_parts(bench, model) == set()
+    laboratory, model, _ = with_friction(1.0)
+    assert quiet_parts(laboratory, model) == set()
 
 
 @pytest.mark.parametrize(
@@ -66,6 +68,6 @@ def test_what_only_pushes_is_not_looked_for_where_nothing_is_missing(monkeypatch
 )
 def test_a_wave_that_is_much_of_what_was_left_is_no_trifle(family: str, share: float, much: bool) -> None:
     """A motion is slow, and a ripple quicker: in the band of the motion, where a missing force is told, next to nothing of it is seen."""
-    term: Any = SimpleNamespace(family=family)
+    candidate: Any = SimpleNamespace(family=family)
     found: Any = SimpleNamespace(removed_by=lambda asked: share)
-    assert is_much_of_it(term, found) == much
+    assert is_much_of_it(candidate, found) == much

@@ -15,8 +15,8 @@ class Told:
     """Stands for a trial of which only the outcome is told."""
 
     def __init__(self, name: str, gain: float) -> None:
-        self.term = type("Term", (), {"name": name, "at": "x_axis"})()
-        self.gain, self.held_out_gain = gain, gain
+        self.candidate = type("Term", (), {"name": name, "at": "x_axis"})()
+        self.gain, self.validation_gain = gain, gain
         self.share_of_all, self.share_of_rest = 0.5, 0.25
 
 
@@ -26,33 +26,35 @@ class SlowBench:
     def __init__(self) -> None:
         self.said: list[str] = []
 
-    def say(self, text: str) -> None:
+    def progress(self, text: str) -> None:
         self.said.append(text)
 
-    def trial(self, before: Any, term: Any, kept: Any, free: Any, starts: Any, promised: float, *, felt: bool) -> Told:
-        name, wait, gain = term
+    def trial(
+        self, before: Any, candidate: Any, kept: Any, free: Any, starts: Any, promised: float, *, with_simulated_motion: bool
+    ) -> Told:
+        name, wait, gain = candidate
         time.sleep(wait)
         if name == "broken":
             raise KeyboardInterrupt
         return Told(name, gain)
 
 
-def asked(*terms: tuple[str, float, float]) -> list[Asked]:
-    return [Asked(term, (), [], []) for term in terms]  # type: ignore[arg-type]
+def asked(*candidates: tuple[str, float, float]) -> list[Asked]:
+    return [Asked(candidate, (), [], []) for candidate in candidates]  # type: ignore[arg-type]
 
 
 def test_they_are_given_and_told_in_the_order_in_which_they_were_asked_for() -> None:
-    bench = SlowBench()
-    found = side_by_side(bench, None, asked(("slow", 0.05, 3.0), ("quick", 0.0, 2.0), ("none", 0.0, -np.inf)))  # type: ignore[arg-type]
-    assert [trial.term.name for trial in found] == ["slow", "quick", "none"]
-    assert [text.split()[0] for text in bench.said] == ["slow", "quick"]
+    laboratory = SlowBench()
+    found = side_by_side(laboratory, None, asked(("slow", 0.05, 3.0), ("quick", 0.0, 2.0), ("none", 0.0, -np.inf)))  # type: ignore[arg-type]
+    assert [trial.candidate.name for trial in found] == ["slow", "quick", "none"]
+    assert [text.split()[0] for text in laboratory.said] == ["slow", "quick"]
 
 
 def test_an_interruption_goes_on_and_what_waits_is_not_begun() -> None:
-    bench = SlowBench()
+    laboratory = SlowBench()
     with pytest.raises(KeyboardInterrupt):
-        side_by_side(bench, None, asked(("broken", 0.0, 1.0), *[("late", 0.02, 1.0)] * 20))  # type: ignore[arg-type]
-    assert bench.said == []
+        side_by_side(laboratory, None, asked(("broken", 0.0, 1.0), *[("late", 0.02, 1.0)] * 20))  # type: ignore[arg-type]
+    assert laboratory.said == []
 
 
 def test_what_is_asked_again_is_not_made_again_as_long_as_it_is_remembered() -> None:

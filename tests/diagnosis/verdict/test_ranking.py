@@ -6,9 +6,9 @@ import functools
 import pytest
 
 from lathesim.diagnosis.method import Settings
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.search import search
-from lathesim.diagnosis.verdict.ranking import Standing, removed_in_band, standing, takes_nothing
+from lathesim.diagnosis.verdict.ranking import RankedEffect, explains_nothing, rank_effects, removed_in_band
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.model import Trial
 from lathesim.identification.replay.experiment import baseline_free
@@ -18,16 +18,16 @@ SETTINGS = Settings()
 
 
 @functools.cache
-def searched() -> Found:
+def searched() -> SearchResult:
     return search(*pair(Hidden(dry=8.0)))
 
 
 def trials() -> dict[str, Trial]:
     """One trial an effect, with made-up gains."""
     found = searched()
-    terms = {term.name: term for term in pair(Hidden(dry=8.0))[0].candidates}
+    candidates = {candidate.name: candidate for candidate in pair(Hidden(dry=8.0))[0].candidates}
     one = found.trials["try_x_axis_coulomb_friction"][0]
-    return {name: gaining(dataclasses.replace(one, term=term), 500.0) for name, term in terms.items()}
+    return {name: gaining(dataclasses.replace(one, candidate=candidate), 500.0) for name, candidate in candidates.items()}
 
 
 def gaining(trial: Trial, nats: float) -> Trial:
@@ -36,22 +36,22 @@ def gaining(trial: Trial, nats: float) -> Trial:
     return dataclasses.replace(trial, **dict.fromkeys(names, nats))  # type: ignore[arg-type]
 
 
-def standing_of(*beside: Trial) -> Standing:
+def standing_of(*beside: Trial) -> RankedEffect:
     found = dataclasses.replace(searched())
     found.trials = {"try_x_axis_coulomb_friction": [trials()["CoulombFriction"], *beside]}
-    (item,) = standing(found, SETTINGS)
+    (item,) = rank_effects(found, SETTINGS)
     return item
 
 
 def test_a_name_without_a_rival_is_sure() -> None:
     item = standing_of()
-    assert (item.term.name, item.probability, item.tied) == ("CoulombFriction", 1.0, ())
+    assert (item.candidate.name, item.probability, item.tied) == ("CoulombFriction", 1.0, ())
     assert item.share > 0.5
 
 
 def test_a_rival_that_gains_as_much_is_a_tie() -> None:
     item = standing_of(trials()["ForceOffset"])
-    assert [term.name for term in item.tied] == ["ForceOffset"]
+    assert [candidate.name for candidate in item.tied] == ["ForceOffset"]
     assert item.probability == pytest.approx(0.5, abs=0.01)
 
 
@@ -70,17 +70,17 @@ def test_a_rival_that_removes_less_of_the_error_is_none() -> None:
 def test_a_rival_that_is_in_the_model_too_is_no_tie() -> None:
     found = dataclasses.replace(searched())
     other = trials()["ForceOffset"]
-    found.model = dataclasses.replace(found.model, terms=(*found.model.terms, other.term))
+    found.model = dataclasses.replace(found.model, candidates=(*found.model.candidates, other.candidate))
     found.trials = {"try_x_axis_coulomb_friction": [trials()["CoulombFriction"], other]}
-    assert all(item.tied == () for item in standing(found, SETTINGS))
+    assert all(item.tied == () for item in rank_effects(found, SETTINGS))
 
 
 def test_what_removes_most_comes_first() -> None:
     found = dataclasses.replace(searched())
     small = dataclasses.replace(trials()["ForceOffset"], share_of_all=0.1)
-    found.model = dataclasses.replace(found.model, terms=(small.term, *found.model.terms))
-    found.trials = {small.term.part: [small], "try_x_axis_coulomb_friction": [trials()["CoulombFriction"]]}
-    assert [item.term.name for item in standing(found, SETTINGS)] == ["CoulombFriction", "ForceOffset"]
+    found.model = dataclasses.replace(found.model, candidates=(small.candidate, *found.model.candidates))
+    found.trials = {small.candidate.part: [small], "try_x_axis_coulomb_friction": [trials()["CoulombFriction"]]}
+    assert [item.candidate.name for item in rank_effects(found, SETTINGS)] == ["CoulombFriction", "ForceOffset"]
 
 
 def test_the_share_of_the_error_that_is_gone() -> None:
@@ -94,8 +94,8 @@ def test_effects_that_take_nothing_of_next_to_nothing_are_none() -> None:
     """Where much is left that they take nothing of, something else is missing."""
     _, sound = pair(Hidden())
     baseline = fit(sound.sensed, [*baseline_free(sound.machine), *sound.start_states(sound.sensed.plan)])
-    assert takes_nothing(sound, baseline, baseline)
+    assert explains_nothing(sound, baseline, baseline)
     _, rubbing = pair(Hidden(dry=8.0))
     found = searched()
-    assert not takes_nothing(rubbing, found.baseline.held_out_fit, found.model.held_out_fit)
-    assert not takes_nothing(rubbing, found.baseline.held_out_fit, found.baseline.held_out_fit)
+    assert not explains_nothing(rubbing, found.baseline.validation_fit, found.model.validation_fit)
+    assert not explains_nothing(rubbing, found.baseline.validation_fit, found.baseline.validation_fit)

@@ -12,6 +12,8 @@ from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Evid
 from lathesim.diagnosis.reporting.html_report import report_html
 from lathesim.diagnosis.reporting.terminal_text import answer_lines
 from lathesim.diagnosis.verdict.residual_tests import (
+    degrades_a_channel,
+    degrades_every_channel,
     is_missing_for_sure,
     leaves_much,
     left_over,
@@ -19,8 +21,6 @@ from lathesim.diagnosis.verdict.residual_tests import (
     not_adequate,
     of_another_form,
     shortfalls,
-    spoils_everything,
-    spoils_something,
     still_follows,
     structured,
     too_little,
@@ -171,14 +171,14 @@ def test_a_value_that_leaves_much_that_follows_the_motion_is_not_the_answer(
 
 def test_effects_with_which_every_channel_is_further_off_are_not_believed() -> None:
     worse, better = (ChannelFit("m", 1e-7, 1e-5, after, "held out") for after in (3e-5, 1e-6))
-    assert spoils_everything({POSITION: worse})
-    assert not spoils_everything({POSITION: worse, "x_scale.position": better})
+    assert degrades_every_channel({POSITION: worse})
+    assert not degrades_every_channel({POSITION: worse, "x_scale.position": better})
     hardly = ChannelFit("m", 1e-7, 1e-5, 1.1e-5, "held out")
-    assert spoils_everything({POSITION: worse, "x_scale.position": hardly})
-    assert not spoils_everything({POSITION: worse, "x_scale.position": replace(hardly, after=1.01e-5)})
-    assert not spoils_everything({})
-    assert spoils_something({POSITION: worse, "x_scale.position": better})
-    assert not spoils_something({POSITION: better})
+    assert degrades_every_channel({POSITION: worse, "x_scale.position": hardly})
+    assert not degrades_every_channel({POSITION: worse, "x_scale.position": replace(hardly, after=1.01e-5)})
+    assert not degrades_every_channel({})
+    assert degrades_a_channel({POSITION: worse, "x_scale.position": better})
+    assert not degrades_a_channel({POSITION: better})
 
 
 @pytest.mark.parametrize(
@@ -197,9 +197,9 @@ def test_what_takes_away_less_of_what_acts_than_a_simulation_leaves_is_next_to_n
 
 
 def test_every_reason_is_told() -> None:
-    strained = {"x_drive.effort_constant": BaselineValue("N/A", 12.0, 12.0, 12.84)}
+    implausible = {"x_drive.effort_constant": BaselineValue("N/A", 12.0, 12.0, 12.84)}
     bands = [NarrowBand(POSITION, 55.0, 1e-6, "m", 0.4, 54.0, 56.0), NarrowBand("x_scale.position", 9.0, 1e-6, "m", 0.4, 4.0, 11.0)]
-    assert not_adequate(shortfalls(evidence(0.1, 0.81), [POSITION], list(strained), strained, bands, FIT)) == (
+    assert not_adequate(shortfalls(evidence(0.1, 0.81), [POSITION], list(implausible), implausible, bands, FIT)) == (
         "The model is not adequate: 10.0% of what acts at x_axis.disturbance is still missing, and goes with velocity of x_axis; "
         "it needs x_drive.effort_constant at 12.84 N/A, further off than the lesson holds possible; "
         "x_encoder.position still swings at 55 Hz; x_scale.position still swings between 4 and 11 Hz."

@@ -47,8 +47,8 @@ def test_every_candidate_of_every_template_is_neutral(template: Path, registry: 
     """The plain run is the run with all candidates in it, bit for bit."""
     assembly = assembly_of(template, registry)
     channels = tuple(wire(assembly).channels)[:40]
-    filled, terms = insert_candidates(assembly, registry.effects.values())  # type: ignore[arg-type]
-    assert len(terms) >= FEWEST.get(template.stem, 1)
+    filled, candidates = insert_candidates(assembly, registry.effects.values())  # type: ignore[arg-type]
+    assert len(candidates) >= FEWEST.get(template.stem, 1)
     for_runs = {"duration": 40.0 * assembly.sample_period, "engine": "plain", "check_stability": False}
     plain = run(wire(changed(assembly, channels)), **for_runs)  # type: ignore[arg-type]
     full = run(wire(changed(filled, channels)), **for_runs)  # type: ignore[arg-type]
@@ -63,8 +63,8 @@ def changed(assembly: Assembly, channels: tuple[str, ...]) -> Assembly:
 
 
 def test_a_candidate_is_named_for_its_host_and_effect() -> None:
-    _, terms = insert_candidates(machine().assembly, EFFECTS)
-    assert [(term.part, term.name, term.at) for term in terms] == [
+    _, candidates = insert_candidates(machine().assembly, EFFECTS)
+    assert [(candidate.part, candidate.name, candidate.at) for candidate in candidates] == [
         ("try_x_axis_force_offset", "ForceOffset", "x_axis"),
         ("try_x_axis_torque_ripple", "TorqueRipple", "x_axis"),
         ("try_x_axis_coulomb_friction", "CoulombFriction", "x_axis"),
@@ -93,29 +93,32 @@ def test_what_pushes_acts_before_the_friction_that_the_machine_has_already() -> 
 
 
 def test_lobes_come_in_whole_numbers_a_turn() -> None:
-    _, terms = insert_candidates(cut_machine().assembly, (Runout,))
-    (runout,) = [term for term in terms if term.name == "Runout"]
+    _, candidates = insert_candidates(cut_machine().assembly, (Runout,))
+    (runout,) = [candidate for candidate in candidates if candidate.name == "Runout"]
     order = [name.endswith(".order") for name in runout.parameters].index(True)
     assert sorted(set(runout.points[:, order])) == [1.0, 2.0, 3.0]
 
 
 def test_the_phases_of_one_order_have_one_size() -> None:
     """From responses of one size the best phase of a wave is worked out."""
-    _, terms = insert_candidates(cut_machine().assembly, (Runout,))
-    (runout,) = [term for term in terms if term.name == "Runout"]
+    _, candidates = insert_candidates(cut_machine().assembly, (Runout,))
+    (runout,) = [candidate for candidate in candidates if candidate.name == "Runout"]
     sizes = runout.points[:, [name.endswith(".eccentricity") for name in runout.parameters].index(True)]
     assert len(set(sizes)) == 1
 
 
 def test_what_opens_the_cut_acts_on_all_that_is_in_proportion_to_the_depth() -> None:
-    _, terms = insert_candidates(cut_machine().assembly, (Unbalance, Runout, EdgeForce, ChipThicknessExponent))
-    assert [term.name for term in terms] == ["ChipThicknessExponent", "EdgeForce", "Runout", "Unbalance"]
+    _, candidates = insert_candidates(cut_machine().assembly, (Unbalance, Runout, EdgeForce, ChipThicknessExponent))
+    assert [candidate.name for candidate in candidates] == ["ChipThicknessExponent", "EdgeForce", "Runout", "Unbalance"]
 
 
 def test_what_an_amplifier_shows_may_be_filtered_or_off_by_a_factor(registry: Registry) -> None:
     assembly = assembly_of(next(path for path in TEMPLATES if path.stem == "voltage_axis"), registry)
-    terms = insert_candidates(assembly, (SensorFilter, ScaleFactorError), ["x_drive.current"])[1]
-    assert {(term.name, term.at) for term in terms} >= {("SensorFilter", "x_drive.current"), ("ScaleFactorError", "x_drive.current")}
+    candidates = insert_candidates(assembly, (SensorFilter, ScaleFactorError), ["x_drive.current"])[1]
+    assert {(candidate.name, candidate.at) for candidate in candidates} >= {
+        ("SensorFilter", "x_drive.current"),
+        ("ScaleFactorError", "x_drive.current"),
+    }
 
 
 def test_a_filter_is_told_whether_its_signal_is_held_between_samples(registry: Registry) -> None:
@@ -126,22 +129,22 @@ def test_a_filter_is_told_whether_its_signal_is_held_between_samples(registry: R
 
 
 def test_starting_values_spread_over_the_usual_range_inside_the_bounds() -> None:
-    _, terms = insert_candidates(machine().assembly, (StribeckFriction, TorqueRipple, CoulombFriction))
-    for term in terms:
-        assert term.points.shape[1] == len(term.parameters)
-        assert len(term.points) == (3 if len(term.parameters) == 1 else 8)
-        assert np.all(term.points >= term.low)
-        assert np.all(term.points <= term.high)
-        for name, column in zip(term.parameters, term.points.T, strict=True):
-            low, high = term.effect.typical[name.partition(".")[2]]
+    _, candidates = insert_candidates(machine().assembly, (StribeckFriction, TorqueRipple, CoulombFriction))
+    for candidate in candidates:
+        assert candidate.points.shape[1] == len(candidate.parameters)
+        assert len(candidate.points) == (3 if len(candidate.parameters) == 1 else 8)
+        assert np.all(candidate.points >= candidate.low)
+        assert np.all(candidate.points <= candidate.high)
+        for name, column in zip(candidate.parameters, candidate.points.T, strict=True):
+            low, high = candidate.effect.typical[name.partition(".")[2]]
             assert np.all(column >= low)
             assert np.all(column <= high)
             assert len(np.unique(column)) == len(column)
 
 
 def test_the_simplest_form_of_an_effect_has_its_own_values_alone() -> None:
-    _, terms = insert_candidates(machine().assembly, (PreslidingFriction, CoulombFriction))
-    bare = {term.name: term.bare for term in terms}
+    _, candidates = insert_candidates(machine().assembly, (PreslidingFriction, CoulombFriction))
+    bare = {candidate.name: candidate.bare for candidate in candidates}
     presliding = bare["PreslidingFriction"]
     assert presliding is not None
     assert [name.partition(".")[2] for name in presliding.parameters] == ["level", "distance"]
@@ -150,50 +153,50 @@ def test_the_simplest_form_of_an_effect_has_its_own_values_alone() -> None:
 
 
 def test_neutral_values_are_those_of_the_effect() -> None:
-    _, (term,) = insert_candidates(machine().assembly, (CoulombFriction,))
-    assert term.neutral.tolist() == [0.0]
-    assert term.low.tolist() == [0.0]
+    _, (candidate,) = insert_candidates(machine().assembly, (CoulombFriction,))
+    assert candidate.neutral.tolist() == [0.0]
+    assert candidate.low.tolist() == [0.0]
 
 
 def test_a_phase_belongs_to_the_recording() -> None:
-    _, (term,) = insert_candidates(machine().assembly, (TorqueRipple,))
-    assert term.nuisance == ("try_x_axis_torque_ripple.phase",)
+    _, (candidate,) = insert_candidates(machine().assembly, (TorqueRipple,))
+    assert candidate.nuisance == ("try_x_axis_torque_ripple.phase",)
 
 
 def test_sensors_that_nobody_looks_at_get_no_candidates(registry: Registry) -> None:
     assembly = assembly_of(next(path for path in TEMPLATES if path.stem == "force_axis"), registry)
-    at = [term.at for term in insert_candidates(assembly, (Backlash,))[1]]
+    at = [candidate.at for candidate in insert_candidates(assembly, (Backlash,))[1]]
     assert {"x_encoder", "x_scale"} <= set(at)
-    at = [term.at for term in insert_candidates(assembly, (Backlash,), [POSITION])[1]]
+    at = [candidate.at for candidate in insert_candidates(assembly, (Backlash,), [POSITION])[1]]
     assert "x_scale" not in at
 
 
 def test_what_a_drive_leaves_out_belongs_to_the_drive(registry: Registry) -> None:
     assembly = assembly_of(next(path for path in TEMPLATES if path.stem == "voltage_axis"), registry)
-    terms = insert_candidates(assembly, (MotorInductance, ConverterOffset))[1]
-    assert {(term.name, term.at) for term in terms} == {("MotorInductance", "x_drive"), ("ConverterOffset", "x_drive")}
+    candidates = insert_candidates(assembly, (MotorInductance, ConverterOffset))[1]
+    assert {(candidate.name, candidate.at) for candidate in candidates} == {("MotorInductance", "x_drive"), ("ConverterOffset", "x_drive")}
 
 
 def test_an_effect_that_fits_nowhere_gives_no_term() -> None:
-    assembly, terms = insert_candidates(machine().assembly, ())
-    assert terms == []
+    assembly, candidates = insert_candidates(machine().assembly, ())
+    assert candidates == []
     assert assembly == machine().assembly
 
 
 def test_neutral_candidates_leave_a_compiled_replay_alone_too() -> None:
-    rig = pair(Hidden())[0]
-    names = [name for term in rig.candidates for name in term.parameters]
-    neutral = [value for term in rig.candidates for value in term.neutral]
-    unset = rig.replayed.one({"x_axis.mass": 40.0})
-    assert np.array_equal(rig.replayed.one({"x_axis.mass": 40.0, **dict(zip(names, neutral, strict=True))}), unset)
+    experiment = pair(Hidden())[0]
+    names = [name for candidate in experiment.candidates for name in candidate.parameters]
+    neutral = [value for candidate in experiment.candidates for value in candidate.neutral]
+    unset = experiment.replayed.one({"x_axis.mass": 40.0})
+    assert np.array_equal(experiment.replayed.one({"x_axis.mass": 40.0, **dict(zip(names, neutral, strict=True))}), unset)
 
 
 def test_each_compared_reading_of_a_sensor_has_a_zero_of_its_own() -> None:
     assembly = cut_machine().assembly
     wires = (*assembly.wires, Wire("dynamometer.thrust_force", "cutting.thrust_force"))
     machine = dataclasses.replace(assembly, wires=wires)
-    _, terms = insert_candidates(machine, [DynamometerDrift, EntryBuildUp], ("dynamometer.main", "dynamometer.thrust"))
-    assert [(term.name, term.at) for term in terms] == [
+    _, candidates = insert_candidates(machine, [DynamometerDrift, EntryBuildUp], ("dynamometer.main", "dynamometer.thrust"))
+    assert [(candidate.name, candidate.at) for candidate in candidates] == [
         ("EntryBuildUp", "cutting"), ("DynamometerDrift", "dynamometer"), ("DynamometerDrift", "dynamometer.thrust")
     ]  # fmt: skip
 
@@ -203,8 +206,8 @@ def test_a_channel_may_have_a_share_of_another_one_that_is_compared() -> None:
     assembly = cut_machine().assembly
     wires = (*assembly.wires, *(Wire(f"dynamometer.{name}_force", f"cutting.{name}_force") for name in ("thrust", "feed")))
     machine = dataclasses.replace(assembly, wires=wires)
-    _, terms = insert_candidates(machine, [DynamometerCrosstalk], ("dynamometer.main", "dynamometer.thrust"))
-    assert [(term.at, dict(term.senses)) for term in terms] == [
+    _, candidates = insert_candidates(machine, [DynamometerCrosstalk], ("dynamometer.main", "dynamometer.thrust"))
+    assert [(candidate.at, dict(candidate.senses)) for candidate in candidates] == [
         ("dynamometer", {"other_force": "cutting.thrust_force"}), ("dynamometer.thrust", {"other_force": "cutting.main_force"})
     ]  # fmt: skip
 
@@ -223,30 +226,30 @@ def test_a_term_has_its_plain_shape_until_it_is_found() -> None:
 def test_an_error_between_two_sensors_is_told_at_the_one_that_closes_no_loop(name: str, second: str, registry: Registry) -> None:
     """Either sensor would explain it: a screw sits between motor and scale, and it is no counter that has a wrong gain."""
     template = next(template for template in TEMPLATES if template.stem == name)
-    _, terms = insert_candidates(assembly_of(template, registry), [ScaleFactorError])
-    assert [term.at for term in terms if term.second] == [second]
-    assert len(terms) > 1
+    _, candidates = insert_candidates(assembly_of(template, registry), [ScaleFactorError])
+    assert [candidate.at for candidate in candidates if candidate.second] == [second]
+    assert len(candidates) > 1
 
 
 def test_a_resonance_is_no_faster_than_samples_show(registry: Registry) -> None:
     """Beyond half of their rate a spring with any frequency does the same."""
     table = dataclasses.replace(machine().assembly, sample_period=4e-3)
-    _, terms = insert_candidates(table, [registry.effect("AxialResonance")])  # type: ignore[list-item]
-    (term,) = terms
-    place = term.parameters.index(f"{term.part}.frequency")
-    assert term.high[place] == 125.0
-    assert term.points[:, place].max() == 125.0
+    _, candidates = insert_candidates(table, [registry.effect("AxialResonance")])  # type: ignore[list-item]
+    (candidate,) = candidates
+    place = candidate.parameters.index(f"{candidate.part}.frequency")
+    assert candidate.high[place] == 125.0
+    assert candidate.points[:, place].max() == 125.0
 
 
 def test_an_axis_out_of_square_is_looked_for_along_each_other_axis(registry: Registry) -> None:
     """A single axis has none beside it; the spindle of a lathe turns, and nothing is square to that."""
     squareness = registry.effect("SquarenessError")
     lathe = next(template for template in TEMPLATES if template.stem == "two_axis_lathe")
-    filled, terms = insert_candidates(assembly_of(lathe, registry), [squareness])
+    filled, candidates = insert_candidates(assembly_of(lathe, registry), [squareness])
     sources = {wire.target: wire.source for wire in filled.wires}
-    assert {(term.of_motion, term.senses["other_position"]) for term in terms} == {
+    assert {(candidate.of_motion, candidate.senses["other_position"]) for candidate in candidates} == {
         ("x_axis", "z_axis.position"), ("z_axis", "x_axis.position")
     }  # fmt: skip
-    assert all(sources[f"{term.part}.other_position"] == term.senses["other_position"] for term in terms)
+    assert all(sources[f"{candidate.part}.other_position"] == candidate.senses["other_position"] for candidate in candidates)
     alone = next(template for template in TEMPLATES if template.stem == "cascade_axis")
     assert insert_candidates(assembly_of(alone, registry), [squareness])[1] == []

@@ -17,11 +17,11 @@ PERIOD = 1e-3
 class _White:
     """Noise that is white and of size one."""
 
-    def whiten(self, row: np.ndarray, *, wide: bool) -> np.ndarray:
+    def whiten(self, row: np.ndarray, *, full_band: bool) -> np.ndarray:
         return row
 
 
-def rig(true: float) -> Any:
+def experiment(true: float) -> Any:
     """A channel that is read at the samples, late by whole ones, beside one that moves between them."""
 
     def residuals(names: list[str], rows: np.ndarray) -> np.ndarray:
@@ -43,13 +43,13 @@ def fitted(delay: float) -> Any:
     ("ended", "start"), [(2.999e-3, 2.5e-3), (3.001e-3, 2.5e-3), (2.5e-3, None), (2.6e-3, None)], ids=["before", "after", "there", "near"]
 )
 def test_a_delay_that_is_stuck_at_a_sample_starts_again_between_two(ended: float, start: float | None) -> None:
-    term: Any = SimpleNamespace(part="try", effect=TransportDelay)
-    found = between_samples(rig(2.55e-3), fitted(ended), [term], wide=True)
+    candidate: Any = SimpleNamespace(part="try", effect=TransportDelay)
+    found = between_samples(experiment(2.55e-3), fitted(ended), [candidate], full_band=True)
     assert (found is None) == (start is None)
     if found is not None:
         assert [item.start for item in found] == pytest.approx([40.0, start])
 
 
 def test_what_acts_at_once_is_left_alone() -> None:
-    term: Any = SimpleNamespace(part="try", effect=ForceOffset)
-    assert between_samples(rig(2.55e-3), fitted(2.999e-3), [term], wide=True) is None
+    candidate: Any = SimpleNamespace(part="try", effect=ForceOffset)
+    assert between_samples(experiment(2.55e-3), fitted(2.999e-3), [candidate], full_band=True) is None

@@ -7,7 +7,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Free, with_start
 from lathesim.identification.replay.simulator import Simulator
-from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, baseline, machine, pair, recording, rigs
+from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, baseline, experiments, machine, pair, recording
 
 TRUE = {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}
 
@@ -20,8 +20,8 @@ def unknown(low: float = 1.0) -> list[Free]:
 def test_mass_and_friction_come_back_with_honest_errors() -> None:
     pulls = []
     for seed in range(8):
-        (rig,) = rigs(recording(seed=seed, count=1000))
-        found = fit(rig.sensed, [*unknown(), *rig.start_states(rig.sensed.plan)])
+        (experiment,) = experiments(recording(seed=seed, count=1000))
+        found = fit(experiment.sensed, [*unknown(), *experiment.start_states(experiment.sensed.plan)])
         for name, true in TRUE.items():
             assert found.by_name[name] == pytest.approx(true, rel=1e-4)
             pulls.append((found.by_name[name] - true) / found.error(name))
@@ -30,16 +30,16 @@ def test_mass_and_friction_come_back_with_honest_errors() -> None:
 
 
 def test_what_is_known_beforehand_holds_what_the_recording_cannot_tell() -> None:
-    (rig,) = rigs(recording(count=500, size=0.0))
-    held = [item for item in baseline(rig) if item.name in TRUE]
-    found = fit(rig.sensed, held, rounds=1)
+    (experiment,) = experiments(recording(count=500, size=0.0))
+    held = [item for item in baseline(experiment) if item.name in TRUE]
+    found = fit(experiment.sensed, held, rounds=1)
     assert found.by_name["x_axis.mass"] == pytest.approx(MASS)
     assert found.error("x_axis.mass") == pytest.approx(0.05 * MASS, rel=1e-3)
 
 
 def test_what_is_known_beforehand_yields_to_a_good_recording() -> None:
-    (rig,) = rigs(recording(), of=machine(mass=1.05 * MASS, viscous=0.9 * VISCOUS))
-    found = fit(rig.sensed, baseline(rig))
+    (experiment,) = experiments(recording(), of=machine(mass=1.05 * MASS, viscous=0.9 * VISCOUS))
+    found = fit(experiment.sensed, baseline(experiment))
     assert found.by_name["x_axis.mass"] == pytest.approx(MASS, rel=1e-4)
     # a little over one standard deviation off each, and the start of the recording besides
     paid = (0.05 / (0.05 * 1.05)) ** 2 + (0.1 / (0.1 * 0.9)) ** 2
@@ -54,18 +54,18 @@ def test_bounds_are_kept() -> None:
 
 def test_beside_a_value_at_its_bound_the_others_go_where_they_fit_best() -> None:
     """A step that ran into a bound and was cut short would leave the friction where it belongs only together with another mass."""
-    rig = pair(Hidden())[0]
-    noise = fit(rig.sensed, unknown(low=50.0), rounds=1).noise
-    found = fit(rig.sensed, unknown(low=50.0), noise=noise, rounds=1)
-    alone = fit(rig.sensed, unknown()[1:], {"x_axis.mass": 50.0}, noise=noise, rounds=1)
+    experiment = pair(Hidden())[0]
+    noise = fit(experiment.sensed, unknown(low=50.0), rounds=1).noise
+    found = fit(experiment.sensed, unknown(low=50.0), noise=noise, rounds=1)
+    alone = fit(experiment.sensed, unknown()[1:], {"x_axis.mass": 50.0}, noise=noise, rounds=1)
     assert found.by_name["x_axis.mass"] == 50.0
     assert found.by_name["x_axis.viscous"] == pytest.approx(alone.by_name["x_axis.viscous"], rel=5e-3)
 
 
 def test_a_friction_below_zero_is_no_explanation() -> None:
     """A table that pushes itself would fit better than one without friction; it is not offered."""
-    (rig,) = rigs(recording(Hidden(law=lambda v, q, t: -40.0 * v, viscous=0.0), count=1000))
-    found = fit(rig.sensed, unknown(), rounds=2)
+    (experiment,) = experiments(recording(Hidden(law=lambda v, q, t: -40.0 * v, viscous=0.0), count=1000))
+    found = fit(experiment.sensed, unknown(), rounds=2)
     assert found.by_name["x_axis.viscous"] == 0.0
 
 
@@ -102,16 +102,16 @@ def test_known_slopes_need_no_runs_of_their_own() -> None:
 def test_a_force_that_is_left_out_is_absorbed_and_the_errors_say_so() -> None:
     """Left-out Coulomb friction doubles the viscous coefficient; the interval must be wide, and the residual is no noise."""
     two = (pair(Hidden())[0], pair(Hidden(dry=20.0))[0])
-    clean, rubbing = (fit(rig.sensed, [*unknown(), *rig.start_states(rig.sensed.plan)]) for rig in two)
+    clean, rubbing = (fit(experiment.sensed, [*unknown(), *experiment.start_states(experiment.sensed.plan)]) for experiment in two)
     assert rubbing.by_name["x_axis.viscous"] > 1.5 * VISCOUS
     assert rubbing.error("x_axis.viscous") > 100.0 * clean.error("x_axis.viscous")
     assert np.std(rubbing.residual) > 100.0 * np.std(clean.residual)
 
 
 def test_the_size_of_a_friction_comes_back_when_it_acts_on_simulated_motion() -> None:
-    rig = pair(Hidden(dry=20.0))[0]
-    level = next(term for term in rig.candidates if term.name == "CoulombFriction").parameters[0]
-    found = fit(rig.replayed, [*baseline(rig), Free(level, 15.0, 10.0, 0.0)])
+    experiment = pair(Hidden(dry=20.0))[0]
+    level = next(candidate for candidate in experiment.candidates if candidate.name == "CoulombFriction").parameters[0]
+    found = fit(experiment.replayed, [*baseline(experiment), Free(level, 15.0, 10.0, 0.0)])
     assert found.by_name[level] == pytest.approx(20.0, rel=0.02)
     assert found.by_name["x_axis.mass"] == pytest.approx(MASS, rel=0.01)
     assert found.by_name["x_axis.viscous"] == pytest.approx(VISCOUS, rel=0.03)
@@ -119,7 +119,7 @@ def test_the_size_of_a_friction_comes_back_when_it_acts_on_simulated_motion() ->
 
 def test_slopes_are_taken_once_where_a_machine_is_nearly_linear(monkeypatch: pytest.MonkeyPatch) -> None:
     """The start of a recording moves what is simulated in proportion: one Jacobian, a step or two, and one more Jacobian for the errors."""
-    (rig,) = rigs(recording(count=500))
+    (experiment,) = experiments(recording(count=500))
     simulated: list[int] = []
 
     def counted(simulator: Simulator, names: list[str], values: FloatArray) -> list[FloatArray]:
@@ -128,10 +128,10 @@ def test_slopes_are_taken_once_where_a_machine_is_nearly_linear(monkeypatch: pyt
 
     monkeypatch.setattr(Simulator, "of", Simulator.residuals, raising=False)
     monkeypatch.setattr(Simulator, "residuals", counted)
-    starts = rig.start_states(rig.sensed.plan)
-    fit(rig.sensed, starts, {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}, rounds=3)
+    starts = experiment.start_states(experiment.sensed.plan)
+    fit(experiment.sensed, starts, {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}, rounds=3)
     rough = sum(simulated)
     assert rough <= 1 + 2 * len(starts) + 4
     simulated.clear()
-    fit(rig.sensed, starts, {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}, rounds=3, slopes="kept")
+    fit(experiment.sensed, starts, {"x_axis.mass": MASS, "x_axis.viscous": VISCOUS}, rounds=3, slopes="kept")
     assert sum(simulated) == rough - len(starts)

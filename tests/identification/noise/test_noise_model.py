@@ -27,9 +27,9 @@ MASS_KICK = (0.2 * (1.0 - FADING ** np.arange(SAMPLES)))[None, :]
 """Response of the place of a braked mass to a kick of its speed: it comes to rest within a fifth of a second or so."""
 
 
-def shaped(kicks: FloatArray, motion: FloatArray, floor: float, period: float, **kinds: Any) -> NoiseShapes:
+def shaped(impulse_responses: FloatArray, motion: FloatArray, floor: float, period: float, **kinds: Any) -> NoiseShapes:
     """Give the shapes of a channel that is differenced as often as suits its response."""
-    return noise_shapes(kicks, motion, floor, period, differences(kicks, period), **kinds)
+    return noise_shapes(impulse_responses, motion, floor, period, differences(impulse_responses, period), **kinds)
 
 
 def white(size: float, seed: int = 0) -> FloatArray:
@@ -101,10 +101,10 @@ def test_whitened_noise_has_variance_one(seed: int) -> None:
     shapes = shaped(MASS_KICK, MASS_KICK[0] ** 2, 1e-7, PERIOD, coloured=True)
     residual = white(2e-6, seed) + wandering(0.5, seed + 10)
     model = fit_noise_model(residual, shapes)
-    whitened = model.whiten(residual, wide=True)
+    whitened = model.whiten(residual, full_band=True)
     # the taper makes neighbours alike: the sum of squares counts the independent ones
     assert np.mean(whitened**2) / effective_share(SAMPLES) == pytest.approx(1.0, abs=0.1)
-    other = model.whiten(white(2e-6, seed + 100) + wandering(0.5, seed + 110), wide=True)
+    other = model.whiten(white(2e-6, seed + 100) + wandering(0.5, seed + 110), full_band=True)
     assert np.mean(other**2) / effective_share(SAMPLES) == pytest.approx(1.0, abs=0.15)
 
 
@@ -117,7 +117,7 @@ def test_only_the_band_of_the_motion_counts_unless_asked_otherwise() -> None:
     model = fit_noise_model(white(2e-6), shapes)
     kept = model.whiten(white(2e-6))
     assert np.count_nonzero(kept) <= 2 * shapes.band
-    assert np.count_nonzero(model.whiten(white(2e-6), wide=True)) > 0.9 * len(kept)
+    assert np.count_nonzero(model.whiten(white(2e-6), full_band=True)) > 0.9 * len(kept)
 
 
 DIFFERENCED = shaped(np.gradient(MASS_KICK, axis=1), MASS_KICK[0], 1e-9, PERIOD, coloured=False)
@@ -132,7 +132,7 @@ def test_a_constant_counts_where_the_differences_do_not_show_it() -> None:
     told = model.log_likelihood(white(2e-6)) - model.log_likelihood(off)
     # less than of white noise that is counted in full: the taper, and what forces may do there
     assert 0.5 < told / (0.5 * (1e-6 / spread) ** 2) < 1.1
-    power = float(np.sum(model.whiten(off, wide=True) ** 2) - np.sum(model.whiten(white(2e-6), wide=True) ** 2))
+    power = float(np.sum(model.whiten(off, full_band=True) ** 2) - np.sum(model.whiten(white(2e-6), full_band=True) ** 2))
     assert power == pytest.approx(2.0 * told, rel=0.01)
 
 

@@ -10,25 +10,25 @@ from lathesim.identification.estimation import estimates as parameters
 from lathesim.identification.estimation.estimates import Estimates, estimates
 from lathesim.identification.replay import closed_loop as own_simulation
 from lathesim.identification.replay.closed_loop import agreed_in_closed_loop, in_own_simulation, own_error
-from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, recording, rigs
+from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, experiments, recording
 
 
 @pytest.mark.parametrize(("left", "feeds_back", "agreed"), [((10.0, 20.0), True, 0.8), ((10.0, 60.0), True, 0.0), ((1.0, 1.0), False, 0.0)])
 def test_most_of_the_error_must_go_on_both_recordings(
     left: tuple[float, float], feeds_back: bool, agreed: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rig: Any = SimpleNamespace(feeds_back=feeds_back)
-    monkeypatch.setattr(own_simulation, "own_error", lambda rig, values: values["left"])
-    recordings: Any = [(rig, *(SimpleNamespace(by_name={"left": size}) for size in (100.0, after))) for after in left]
+    experiment: Any = SimpleNamespace(feeds_back=feeds_back)
+    monkeypatch.setattr(own_simulation, "own_error", lambda experiment, values: values["left"])
+    recordings: Any = [(experiment, *(SimpleNamespace(by_name={"left": size}) for size in (100.0, after))) for after in left]
     assert agreed_in_closed_loop(*recordings) == pytest.approx(agreed)
 
 
 def test_the_right_machine_leaves_next_to_nothing() -> None:
-    (rig,) = rigs(recording(Hidden()))
+    (experiment,) = experiments(recording(Hidden()))
     right, wrong = ({"x_axis.mass": factor * MASS, "x_axis.viscous": VISCOUS} for factor in (1.0, 1.1))
-    samples = rig.own.samples
-    assert own_error(rig, right) < 10.0 * samples
-    assert own_error(rig, wrong) > 1e4 * samples
+    samples = experiment.own.samples
+    assert own_error(experiment, right) < 10.0 * samples
+    assert own_error(experiment, wrong) > 1e4 * samples
 
 
 @pytest.mark.parametrize(("error_of_recorded", "taken"), [(1.0, "recorded"), (1.5, "simulated")])
@@ -37,8 +37,8 @@ def test_values_come_from_the_recorded_motion_where_its_simulation_is_as_good(
 ) -> None:
     """A replay that feels its own motion jumps where a value moves a little, and its slopes tell more than is there."""
     fitted = SimpleNamespace(constant={"felt": 0.0})
-    model: Any = SimpleNamespace(fitted=fitted, terms=(), held_out_fit=SimpleNamespace(by_name={}))
-    rig: Any = SimpleNamespace(feeds_back=True, feeling_their_motion=lambda terms: {"felt": 0.0})
+    model: Any = SimpleNamespace(fitted=fitted, candidates=(), validation_fit=SimpleNamespace(by_name={}))
+    experiment: Any = SimpleNamespace(feeds_back=True, simulated_motion_of=lambda candidates: {"felt": 0.0})
     monkeypatch.setattr(parameters, "replace", lambda item, **changes: SimpleNamespace(**{**vars(item), **changes}))
 
     def by_motion(model: Any, *others: Any) -> Estimates:
@@ -46,8 +46,8 @@ def test_values_come_from_the_recorded_motion_where_its_simulation_is_as_good(
 
     monkeypatch.setattr(parameters, "_estimates", by_motion)
     errors = iter((1.0, error_of_recorded))
-    monkeypatch.setattr(parameters, "own_error", lambda rig, values: next(errors))
-    assert estimates(model, rig, rig, None).inflation == {"simulated": 1.0, "recorded": 2.0}[taken]
+    monkeypatch.setattr(parameters, "own_error", lambda experiment, values: next(errors))
+    assert estimates(model, experiment, experiment, None).inflation == {"simulated": 1.0, "recorded": 2.0}[taken]
 
 
 @pytest.mark.parametrize(("at", "told_by"), [("cutting.force", "replay"), ("x_axis", "own")])
@@ -67,9 +67,11 @@ def test_what_an_effect_of_the_cut_does_is_told_by_the_replay(at: str, told_by: 
 
     own, replay = simulator("own", 10.0), simulator("replay", 0.1)
     replay.as_seen, replay.seen, replay.seen_floors = (lambda run: run), np.zeros((1, 100)), np.array([0.1])
-    rig: Any = SimpleNamespace(machine=SimpleNamespace(assembly=SimpleNamespace(parts=parts)), own=own, sensed=replay, feeds_back=True)
-    term: Any = SimpleNamespace(at=at, parameters=("wear.growth",), neutral=np.zeros(1))
+    experiment: Any = SimpleNamespace(
+        machine=SimpleNamespace(assembly=SimpleNamespace(parts=parts)), own=own, sensed=replay, feeds_back=True
+    )
+    candidate: Any = SimpleNamespace(at=at, parameters=("wear.growth",), neutral=np.zeros(1))
     fits: list[Any] = [SimpleNamespace(by_name={"wear.growth": value}) for value in (0.0, 1.0)]
-    moved, _ = in_own_simulation(rig, *fits, term)
+    moved, _ = in_own_simulation(experiment, *fits, candidate)
     assert asked == [told_by]
     assert moved == pytest.approx({"replay": 30.0, "own": 0.3}[told_by])

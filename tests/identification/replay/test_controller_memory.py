@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
 from lathesim.identification.replay.controller_memory import remembered_at_start
-from lathesim.identification.replay.experiment import Machine, Rig, build_rigs
+from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
@@ -45,31 +45,31 @@ def from_sample(record: Record, first: int) -> Record:
     return Record(record.time[: len(record) - first], channels, dict(record.meta))
 
 
-def unexplained(rig: Rig) -> float:
+def unexplained(experiment: Experiment) -> float:
     """Give the share of the command that a replay of its controller leaves."""
-    row = rig.machine.compare.index(VOLTAGE)
-    return float(np.std(rig.sensed.one({})[row]) / np.std(rig.record[VOLTAGE]))
+    row = experiment.machine.compare.index(VOLTAGE)
+    return float(np.std(experiment.sensed.one({})[row]) / np.std(experiment.record[VOLTAGE]))
 
 
 def test_what_a_controller_remembers_is_found(recorded: tuple[Machine, Record]) -> None:
     machine, record = recorded
-    (rig,) = build_rigs(machine, [("late.csv", from_sample(record, 700))], [])
-    assert unexplained(rig) < 1e-3
-    assert contradicted(rig, {}) == ""
+    (experiment,) = build_experiments(machine, [("late.csv", from_sample(record, 700))], [])
+    assert unexplained(experiment) < 1e-3
+    assert contradicted(experiment, {}) == ""
 
 
 def test_a_recording_from_rest_is_taken_as_it_is(recorded: tuple[Machine, Record]) -> None:
     machine, record = recorded
-    (rig,) = build_rigs(machine, [("whole.csv", record)], [])
-    assert rig.machine is machine
-    assert remembered_at_start(machine.assembly, machine.compare, rig.sensed) == {}
+    (experiment,) = build_experiments(machine, [("whole.csv", record)], [])
+    assert experiment.machine is machine
+    assert remembered_at_start(machine.assembly, machine.compare, experiment.sensed) == {}
 
 
 def test_a_command_that_is_not_this_controllers_is_not_explained_by_memory(recorded: tuple[Machine, Record]) -> None:
     machine, record = recorded
     turned = record.with_channel(VOLTAGE, "V", -record[VOLTAGE])
-    (rig,) = build_rigs(machine, [("turned.csv", from_sample(turned, 700))], [])
-    assert "does not follow from what its controller was given" in contradicted(rig, {})
+    (experiment,) = build_experiments(machine, [("turned.csv", from_sample(turned, 700))], [])
+    assert "does not follow from what its controller was given" in contradicted(experiment, {})
 
 
 @pytest.mark.parametrize("converter", ["", "set: {x_dac.bits: 12, "], ids=["as the lesson has it", "in steps of 5 mV"])
@@ -83,6 +83,6 @@ def test_the_current_of_a_drive_tells_what_its_controller_remembers(converter: s
     asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
     record = Record(run.time, {REFERENCE: asked, POSITION: run.channels[POSITION], CURRENT: run.channels[CURRENT]}, dict(run.meta))
     machine = Machine(prepared.machinery, (REFERENCE,), (POSITION, CURRENT), {}, {})
-    (rig,) = build_rigs(machine, [("late.csv", from_sample(record, 700))], [])
-    row = rig.machine.compare.index(CURRENT)
-    assert np.std(rig.sensed.one({})[row]) < 0.02 * np.std(rig.record[CURRENT])
+    (experiment,) = build_experiments(machine, [("late.csv", from_sample(record, 700))], [])
+    row = experiment.machine.compare.index(CURRENT)
+    assert np.std(experiment.sensed.one({})[row]) < 0.02 * np.std(experiment.record[CURRENT])

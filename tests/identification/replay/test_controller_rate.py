@@ -11,7 +11,7 @@ from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.diagnosis.recording_checks.unexplained_command import unexplained_share
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.identification.replay.controller_rate import at_controllers_rate, decisions_for_each
-from lathesim.identification.replay.experiment import Machine, Rig, build_rigs
+from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.identification.replay.loading import at_period
 from lathesim.identification.replay.recorded_parts import LinearSignal
 from lathesim.record import Record
@@ -26,27 +26,27 @@ def axis(tmp_path_factory: pytest.TempPathFactory) -> tuple[Assembly, Record]:
     return machine.assembly, record
 
 
-def every_second(axis: tuple[Assembly, Record], decisions: int) -> Rig:
+def every_second(axis: tuple[Assembly, Record], decisions: int) -> Experiment:
     """Give the rig of a log that holds every second row, taken for one of controllers that decide so often for each."""
     assembly, record = axis
     channels = {name: replace(channel, values=channel.values[::2]) for name, channel in record.channels.items()}
     slow = Record(record.time[::2], channels)
     lesson = Machine(at_period(assembly, slow.sample_period), (REFERENCE,), (POSITION, VOLTAGE), {}, {}, decisions=decisions)
-    (rig,) = build_rigs(lesson, [("slow.csv", slow)], [])
-    return rig
+    (experiment,) = build_experiments(lesson, [("slow.csv", slow)], [])
+    return experiment
 
 
-def unexplained(rig: Rig) -> float:
-    return dict(unexplained_share(rig, {}))[1]
+def unexplained(experiment: Experiment) -> float:
+    return dict(unexplained_share(experiment, {}))[1]
 
 
 def test_a_log_at_half_the_rate_is_simulated_at_the_rate_of_the_controller(axis: tuple[Assembly, Record]) -> None:
-    rig, slow_loop = every_second(axis, 2), every_second(axis, 1)
-    assert rig.own.period == pytest.approx(2.0 * axis[0].sample_period)
-    assert rig.own.one({}).shape == rig.own.recorded.shape
-    assert np.abs(rig.own.one({})[0]).max() < 0.1 * np.abs(slow_loop.own.one({})[0]).max()
-    assert unexplained(rig) < 0.5 * unexplained(slow_loop)
-    assert of_another_period(rig, {}) == ""
+    experiment, slow_loop = every_second(axis, 2), every_second(axis, 1)
+    assert experiment.own.period == pytest.approx(2.0 * axis[0].sample_period)
+    assert experiment.own.one({}).shape == experiment.own.recorded.shape
+    assert np.abs(experiment.own.one({})[0]).max() < 0.1 * np.abs(slow_loop.own.one({})[0]).max()
+    assert unexplained(experiment) < 0.5 * unexplained(slow_loop)
+    assert of_another_period(experiment, {}) == ""
 
 
 def test_controllers_decide_a_whole_number_of_times(axis: tuple[Assembly, Record]) -> None:

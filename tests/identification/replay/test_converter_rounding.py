@@ -21,7 +21,7 @@ from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay import experiment as problem
 from lathesim.identification.replay.converter_rounding import plain_replay
-from lathesim.identification.replay.experiment import Machine, Rig
+from lathesim.identification.replay.experiment import Experiment, Machine
 from lathesim.identification.replay.measured_motion import counted_motion
 from lathesim.identification.replay.open_loop import drive
 from lathesim.record import Record
@@ -52,14 +52,14 @@ def test_what_a_converter_rounds_does_not_add_up_in_an_integral(monkeypatch: pyt
     asked = 100.0 + 10.0 * np.sign(np.sin(0.9 * time)) + 3.0 * np.sin(2.3 * time)
     made = run(wire(drive(spindle(), {REFERENCE: asked})), duration=(SAMPLES - 1) * PERIOD)
     record = Record(time, {}, {}).with_channel(SPEED, "rad/s", made[SPEED]).with_channel(REFERENCE, "rad/s", asked)
-    rig = Rig(Machine(spindle(), (REFERENCE,), (SPEED,), {}, {}), record, "run", (), spindle())
-    parts = passed_through(rig.sensed.plan, rig.sensed.channels[0])
+    experiment = Experiment(Machine(spindle(), (REFERENCE,), (SPEED,), {}, {}), record, "run", (), spindle())
+    parts = passed_through(experiment.sensed.plan, experiment.sensed.channels[0])
     assert {"adc", "dac", "controller"} <= set(parts)
     assert not any(name.startswith(("rounding_", "rounded_")) for name in parts)
     step = 20.0 / 1023.0 / Tachometer.declarations["gain"].default
-    assert np.std(rig.sensed.one({})[0]) < 0.1 * step
+    assert np.std(experiment.sensed.one({})[0]) < 0.1 * step
     monkeypatch.setattr(problem, "plain_replay", lambda *given: {})
-    assert np.std(replace(rig).sensed.one({})[0]) > step
+    assert np.std(replace(experiment).sensed.one({})[0]) > step
 
 
 def test_nothing_is_run_where_no_sensor_is_rounded() -> None:
@@ -88,11 +88,13 @@ def test_a_loop_that_swings_between_two_steps_is_off_by_chance(off: float, by_ch
     time = PERIOD * np.arange(SAMPLES)
     asked = 100.0 + 10.0 * np.sign(np.sin(0.9 * time))
     record = Record(time, {}, {}).with_channel(SPEED, "rad/s", asked).with_channel(REFERENCE, "rad/s", asked)
-    rig = Rig(Machine(spindle(), (REFERENCE,), (SPEED,), {}, {}), record, "run", (), spindle())
+    experiment = Experiment(Machine(spindle(), (REFERENCE,), (SPEED,), {}, {}), record, "run", (), spindle())
     fit = {SPEED: ChannelFit("rad/s", 1e-3, off, off, "run")}
-    assert off_by_chance(rig, {}, fit) == ({SPEED} if by_chance else set())
-    alone = replace(rig.machine.assembly, parts=rig.machine.assembly.parts[-1:], wires=(Wire("spindle.voltage", constant=1.0),))
-    assert off_by_chance(replace(rig, machine=replace(rig.machine, assembly=alone)), {}, fit) == set()
+    assert off_by_chance(experiment, {}, fit) == ({SPEED} if by_chance else set())
+    alone = replace(
+        experiment.machine.assembly, parts=experiment.machine.assembly.parts[-1:], wires=(Wire("spindle.voltage", constant=1.0),)
+    )
+    assert off_by_chance(replace(experiment, machine=replace(experiment.machine, assembly=alone)), {}, fit) == set()
 
 
 def test_a_command_that_follows_from_what_a_converter_read_is_no_fault_of_the_recording() -> None:
@@ -103,9 +105,9 @@ def test_a_command_that_follows_from_what_a_converter_read_is_no_fault_of_the_re
     record = Record(time, {}, {}).with_channel(SPEED, "rad/s", asked).with_channel(REFERENCE, "rad/s", asked)
     record = record.with_channel(command, "V", 3.83 + 0.05 * rng.standard_normal(SAMPLES))
     machine = Machine(spindle(), (REFERENCE,), (SPEED, command), {}, {})
-    assert contradicted(Rig(machine, record, "run", (), spindle()), {}) == ""
+    assert contradicted(Experiment(machine, record, "run", (), spindle()), {}) == ""
     direct = tuple(part for part in spindle().parts if part.name not in ("tachometer", "adc"))
     wires = [item for item in spindle().wires if item.target.partition(".")[0] not in ("tachometer", "adc", "controller")]
     wires += [Wire(REFERENCE, constant=0.0), Wire("controller.measured", SPEED)]
     without = replace(spindle(), parts=direct, wires=tuple(wires))
-    assert f"of {command} does not follow" in contradicted(Rig(replace(machine, assembly=without), record, "run", (), without), {})
+    assert f"of {command} does not follow" in contradicted(Experiment(replace(machine, assembly=without), record, "run", (), without), {})

@@ -61,25 +61,25 @@ def test_a_sensor_shows_its_host_past_effects_in_between() -> None:
 
 def test_the_volts_of_a_tachometer_are_no_speed() -> None:
     """A bench recorded while it turned began at the volts of its tachometer, taken for radians a second."""
-    bench = shipped_machine("torque_spindle")
-    gain = next(part.component for part in bench.parts if part.name == "tachometer").declarations["gain"].default  # type: ignore[attr-defined]
-    turned = 40.0 * np.arange(2000) * bench.sample_period
-    alone = recorded_motion(bench, {"tachometer.voltage": np.full(2000, 40.0 * gain)})
+    laboratory = shipped_machine("torque_spindle")
+    gain = next(part.component for part in laboratory.parts if part.name == "tachometer").declarations["gain"].default  # type: ignore[attr-defined]
+    turned = 40.0 * np.arange(2000) * laboratory.sample_period
+    alone = recorded_motion(laboratory, {"tachometer.voltage": np.full(2000, 40.0 * gain)})
     assert alone["spindle.speed"] == pytest.approx(40.0)
     assert alone["spindle.angle"] == pytest.approx(turned)
     # a gain may be wrong: the encoder tells the speed where there is one
     for names in (("spindle_encoder.angle", "tachometer.voltage"), ("tachometer.voltage", "spindle_encoder.angle")):
         values = {"spindle_encoder.angle": turned, "tachometer.voltage": np.full(2000, 44.0 * gain)}
-        both = recorded_motion(bench, {name: values[name] for name in names})
+        both = recorded_motion(laboratory, {name: values[name] for name in names})
         assert both["spindle.speed"][INSIDE] == pytest.approx(40.0)
         assert both["spindle.angle"][INSIDE] == pytest.approx(turned[INSIDE])
 
 
 def test_a_cut_goes_on_at_the_speed_that_a_tachometer_showed() -> None:
     """The force of a lathe drifted away with the speed of its replayed spindle."""
-    bench = shipped_machine("torque_spindle")
-    gain = next(part.component for part in bench.parts if part.name == "tachometer").declarations["gain"].default  # type: ignore[attr-defined]
-    assert counted_motion(bench, {"tachometer.voltage": np.full(2000, 40.0 * gain)})["spindle.speed"] == pytest.approx(40.0)
+    laboratory = shipped_machine("torque_spindle")
+    gain = next(part.component for part in laboratory.parts if part.name == "tachometer").declarations["gain"].default  # type: ignore[attr-defined]
+    assert counted_motion(laboratory, {"tachometer.voltage": np.full(2000, 40.0 * gain)})["spindle.speed"] == pytest.approx(40.0)
 
 
 def test_a_converter_behind_a_tachometer_tells_the_speed_too() -> None:
@@ -99,8 +99,8 @@ def test_the_voltage_of_a_controller_is_no_place() -> None:
 
 def test_the_rate_that_an_encoder_makes_of_its_counts_is_the_speed() -> None:
     """A log of a drive often has nothing else: as long as nobody knew whose speed it was, no friction could sense the recorded motion."""
-    bench = shipped_machine("torque_spindle")
-    motion = recorded_motion(bench, {"spindle_encoder.rate": np.full(2000, 40.0)})
+    laboratory = shipped_machine("torque_spindle")
+    motion = recorded_motion(laboratory, {"spindle_encoder.rate": np.full(2000, 40.0)})
     assert motion["spindle.speed"] == pytest.approx(40.0)
 
 

@@ -22,7 +22,7 @@ from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
 from lathesim.record import Record
 from tests.diagnosis.one_cut import DEPTH, cut_machine
-from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, RESOLUTION, Hidden, machine, pair, recording, rigs
+from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, RESOLUTION, Hidden, experiments, machine, pair, recording
 from tests.diagnosis.small_case import write_lesson
 
 
@@ -69,15 +69,15 @@ def test_a_channel_with_effects_on_it_is_seen_behind_them() -> None:
 
 
 def test_a_driven_axis_gives_again_what_was_recorded() -> None:
-    rig = pair(Hidden())[0]
-    off = rig.replayed.one({})[0]
-    assert np.sqrt(np.mean(off**2)) < 2.0 * rig.floors[POSITION]
+    experiment = pair(Hidden())[0]
+    off = experiment.replayed.one({})[0]
+    assert np.sqrt(np.mean(off**2)) < 2.0 * experiment.floors[POSITION]
     assert np.max(np.abs(off)) < 3.0 * RESOLUTION
 
 
 def test_an_axis_with_a_friction_that_it_does_not_know_does_not() -> None:
-    rig = pair(Hidden(dry=8.0))[0]
-    assert np.sqrt(np.mean(rig.replayed.one({})[0] ** 2)) > 100.0 * rig.floors[POSITION]
+    experiment = pair(Hidden(dry=8.0))[0]
+    assert np.sqrt(np.mean(experiment.replayed.one({})[0] ** 2)) > 100.0 * experiment.floors[POSITION]
 
 
 def test_cutting_the_loop_leaves_the_parts_to_compute_their_own(controlled: tuple[Assembly, Record]) -> None:
@@ -119,7 +119,7 @@ def test_what_an_effect_senses_of_its_own_host_stays_simulated_in_a_cut() -> Non
 def test_the_step_of_a_replay_shifts_nothing() -> None:
     """Halving the step moves the replay by less than a twentieth of the floor: a shift of half a step would pass for a delay."""
     record = recording(count=1000)
-    coarse = rigs(record)[0].replayed
+    coarse = experiments(record)[0].replayed
     plan = coarse.plan.assembly
     fine = dataclasses.replace(coarse, plan=wire(dataclasses.replace(plan, step=0.5 * plan.step)))
     assert plan.step == 0.5 * PERIOD

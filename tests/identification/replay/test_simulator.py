@@ -6,13 +6,13 @@ from textwrap import dedent
 import numpy as np
 import pytest
 
-from lathesim.identification.replay.experiment import Machine, build_rigs
-from lathesim.identification.replay.simulator import LOST, SecondSight
+from lathesim.identification.replay.experiment import Machine, build_experiments
+from lathesim.identification.replay.simulator import LOST, RedundantSensor
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
 from lathesim.record import Channel, Record
-from tests.diagnosis.pushed_table import FORCE, MASS, PERIOD, POSITION, VISCOUS, Hidden, machine, pair, recording, rigs
+from tests.diagnosis.pushed_table import FORCE, MASS, PERIOD, POSITION, VISCOUS, Hidden, experiments, machine, pair, recording
 
 NAMES = ["x_axis.mass", "x_axis.viscous"]
 
@@ -36,7 +36,7 @@ def test_nothing_recorded_is_no_residual() -> None:
     record = recording(count=500)
     holes = record[POSITION].copy()
     holes[100:150] = np.nan
-    simulator = rigs(record.with_channel(POSITION, "m", holes))[0].sensed
+    simulator = experiments(record.with_channel(POSITION, "m", holes))[0].sensed
     residual = simulator.one({"x_axis.viscous": 2.0 * VISCOUS})
     assert np.all(residual[0, 100:150] == 0.0)
     assert np.all(np.isfinite(residual))
@@ -53,28 +53,28 @@ def test_a_run_that_grows_beyond_all_bounds_is_lost_and_not_a_number_at_fault() 
 @pytest.mark.parametrize("seconds", [0.3, 2.0], ids=["large numbers", "beyond all numbers"])
 def test_the_noise_of_a_lost_run_has_finite_shapes(seconds: float) -> None:
     """A run that grows without bounds is a known outcome: nothing warns, and nothing overflows that is squared."""
-    simulator = rigs(recording(count=round(seconds / PERIOD)))[0].sensed
+    simulator = experiments(recording(count=round(seconds / PERIOD)))[0].sensed
     growing = {"x_axis.mass": 0.05, "x_axis.viscous": -60.0}
     for coloured in (False, True):
         (shapes,) = simulator.noise_shapes(growing, coloured=coloured)
         assert np.all(np.isfinite(shapes.shapes))
-    assert np.all(np.isfinite(simulator.kicks(growing)[1]))
+    assert np.all(np.isfinite(simulator.impulse_responses(growing)[1]))
 
 
 def test_the_difference_of_two_lost_channels_is_no_number_and_no_warning() -> None:
     simulator = pair(Hidden())[0].sensed
     lost = np.full((2, simulator.samples), np.inf)
-    twice = type(simulator)(simulator.plan, (POSITION, "x_axis.position"), np.zeros_like(lost), np.ones(2), "two", (SecondSight(1, 0),))
+    twice = type(simulator)(simulator.plan, (POSITION, "x_axis.position"), np.zeros_like(lost), np.ones(2), "two", (RedundantSensor(1, 0),))
     assert np.all(np.isnan(twice.as_seen(lost)[1]))
     assert np.all(np.abs(twice.residual_of(twice.as_seen(lost))) > 0.5 * LOST)
 
 
 def test_a_kick_of_the_speed_moves_the_table_by_its_run_out() -> None:
     simulator = pair(Hidden())[0].sensed
-    states, kicks, motion = simulator.kicks({"x_axis.mass": MASS, "x_axis.viscous": VISCOUS})
+    states, impulse_responses, motion = simulator.impulse_responses({"x_axis.mass": MASS, "x_axis.viscous": VISCOUS})
     assert states == ["x_axis.speed", "x_axis.travel"]
     assert motion.shape == (1, simulator.samples)
-    speed, travel = kicks[:, 0]
+    speed, travel = impulse_responses[:, 0]
     assert speed[-1] == pytest.approx(1e-3 * MASS / VISCOUS, rel=1e-6)
     assert travel == pytest.approx(np.full(simulator.samples, 1e-3))
 
@@ -83,7 +83,7 @@ def test_a_second_sensor_of_one_motion_shows_its_difference() -> None:
     first, second = np.array([0.0, 1.0, 2.0]), np.array([0.5, 1.5, 2.8])
     simulator = pair(Hidden())[0].sensed
     twice = type(simulator)(
-        simulator.plan, (POSITION, "x_axis.position"), np.array([first, second]), np.array([3.0, 4.0]), "two", (SecondSight(1, 0),)
+        simulator.plan, (POSITION, "x_axis.position"), np.array([first, second]), np.array([3.0, 4.0]), "two", (RedundantSensor(1, 0),)
     )
     # less the mean of it: where a sensor has its zero says nothing
     assert twice.seen == pytest.approx(np.array([first, [-0.1, -0.1, 0.2]]))
@@ -94,7 +94,7 @@ def test_a_second_sensor_of_one_motion_shows_its_difference() -> None:
 
 def test_a_tachometer_is_expected_to_show_the_speed_of_the_place() -> None:
     time = np.arange(1000) * PERIOD
-    sight = SecondSight(1, 0, gain=2.0, rate=True)
+    sight = RedundantSensor(1, 0, gain=2.0, rate=True)
     expected = sight.expected(np.sin(2.0 * np.pi * time), PERIOD)
     assert expected[50:-50] == pytest.approx((4.0 * np.pi * np.cos(2.0 * np.pi * time))[50:-50], abs=0.02)
 
@@ -104,7 +104,7 @@ def test_a_rig_finds_the_second_sight_of_two_channels_of_one_motion() -> None:
     record = record.with_channel("x_axis.position", "m", record[POSITION])
     given = machine()
     both = type(given)(given.assembly, (FORCE,), (POSITION, "x_axis.position"), given.uncertain, given.resolution)
-    assert [(sight.row, sight.first, sight.rate) for sight in rigs(record, of=both)[0].sensed.second_sight] == [(1, 0, False)]
+    assert [(sight.row, sight.first, sight.rate) for sight in experiments(record, of=both)[0].sensed.redundant_sensors] == [(1, 0, False)]
 
 
 def test_small_changes_of_a_value_show_through_a_converter(tmp_path: Path) -> None:
@@ -124,6 +124,6 @@ def test_small_changes_of_a_value_show_through_a_converter(tmp_path: Path) -> No
         "tachometer_adc.reading": Channel("tachometer_adc.reading", "rad/s", 30.0 + 0.0 * time),
     }
     machine = Machine(assembly, ("spindle.torque",), ("tachometer_adc.reading",), {}, {})
-    (rig,) = build_rigs(machine, [("turning", Record(time, channels, {"sample_period": 1e-3}))], [])
-    runs = rig.sensed.outputs(["spindle.rotation"], np.array([[30.0], [30.0 + 1e-4]]))
+    (experiment,) = build_experiments(machine, [("turning", Record(time, channels, {"sample_period": 1e-3}))], [])
+    runs = experiment.sensed.outputs(["spindle.rotation"], np.array([[30.0], [30.0 + 1e-4]]))
     assert np.all(np.abs(runs[1][0] - runs[0][0] - 1e-4)[1:20] < 2e-5)

@@ -1,6 +1,6 @@
 """A value of the lesson that is further off than the lesson holds possible: a load on the table, another motor, a slip of the pen.
 
-Where the values of the machine are strained, each uncertain one is let loose by itself, with effects and without them. One that explains
+Where the values of the machine are implausible, each uncertain one is let loose by itself, with effects and without them. One that explains
 both recordings better than what was found takes its place: a single number that is wrong is likelier than physics of a strange size.
 """
 
@@ -9,13 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from lathesim.diagnosis.recording_checks.controller_value import FURTHEST
-from lathesim.diagnosis.selection.laboratory import Bench, is_strained, judged_score
+from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible, judged_score
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.threads import together
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Free, with_start
-from lathesim.identification.records.model import Model, is_wide
-from lathesim.identification.replay.experiment import Rig, baseline_free
+from lathesim.identification.records.model import Model, is_full_band
+from lathesim.identification.replay.experiment import Experiment, baseline_free
 
 _WIDER = 10.0
 """By what factor a value may be further off than declared."""
@@ -24,12 +24,12 @@ _BETTER = 0.03
 _LEAST = 10.0
 """Nats that a value must gain."""
 _HOPELESS = 0.3
-"""Share of what was reached below which, after a rough fit of the fitted recording, a value is not fitted on; what is reached counts a gain
-there one and a half times at most."""
+"""Share of what was reached below which, after a rough fit of the estimation recording, a value is not fitted on; what is reached counts
+a gain there one and a half times at most."""
 
 
 @dataclass(frozen=True)
-class FarOff:
+class ImplausibleValue:
     """A model with one value let loose: its name, and others of which any would do as well."""
 
     model: Model
@@ -41,16 +41,16 @@ class FarOff:
     """The factor of a sensor that would do as well, and by which it is better only as the likelier of two numbers."""
 
 
-def value_far_off(bench: Bench, baseline: Model, model: Model) -> FarOff | None:
-    """Give the model with the value that explains more than ``model`` does once it is let loose, or as much; none where no value does."""
-    if not is_strained(baseline.fitted):
+def find_implausible_value(laboratory: Laboratory, baseline: Model, model: Model) -> ImplausibleValue | None:
+    """Return the model with the value that explains more than ``model`` does once it is let loose, or as much; none where no value does."""
+    if not is_implausible(baseline.fitted):
         return None
-    bench.say("asking whether one value that is further off than the lesson holds possible explains it")
+    laboratory.progress("asking whether one value outside its plausible range explains it")
     reached = _merit(model, baseline)
-    for terms, start in (((), baseline), (model.terms, model)) if model.terms else (((), baseline),):
-        if start is model and not is_strained(model.fitted):
+    for candidates, start in (((), baseline), (model.candidates, model)) if model.candidates else (((), baseline),):
+        if start is model and not is_implausible(model.fitted):
             continue
-        found = sorted(_each(bench, baseline, terms, start, reached), key=lambda item: -item[0])
+        found = sorted(_each(laboratory, baseline, candidates, start, reached), key=lambda item: -item[0])
         if not found:
             continue
         best, name, loose = found[0]
@@ -59,47 +59,51 @@ def value_far_off(bench: Bench, baseline: Model, model: Model) -> FarOff | None:
             alike = tuple(other for merit, other, _ in found[1:] if merit > best - width)
             # effects beside which other values would have to be impossible still are no rivals of one value that does as well, and an
             # encoder that is off by any factor is one number too, and the stranger one
-            factor = _factor(model, bench.rig)
-            beaten = best > reached + (-width if not terms and (factor or is_strained(model.fitted)) else width)
-            return FarOff(loose, name, alike, beaten, factor if beaten and best < reached + width else "")
+            factor = _factor(model, laboratory.experiment)
+            beaten = best > reached + (-width if not candidates and (factor or is_implausible(model.fitted)) else width)
+            return ImplausibleValue(loose, name, alike, beaten, factor if beaten and best < reached + width else "")
     return None
 
 
-def _factor(model: Model, rig: Rig) -> str:
-    """Tell the one effect of a model that makes what an encoder counts a multiple of the way; empty where that is not all there is, and at
-    other sensors, whose gains are adjusted by hand."""
-    if len(model.terms) != 1 or not model.terms[0].effect.proportional:
+def _factor(model: Model, experiment: Experiment) -> str:
+    """Report the one effect of a model that makes what an encoder counts a multiple of the way; empty where that is not all there is,
+    and at other sensors, whose gains are adjusted by hand."""
+    if len(model.candidates) != 1 or not model.candidates[0].effect.proportional:
         return ""
-    (term,) = model.terms
-    if not any(part.name == term.at and "resolution" in part.component.ports for part in rig.machine.assembly.parts):
+    (candidate,) = model.candidates
+    if not any(part.name == candidate.at and "resolution" in part.component.ports for part in experiment.machine.assembly.parts):
         return ""
-    return f"{model.fitted.by_name[term.parameters[0]]:.4g} times the true value at {term.at}"
+    return f"{model.fitted.by_name[candidate.parameters[0]]:.4g} times the true value at {candidate.at}"
 
 
-def _each(bench: Bench, baseline: Model, terms: tuple[Term, ...], start: Model, reached: float) -> list[tuple[float, str, Model]]:
-    """Give merit, name and model for each value that no other one is strained beside and that comes near what was ``reached``."""
-    wide, constant = is_wide(terms), start.fitted.constant
+def _each(
+    laboratory: Laboratory, baseline: Model, candidates: tuple[Candidate, ...], start: Model, reached: float
+) -> list[tuple[float, str, Model]]:
+    """Return merit, name and model for each value that no other one is implausible beside and that comes near what was ``reached``."""
+    full_band, constant = is_full_band(candidates), start.fitted.constant
 
     def loosened(item: Free) -> tuple[float, str, Model] | None:
         free = [replace(item, start=other.start) if other.name == item.name else other for other in start.free]
-        free = [replace(other, start=other.given) if other.name in bench.rig.machine.uncertain else other for other in free]
-        rough = fit(bench.rig.sensed, free, constant, rounds=1, wide=wide, slopes="kept")
-        if judged_score(bench.rig, rough).above(baseline.score, wide=True) < _HOPELESS * reached:
+        free = [replace(other, start=other.given) if other.name in laboratory.experiment.machine.uncertain else other for other in free]
+        rough = fit(laboratory.experiment.sensed, free, constant, rounds=1, full_band=full_band, slopes="kept")
+        if judged_score(laboratory.experiment, rough).above(baseline.score, full_band=True) < _HOPELESS * reached:
             return None
-        fitted = fit(bench.rig.sensed, with_start(rough), constant, rounds=3, wide=wide)
-        loose = bench.model(terms, bench.feeling(fitted, terms))
-        return None if is_strained(loose.fitted) else (_merit(loose, baseline), item.name, loose)
+        fitted = fit(laboratory.experiment.sensed, with_start(rough), constant, rounds=3, full_band=full_band)
+        loose = laboratory.model(candidates, laboratory.with_better_motion(fitted, candidates))
+        return None if is_implausible(loose.fitted) else (_merit(loose, baseline), item.name, loose)
 
-    loose_ones = [_of_a_machine(item) for item in baseline_free(bench.rig.machine, _WIDER)]
+    loose_ones = [_of_a_machine(item) for item in baseline_free(laboratory.experiment.machine, _WIDER)]
     return [found for found in together(loosened, loose_ones) if found is not None]
 
 
 def _of_a_machine(item: Free) -> Free:
-    """Give a loosened value within a factor of what the lesson gives: a motor without any force explains whatever hides behind it."""
+    """Return a loosened value within a factor of what the lesson gives: a motor without any force explains whatever hides behind it."""
     low, high = sorted((item.given / FURTHEST, item.given * FURTHEST))
     return replace(item, low=max(item.low, low), high=min(item.high, high)) if item.given else item
 
 
 def _merit(model: Model, baseline: Model) -> float:
-    fitted, held = (ours.above(theirs, wide=True) for ours, theirs in ((model.score, baseline.score), (model.held_out, baseline.held_out)))
+    fitted, held = (
+        ours.above(theirs, full_band=True) for ours, theirs in ((model.score, baseline.score), (model.validation, baseline.validation))
+    )
     return min(fitted, held) + 0.5 * fitted

@@ -13,56 +13,58 @@ import numpy as np
 
 from lathesim.diagnosis.candidates.harmonics import second_line
 from lathesim.diagnosis.method import Settings
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import merit
 from lathesim.diagnosis.selection.elimination import fewer
-from lathesim.diagnosis.selection.laboratory import Bench
+from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.diagnosis.selection.trials import told
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Trial
 
 _LINES = ("amplitude", "second", "period", "phase", "second_phase")
 
 
-def take_whole_wave(bench: Bench, found: Found, settings: Settings, harmonics: Sequence[Trial]) -> bool:
+def merge_harmonics(laboratory: Laboratory, found: SearchResult, settings: Settings, harmonics: Sequence[Trial]) -> bool:
     """Put an effect of two lines in the place of a wave of the model, where what was tried beside it is its second line and both recordings
     are explained better for what the further values cost; say whether one was put."""
     for trial in sorted(harmonics, key=lambda one: -merit(one, settings)):
         wave = second_line(trial, found.model)
-        whole = _of_two_lines(bench, wave, found.model.terms) if wave is not None else None
+        whole = _of_two_lines(laboratory, wave, found.model.candidates) if wave is not None else None
         if wave is None or whole is None:
             continue
-        bench.say(f"asking whether {wave.name} at {wave.at} and its second harmonic are one {whole.name}")
-        before = fewer(bench, found.model, wave)
-        one = told(bench, bench.trial(before, whole, before.terms, before.free, _starts(trial, wave, whole)))
+        laboratory.progress(f"asking whether {wave.name} at {wave.at} and its second harmonic are one {whole.name}")
+        before = fewer(laboratory, found.model, wave)
+        one = told(laboratory, laboratory.trial(before, whole, before.candidates, before.free, _starts(trial, wave, whole)))
         due = settings.margin + settings.per_parameter * max(0, len(whole.parameters) - len(wave.parameters))
         model, old = one.model, found.model
-        better = model.score.above(old.score, wide=True) > due
-        if better and model.held_out.above(old.held_out, wide=True) > settings.held_out_margin:
-            bench.say(f"{whole.name} takes the place of {wave.name}")
+        better = model.score.above(old.score, full_band=True) > due
+        if better and model.validation.above(old.validation, full_band=True) > settings.validation_margin:
+            laboratory.progress(f"{whole.name} takes the place of {wave.name}")
             found.trials[whole.part] = [replace(one, share_of_all=min(1.0, found.removed_by(wave) + trial.share_of_all))]
             found.before[whole.part] = before
             found.trials.pop(wave.part, None)
-            found.model = bench.settled(one.model)
+            found.model = laboratory.settled(one.model)
             return True
     return False
 
 
-def _of_two_lines(bench: Bench, wave: Term, there: Sequence[Term]) -> Term | None:
-    """Give the effect of two lines at the place of a wave, if that is of one; none where the model has it."""
+def _of_two_lines(laboratory: Laboratory, wave: Candidate, there: Sequence[Candidate]) -> Candidate | None:
+    """Return the effect of two lines at the place of a wave, if that is of one; none where the model has it."""
     if any(name.endswith(".second") or "second_sine" in name for name in wave.parameters):
         return None
     forms = (
-        term for term in bench.rig.candidates if term.at == wave.at and {f"{term.part}.{line}" for line in _LINES} == set(term.parameters)
+        candidate
+        for candidate in laboratory.experiment.candidates
+        if candidate.at == wave.at and {f"{candidate.part}.{line}" for line in _LINES} == set(candidate.parameters)
     )
-    return next((term for term in forms if term not in there), None)
+    return next((candidate for candidate in forms if candidate not in there), None)
 
 
-def _starts(trial: Trial, wave: Term, whole: Term) -> list[FloatArray]:
-    """Give what the two lines were found with; a ripple takes from the force what a cogging adds."""
+def _starts(trial: Trial, wave: Candidate, whole: Candidate) -> list[FloatArray]:
+    """Return what the two lines were found with; a ripple takes from the force what a cogging adds."""
     values = trial.model.fitted.by_name
-    first, second = ({line: values.get(f"{term.part}.{line}", 0.0) for line in _LINES} for term in (wave, trial.term))
+    first, second = ({line: values.get(f"{candidate.part}.{line}", 0.0) for line in _LINES} for candidate in (wave, trial.candidate))
     lines = {"amplitude": first["amplitude"], "period": first["period"], "phase": first["phase"]}
     lines |= {"second": second["amplitude"], "second_phase": second["phase"]}
     start = np.array([lines[name.partition(".")[2]] for name in whole.parameters])

@@ -9,46 +9,57 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from lathesim.diagnosis.records.search import Found
-from lathesim.diagnosis.selection.laboratory import Bench, term_free
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.laboratory import Laboratory, candidate_free
 from lathesim.diagnosis.selection.moves.fix_parameters import SURELY, is_as_good
 from lathesim.diagnosis.selection.moves.split import form_starts
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.candidate import Term
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import with_start
-from lathesim.identification.records.model import Model, is_wide
+from lathesim.identification.records.model import Model, is_full_band
 
 
-def plain_forms(bench: Bench, found: Found) -> None:
+def specialise(laboratory: Laboratory, found: SearchResult) -> None:
     """Put what an effect refines in its place where both recordings are explained as well by it; the effect is then told to be a form that
     shows too little here."""
-    for finer in found.model.terms:
-        for plain in bench.rig.candidates:
+    for finer in found.model.candidates:
+        for plain in laboratory.experiment.candidates:
             if plain.at != finer.at or plain.name not in finer.effect.refines or _has_values_of_its_own(finer, plain, found.model):
                 continue
-            model = None if plain in found.model.terms else _in_its_place(bench, found.model, finer, plain)
+            model = None if plain in found.model.candidates else _in_its_place(laboratory, found.model, finer, plain)
             if model is not None and is_as_good(model, found.model):
-                bench.say(f"{finer.name} at {finer.at} is a plain {plain.name}")
-                others = [trial for trial in found.trials.get(finer.part, ()) if trial.term.part != plain.part]
-                found.trials[plain.part] = [replace(trial, term=plain) if trial.term.part == finer.part else trial for trial in others]
+                laboratory.progress(f"{finer.name} at {finer.at} is a plain {plain.name}")
+                others = [trial for trial in found.trials.get(finer.part, ()) if trial.candidate.part != plain.part]
+                found.trials[plain.part] = [
+                    replace(trial, candidate=plain) if trial.candidate.part == finer.part else trial for trial in others
+                ]
                 found.unseen.setdefault(plain.part, []).append(finer)
-                found.model = bench.settled(model)
+                found.model = laboratory.settled(model)
                 break
 
 
-def _has_values_of_its_own(finer: Term, plain: Term, model: Model) -> bool:
-    """Say whether a value that a plain form does not have is surely something: the way over which bristles bend, if not an asymmetry."""
+def _has_values_of_its_own(finer: Candidate, plain: Candidate, model: Model) -> bool:
+    """Return whether a value that a plain form does not have is surely something: the way over which bristles bend, if not an asymmetry."""
     shared = {name.partition(".")[2] for name in plain.parameters}
     own = [name for name in finer.parameters if name.partition(".")[2] not in shared]
     return any(abs(model.fitted.by_name[name]) > SURELY * model.fitted.error(name) for name in own)
 
 
-def _in_its_place(bench: Bench, model: Model, finer: Term, plain: Term) -> Model:
-    """Give the model with a plain form in the place of a finer one, from the values that both have."""
-    felt = any(model.fitted.constant.get(name) == 0.0 for name in bench.rig.feeling_their_motion([finer]))
-    motion = bench.rig.feeling_their_motion([plain]) if felt else {}
-    terms = tuple(plain if term is finer else term for term in model.terms)
+def _in_its_place(laboratory: Laboratory, model: Model, finer: Candidate, plain: Candidate) -> Model:
+    """Return the model with a plain form in the place of a finer one, from the values that both have."""
+    with_simulated_motion = any(model.fitted.constant.get(name) == 0.0 for name in laboratory.experiment.simulated_motion_of([finer]))
+    motion = laboratory.experiment.simulated_motion_of([plain]) if with_simulated_motion else {}
+    candidates = tuple(plain if candidate is finer else candidate for candidate in model.candidates)
     (start,) = form_starts(finer, plain, model, most=0)
     rest = [item for item in with_start(model.fitted) if item.name not in finer.parameters]
     constant = {name: value for name, value in model.fitted.constant.items() if not name.startswith(f"{finer.part}.")}
-    return bench.model(terms, fit(bench.rig.sensed, [*rest, *term_free(plain, start)], constant | motion, rounds=1, wide=is_wide(terms)))
+    return laboratory.model(
+        candidates,
+        fit(
+            laboratory.experiment.sensed,
+            [*rest, *candidate_free(plain, start)],
+            constant | motion,
+            rounds=1,
+            full_band=is_full_band(candidates),
+        ),
+    )

@@ -10,101 +10,110 @@ from collections.abc import Sequence
 import numpy as np
 
 from lathesim.diagnosis.candidates.screening import screened_instead
-from lathesim.diagnosis.selection.laboratory import Bench, judged_score, term_free
+from lathesim.diagnosis.selection.laboratory import Laboratory, candidate_free, judged_score
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.estimation.transfer import on_recording
-from lathesim.identification.records.candidate import Term
-from lathesim.identification.records.model import Model, Score, Trial, is_wide
+from lathesim.identification.estimation.transfer import transferred
+from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records.model import Model, Score, Trial, is_full_band
 
 AS_GOOD = 4.0
 """Nats that the one may be behind the two, on each recording ..."""
 AS_GOOD_SHARE = 0.02
 """... or this share of what the second of the two gains."""
 _PROMISED = 0.2
-"""Share of what the second of the two gains that the one must promise in its place to be fitted."""
+"""Share of what the second of the two gains that the one must screening score in its place to be fitted."""
 
 
-def forms_of_two(bench: Bench, model: Model) -> dict[str, list[Term]]:
-    """Give, by the part of a term, the refined forms of it that explain both recordings as well as it does with another term beside it."""
-    found: dict[str, list[Term]] = {}
-    for term in model.terms:
-        finer = [other for other in bench.rig.candidates if other.at == term.at and term.name in other.effect.refines]
-        beside = [other for other in model.terms if other is not term and other.at == term.at]
+def forms_of_two(laboratory: Laboratory, model: Model) -> dict[str, list[Candidate]]:
+    """Return, by the part of a candidate, the refined forms of it that explain both recordings as well as it does with another candidate
+    beside it."""
+    found: dict[str, list[Candidate]] = {}
+    for candidate in model.candidates:
+        finer = [other for other in laboratory.experiment.candidates if other.at == candidate.at and candidate.name in other.effect.refines]
+        beside = [other for other in model.candidates if other is not candidate and other.at == candidate.at]
         for form in finer:
             for other in beside:
-                if _as_good(bench, model, (term, other), form):
-                    for one in (term, other):
+                if _as_good(laboratory, model, (candidate, other), form):
+                    for one in (candidate, other):
                         found.setdefault(one.part, []).append(form)
     return found
 
 
-def two_for_one(bench: Bench, baseline: Model, model: Model) -> tuple[Model, list[Trial]] | None:
-    """Give the model in which a refined form gives way to the simple one and an effect of one value beside it, where they explain as much,
-    with the trials of the two; else none."""
-    for form in model.terms:
-        kept = tuple(term for term in model.terms if term is not form)
-        at = [term for term in bench.rig.candidates if term.at == form.at and term not in model.terms]
-        simple = next((term for term in at if term.name in form.effect.refines), None)
+def two_for_one(laboratory: Laboratory, baseline: Model, model: Model) -> tuple[Model, list[Trial]] | None:
+    """Return the model in which a refined form gives way to the simple one and an effect of one value beside it, where they explain as
+    much, with the trials of the two; else none."""
+    for form in model.candidates:
+        kept = tuple(candidate for candidate in model.candidates if candidate is not form)
+        at = [candidate for candidate in laboratory.experiment.candidates if candidate.at == form.at and candidate not in model.candidates]
+        simple = next((candidate for candidate in at if candidate.name in form.effect.refines), None)
         if simple is None:
             continue
-        before = _without(bench, baseline, model, form, kept)
-        first = bench.trial(before, simple, kept, before.free, form_starts(form, simple, model, most=0))
+        before = _without(laboratory, baseline, model, form, kept)
+        first = laboratory.trial(before, simple, kept, before.free, form_starts(form, simple, model, most=0))
         for other in (item for item in at if _is_plain(item) and _is_beside(item, simple)):
             both = (*kept, simple)
-            second = bench.trial(first.model, other, both, first.model.free, list(other.points[:1]))
-            allowed = max(AS_GOOD, AS_GOOD_SHARE * min(second.wide_gain, second.wide_held_out_gain))
-            wide = is_wide(model.terms)
-            behind = [ours.above(theirs, wide=wide) for ours, theirs in _scores(second.model, model)]
-            if second.held_out_gain > 0.0 and min(behind) > -allowed:
+            second = laboratory.trial(first.model, other, both, first.model.free, list(other.points[:1]))
+            allowed = max(AS_GOOD, AS_GOOD_SHARE * min(second.full_band_gain, second.full_band_validation_gain))
+            full_band = is_full_band(model.candidates)
+            behind = [ours.above(theirs, full_band=full_band) for ours, theirs in _scores(second.model, model)]
+            if second.validation_gain > 0.0 and min(behind) > -allowed:
                 return second.model, [first, second]
     return None
 
 
-def _is_plain(term: Term) -> bool:
-    """Say whether a term has one value and refines nothing."""
-    return len(term.parameters) == 1 and not term.effect.refines
+def _is_plain(candidate: Candidate) -> bool:
+    """Return whether a candidate has one value and refines nothing."""
+    return len(candidate.parameters) == 1 and not candidate.effect.refines
 
 
-def _is_beside(term: Term, other: Term) -> bool:
-    """Say whether two terms of different kinds act on one port."""
-    return term.effect.site == other.effect.site and term.family != other.family
+def _is_beside(candidate: Candidate, other: Candidate) -> bool:
+    """Return whether two candidates of different kinds act on one port."""
+    return candidate.effect.site == other.effect.site and candidate.family != other.family
 
 
 def _scores(ours: Model, theirs: Model) -> list[tuple[Score, Score]]:
-    return [(ours.score, theirs.score), (ours.held_out, theirs.held_out)]
+    return [(ours.score, theirs.score), (ours.validation, theirs.validation)]
 
 
-def _without(bench: Bench, baseline: Model, model: Model, term: Term, kept: tuple[Term, ...]) -> Model:
+def _without(laboratory: Laboratory, baseline: Model, model: Model, candidate: Candidate, kept: tuple[Candidate, ...]) -> Model:
     if not kept:
         return baseline
-    free = [item for item in model.free if item.name not in term.parameters]
-    return bench.model(kept, fit(bench.rig.sensed, free, model.fitted.constant, rounds=2, wide=is_wide(kept)))
+    free = [item for item in model.free if item.name not in candidate.parameters]
+    return laboratory.model(kept, fit(laboratory.experiment.sensed, free, model.fitted.constant, rounds=2, full_band=is_full_band(kept)))
 
 
-def _as_good(bench: Bench, model: Model, two: tuple[Term, Term], form: Term) -> bool:
-    kept = tuple(term for term in model.terms if term not in two)
-    gone = {name for term in two for name in term.parameters}
+def _as_good(laboratory: Laboratory, model: Model, two: tuple[Candidate, Candidate], form: Candidate) -> bool:
+    kept = tuple(candidate for candidate in model.candidates if candidate not in two)
+    gone = {name for candidate in two for name in candidate.parameters}
     free = [item for item in model.free if item.name not in gone]
-    wide, constant = is_wide((*kept, form)), model.fitted.constant
+    full_band, constant = is_full_band((*kept, form)), model.fitted.constant
     starts = form_starts(two[0], form, model)
     without = fit(
-        bench.rig.sensed, [item for item in model.free if item.name not in two[1].parameters], constant, rounds=1, wide=wide, slopes="kept"
+        laboratory.experiment.sensed,
+        [item for item in model.free if item.name not in two[1].parameters],
+        constant,
+        rounds=1,
+        full_band=full_band,
+        slopes="kept",
     )
-    gained = model.score.above(judged_score(bench.rig, without), wide=wide)
-    if screened_instead(bench.rig.sensed, without, two[0], form, starts).gain < _PROMISED * gained:
+    gained = model.score.above(judged_score(laboratory.experiment, without), full_band=full_band)
+    if screened_instead(laboratory.experiment.sensed, without, two[0], form, starts).gain < _PROMISED * gained:
         return False
-    tried = [fit(bench.rig.sensed, [*free, *term_free(form, start)], constant, rounds=2, wide=wide, slopes="kept") for start in starts]
+    tried = [
+        fit(laboratory.experiment.sensed, [*free, *candidate_free(form, start)], constant, rounds=2, full_band=full_band, slopes="kept")
+        for start in starts
+    ]
     best = max(tried, key=lambda fitted: fitted.score)
     allowed = max(AS_GOOD, AS_GOOD_SHARE * gained)
-    if judged_score(bench.rig, best).above(model.score, wide=wide) < -allowed:
+    if judged_score(laboratory.experiment, best).above(model.score, full_band=full_band) < -allowed:
         return False
-    held_out = judged_score(bench.held_out, on_recording(bench.held_out, best, (*kept, form)))
-    return held_out.above(model.held_out, wide=wide) > -allowed
+    validation = judged_score(laboratory.validation, transferred(laboratory.validation, best, (*kept, form)))
+    return validation.above(model.validation, full_band=full_band) > -allowed
 
 
-def form_starts(term: Term, other: Term, model: Model, most: int = 2) -> Sequence[FloatArray]:
-    """Give starting values of a finer form: what it has in common with the simple one as fitted, the rest neutral or typical.
+def form_starts(candidate: Candidate, other: Candidate, model: Model, most: int = 2) -> Sequence[FloatArray]:
+    """Return starting values of a finer form: what it has in common with the simple one as fitted, the rest neutral or typical.
 
     What may vanish does so in some of them: a peak of a usual size is far too large on a small machine.
     """
@@ -113,8 +122,8 @@ def form_starts(term: Term, other: Term, model: Model, most: int = 2) -> Sequenc
     for position, name in enumerate(other.parameters):
         item = name.partition(".")[2]
         otherwise = start[position] if item in other.effect.neutral else other.points[0][position]
-        start[position] = values.get(f"{term.part}.{item}", otherwise)
-    shared = np.array([f"{term.part}.{name.partition('.')[2]}" in values for name in other.parameters])
+        start[position] = values.get(f"{candidate.part}.{item}", otherwise)
+    shared = np.array([f"{candidate.part}.{name.partition('.')[2]}" in values for name in other.parameters])
     may_vanish = (other.low == 0.0) & ~shared & ~np.array([name.partition(".")[2] in other.effect.neutral for name in other.parameters])
     bare = [np.where(shared, start, np.where(may_vanish, 0.0, point)) for point in other.points[:most]] if may_vanish.any() else []
     return [start, *bare, *[np.where(start == other.neutral, point, start) for point in other.points[:most]]]

@@ -5,19 +5,19 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.search import search
 from lathesim.effects.encoder_error import EncoderEccentricity, LostCounts
 from lathesim.effects.motor_ripple import TorqueRipple
 from lathesim.engine.assembly import FloatArray
-from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, RESOLUTION, Hidden, as_record, force, rigs, travel
+from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, RESOLUTION, Hidden, as_record, experiments, force, travel
 
 TURN, AMPLITUDE = 0.004, 20e-6
 Error = Callable[[FloatArray, FloatArray], FloatArray]
 """What the encoder shows too much [m], of the place [m] and the time [s] of each sample."""
 
 
-def seen_with(error: Error, seeds: tuple[int, int] = (1, 2)) -> Found:
+def seen_with(error: Error, seeds: tuple[int, int] = (1, 2)) -> SearchResult:
     """Give what a search finds in two recordings of a table whose encoder has an error."""
     records = []
     for seed in seeds:
@@ -25,7 +25,7 @@ def seen_with(error: Error, seeds: tuple[int, int] = (1, 2)) -> Found:
         place, noise = travel(pushed, Hidden()), 0.3e-6 * np.random.default_rng(seed + 1000).standard_normal(2000)
         seen = place + error(place, np.arange(2000) * PERIOD) + noise
         records.append(as_record({FORCE: ("N", pushed), POSITION: ("m", np.round(seen / RESOLUTION) * RESOLUTION)}))
-    return search(*rigs(*records, effects=(EncoderEccentricity, LostCounts, TorqueRipple)))
+    return search(*experiments(*records, effects=(EncoderEccentricity, LostCounts, TorqueRipple)))
 
 
 def wave(place: FloatArray, second: float, third: float) -> FloatArray:
@@ -33,15 +33,15 @@ def wave(place: FloatArray, second: float, third: float) -> FloatArray:
     return np.asarray(AMPLITUDE * (np.sin(angle) + second * np.sin(2.0 * angle) + third * np.cos(3.0 * angle)))
 
 
-def values(found: Found) -> dict[str, float]:
+def values(found: SearchResult) -> dict[str, float]:
     """Give the values of the one effect that was found."""
-    (term,) = found.model.terms
-    return {name.partition(".")[2]: found.model.fitted.by_name[name] for name in term.parameters}
+    (candidate,) = found.model.candidates
+    return {name.partition(".")[2]: found.model.fitted.by_name[name] for name in candidate.parameters}
 
 
 def test_a_wave_that_is_no_sine_is_one_effect_with_its_harmonics() -> None:
     found = seen_with(lambda q, t: wave(q, 0.3, 0.1))
-    assert [term.name for term in found.model.terms] == ["EncoderEccentricity"]
+    assert [candidate.name for candidate in found.model.candidates] == ["EncoderEccentricity"]
     shape = values(found)
     assert shape["amplitude"] == pytest.approx(AMPLITUDE, rel=0.02)
     assert shape["second_sine"] == pytest.approx(0.3, abs=0.02)
@@ -58,7 +58,7 @@ def test_a_sine_keeps_its_plain_shape() -> None:
 def test_counts_may_be_lost_more_than_once() -> None:
     losses = {0.9: 150e-6, 2.1: -90e-6, 3.2: 60e-6}
     found = seen_with(lambda q, t: np.sum([size * (t >= instant) for instant, size in losses.items()], axis=0))
-    assert [term.name for term in found.model.terms] == ["LostCounts"]
+    assert [candidate.name for candidate in found.model.candidates] == ["LostCounts"]
     told = values(found)
     events = {told[f"{which}instant"]: told[f"{which}jump"] for which in ("", "second_", "third_")}
     assert sorted(events) == pytest.approx(sorted(losses), abs=2 * PERIOD)
@@ -74,13 +74,15 @@ def test_no_two_losses_of_counts_are_alike() -> None:
         return np.where(time >= instant, size, 0.0)
 
     found = seen_with(lost)
-    assert [term.name for term in found.model.terms] == ["LostCounts"]
+    assert [candidate.name for candidate in found.model.candidates] == ["LostCounts"]
     on_both = [
         next(value for name, value in fitted.by_name.items() if name.endswith(".jump"))
-        for fitted in (found.model.fitted, found.model.held_out_fit)
+        for fitted in (found.model.fitted, found.model.validation_fit)
     ]
     assert on_both == pytest.approx([150e-6, -240e-6], rel=0.05)
 
 
 def test_where_an_encoder_has_its_zero_is_no_loss_of_counts() -> None:
-    assert "LostCounts" not in [term.name for term in seen_with(lambda q, t: np.where(t > 2 * PERIOD, 60e-6, 0.0)).model.terms]
+    assert "LostCounts" not in [
+        candidate.name for candidate in seen_with(lambda q, t: np.where(t > 2 * PERIOD, 60e-6, 0.0)).model.candidates
+    ]

@@ -5,16 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.records.search import Found
-from lathesim.diagnosis.selection.laboratory import Bench, term_free
-from lathesim.diagnosis.selection.moves.fix_parameters import drop_needless_values
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.laboratory import Laboratory, candidate_free
+from lathesim.diagnosis.selection.moves.fix_parameters import fix_parameters
 from lathesim.diagnosis.selection.search import search
 from lathesim.effects.force_law import SpeedDependence
 from lathesim.effects.presliding import PreslidingFriction
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.record import Record
 from tests.diagnosis.one_cut import DEPTH, FEED, FORCE, SPECIFIC, cut_machine
-from tests.diagnosis.pushed_table import Hidden, as_record, baseline, recording, rigs
+from tests.diagnosis.pushed_table import Hidden, as_record, baseline, experiments, recording
 
 LEVEL, EXCESS, SLOW = 8.0, 6.0, 0.02
 
@@ -31,18 +31,18 @@ def peaked(v: float, q: float, t: float) -> float:
 )
 def test_a_friction_keeps_the_values_that_the_recordings_need(hidden: Hidden, needed: set[str]) -> None:
     """A peak that is not there goes, with the speed at which it would have fallen, and so does the damping of the bristles."""
-    rig, held_out = rigs(recording(hidden, seed=1), recording(hidden, seed=2), effects=(PreslidingFriction,))
-    bench = Bench(rig, held_out, lambda text: None)
-    fitted = fit(rig.sensed, baseline(rig))
-    bench.weigh(fitted)
-    before = bench.model((), fitted)
-    (friction,) = rig.candidates
+    experiment, validation = experiments(recording(hidden, seed=1), recording(hidden, seed=2), effects=(PreslidingFriction,))
+    laboratory = Laboratory(experiment, validation, lambda text: None)
+    fitted = fit(experiment.sensed, baseline(experiment))
+    laboratory.weigh(fitted)
+    before = laboratory.model((), fitted)
+    (friction,) = experiment.candidates
     start = {"level": 10.0, "distance": 1e-6, "excess": 2.0, "stribeck_velocity": 0.01, "bristle_damping": 50.0}
     values = np.array([start[name.partition(".")[2]] for name in friction.parameters])
-    model = bench.model((friction,), fit(rig.sensed, [*before.free, *term_free(friction, values)], rounds=4))
-    found = Found(before, model)
-    drop_needless_values(bench, found)
-    (lean,) = found.model.terms
+    model = laboratory.model((friction,), fit(experiment.sensed, [*before.free, *candidate_free(friction, values)], rounds=4))
+    found = SearchResult(before, model)
+    fix_parameters(laboratory, found)
+    (lean,) = found.model.candidates
     assert {name.partition(".")[2] for name in lean.parameters} == needed
     assert found.model.fitted.by_name[f"{lean.part}.level"] == pytest.approx(LEVEL, rel=0.1)
     held = {name for name in friction.parameters if name not in lean.parameters}
@@ -60,8 +60,8 @@ def passes(seed: int) -> Record:
 
 def test_a_hump_outside_the_speeds_that_were_cut_is_taken_off_the_law_it_bends() -> None:
     of = dataclasses.replace(cut_machine(), drive=(DEPTH, "cutting.speed"))
-    found = search(*rigs(passes(1), passes(2), effects=(SpeedDependence,), of=of))
-    (law,) = found.model.terms
+    found = search(*experiments(passes(1), passes(2), effects=(SpeedDependence,), of=of))
+    (law,) = found.model.candidates
     assert [name.partition(".")[2] for name in law.parameters] == ["exponent"]
     # d log F / d log V of 1 / (1 + (V - 2) / 7) is -V / (V + 5)
     assert -0.45 < found.model.fitted.by_name[law.parameters[0]] < -0.15

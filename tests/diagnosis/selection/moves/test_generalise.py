@@ -10,17 +10,22 @@ from lathesim.diagnosis.selection.moves import generalise as refinement
 
 
 @pytest.mark.parametrize(
-    ("relieves", "spoils", "eases"),
+    ("restores_plausibility", "closed_loop_degradation", "eases"),
     [(True, 0.3, True), (False, 0.3, False), (True, 0.8, False), (True, 0.0, False)],
     ids=["much better", "values are strained still", "hardly better", "nothing feeds back"],
 )
 def test_a_finer_form_that_eases_strained_values_needs_no_gain(
-    relieves: bool, spoils: float, eases: bool, monkeypatch: pytest.MonkeyPatch
+    restores_plausibility: bool, closed_loop_degradation: float, eases: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Springs of some micrometres were explained by a viscosity that the machine cannot have."""
-    monkeypatch.setattr(refinement, "of_usual_size", lambda term, values, settings: True)
-    made: Any = SimpleNamespace(term=None, model=SimpleNamespace(fitted=SimpleNamespace(by_name={})), relieves=relieves, spoils=spoils)
-    assert refinement._eases(made, Settings()) == eases
+    monkeypatch.setattr(refinement, "of_usual_size", lambda candidate, values, settings: True)
+    made: Any = SimpleNamespace(
+        candidate=None,
+        model=SimpleNamespace(fitted=SimpleNamespace(by_name={})),
+        restores_plausibility=restores_plausibility,
+        closed_loop_degradation=closed_loop_degradation,
+    )
+    assert refinement._restores_plausibility(made, Settings()) == eases
 
 
 @pytest.mark.parametrize(
@@ -32,8 +37,8 @@ def test_a_wave_is_fitted_though_it_promises_little_of_the_rest(
     family: str, gain: float, worth: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over hundreds of turns its length has to be right to a thousandth, and a search begins beside it."""
-    monkeypatch.setattr(refinement, "is_strained", lambda fitted: False)
-    item: Any = SimpleNamespace(term=SimpleNamespace(family=family), gain=gain, share=0.02)
-    model: Any = SimpleNamespace(terms=("another",), fitted=None)
-    bench: Any = None
-    assert refinement.may_be_worth(bench, model, item, Settings()) == worth
+    monkeypatch.setattr(refinement, "is_implausible", lambda fitted: False)
+    item: Any = SimpleNamespace(candidate=SimpleNamespace(family=family), gain=gain, share=0.02)
+    model: Any = SimpleNamespace(candidates=("another",), fitted=None)
+    laboratory: Any = None
+    assert refinement.may_be_worth(laboratory, model, item, Settings()) == worth

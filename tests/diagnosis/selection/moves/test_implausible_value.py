@@ -2,17 +2,17 @@
 
 import pytest
 
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.search import search
 from lathesim.effects.effect import Effect
 from lathesim.effects.offset_and_gain import ScaleFactorError
-from tests.diagnosis.pushed_table import MASS, Hidden, machine, recording, rigs
+from tests.diagnosis.pushed_table import MASS, Hidden, experiments, machine, recording
 
 
-def found_with(mass: float, sure: float, *effects: type[Effect]) -> Found:
+def found_with(mass: float, sure: float, *effects: type[Effect]) -> SearchResult:
     """Give what is found of a table of another mass, where the lesson is so sure of it."""
     hidden = Hidden(mass=mass)
-    return search(*rigs(recording(hidden, seed=1), recording(hidden, seed=2), effects=effects, of=machine(sure=sure)))
+    return search(*experiments(recording(hidden, seed=1), recording(hidden, seed=2), effects=effects, of=machine(sure=sure)))
 
 
 def test_a_load_on_the_table_is_a_value_far_off() -> None:
@@ -30,5 +30,5 @@ def test_a_payload_is_likelier_than_an_encoder_that_is_off_by_a_fifth() -> None:
     """With a viscosity that may be a fifth more, places that are all a fifth too small do as well; that is told."""
     found = found_with(1.25 * MASS, 0.05, ScaleFactorError)
     assert found.far_off[0] == "x_axis.mass"
-    assert found.model.terms == ()
+    assert found.model.candidates == ()
     assert "times the true value at x_encoder" in found.factor_instead

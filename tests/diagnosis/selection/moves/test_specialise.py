@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.records.search import Found
-from lathesim.diagnosis.selection.laboratory import Bench
-from lathesim.diagnosis.selection.moves.specialise import _has_values_of_its_own, plain_forms
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.laboratory import Laboratory
+from lathesim.diagnosis.selection.moves.specialise import _has_values_of_its_own, specialise
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction
 from lathesim.identification.estimation.least_squares import fit
-from tests.diagnosis.pushed_table import Hidden, baseline, recording, rigs
+from tests.diagnosis.pushed_table import Hidden, baseline, experiments, recording
 
 LEVEL, UNEVEN = 8.0, 0.3
 
@@ -28,21 +28,23 @@ def uneven(v: float, q: float, t: float) -> float:
     ids=["alike both ways", "larger in one direction"],
 )
 def test_only_what_differs_between_the_directions_keeps_its_name(hidden: Hidden, named: str) -> None:
-    first, second = rigs(recording(hidden, seed=1), recording(hidden, seed=2), effects=(CoulombFriction, AsymmetricFriction))
-    bench = Bench(first, second, lambda text: None)
+    first, second = experiments(recording(hidden, seed=1), recording(hidden, seed=2), effects=(CoulombFriction, AsymmetricFriction))
+    laboratory = Laboratory(first, second, lambda text: None)
     fitted = fit(first.sensed, baseline(first))
-    bench.weigh(fitted)
-    before = bench.model((), fitted)
-    finer = next(term for term in first.candidates if term.name == "AsymmetricFriction")
-    trial = bench.trial(before, finer, (), before.free, list(finer.points[:2]))
-    found = Found(before, trial.model, {finer.part: [trial]})
-    plain_forms(bench, found)
-    (friction,) = found.model.terms
+    laboratory.weigh(fitted)
+    before = laboratory.model((), fitted)
+    finer = next(candidate for candidate in first.candidates if candidate.name == "AsymmetricFriction")
+    trial = laboratory.trial(before, finer, (), before.free, list(finer.points[:2]))
+    found = SearchResult(before, trial.model, {finer.part: [trial]})
+    specialise(laboratory, found)
+    (friction,) = found.model.candidates
     assert friction.name == named
     assert found.model.fitted.by_name[f"{friction.part}.level"] == pytest.approx(LEVEL, rel=0.05)
     # how much it took away when it came in is still known
     assert found.removed_by(friction) == trial.share_of_all
-    assert [term.name for term in found.unseen.get(friction.part, [])] == (["AsymmetricFriction"] if named == "CoulombFriction" else [])
+    assert [candidate.name for candidate in found.unseen.get(friction.part, [])] == (
+        ["AsymmetricFriction"] if named == "CoulombFriction" else []
+    )
 
 
 @pytest.mark.parametrize(("distance", "sure"), [(20e-6, True), (2e-6, False)], ids=["bristles that surely bend", "that may not"])

@@ -58,16 +58,16 @@ def test_a_small_line_beside_a_wave_is_a_part_of_it(size: float, longer: float, 
     """So is a harmonic of any size; a line of some size beside it, or a small one elsewhere, is not."""
     cogging, ripple = wave("cogging", "x_axis"), wave("ripple", "x_axis")
     sizes = {"cogging.amplitude": 4.0, "ripple.amplitude": size, "cogging.period": 0.01 * longer, "ripple.period": 0.01}
-    trial: Any = SimpleNamespace(term=ripple, model=SimpleNamespace(fitted=SimpleNamespace(by_name=sizes)))
-    model: Any = SimpleNamespace(terms=(cogging,))
+    trial: Any = SimpleNamespace(candidate=ripple, model=SimpleNamespace(fitted=SimpleNamespace(by_name=sizes)))
+    model: Any = SimpleNamespace(candidates=(cogging,))
     assert is_part_of_a_wave(trial, model) == is_part
 
 
 def test_a_harmonic_is_a_part_of_a_wave_by_whatever_name_its_effect_calls_the_period() -> None:
     pitch, disc = wave("pitch", "x_scale"), wave("disc", "x_scale")
     sizes = {"pitch.amplitude": 1.6e-6, "disc.amplitude": 0.35e-6, "pitch.lead": 8e-3, "disc.turn": 4e-3}
-    trial: Any = SimpleNamespace(term=disc, model=SimpleNamespace(fitted=SimpleNamespace(by_name=sizes)))
-    model: Any = SimpleNamespace(terms=(pitch,))
+    trial: Any = SimpleNamespace(candidate=disc, model=SimpleNamespace(fitted=SimpleNamespace(by_name=sizes)))
+    model: Any = SimpleNamespace(candidates=(pitch,))
     assert is_part_of_a_wave(trial, model)
     sizes["disc.turn"] = 5.3e-3
     assert not is_part_of_a_wave(trial, model)
@@ -86,5 +86,5 @@ def test_a_harmonic_at_another_sensor_of_the_same_motion_is_a_part_of_the_wave(a
     """Scale and motor encoder are held against each other: which of them has the harmonic their difference does not tell."""
     pitch, disc = wave("pitch", "x_scale", "x_axis"), wave("disc", "encoder", axis)
     sizes = {"pitch.amplitude": 4e-6, "disc.amplitude": 0.6e-6, "pitch.lead": 10e-3, "disc.lead": 5e-3}
-    trial: Any = SimpleNamespace(term=disc, model=SimpleNamespace(fitted=SimpleNamespace(by_name=sizes)))
-    assert is_part_of_a_wave(trial, SimpleNamespace(terms=(pitch,))) == is_part  # type: ignore[arg-type]
+    trial: Any = SimpleNamespace(candidate=disc, model=SimpleNamespace(fitted=SimpleNamespace(by_name=sizes)))
+    assert is_part_of_a_wave(trial, SimpleNamespace(candidates=(pitch,))) == is_part  # type: ignore[arg-type]
