@@ -10,7 +10,7 @@ Fanuc 0i-T operator's manual, list of G codes, system A.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from lathesim.errors import ProgramError, nearest
 from lathesim.program.meanings import NOT_INTERPRETED, Meaning
@@ -28,7 +28,10 @@ class Dialect:
     beginning and ``machine_zero`` where machine coordinates begin [m, X as a radius].
     ``carried_out`` are meanings that not every dialect's codes are interpreted in. With ``thread_drive_line`` G76 is that of LinuxCNC; with
     ``cancels_beside_motion`` G80 may stand beside another motion code, which then counts; with ``spindle_stops_after_motion`` M5 acts at
-    the end of its block.
+    the end of its block. ``work_offsets`` numbers their codes. With ``variables`` there are expressions, with ``o_words`` the statements of
+    LinuxCNC, else those of Fanuc's macros. ``builder_codes``: further M codes belong to the machine's builder and do nothing here.
+    ``variant_of`` names the dialect of which this one is a rarer form; where both have a word, messages name that one.
+    ``tool_in_front``: the orientations of tools count with X mirrored.
     """
 
     name: str
@@ -44,6 +47,12 @@ class Dialect:
     program_number: bool = False
     end_required: bool = False
     carried_out: frozenset[M] = frozenset()
+    work_offsets: Mapping[str, int] = field(default_factory=dict)
+    o_words: bool = False
+    variables: bool = False
+    builder_codes: bool = False
+    tool_in_front: bool = False
+    variant_of: str = ""
     thread_drive_line: bool = False
     cancels_beside_motion: bool = False
     spindle_stops_after_motion: bool = False
@@ -74,77 +83,90 @@ PAPER = Dialect(
     letters={**_COMMON_LETTERS, "J": "arc centre along Y"},
 )  # fmt: skip
 
+_WORK_OFFSETS = {"G54": 1, "G55": 2, "G56": 3, "G57": 4, "G58": 5, "G59": 6, "G59.1": 7, "G59.2": 8, "G59.3": 9}
+
 LINUXCNC = Dialect(
     name="linuxcnc",
     title="LinuxCNC 2.9, X as a radius until G7",
     codes={
         **_COMMON_CODES,
         "G4": M.DWELL, "G7": M.X_DIAMETER, "G8": M.X_RADIUS, "G10": M.SET_DATA, "G20": M.INCH, "G21": M.MILLIMETRE,
-        "G28": M.HOME, "G28.1": M.HOME_SET, "G30": M.HOME, "G30.1": M.HOME_SET, "G33": M.THREAD, "G33.1": M.THREADING_CYCLE,
+        "G28": M.HOME, "G28.1": M.HOME_SET, "G30": M.HOME_SECOND, "G30.1": M.HOME_SET_SECOND, "G33": M.THREAD, "G33.1": M.TAPPING,
         "G38.2": M.PROBE, "G38.3": M.PROBE, "G38.4": M.PROBE, "G38.5": M.PROBE,
-        "G40": M.COMPENSATION_OFF, "G41": M.COMPENSATION_ON, "G41.1": M.COMPENSATION_ON,
-        "G42": M.COMPENSATION_ON, "G42.1": M.COMPENSATION_ON,
-        "G43": M.LENGTH_ON, "G43.1": M.LENGTH_ON, "G43.2": M.LENGTH_ON, "G49": M.LENGTH_OFF, "G53": M.MACHINE_COORDINATES,
+        "G40": M.COMPENSATION_OFF, "G41": M.COMPENSATION_LEFT, "G41.1": M.COMPENSATION_GIVEN_LEFT,
+        "G42": M.COMPENSATION_RIGHT, "G42.1": M.COMPENSATION_GIVEN_RIGHT,
+        "G43": M.LENGTH_ON, "G43.1": M.LENGTH_GIVEN, "G43.2": M.LENGTH_GIVEN, "G49": M.LENGTH_OFF, "G52": M.SHIFT_LOCAL,
+        "G53": M.MACHINE_COORDINATES,
         "G54": M.OFFSET_FIRST, "G55": M.OFFSET_OTHER, "G56": M.OFFSET_OTHER, "G57": M.OFFSET_OTHER, "G58": M.OFFSET_OTHER,
         "G59": M.OFFSET_OTHER,
         "G59.1": M.OFFSET_OTHER, "G59.2": M.OFFSET_OTHER, "G59.3": M.OFFSET_OTHER,
         "G61": M.PATH_EXACT, "G61.1": M.PATH_EXACT, "G64": M.PATH_BLENDED,
-        "G70": M.FINISHING_CYCLE, "G71": M.ROUGHING_CYCLE, "G71.1": M.ROUGHING_CYCLE, "G71.2": M.ROUGHING_CYCLE,
-        "G72": M.FACING_CYCLE, "G72.1": M.FACING_CYCLE, "G72.2": M.FACING_CYCLE,
+        "G70": M.FINISHING_CYCLE, "G71": M.ROUGHING_CYCLE, "G71.1": M.POCKETS_LATER, "G71.2": M.POCKETS_ONLY,
+        "G72": M.FACING_CYCLE, "G72.1": M.FACE_POCKETS_LATER, "G72.2": M.FACE_POCKETS_ONLY,
         "G73": M.DRILLING_CYCLE, "G74": M.DRILLING_CYCLE, "G76": M.THREADING_CYCLE, "G80": M.MOTION_OFF, "G81": M.DRILLING_CYCLE,
         "G82": M.DRILLING_CYCLE, "G83": M.DRILLING_CYCLE, "G84": M.DRILLING_CYCLE, "G85": M.DRILLING_CYCLE, "G86": M.DRILLING_CYCLE,
         "G89": M.DRILLING_CYCLE,
         "G90": M.ABSOLUTE, "G91": M.INCREMENTAL, "G90.1": M.ARC_ABSOLUTE, "G91.1": M.ARC_INCREMENTAL,
-        "G92": M.SHIFT, "G92.1": M.SHIFT_OFF, "G92.2": M.SHIFT_OTHER, "G92.3": M.SHIFT_OTHER,
+        "G92": M.SHIFT, "G92.1": M.SHIFT_OFF, "G92.2": M.SHIFT_SUSPENDED, "G92.3": M.SHIFT_RESTORED,
         "G93": M.INVERSE_TIME, "G94": M.PER_MINUTE, "G95": M.PER_REVOLUTION, "G98": M.CYCLE_RETURN, "G99": M.CYCLE_RETURN,
         "M1": M.OPTIONAL_STOP, "M6": M.TOOL_CHANGE, "M7": M.MIST, "M8": M.FLOOD, "M9": M.COOLANT_OFF, "M19": M.SPINDLE_ORIENT,
         "M48": M.OVERRIDE, "M49": M.OVERRIDE, "M98": M.SUBPROGRAM, "M99": M.SUBPROGRAM_END,
     },
     letters={
         **_COMMON_LETTERS,
-        "J": "arc centre along Y", "D": "speed limit or offset number", "P": "seconds of a dwell", "T": "tool", "H": "length offset",
-        "L": "repeats", "Q": "contour or depth", "E": "taper of a thread",
+        "J": "arc centre along Y", "D": "speed limit or offset number", "P": "seconds of a dwell", "T": "tool and offset",
+        "H": "length offset",
+        "L": "repeats", "Q": "contour or depth", "E": "taper of a thread", "U": "allowance along X", "W": "allowance along Z",
     },
     dwell={"P": 1.0},
-    carried_out=frozenset({M.THREADING_CYCLE, M.OFFSET_OTHER}),
+    work_offsets=_WORK_OFFSETS,
+    o_words=True,
+    variables=True,
+    tool_in_front=True,
     thread_drive_line=True,
     surface_limit="D",
     end_required=True,
 )  # fmt: skip
 
+_FANUC_CODES: dict[str, M] = {
+    **_COMMON_CODES,
+    "G4": M.DWELL, "G10": M.SET_DATA, "G20": M.INCH, "G21": M.MILLIMETRE, "G28": M.HOME, "G30": M.HOME_SECOND,
+    "G40": M.COMPENSATION_OFF, "G41": M.COMPENSATION_LEFT, "G42": M.COMPENSATION_RIGHT, "G52": M.SHIFT_LOCAL,
+    "G53": M.MACHINE_COORDINATES, "G54": M.OFFSET_FIRST, "G55": M.OFFSET_OTHER, "G56": M.OFFSET_OTHER, "G57": M.OFFSET_OTHER,
+    "G58": M.OFFSET_OTHER, "G59": M.OFFSET_OTHER, "G61": M.PATH_EXACT, "G64": M.PATH_BLENDED, "G65": M.MACRO_CALL,
+    "G70": M.FINISHING_CYCLE, "G71": M.ROUGHING_CYCLE, "G72": M.FACING_CYCLE, "G73": M.REPEATING_CYCLE, "G74": M.FACE_GROOVING_CYCLE,
+    "G75": M.GROOVING_CYCLE, "G76": M.THREADING_CYCLE, "G80": M.MOTION_OFF, "G81": M.DRILLING, "G82": M.DRILLING_WITH_DWELL,
+    "G83": M.PECK_DRILLING, "G84": M.TAPPING, "G85": M.BORING,
+    "M1": M.OPTIONAL_STOP, "M7": M.MIST, "M8": M.FLOOD, "M9": M.COOLANT_OFF, "M6": M.TOOL_CHANGE, "M19": M.SPINDLE_ORIENT,
+    "M10": M.CLAMP_CLOSE, "M11": M.CLAMP_OPEN, "M31": M.CHIP_CONVEYOR, "M33": M.CHIP_CONVEYOR, "M97": M.LOCAL_SUBPROGRAM,
+    "M98": M.SUBPROGRAM, "M99": M.SUBPROGRAM_END,
+}  # fmt: skip
+
 FANUC = Dialect(
     name="fanuc",
     title="Fanuc and Haas lathes, G-code system A, X as a diameter",
     codes={
-        **_COMMON_CODES,
-        "G4": M.DWELL, "G10": M.SET_DATA, "G20": M.INCH, "G21": M.MILLIMETRE, "G28": M.HOME, "G30": M.HOME, "G32": M.THREAD_BY_FEED,
-        "G40": M.COMPENSATION_OFF, "G41": M.COMPENSATION_ON, "G42": M.COMPENSATION_ON, "G50": M.SPINDLE_LIMIT, "G53": M.MACHINE_COORDINATES,
-        "G54": M.OFFSET_FIRST, "G55": M.OFFSET_OTHER, "G56": M.OFFSET_OTHER, "G57": M.OFFSET_OTHER, "G58": M.OFFSET_OTHER,
-        "G59": M.OFFSET_OTHER,
-        "G70": M.FINISHING_CYCLE, "G71": M.ROUGHING_CYCLE, "G72": M.FACING_CYCLE, "G73": M.REPEATING_CYCLE, "G74": M.FACE_GROOVING_CYCLE,
-        "G75": M.GROOVING_CYCLE, "G76": M.THREADING_CYCLE, "G80": M.MOTION_OFF, "G83": M.DRILLING_CYCLE, "G84": M.DRILLING_CYCLE,
+        **_FANUC_CODES,
+        "G32": M.THREAD_BY_FEED, "G50": M.SPINDLE_LIMIT,
         "G90": M.TURNING_CYCLE_SIMPLE, "G92": M.THREADING_CYCLE_SIMPLE, "G94": M.FACING_CYCLE_SIMPLE,
         "G98": M.PER_MINUTE, "G99": M.PER_REVOLUTION,
-        "M1": M.OPTIONAL_STOP, "M8": M.FLOOD, "M9": M.COOLANT_OFF, "M6": M.TOOL_CHANGE, "M19": M.SPINDLE_ORIENT,
-        "M10": M.CLAMP_CLOSE, "M11": M.CLAMP_OPEN, "M31": M.CHIP_CONVEYOR, "M33": M.CHIP_CONVEYOR, "M98": M.SUBPROGRAM,
-        "M99": M.SUBPROGRAM_END,
     },
     letters={
         **_COMMON_LETTERS,
         "U": "incremental X", "W": "incremental Z", "P": "block number or milliseconds", "Q": "block number or depth",
         "T": "tool and offset",
         "O": "program number", "D": "depth of a cycle", "E": "lead of a thread",
-        "A": "angle of a thread", "L": "repeats",
+        "A": "angle of a thread", "L": "repeats", "B": "argument of a macro", "C": "argument of a macro", "H": "argument of a macro",
+        "J": "argument of a macro",
     },
     x_is_diameter=True,
     per_revolution=True,
     incremental={"U": "X", "W": "Z"},
     dwell={"X": 1.0, "U": 1.0, "P": 0.001},
-    carried_out=frozenset({
-        M.THREAD_BY_FEED, M.ROUGHING_CYCLE, M.FACING_CYCLE, M.REPEATING_CYCLE, M.FINISHING_CYCLE, M.FACE_GROOVING_CYCLE, M.GROOVING_CYCLE,
-        M.THREADING_CYCLE, M.TURNING_CYCLE_SIMPLE, M.THREADING_CYCLE_SIMPLE, M.FACING_CYCLE_SIMPLE, M.COMPENSATION_ON, M.OFFSET_OTHER,
-            M.SUBPROGRAM, M.SUBPROGRAM_END,
-    }),
+    work_offsets=_WORK_OFFSETS,
+    variables=True,
+    builder_codes=True,
+    carried_out=frozenset({M.SUBPROGRAM, M.SUBPROGRAM_END, M.TAPPING}),
     cancels_beside_motion=True,
     spindle_stops_after_motion=True,
     tool_changes_at_t=True,
@@ -153,7 +175,23 @@ FANUC = Dialect(
     machine_zero=(0.1, 0.2),
 )  # fmt: skip
 
-DIALECTS: dict[str, Dialect] = {dialect.name: dialect for dialect in (PAPER, LINUXCNC, FANUC)}
+FANUC_B = replace(
+    FANUC,
+    name="fanuc-b",
+    title="Fanuc lathes, G-code system B, X as a diameter: G90 and G91, feed with G94 and G95",
+    codes={
+        **_FANUC_CODES,
+        "G33": M.THREAD_BY_FEED, "G92": M.SPINDLE_LIMIT,
+        "G77": M.TURNING_CYCLE_SIMPLE, "G78": M.THREADING_CYCLE_SIMPLE, "G79": M.FACING_CYCLE_SIMPLE,
+        "G90": M.ABSOLUTE, "G91": M.INCREMENTAL, "G94": M.PER_MINUTE, "G95": M.PER_REVOLUTION,
+        "G98": M.CYCLE_RETURN, "G99": M.CYCLE_RETURN,
+    },
+    letters={**FANUC.letters, "U": "depth or allowance along X", "W": "depth or allowance along Z"},
+    incremental=None,
+    variant_of="fanuc",
+)  # fmt: skip
+
+DIALECTS: dict[str, Dialect] = {dialect.name: dialect for dialect in (PAPER, LINUXCNC, FANUC, FANUC_B)}
 
 
 def not_interpreted(meaning: M, dialect: Dialect) -> bool:

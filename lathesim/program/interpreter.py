@@ -4,27 +4,27 @@ The steps of a block run in a fixed order, whatever the order of its words: comm
 units, distance mode, non-modal codes, motion, stops. Anything a block says and no step uses is refused.
 
 Source: NIST RS274NGC Interpreter version 3, table 8 (order of execution); LinuxCNC 2.9 rs274 for what the manuals leave open.
-Left out: O-words and the cycles of other dialects (refused by name, see ``meanings``); nose radii and work offsets are taken as zero,
-and that is said.
+Left out: the cycles of other dialects (refused by name, see ``meanings``).
 """
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 from lathesim.errors import ProgramError
-from lathesim.program.cycle_blocks import Cycles
-from lathesim.program.dialects import Dialect, dialect_named
+from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.moves import Program
+from lathesim.program.moves import Event, Move, Program
+from lathesim.program.nose.compensation import compensated
+from lathesim.program.nose.tool_nose import Tool
+from lathesim.program.offsets import Offsets
 from lathesim.program.vocabulary import check_vocabulary, other_readings, sort_block
 from lathesim.program.words import Block, Blocks, Warned, Word
 
 TURRET_STATIONS = 12  # assumed: a common turret; a tool number beyond it is a slip
-DEEPEST_CALL = 4  # Source: Fanuc 0i-T operator's manual, subprogram nesting
-MOST_CALLS = 9999  # repeats of one call. Source: the same
-MOST_RUNS = 100_000  # runs of subprograms in one program, assumed: far more than any part needs, and done in seconds
 _REVOLUTION = 2.0 * math.pi
 
 
@@ -34,96 +34,64 @@ def interpret(
     *,
     start: tuple[float, float] | None = None,
     stations: int = TURRET_STATIONS,
+    tools: Mapping[int, Tool] | None = None,
+    strict: bool = False,
 ) -> Program:
     """Give the moves, events and warnings of a program.
 
     ``start`` is where the tool stands at first (x, z) [m], without it the dialect's; ``stations`` how many tools the
-    turret holds. Raises :class:`ProgramError` with ``file:line``, the word, what is wrong and what to do.
+    turret holds. ``tools`` gives their noses and offsets, else they have none. With ``strict`` codes that do
+    nothing here are refused. Raises :class:`ProgramError` with ``file:line``, the word, what is wrong and what to do.
     """
     table = dialect if isinstance(dialect, Dialect) else dialect_named(dialect)
     check_vocabulary(blocks, table)
-    return _Interpreter(blocks, table, table.start if start is None else start, stations).program()
+    interpreter = _Interpreter(blocks, table, table.start if start is None else start, stations)
+    interpreter.modal.tools.update(tools or {})
+    interpreter.strict = strict
+    return interpreter.program()
 
 
-class _Interpreter(Cycles):
-    """Runs the steps of every block in their order; ``depth`` counts the subprograms under way, ``runs`` all of them."""
+class _Interpreter(Offsets):
+    """Runs the steps of every block in their order; ``moved`` says whether there was a move yet."""
 
-    depth = 0
-    runs = 0
+    moved = False
 
     def program(self) -> Program:
         """Run every block and give the program."""
+        self._steps = (
+            self.comment, self.feed_mode, self.feed, self.spindle_speed, self.tool, self.spindle, self.coolant, self.builders, self.dwell,
+            self.units, self.compensation, self.distance, self.once, self.motion, self.spindle_behind, self.subprogram, self.stops,
+            self.unused,
+        )  # fmt: skip
+        self._macro_steps = (self.comment, self.subprogram, self.unused)
+        self.structure()
         self.run_blocks()
         self.close()
         self.note_assumptions()
-        return Program(self.blocks.name, self.dialect.name, tuple(self.moves), tuple(self.events), tuple(self.warnings), self.assumed)
+        moves, events = self._compensated()
+        return Program(self.blocks.name, self.dialect.name, moves, events, tuple(self.warnings), self.assumed)
 
-    def run_blocks(self) -> None:
-        """Run one block after the other, up to the end or the return from a subprogram."""
-        for position, block in enumerate(self.blocks.blocks):
-            self.position = position
-            if position in self.passed:
-                continue
-            moves_before = len(self.moves)
-            self.run_block(block)
-            if not self.moves or moves_before == 0:
-                self.say_groups()
-            if self.has(Meaning.SUBPROGRAM_END):
-                return
-
-    def subprogram(self) -> None:
-        """M98 P n L k calls the program O n k times; P 30012 calls O0012 three times."""
-        if self.has(Meaning.SUBPROGRAM_END) and self.depth == 0:
-            code = self.block.codes[Meaning.SUBPROGRAM_END].text
-            raise self.error(f"{code} in the main program would repeat it without end.", "Write M30; M99 ends a subprogram.")
-        if not self.has(Meaning.SUBPROGRAM):
-            return
-        code, p, repeats = self.block.codes[Meaning.SUBPROGRAM].text, self.take("P"), self.take("L")
-        if p is None or p.value < 0.0 or p.value != math.floor(p.value):
-            raise self.error(f"{code} needs the number of a program.", f"Write it as {code} P0012.")
-        number, times = int(p.value), 1 if repeats is None else int(repeats.value)
-        if number not in self.blocks.subprograms and number > 9999 and repeats is None:
-            number, times = number % 10_000, number // 10_000
-        if number not in self.blocks.subprograms:
-            known = ", ".join(f"O{key:04d}" for key in self.blocks.subprograms)
-            remedy = f"It has {known}." if known else "Write it behind the M30 of the main program, from its O number to M99."
-            raise self.error(f"{code} calls the program O{number:04d}, which the file does not have.", remedy)
-        if self.depth >= DEEPEST_CALL:
-            raise self.error(f"{code} calls more than {DEEPEST_CALL} programs deep.", "A program may not call itself.")
-        if not 0 <= times <= MOST_CALLS:
-            raise self.error(f"{code} repeats {times} times.", f"Repeat at most {MOST_CALLS} times.")
-        kept = (self.blocks, self.block, self.block_number, self.used, self.position, self.passed)
-        self.depth += 1
-        for _ in range(times):
-            self.runs += 1
-            if self.runs > MOST_RUNS:
-                raise self.error(f"Subprograms are run more than {MOST_RUNS} times.", "Repeat less often.")
-            self.blocks, self.passed = replace(self.blocks, blocks=self.blocks.subprograms[number]), set()
-            self.run_blocks()
-            self.blocks = kept[0]
-        self.depth -= 1
-        self.blocks, self.block, self.block_number, self.used, self.position, self.passed = kept
+    def _compensated(self) -> tuple[tuple[Move, ...], tuple[Event, ...]]:
+        """Return moves and events with the nose compensation carried out."""
+        if all(move.nose is None for move in self.moves):
+            return tuple(self.moves), tuple(self.events)
+        made = compensated(self.moves, self.blocks.name)
+        places = [0, *itertools.accumulate(len(moves) for moves in made)]
+        events = tuple(replace(event, before_move=places[event.before_move]) for event in self.events)
+        return tuple(replace(move, nose=None) for moves in made for move in moves), events
 
     def run_block(self, block: Block) -> None:
         """Run the steps of a block in their order."""
+        block = self.computed(block)
         self.block = sort_block(block, self.dialect, self.blocks.place(block.line))
         self.block_number, self.used = block.number.lstrip("0"), set()
-        for step in (
-            self.comment, self.feed_mode, self.feed, self.spindle_speed, self.tool, self.spindle, self.coolant, self.dwell, self.units,
-            self.compensation, self.distance, self.once, self.motion, self.spindle_behind, self.subprogram, self.stops, self.unused,
-        ):  # fmt: skip
+        if not self.block.codes and not self.block.words and not block.comments and not self.block.builders:
+            return
+        for step in self._macro_steps if self.has(Meaning.MACRO_CALL) else self._steps:
             step()
-
-    def compensation(self) -> None:
-        """G41, G42 and further work offsets are read; both are taken as zero, and that is said."""
-        if self.has(Meaning.COMPENSATION_ON):
-            code = self.block.codes[Meaning.COMPENSATION_ON].text
-            self.take("D")
-            self.assumed["nose_compensation"] = "a nose radius of 0: the tool point runs along the programmed path"
-            self.warn(f"{code} is read with a nose radius of 0: the tool point runs along the programmed path.")
-        if self.has(Meaning.OFFSET_OTHER):
-            self.assumed["work_offsets"] = "all zero"
-            self.warn(f"{self.block.codes[Meaning.OFFSET_OTHER].text} is read with an offset of 0.")
+        if not self.moved:
+            self.say_groups()
+            self.moved = bool(self.moves)
 
     def comment(self) -> None:
         """(MSG, text) is a message to the operator."""
@@ -179,13 +147,11 @@ class _Interpreter(Cycles):
         if word is not None and word.value < 0.0:
             raise self.error(f"{word.text} is a negative speed.", "Give it without a sign; M03 and M04 say the direction.")
         if self.has(Meaning.SPINDLE_LIMIT):
-            if word is None or mode is not None or "X" in self.block.words or "Z" in self.block.words:
-                code = self.block.codes[Meaning.SPINDLE_LIMIT].text
-                raise self.error(
-                    f"{code} is read as the spindle speed limit, and takes one S word, and no X, Z, G96 or G97.",
-                    f"Write it as {code} S2000.",
-                )
-            modal.limit = word.value * _REVOLUTION / 60.0
+            code = self.block.codes[Meaning.SPINDLE_LIMIT].text
+            if mode is not None or (word is None and not {"X", "Z", "U", "W"} & set(self.block.words)):
+                raise self.error(f"{code} needs the spindle speed limit as an S word, or a position.", f"Write it as {code} S2000.")
+            if word is not None:
+                modal.limit = word.value * _REVOLUTION / 60.0
             return
         if mode is not None:
             surface = mode is Meaning.SURFACE_SPEED
@@ -216,8 +182,9 @@ class _Interpreter(Cycles):
             if word.value < 0.0 or word.value != math.floor(word.value):
                 raise self.error(f"{word.text} is no tool number.", "Tools count from 1 up.")
             number = int(word.value)
+            offset = number
             if self.dialect.tool_changes_at_t and number >= 100:
-                number //= 100
+                number, offset = number // 100, number % 100
             if number > self.stations:
                 raise self.error(f"{word.text} asks for tool {number}, and the turret has {self.stations}.", "Use a tool of the turret.")
             modal.tool_ready = number
@@ -228,6 +195,8 @@ class _Interpreter(Cycles):
         if self.has(Meaning.TOOL_CHANGE) or (word is not None and self.dialect.tool_changes_at_t):
             modal.tool = modal.tool_ready
             self.event("tool", tool=modal.tool)
+            if word is not None and self.dialect.tool_changes_at_t:
+                self.offset_of_tool(offset)
 
     def spindle(self) -> None:
         """M3 and M4, and M5 where it acts before the motion of its block."""
@@ -257,13 +226,24 @@ class _Interpreter(Cycles):
             self.event("flood_off")
         for meaning in (Meaning.CLAMP_OPEN, Meaning.CLAMP_CLOSE, Meaning.CHIP_CONVEYOR, Meaning.OVERRIDE, Meaning.PATH_BLENDED):
             if self.has(meaning):
-                self.warn(f"{self.block.codes[meaning].text} ({meaning}) changes nothing in the simulation.")
+                self.ignored(self.block.codes[meaning].text, str(meaning))
         if self.has(Meaning.CYCLE_RETURN):
             word = self.block.codes[Meaning.CYCLE_RETURN]
             self.warn(f"{word.text} ({Meaning.CYCLE_RETURN}) changes nothing in the simulation; {other_readings(word.code, self.dialect)}.")
         if self.has(Meaning.PATH_BLENDED):
             self.take("P")
             self.take("Q")
+
+    def builders(self) -> None:
+        """M codes of the machine's builder do nothing here, and that is said."""
+        for word in self.block.builders:
+            self.ignored(word.text, "a code of the machine's builder")
+
+    def ignored(self, text: str, what: str) -> None:
+        """Say that a word changes nothing in the simulation; with ``strict`` it is refused."""
+        if self.strict:
+            raise self.error(f"{text} ({what}) does nothing in the simulation, and the program is read strictly.", "Take it out.")
+        self.warn(f"{text} ({what}) changes nothing in the simulation.")
 
     def dwell(self) -> None:
         """A pause; the letter and its unit are the dialect's."""
@@ -278,12 +258,16 @@ class _Interpreter(Cycles):
         word = self.take(given[0])
         if word is None or word.value < 0.0:
             raise self.error(f"{given[0]} of {code} is a negative time.", "A dwell takes 0 s or more.")
-        self.add("dwell", (self.modal.x, self.modal.z), seconds=word.value * allowed[given[0]])
+        self.add("dwell", (self.modal.x, self.modal.z), seconds=word.value * (1.0 if "." in word.text else allowed[given[0]]))
 
     def units(self) -> None:
         """Inch or millimetre."""
         meaning = self.block.of_group(Group.UNITS)
         if meaning is not None:
+            if self.modal.nose is not None and self.modal.inch != (meaning is Meaning.INCH):
+                raise self.error(
+                    f"{self.block.codes[meaning].text} changes the units while nose compensation is on.", "Write G40 before it."
+                )
             self.modal.inch = meaning is Meaning.INCH
 
     def distance(self) -> None:
@@ -296,29 +280,6 @@ class _Interpreter(Cycles):
         meaning = self.block.of_group(Group.DIAMETER)
         modal.diameter = modal.diameter if meaning is None else meaning is Meaning.X_DIAMETER
 
-    def once(self) -> None:
-        """Origin shift and return to the reference point."""
-        modal = self.modal
-        if self.has(Meaning.SHIFT_OFF):
-            modal.shift_x = modal.shift_z = 0.0
-        elif self.has(Meaning.SHIFT):
-            x, z = self.take("X"), self.take("Z")
-            if x is None and z is None:
-                raise self.error(f"{self.block.codes[Meaning.SHIFT].text} shifts the origin and names no axis.", "Add an X or a Z word.")
-            if x is not None:
-                modal.shift_x = modal.x - modal.metres(x.value) * (0.5 if modal.diameter else 1.0)
-            if z is not None:
-                modal.shift_z = modal.z - modal.metres(z.value)
-        elif self.has(Meaning.HOME):
-            named = [letter for letter in ("X", "Z", "U", "W") if letter in self.block.words]
-            if named:
-                self.add("rapid", self.target())
-            x_home = not named or "X" in named or "U" in named
-            z_home = not named or "Z" in named or "W" in named
-            zero = self.dialect.machine_zero
-            self.assumed["reference_point"] = f"X{1e3 * zero[0]:g} Z{1e3 * zero[1]:g} mm, X as a radius"
-            self.add("rapid", (zero[0] if x_home else modal.x, zero[1] if z_home else modal.z))
-
     def stops(self) -> None:
         """M0, M1, M2, M30; the end of a program turns the spindle off."""
         meaning = self.block.of_group(Group.STOP)
@@ -329,14 +290,18 @@ class _Interpreter(Cycles):
         elif meaning is Meaning.END:
             self.event("spindle")
             self.event("program_end")
+            self.ended = not self.walking
 
     def unused(self) -> None:
         """Refuse the first word that nothing has used."""
         for letter, word in self.block.words.items():
             if letter not in self.used and not (letter == "O" and self.dialect.program_number):
-                raise self.error(
-                    f"{word.text} has no code in its block that uses it ({self.dialect.letters[letter]}).", "Take it out, or add the code."
-                )
+                others = [
+                    d for d in DIALECTS.values() if d.letters.get(letter, self.dialect.letters[letter]) != self.dialect.letters[letter]
+                ]
+                told = f"; in the dialect '{others[0].name}' it is {others[0].letters[letter]}" if others else ""
+                fact = f"{word.text} has no code in its block that uses it ({self.dialect.letters[letter]}){told}."
+                raise self.error(fact, "Take it out, or add the code.")
 
     def close(self) -> None:
         """A program without an end is refused or warned of, as the dialect has it."""

@@ -54,6 +54,15 @@ class Meaning(StrEnum):
     THREADING_CYCLE_SIMPLE = "the simple threading cycle"
     FACING_CYCLE_SIMPLE = "the simple facing cycle"
     DRILLING_CYCLE = "a drilling cycle"
+    DRILLING_WITH_DWELL = "the drilling cycle with a dwell"
+    PECK_DRILLING = "the peck drilling cycle"
+    DRILLING = "the drilling cycle"
+    TAPPING = "the tapping cycle"
+    BORING = "the boring cycle"
+    POCKETS_LATER = "the roughing cycle without pockets"
+    POCKETS_ONLY = "the roughing cycle of pockets only"
+    FACE_POCKETS_LATER = "the face roughing cycle without pockets"
+    FACE_POCKETS_ONLY = "the face roughing cycle of pockets only"
     PROBE = "probing"
     PLANE_XZ = "the plane of X and Z"
     PLANE_OTHER = "a plane with Y in it"
@@ -71,9 +80,13 @@ class Meaning(StrEnum):
     SURFACE_SPEED = "constant surface speed"
     SPINDLE_SPEED = "constant spindle speed"
     COMPENSATION_OFF = "nose compensation off"
-    COMPENSATION_ON = "nose compensation"
+    COMPENSATION_LEFT = "nose compensation, tool on the left"
+    COMPENSATION_RIGHT = "nose compensation, tool on the right"
+    COMPENSATION_GIVEN_LEFT = "nose compensation with a given nose, tool on the left"
+    COMPENSATION_GIVEN_RIGHT = "nose compensation with a given nose, tool on the right"
     LENGTH_OFF = "tool length offset off"
     LENGTH_ON = "a tool length offset"
+    LENGTH_GIVEN = "a tool length offset given in the block"
     OFFSET_FIRST = "the first work offset"
     OFFSET_OTHER = "another work offset"
     CYCLE_RETURN = "the return level of canned cycles"
@@ -82,11 +95,15 @@ class Meaning(StrEnum):
     DWELL = "dwell"
     SET_DATA = "setting offsets"
     HOME = "return to the reference point"
+    HOME_SECOND = "return to the second reference point"
     HOME_SET = "setting the reference point"
+    HOME_SET_SECOND = "setting the second reference point"
     MACHINE_COORDINATES = "machine coordinates"
     SHIFT = "origin shift"
     SHIFT_OFF = "origin shift off"
-    SHIFT_OTHER = "suspending or restoring the origin shift"
+    SHIFT_SUSPENDED = "suspending the origin shift"
+    SHIFT_RESTORED = "restoring the origin shift"
+    SHIFT_LOCAL = "a local origin shift"
     SPINDLE_LIMIT = "spindle speed limit"
     STOP = "program stop"
     OPTIONAL_STOP = "optional stop"
@@ -103,6 +120,8 @@ class Meaning(StrEnum):
     CLAMP_CLOSE = "chuck close"
     CHIP_CONVEYOR = "chip conveyor"
     SUBPROGRAM = "a subprogram call"
+    LOCAL_SUBPROGRAM = "a call of a subprogram of the same program"
+    MACRO_CALL = "a macro call"
     SUBPROGRAM_END = "the return from a subprogram"
     OVERRIDE = "override switches"
 
@@ -113,7 +132,8 @@ def _groups() -> dict[Meaning, Group]:
         g.MOTION: (
             m.RAPID, m.LINE, m.ARC_CLOCKWISE, m.ARC_COUNTERCLOCKWISE, m.THREAD, m.MOTION_OFF, m.THREAD_BY_FEED, m.ROUGHING_CYCLE,
             m.FACING_CYCLE, m.REPEATING_CYCLE, m.FINISHING_CYCLE, m.FACE_GROOVING_CYCLE, m.GROOVING_CYCLE, m.THREADING_CYCLE,
-            m.TURNING_CYCLE_SIMPLE, m.THREADING_CYCLE_SIMPLE, m.FACING_CYCLE_SIMPLE, m.DRILLING_CYCLE, m.PROBE,
+            m.TURNING_CYCLE_SIMPLE, m.THREADING_CYCLE_SIMPLE, m.FACING_CYCLE_SIMPLE, m.DRILLING_CYCLE, m.DRILLING, m.DRILLING_WITH_DWELL,
+            m.PECK_DRILLING, m.TAPPING, m.BORING, m.PROBE, m.POCKETS_LATER, m.POCKETS_ONLY, m.FACE_POCKETS_LATER, m.FACE_POCKETS_ONLY,
         ),
         g.PLANE: (m.PLANE_XZ, m.PLANE_OTHER),
         g.DISTANCE: (m.ABSOLUTE, m.INCREMENTAL),
@@ -122,52 +142,41 @@ def _groups() -> dict[Meaning, Group]:
         g.UNITS: (m.INCH, m.MILLIMETRE),
         g.DIAMETER: (m.X_DIAMETER, m.X_RADIUS),
         g.SPINDLE_MODE: (m.SURFACE_SPEED, m.SPINDLE_SPEED),
-        g.COMPENSATION: (m.COMPENSATION_OFF, m.COMPENSATION_ON),
-        g.LENGTH: (m.LENGTH_OFF, m.LENGTH_ON),
+        g.COMPENSATION: (
+            m.COMPENSATION_OFF, m.COMPENSATION_LEFT, m.COMPENSATION_RIGHT, m.COMPENSATION_GIVEN_LEFT, m.COMPENSATION_GIVEN_RIGHT,
+        ),
+        g.LENGTH: (m.LENGTH_OFF, m.LENGTH_ON, m.LENGTH_GIVEN),
         g.COORDINATES: (m.OFFSET_FIRST, m.OFFSET_OTHER),
         g.CYCLE_RETURN: (m.CYCLE_RETURN,),
         g.PATH_MODE: (m.PATH_EXACT, m.PATH_BLENDED),
         g.ONCE: (
-            m.DWELL, m.SET_DATA, m.HOME, m.HOME_SET, m.MACHINE_COORDINATES, m.SHIFT, m.SHIFT_OFF, m.SHIFT_OTHER, m.SPINDLE_LIMIT,
+            m.DWELL, m.SET_DATA, m.HOME, m.HOME_SECOND, m.HOME_SET, m.HOME_SET_SECOND, m.MACHINE_COORDINATES, m.SHIFT, m.SHIFT_OFF,
+            m.SHIFT_SUSPENDED, m.SHIFT_RESTORED, m.SHIFT_LOCAL, m.SPINDLE_LIMIT, m.MACRO_CALL,
         ),
         g.STOP: (m.STOP, m.OPTIONAL_STOP, m.END),
         g.SPINDLE: (m.SPINDLE_FORWARD, m.SPINDLE_REVERSE, m.SPINDLE_OFF, m.SPINDLE_ORIENT),
         g.COOLANT: (m.MIST, m.FLOOD, m.COOLANT_OFF),
         g.TOOL: (m.TOOL_CHANGE,),
-        g.OTHER: (m.CLAMP_OPEN, m.CLAMP_CLOSE, m.CHIP_CONVEYOR, m.SUBPROGRAM, m.SUBPROGRAM_END, m.OVERRIDE),
+        g.OTHER: (m.CLAMP_OPEN, m.CLAMP_CLOSE, m.CHIP_CONVEYOR, m.SUBPROGRAM, m.LOCAL_SUBPROGRAM, m.SUBPROGRAM_END, m.OVERRIDE),
     }  # fmt: skip
     return {meaning: group for group, meanings in table.items() for meaning in meanings}
 
 
 GROUP_OF: dict[Meaning, Group] = _groups()
 
-_PASSES = "Write its passes out as single moves."
-_BY_HAND = "Write the positions as the tool point shall run."
-
 # Meanings that dialects have and this interpreter does not carry out, with what to do instead. They are refused, never skipped.
 NOT_INTERPRETED: dict[Meaning, str] = {
-    Meaning.THREAD_BY_FEED: _PASSES,
-    Meaning.ROUGHING_CYCLE: _PASSES,
-    Meaning.FACING_CYCLE: _PASSES,
-    Meaning.REPEATING_CYCLE: _PASSES,
-    Meaning.FINISHING_CYCLE: _PASSES,
-    Meaning.FACE_GROOVING_CYCLE: _PASSES,
-    Meaning.GROOVING_CYCLE: _PASSES,
-    Meaning.THREADING_CYCLE: _PASSES,
-    Meaning.TURNING_CYCLE_SIMPLE: _PASSES,
-    Meaning.THREADING_CYCLE_SIMPLE: _PASSES,
-    Meaning.FACING_CYCLE_SIMPLE: _PASSES,
-    Meaning.DRILLING_CYCLE: _PASSES,
+    Meaning.POCKETS_LATER: "Write G71, which cuts the pockets as well.",
+    Meaning.POCKETS_ONLY: "Write G71, which cuts the pockets as well.",
+    Meaning.FACE_POCKETS_LATER: "Write G72, which cuts the pockets as well.",
+    Meaning.FACE_POCKETS_ONLY: "Write G72, which cuts the pockets as well.",
+    Meaning.DRILLING_CYCLE: "Write its strokes out as single moves.",
+    Meaning.TAPPING: "Write it as a thread move there and back.",
     Meaning.PROBE: "Take it out; nothing can be probed here.",
-    Meaning.PLANE_OTHER: "A two-axis lathe moves in the plane of X and Z. Write G18.",
+    Meaning.PLANE_OTHER: "This is for a mill; a two-axis lathe moves in the plane of X and Z. Write G18.",
+    Meaning.LENGTH_GIVEN: "Set the tool with G10 L1 and call it with G43.",
     Meaning.INVERSE_TIME: "Use feed per minute or per revolution.",
-    Meaning.COMPENSATION_ON: _BY_HAND,
-    Meaning.LENGTH_ON: _BY_HAND,
-    Meaning.OFFSET_OTHER: "Use the first work offset, or an origin shift.",
-    Meaning.SET_DATA: "Set offsets to zero and " + _BY_HAND[0].lower() + _BY_HAND[1:],
-    Meaning.HOME_SET: "Take it out.",
-    Meaning.SHIFT_OTHER: "Write the shift again where it is wanted.",
     Meaning.SPINDLE_ORIENT: "Take it out; a turning spindle needs no orientation.",
-    Meaning.SUBPROGRAM: "Write the blocks of the subprogram in its place.",
-    Meaning.SUBPROGRAM_END: "Write the blocks of the subprogram in its place.",
+    Meaning.SUBPROGRAM: "Use O-words: O100 SUB to O100 ENDSUB, and O100 CALL.",
+    Meaning.SUBPROGRAM_END: "Use O-words: O100 SUB to O100 ENDSUB, and O100 CALL.",
 }

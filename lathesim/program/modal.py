@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from lathesim.program.meanings import Group, Meaning
 from lathesim.program.moves import Spindle
+from lathesim.program.nose.tool_nose import Nose, Tool
 
 
 @dataclass
@@ -14,6 +15,8 @@ class Modal:
 
     ``feed`` is [m/s] or, with ``per_revolution``, [m]; ``feed_lost`` tells the line whose feed a change of feed mode dropped.
     ``speed`` is [rad/s] or, with ``surface``, [m/s]. ``taper`` to ``thread_allowance`` [m, rad] are what blocks tell later cycles.
+    ``shift_x`` and ``shift_z`` come with G92 or G50, ``local`` with G52, ``offsets`` and ``tools`` from G10 or from whoever runs the
+    program; ``nose`` is the compensation in force, ``side`` its side. ``level`` and ``cycle_words`` belong to drilling cycles.
     ``said`` are the groups the program has spoken of before its first move.
     """
 
@@ -38,6 +41,18 @@ class Modal:
     tool_ready: int | None = None
     shift_x: float = 0.0
     shift_z: float = 0.0
+    shift_kept: tuple[float, float] = (0.0, 0.0)
+    local: tuple[float, float] = (0.0, 0.0)
+    offset_number: int = 1
+    offsets: dict[int, tuple[float, float]] = field(default_factory=dict)
+    tools: dict[int, Tool] = field(default_factory=dict)
+    tool_offset: tuple[float, float] = (0.0, 0.0)
+    offset_of_tool: int = 0
+    homes: dict[Meaning, tuple[float, float]] = field(default_factory=dict)
+    nose: Nose | None = None
+    side: int = 0
+    level: float | None = None
+    cycle_words: dict[str, float] = field(default_factory=dict)
     taper: float = 0.0
     cycle_end: tuple[float, float] | None = None
     cycle_depth: float | None = None
@@ -52,6 +67,17 @@ class Modal:
     said: set[Group] = field(default_factory=set)
 
     @property
+    def zero(self) -> tuple[float, float]:
+        """Where the coordinates of the program begin: work offset, tool offset, origin shift and local shift together (x, z) [m]."""
+        x, z = self.offsets.get(self.offset_number, (0.0, 0.0))
+        return x + self.tool_offset[0] + self.shift_x + self.local[0], z + self.tool_offset[1] + self.shift_z + self.local[1]
+
+    @property
+    def here(self) -> tuple[float, float]:
+        """The present position in the coordinates of the program (x, z) [m], X as a radius."""
+        return self.x - self.zero[0], self.z - self.zero[1]
+
+    @property
     def turning(self) -> bool:
         """Whether the spindle turns."""
         return self.direction != 0 and bool(self.speed)
@@ -60,6 +86,10 @@ class Modal:
     def spindle(self) -> Spindle:
         """The spindle as the next move sees it."""
         return Spindle(self.direction, self.surface, self.speed or 0.0, self.limit if self.surface else None)
+
+    def shown(self, length: float) -> float:
+        """Return a length [m] in the unit of the program [mm or inch]."""
+        return length * 1e3 / (25.4 if self.inch else 1.0)
 
     def metres(self, value: float) -> float:
         """Give a programmed length [mm or inch] in metres; the division keeps 0.03 the same number as 30/1000."""

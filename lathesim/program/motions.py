@@ -12,7 +12,7 @@ from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import Group, Meaning
 from lathesim.program.modal import Modal
 from lathesim.program.moves import Arc, Event, EventKind, Move, MoveKind
-from lathesim.program.vocabulary import Sorted
+from lathesim.program.vocabulary import Sorted, other_readings
 from lathesim.program.words import Block, Blocks, Warned, Word
 
 _ARCS = (Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE)
@@ -57,6 +57,11 @@ class Motions:
     def code_for(self, *meanings: Meaning) -> str:
         """The dialect's code for the first of these meanings that it has."""
         return next((code for meaning in meanings for code, own in self.dialect.codes.items() if own is meaning), "")
+
+    def readings(self, word: Word) -> str:
+        """What a code means in other dialects, as ``; in the dialect 'paper' it means millimetres``, or nothing."""
+        others = other_readings(word.code, self.dialect)
+        return f"; {others}" if others else ""
 
     def event(self, kind: EventKind, *, direction: int = 0, tool: int | None = None, text: str = "") -> None:
         """Note something that happens before the next move."""
@@ -117,7 +122,7 @@ class Motions:
         scale = 0.5 if modal.diameter else 1.0
         x, z = modal.x, modal.z
         machine = self.has(Meaning.MACHINE_COORDINATES)
-        zero = self.dialect.machine_zero if machine else (modal.shift_x, modal.shift_z)
+        zero = self.dialect.machine_zero if machine else modal.zero
         for letter, axis in {"X": "X", "Z": "Z", **(self.dialect.incremental or {})}.items():
             word = self.take(letter)
             if word is None:
@@ -154,7 +159,7 @@ class Motions:
         else:
             if modal.arc_absolute and (i is None or k is None):
                 raise self.error(f"{code} needs both I and K while arc centres are absolute.", "Add the missing one, or write G91.1.")
-            zero = (modal.shift_x, modal.shift_z) if modal.arc_absolute else start
+            zero = modal.zero if modal.arc_absolute else start
             end = self.target()
             centre = (zero[0] + modal.metres(i.value if i else 0.0), zero[1] + modal.metres(k.value if k else 0.0))
             arc = arc_by_centre(start, end, centre, clockwise, block.place, code)
@@ -220,10 +225,14 @@ class Motions:
         line: int | None = None,
         cycle: str = "",
         cycle_line: int = 0,
+        compensated: bool = True,
     ) -> None:
-        """Append a move and go to its end (x, z) [m]."""
+        """Append a move and go to its end (x, z) [m]; only those that are ``compensated`` follow the nose compensation in force."""
         modal = self.modal
         start = (modal.x, modal.z)
         line = self.block.line if line is None else line
-        self.moves.append(Move(kind, line, *start, *end, modal.spindle, feed, per_revolution, arc, seconds, modal.tool, cycle, cycle_line))
+        nose = modal.nose if compensated else None
+        self.moves.append(
+            Move(kind, line, *start, *end, modal.spindle, feed, per_revolution, arc, seconds, modal.tool, cycle, cycle_line, nose)
+        )
         modal.x, modal.z = end

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from lathesim.program.nose.tool_nose import Nose
 from lathesim.program.words import Warned
 
 MoveKind = Literal["rapid", "feed", "arc", "thread", "dwell"]
@@ -72,6 +73,8 @@ class Move:
     cycle: str = ""
     """The code of the cycle that the move was expanded from, as ``G71``, and the line of its block."""
     cycle_line: int = 0
+    nose: Nose | None = None
+    """The nose compensation that is still to be carried out on the move."""
 
     @property
     def length(self) -> float:

@@ -10,9 +10,14 @@ from dataclasses import dataclass
 
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, not_interpreted
+from lathesim.program.macros.statements import FANUC_KINDS
 from lathesim.program.meanings import GROUP_OF, NOT_INTERPRETED, Group, Meaning
 from lathesim.program.words import Block, Blocks, Word
 
+_BUILDERS = ((10, 69), (80, 96), (100, 199))
+"""M codes that builders of machines give to chucks, tailstocks, catchers and doors.
+
+Source: Haas lathe operator's manual, list of M codes."""
 _FOREIGN_AXES = "YABCV"
 """Axes that a two-axis lathe does not have, unless the dialect has the letter for something else."""
 
@@ -26,6 +31,8 @@ class Sorted:
     codes: dict[Meaning, Word]
     words: dict[str, Word]
     comments: tuple[str, ...]
+    builders: tuple[Word, ...] = ()
+    """M codes of the machine's builder, which do nothing here."""
 
     def of_group(self, group: Group) -> Meaning | None:
         """The meaning of this group in the block, if there is one."""
@@ -35,25 +42,61 @@ class Sorted:
 def check_vocabulary(blocks: Blocks, dialect: Dialect) -> None:
     """Refuse the first word of the program that the dialect does not have, or that is not interpreted."""
     for block in (*blocks.blocks, *(block for blocks_of in blocks.subprograms.values() for block in blocks_of)):
-        for word in block.words:
-            place = blocks.place(block.line)
-            if word.letter not in "GM":
-                if word.letter not in dialect.letters:
-                    raise _foreign_letter(word, block, blocks, dialect, place)
-                continue
-            if word.value < 0.0:
-                raise ProgramError(f"{word.text} is negative; codes are not.", place=place, remedy=f"Write {word.letter}{-word.value:g}.")
-            meaning = dialect.codes.get(word.code)
-            if meaning is None:
-                raise _foreign_code(word, blocks, dialect, place)
-            if not_interpreted(meaning, dialect):
-                raise _not_interpreted(word, meaning, blocks, dialect, place)
+        check_block(block, blocks, dialect)
+
+
+def check_block(block: Block, blocks: Blocks, dialect: Dialect) -> None:
+    """Refuse the first word of a block that the dialect does not have, or that is not interpreted; computed codes wait for their number."""
+    if block.statement is not None or block.assignments or block.computed:
+        _check_statement(block, blocks, dialect)
+    codes, letters = dialect.codes, dialect.letters
+    for word in block.words:
+        if word.letter not in "GM":
+            if word.letter not in letters:
+                raise _foreign_letter(word, block, blocks, dialect, blocks.place(block.line))
+            continue
+        if word.value < 0.0:
+            fact = f"{word.text} is negative; codes are not."
+            raise ProgramError(fact, place=blocks.place(block.line), remedy=f"Write {word.letter}{-word.value:g}.")
+        meaning = codes.get(word.code)
+        if meaning is None:
+            if word.value == word.value and not is_builders(word, dialect):
+                raise _foreign_code(word, blocks, dialect, blocks.place(block.line))
+        elif meaning in NOT_INTERPRETED and not_interpreted(meaning, dialect):
+            raise _not_interpreted(word, meaning, blocks, dialect, blocks.place(block.line))
+
+
+def is_builders(word: Word, dialect: Dialect) -> bool:
+    """Return whether an M code that the dialect does not have may belong to the builder of the machine."""
+    return (
+        dialect.builder_codes
+        and word.letter == "M"
+        and any(first <= word.value <= last for first, last in _BUILDERS)
+        and word.value % 1.0 == 0.0
+    )
+
+
+def _check_statement(block: Block, blocks: Blocks, dialect: Dialect) -> None:
+    place, statement = blocks.place(block.line), block.statement
+    if not dialect.variables:
+        shown = next((word.text for word in block.words if word.expression is not None), "The statement" if statement else "The assignment")
+        having = _quoted(_told([other.name for other in DIALECTS.values() if other.variables]))
+        fact = f"{shown} computes with expressions or variables, and the dialect '{dialect.name}' has none; {having} have them."
+        raise ProgramError(fact, place=place, remedy="Choose the dialect the program is written in, or write the numbers themselves.")
+    if statement is not None and dialect.o_words == (statement.kind in FANUC_KINDS):
+        having = _quoted(_told([other.name for other in DIALECTS.values() if other.variables and other.o_words != dialect.o_words]))
+        raise ProgramError(
+            f"{statement.kind} is written so in {having}, and not in the dialect '{dialect.name}'.",
+            place=place,
+            remedy="Choose the dialect the program is written in.",
+        )
 
 
 def sort_block(block: Block, dialect: Dialect, place: str) -> Sorted:
     """Take a block apart; a letter given twice and two codes of one modal group are refused."""
     codes: dict[Meaning, Word] = {}
     words: dict[str, Word] = {}
+    builders: list[Word] = []
     for word in block.words:
         if word.letter not in "GM":
             if word.letter in words:
@@ -64,11 +107,16 @@ def sort_block(block: Block, dialect: Dialect, place: str) -> Sorted:
                 )
             words[word.letter] = word
             continue
-        meaning = dialect.codes[word.code]
+        found = dialect.codes.get(word.code)
+        if found is None:
+            builders.append(word)
+            continue
+        meaning = found
         for earlier, first in codes.items():
             if GROUP_OF[earlier] is GROUP_OF[meaning] and not _may_stand_together(earlier, meaning, dialect):
+                told = _apart(first, word, dialect)
                 raise ProgramError(
-                    f"{first.text} and {word.text} exclude each other ({GROUP_OF[meaning]}).",
+                    f"{first.text} and {word.text} exclude each other ({GROUP_OF[meaning]}){told}.",
                     place=place,
                     remedy="Keep one, or write two blocks.",
                 )
@@ -82,7 +130,16 @@ def sort_block(block: Block, dialect: Dialect, place: str) -> Sorted:
                 place=place,
                 remedy="Keep the absolute or the incremental one.",
             )
-    return Sorted(block.line, place, codes, words, block.comments)
+    return Sorted(block.line, place, codes, words, block.comments, tuple(builders))
+
+
+def _apart(first: Word, second: Word, dialect: Dialect) -> str:
+    """Return the other readings of two codes that exclude each other here and stand together in another dialect."""
+    for other in DIALECTS.values():
+        one, two = other.codes.get(first.code), other.codes.get(second.code)
+        if one is not None and two is not None and GROUP_OF[one] is not GROUP_OF[two]:
+            return "".join(f"; {word.text}: {told}" for word in (first, second) if (told := other_readings(word.code, dialect)))
+    return ""
 
 
 def _may_stand_together(first: Meaning, second: Meaning, dialect: Dialect) -> bool:
@@ -105,7 +162,12 @@ def _readings(code: str, leave_out: Dialect) -> list[tuple[Meaning, list[str]]]:
     for other in DIALECTS.values():
         if other.name != leave_out.name and code in other.codes:
             found.setdefault(other.codes[code], []).append(other.name)
-    return list(found.items())
+    return [(meaning, _told(names)) for meaning, names in found.items()]
+
+
+def _told(names: list[str]) -> list[str]:
+    """The names of dialects without rarer forms, where there are others."""
+    return [name for name in names if not DIALECTS[name].variant_of] or names
 
 
 def other_readings(code: str, dialect: Dialect) -> str:
@@ -132,7 +194,7 @@ def _complete(blocks: Blocks, leave_out: Dialect, readable: bool) -> list[str]:
 
 def _choice(blocks: Blocks, dialect: Dialect, readable: bool = False) -> str:
     """``the dialect the program is written in``, with the dialects that have every word of the program where there are any."""
-    complete = _complete(blocks, dialect, readable)
+    complete = _told(_complete(blocks, dialect, readable))
     having = f"; {_quoted(complete)} {'has' if len(complete) == 1 else 'have'} all its words" if complete else ""
     return f"the dialect the program is written in{having}."
 
@@ -141,7 +203,9 @@ def _foreign_code(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> P
     readings = _readings(word.code, dialect)
     if not readings:
         return ProgramError(
-            f"{word.text} is in no dialect known here ({', '.join(DIALECTS)}).", place=place, remedy="Look the code up and correct it."
+            f"{word.text} is in no dialect known here ({', '.join(_told(list(DIALECTS)))}).",
+            place=place,
+            remedy="Look the code up and correct it.",
         )
     told = "; ".join(f"{_quoted(names)} {'has' if len(names) == 1 else 'have'} it ({meaning})" for meaning, names in readings)
     meanings = [meaning for meaning, _ in readings if meaning not in NOT_INTERPRETED]
@@ -165,13 +229,18 @@ def _not_interpreted(word: Word, meaning: Meaning, blocks: Blocks, dialect: Dial
 def _foreign_letter(word: Word, block: Block, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:
     if word.letter in _FOREIGN_AXES:
         return ProgramError(f"{word.text} names an axis this lathe does not have.", place=place, remedy="It has X and Z.")
-    having = [other.name for other in DIALECTS.values() if word.letter in other.letters]
+    having = _told([other.name for other in DIALECTS.values() if word.letter in other.letters])
     if not having:
         return ProgramError(
-            f"{word.text} is in no dialect known here ({', '.join(DIALECTS)}).", place=place, remedy="Take the word out or correct it."
+            f"{word.text} is in no dialect known here ({', '.join(_told(list(DIALECTS)))}).",
+            place=place,
+            remedy="Take the word out or correct it.",
         )
-    carried = DIALECTS[having[0]].letters[word.letter]
-    fact = f"{word.text} is not in the dialect '{dialect.name}'; {_quoted(having)} {'has' if len(having) == 1 else 'have'} it ({carried})."
+    carried: dict[str, list[str]] = {}
+    for name in having:
+        carried.setdefault(DIALECTS[name].letters[word.letter], []).append(name)
+    told = ", ".join(f"{_quoted(names)} {'has' if len(names) == 1 else 'have'} it ({what})" for what, names in carried.items())
+    fact = f"{word.text} is not in the dialect '{dialect.name}'; {told}."
     for code in [other for other in block.words if other.letter in "GM" and other.code in dialect.codes]:
         others = other_readings(code.code, dialect)
         if others:

@@ -5,35 +5,47 @@ parentheses or behind ``;``, block delete ``/``, ``%`` lines, N numbers, CRLF an
 decided later (dialects, interpreter). Reading ends at the second ``%`` or behind a block with M2 or M30.
 
 Source: EIA RS-274-D; NIST RS274NGC Interpreter version 3 (Kramer, Proctor, Messina 2000), section 3 (format of a line).
-Left out: expressions in brackets, ``#`` variables, O-word subroutines of LinuxCNC; they are refused.
+Expressions, variables and the statements that choose the next block are parsed here and evaluated when their block runs (``macros``).
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from lathesim.errors import ProgramError, SeveralFaultsError, nearest
+from lathesim.program.macros.expressions import Assignment, Expression, ExpressionError, begins_value, parse_assignment, parse_value
+from lathesim.program.macros.statements import Kind, Statement, opens, statement_at
+from lathesim.program.word_faults import no_number, no_word
 
 LINE_LIMIT = 256  # characters of code in one line. Source: NIST RS274NGC version 3, section 3.3
 DIGIT_LIMIT = 9  # digits before the decimal point, assumed: a larger number is a slip, and its square must stay finite
 
+MOST_LOCALS = 500  # N numbers behind the end that may be called, assumed: programs have a handful
 MOST_FAULTS = 20  # lines at fault that are told, assumed: whoever wrote more has to look at the file anyway
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+_BLOCK_NUMBER = re.compile(r"N([0-9]+\.?[0-9]*)")
+_COMPUTED = re.compile(r"[#\[O]|END")
+_PLAIN = re.compile(r"[A-Z][+-]?[0-9.]+(?![#\[])")
 _PROGRAM_NUMBER = re.compile(r"\s*[Oo]\s*([0-9]{1,8})(?![0-9.])")
 _COMMENT_GAP = "\n"  # stands in the compacted line where a comment was, so that X1(a)2 does not become X12
 
 
 @dataclass(frozen=True)
 class Word:
-    """A letter, its number, and the word as the program writes it (``text``)."""
+    """A letter, its number, and the word as the program writes it (``text``).
+
+    A word with an ``expression`` has its number only when its block runs; until then ``value`` is no number.
+    """
 
     letter: str
     value: float
     text: str
+    expression: Expression | None = None
 
     @property
     def code(self) -> str:
@@ -43,12 +55,18 @@ class Word:
 
 @dataclass(frozen=True)
 class Block:
-    """One line of a program: its physical line (from 1), its words without the N number, its comments and its N number as text."""
+    """One line of a program: its physical line (from 1), its words without the N number, its comments and its N number as text.
+
+    ``assignments`` give variables their values; ``statement`` chooses the next block; ``computed`` says whether a word has an expression.
+    """
 
     line: int
     words: tuple[Word, ...]
     comments: tuple[str, ...] = ()
     number: str = ""
+    assignments: tuple[Assignment, ...] = ()
+    statement: Statement | None = None
+    computed: bool = False
 
 
 @dataclass(frozen=True)
@@ -70,6 +88,8 @@ class Blocks:
     warnings: tuple[Warned, ...] = field(default=())
     subprograms: Mapping[int, tuple[Block, ...]] = field(default_factory=dict)
     """Programs behind the end of the main one, by their O number."""
+    locals: Mapping[int, tuple[Block, ...]] = field(default_factory=dict)
+    """Blocks behind the end of the main program from an N number to M99, by that number."""
 
     def place(self, line: int) -> str:
         """The place of a physical line as errors show it."""
@@ -101,10 +121,15 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
     warnings: list[Warned] = []
     faults: list[ProgramError] = []
     ending = ""
+    main = 0  # blocks of the main program up to its first end
+    inside, jumps = 0, False  # how many statements are open, and whether any may go to a block behind the end
     opened = 0
     line = 0
     for line, raw in enumerate(lines, start=1):
         place = f"{name}:{line}"
+        if ending and _PROGRAM_NUMBER.match(raw):
+            line -= 1
+            break
         if raw.lstrip().startswith("%"):
             if raw.strip() != "%":
                 warnings.append(Warned(line, f"The text '{raw.strip()[1:].strip()[:40]}' behind % is ignored."))
@@ -121,10 +146,14 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
         if block is None:
             continue
         blocks.append(block)
+        if block.statement is not None:
+            inside += opens(block.statement)
+            jumps = jumps or block.statement.kind is Kind.GO_TO
         stop = next((word for word in block.words if word.code in ("M2", "M30")), None)
         if stop is not None:
-            ending = stop.code
-            break
+            ending, main = stop.code, main or len(blocks)
+            if inside <= 0 and not jumps:
+                break
     if len(faults) == 1:
         raise faults[0]
     if faults:
@@ -137,13 +166,14 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
         )
     further = _Further(lines, line, name, block_delete) if ending in ("M2", "M30") else None
     rest = next((k for k, raw in enumerate(lines[line:], start=line + 1) if raw.strip() not in ("", "%")), None)
-    subprograms = further.programs() if further is not None else {}
-    if ending and rest is not None and not subprograms:
+    subprograms, own = further.programs() if further is not None else ({}, {})
+    own = {**_by_number(blocks[main:]), **own} if jumps and main else own
+    if ending and rest is not None and not subprograms and not own:
         warnings.append(Warned(rest, f"Everything behind {ending} of line {line} is ignored, from here on."))
     if not any(block.words for block in blocks):
         warnings.append(Warned(1, "The program is empty."))
     last = line if ending else max((block.line for block in blocks), default=1)
-    return Blocks(name, tuple(blocks), ending, last, tuple(warnings), subprograms)
+    return Blocks(name, tuple(blocks), ending, last, tuple(warnings), subprograms, own)
 
 
 @dataclass(frozen=True)
@@ -155,9 +185,10 @@ class _Further:
     name: str
     block_delete: bool
 
-    def programs(self) -> dict[int, tuple[Block, ...]]:
-        """Return the subprograms by number; nothing where the lines behind the end do not begin with one."""
+    def programs(self) -> tuple[dict[int, tuple[Block, ...]], dict[int, tuple[Block, ...]]]:
+        """Return the subprograms by O number, and what is called by N number; nothing where the lines do not begin with one."""
         found: dict[int, list[Block]] = {}
+        behind: list[Block] = []
         number: int | None = None
         for line, raw in enumerate(self.lines[self.first :], start=self.first + 1):
             if raw.strip() in ("", "%"):
@@ -166,12 +197,25 @@ class _Further:
             if begins is not None:
                 number = int(begins[1])
                 found[number] = []
-            elif number is None:
-                return {}
+            elif not behind and not found and _BLOCK_NUMBER.match(raw.lstrip().upper()) is None:
+                return {}, {}
             block = _block(raw, line, f"{self.name}:{line}", self.block_delete)
-            if block is not None and number is not None:
-                found[number].append(block)
-        return {key: tuple(blocks) for key, blocks in found.items()}
+            if block is not None:
+                behind.append(block)
+                if number is not None:
+                    found[number].append(block)
+        return {key: tuple(blocks) for key, blocks in found.items()}, _by_number(behind)
+
+
+def _by_number(blocks: list[Block]) -> dict[int, tuple[Block, ...]]:
+    """The blocks from each whole N number up to the next M99, by that number."""
+    ends = [place for place, block in enumerate(blocks) if any(word.code == "M99" for word in block.words)]
+    found: dict[int, tuple[Block, ...]] = {}
+    for place, block in enumerate(blocks):
+        end = next((end for end in ends if end >= place), None)
+        if end is not None and block.number.isdigit() and len(found) < MOST_LOCALS:
+            found.setdefault(int(block.number), tuple(blocks[place : end + 1]))
+    return found
 
 
 def _decoded(content: bytes, name: str) -> str:
@@ -204,10 +248,49 @@ def _block(raw: str, line: int, place: str, block_delete: bool) -> Block | None:
             place=place,
             remedy="Write it as several blocks.",
         )
+    bare = code.replace(_COMMENT_GAP, "") if _COMPUTED.search(code) else ""
+    try:
+        block = _computed_block(line, bare, comments, place) if bare else None
+    except ExpressionError as fault:
+        raise ProgramError(fault.fact, place=place, remedy=fault.remedy) from fault
+    if block is not None:
+        return block
     words, number = _words(code, spaced, place)
     if not words and not comments and not number:
         return None
     return Block(line, tuple(words), tuple(comments), number)
+
+
+def _computed_block(line: int, code: str, comments: list[str], place: str) -> Block | None:
+    """The block of a line with expressions, assignments or a statement; None where it has none of them."""
+    numbered = _BLOCK_NUMBER.match(code)
+    number, position = (numbered[1], numbered.end()) if numbered is not None else ("", 0)
+    statement = statement_at(code[position:])
+    if statement is not None:
+        return Block(line, (), tuple(comments), number, statement=statement)
+    if "#" not in code and "[" not in code:
+        return None
+    words: list[Word] = []
+    assignments: list[Assignment] = []
+    while position < len(code):
+        character = code[position]
+        if character == "#":
+            assignment, position = parse_assignment(code, position)
+            assignments.append(assignment)
+        elif "A" <= character <= "Z" and begins_value(code, position + 1):
+            expression, behind = parse_value(code, position + 1)
+            words.append(Word(character, math.nan, code[position:behind], expression))
+            position = behind
+        else:
+            plain = _PLAIN.match(code, position)
+            piece = plain.group() if plain is not None else code[position:]
+            more, late = _words(piece, [False] * len(piece), place)
+            if late or (number and not more):
+                raise ProgramError(f"N{late} stands behind another word.", place=place, remedy="The N number comes first in its block.")
+            words += more
+            position += len(piece)
+    computed = any(word.expression is not None for word in words)
+    return Block(line, tuple(words), tuple(comments), number, tuple(assignments), computed=computed)
 
 
 def _compact(raw: str, place: str) -> tuple[str, list[bool], list[str]]:
@@ -259,10 +342,10 @@ def _words(code: str, spaced: list[bool], place: str) -> tuple[list[Word], str]:
             position += 1
             continue
         if not ("A" <= letter <= "Z"):
-            raise _no_word(code, position, words, place)
+            raise no_word(code, position, words[-1].text if words else "", place)
         found = _NUMBER.match(code, position + 1)
         if found is None:
-            raise _no_number(code, position, place)
+            raise no_number(code, position, place)
         text = code[position : found.end()]
         if letter == "N":
             if words or number:
@@ -290,47 +373,3 @@ def _words(code: str, spaced: list[bool], place: str) -> tuple[list[Word], str]:
                 remedy="Write the number out, as in X1000.",
             )
     return words, number
-
-
-def _no_word(code: str, position: int, words: list[Word], place: str) -> ProgramError:
-    """The error for a character that cannot begin a word."""
-    character = code[position]
-    before = words[-1].text if words else ""
-    if character == "/":
-        return ProgramError(
-            "A / stands inside the block.", place=place, remedy="Block delete / comes first in its line and takes all of it."
-        )
-    if character == ",":
-        remedy = "Write numbers with a decimal point, as in X0.5."
-        return ProgramError(f"A comma stands behind {before}." if before else "A comma stands in the block.", place=place, remedy=remedy)
-    if character in "#[=<":
-        return _variable(f"'{code[position : position + 10]}'", place)
-    if character in "0123456789.+-":
-        found = re.match(r"[0-9.+-]+", code[position:])
-        fact = f"The number {found.group() if found else character} has no letter."
-        return ProgramError(fact, place=place, remedy="Put its letter right in front, as in X10.")
-    return ProgramError(
-        f"'{character}' is no part of a program.", place=place, remedy="Words are a letter and a number; put remarks in parentheses."
-    )
-
-
-def _no_number(code: str, position: int, place: str) -> ProgramError:
-    """The error for a letter without a number."""
-    letter = code[position]
-    rest = code[position + 1 :]
-    if letter in "GM" and rest.startswith("O"):
-        return ProgramError(f"{letter}O is written with the letter O.", place=place, remedy=f"Write {letter}0 with a zero.")
-    if rest[:1] in ("[", "#", "<"):
-        return _variable(f"{letter}{rest[:10]}", place)
-    if rest[:1] == ",":
-        return ProgramError(f"A comma stands behind {letter}.", place=place, remedy="Write numbers with a decimal point, as in X0.5.")
-    if rest[:1] in ("+", "-") and rest[1:2] in ("+", "-"):
-        digits = re.match(r"[0-9.]*", rest[2:])
-        return ProgramError(f"{letter}{rest[:2]}{digits.group() if digits else ''} has two signs.", place=place, remedy="Write one sign.")
-    return ProgramError(
-        f"{letter} has no number.", place=place, remedy=f"Write one right behind it, as in {letter}10; put remarks in parentheses."
-    )
-
-
-def _variable(text: str, place: str) -> ProgramError:
-    return ProgramError(f"{text} is an expression or a variable, and these are not read.", place=place, remedy="Write the number itself.")

@@ -127,8 +127,16 @@ REFUSED = {
     ),
     "negative N": ("N-5 G0 X1\nM2", "turn.nc:1: N-5 is negative. N numbers count from 0 up."),
     "N behind": ("G0 N5 X1\nM2", "turn.nc:1: N5 stands behind another word. The N number comes first in its block."),
-    "variable": ("G0 X#100\nM2", "turn.nc:1: X#100 is an expression or a variable, and these are not read. Write the number itself."),
-    "expression": ("G0 X[1/0]\nM2", "turn.nc:1: X[1/0] is an expression or a variable, and these are not read. Write the number itself."),
+    "variable": (
+        "G0 X#100\nM2",
+        "turn.nc:1: X#100 computes with expressions or variables, and the dialect 'paper' has none; 'linuxcnc' and 'fanuc' have them. "
+        "Choose the dialect the program is written in, or write the numbers themselves.",
+    ),
+    "expression": (
+        "G0 X[1/0]\nM2",
+        "turn.nc:1: X[1/0] computes with expressions or variables, and the dialect 'paper' has none; 'linuxcnc' and 'fanuc' have them. "
+        "Choose the dialect the program is written in, or write the numbers themselves.",
+    ),
     "slash inside": (
         "G0 X1 /Z5\nM2",
         "turn.nc:1: A / stands inside the block. Block delete / comes first in its line and takes all of it.",
@@ -146,7 +154,7 @@ REFUSED = {
     "plane": (
         "G17\nM2",
         "turn.nc:1: G17 means a plane with Y in it in the dialect 'paper', and that is not interpreted here. "
-        "A two-axis lathe moves in the plane of X and Z. Write G18.",
+        "This is for a mill; a two-axis lathe moves in the plane of X and Z. Write G18.",
     ),
     "units change with F": (
         "G70 G1 X1 F5\nM2",
@@ -160,9 +168,10 @@ REFUSED = {
     ),
     "cycle of another dialect, both readings": (
         "G71 U2. R0.5\nM2",
-        "turn.nc:1: U2. is not in the dialect 'paper'; 'fanuc' has it (incremental X). G71 means millimetres in the dialect 'paper'; "
+        "turn.nc:1: U2. is not in the dialect 'paper'; 'linuxcnc' has it (allowance along X), "
+        "'fanuc' has it (incremental X). G71 means millimetres in the dialect 'paper'; "
         "in the dialects 'linuxcnc' and 'fanuc' it means the roughing cycle. "
-        "Choose the dialect the program is written in; 'fanuc' has all its words.",
+        "Choose the dialect the program is written in; 'linuxcnc' and 'fanuc' have all its words.",
     ),
     "feed per revolution of fanuc": (
         "G99 G1 X10 F0.1\nM2",
@@ -186,10 +195,8 @@ def test_refused_with_place_fact_and_remedy(name: str) -> None:
     [
         (
             "G71 G90 G94 G18\nG0 X1\nM2", "linuxcnc",
-            "turn.nc:1: G71 means the roughing cycle in the dialect 'linuxcnc', and that is not interpreted here; "
-            "in the dialect 'paper' it means millimetres. "
-            "Write its passes out as single moves, or choose the dialect the program is written in; "
-            "'paper' and 'fanuc' have all its words.",
+            "turn.nc:1: G71 needs Q, the number of the subprogram with its contour; in the dialect 'paper' it means millimetres. "
+            "Write the contour from O100 SUB to O100 ENDSUB, and G71 Q100.",
         ),
         ("G4\nM2", "linuxcnc", "turn.nc:1: G4 needs a time and has none. Write one, as in G4 P1.5."),
         ("G4 P-1\nM2", "linuxcnc", "turn.nc:1: P of G4 is a negative time. A dwell takes 0 s or more."),
@@ -212,15 +219,19 @@ def test_refused_with_place_fact_and_remedy(name: str) -> None:
         ),
         ("G0 X1\n", "linuxcnc", "turn.nc:1: The program has no end. Write M2 or M30 in its last block; it may be cut short."),
         (
-            "G50 X100\nM2", "fanuc",
-            "turn.nc:1: G50 is read as the spindle speed limit, and takes one S word, and no X, Z, G96 or G97. Write it as G50 S2000.",
+            "G50\nM2", "fanuc",
+            "turn.nc:1: G50 needs the spindle speed limit as an S word, or a position. Write it as G50 S2000.",
         ),
         (
             "G50 G96 S2000\nM2", "fanuc",
-            "turn.nc:1: G50 is read as the spindle speed limit, and takes one S word, and no X, Z, G96 or G97. Write it as G50 S2000.",
+            "turn.nc:1: G50 needs the spindle speed limit as an S word, or a position. Write it as G50 S2000.",
+        ),
+        (
+            "G90 G54 F0.2\nM2", "fanuc",
+            "turn.nc:1: G90 names no end point; in the dialects 'paper' and 'linuxcnc' it means absolute positions. Add X and Z words.",
         ),
         ("G0 X1 U2\nM2", "fanuc", "turn.nc:1: X1 and U2 both move X. Keep the absolute or the incremental one."),
-        ("G0 X1", "papre", "There is no dialect 'papre'; there are paper, linuxcnc, fanuc. Did you mean 'paper'?"),
+        ("G0 X1", "papre", "There is no dialect 'papre'; there are paper, linuxcnc, fanuc, fanuc-b. Did you mean 'paper'?"),
     ],
 )  # fmt: skip
 def test_other_dialects_refuse_as_plainly(text: str, dialect: str, message: str) -> None:

@@ -103,7 +103,7 @@ def test_a_roughing_cycle_leaves_its_allowance_and_gouges_nothing(file: str, ref
     ("file", "sentence"),
     [
         ("blogspot_g72.nc", ":2: G28 is not in the dialect 'paper'; 'linuxcnc' and 'fanuc' have it (return to the reference point)."),
-        ("easyplot_TEST_TURN.NC", ":1: T01 is not in the dialect 'paper'; 'linuxcnc' and 'fanuc' have it (tool)."),
+        ("easyplot_TEST_TURN.NC", ":1: T01 is not in the dialect 'paper'; 'linuxcnc' and 'fanuc' have it (tool and offset)."),
         ("enier_240916_20012_STEP_SHAFT_HP.nc", ":2: O20012 is not in the dialect 'paper'; 'fanuc' has it (program number)."),
         ("enier_240916_o20012.nc", ":2: O20012 is not in the dialect 'paper'; 'fanuc' has it (program number)."),
         ("enier_240924_valve.nc", ":2: O2003 is not in the dialect 'paper'; 'fanuc' has it (program number)."),

@@ -66,32 +66,57 @@ class Threading:
         return steps
 
 
-def drive_line_threading(
-    start: Point, end_z: float, *, pitch: float, peak: float, first: float, full: float, degression: float, slide: float, spring: int
-) -> list[Step]:
-    """Return LinuxCNC's G76: the drive line is the X of ``start``, ``peak`` its distance to the crest (below zero outside), lengths [m].
+@dataclass(frozen=True)
+class DriveLineThreading:
+    """What LinuxCNC's G76 is told: the drive line is the X of ``start``, ``peak`` its distance to the crest (below zero outside) [m].
 
     Pass n stands at d_n = first n^(1/degression); ``slide`` [rad] feeds along the flank, at the beginning and at the end of a pass alike.
-    Source: LinuxCNC 2.9 manual, G76. Left out: entry and exit tapers.
+    A taper of the length ``taper`` along Z leads into the thread (``tapers_in``) or out of it from the full height.
+    Source: LinuxCNC 2.9 manual, G76.
     """
-    outside = -1.0 if peak < 0.0 else 1.0
-    depths: list[float] = []
-    for number in range(1, MOST_PASSES + 1):
-        depth = first * float(number) ** (1.0 / degression)
-        if depth >= full - _EPSILON:
-            break
-        depths.append(depth)
-    depths += [full] * (1 + spring)
-    steps: list[Step] = []
-    for depth in depths:
-        clear = start[0] - outside * (full - depth)
-        begin_z = start[1] - depth * math.tan(slide) * (1.0 if end_z < start[1] else -1.0)
-        finish_z = end_z + (full - depth) * math.tan(slide) * (1.0 if end_z < start[1] else -1.0)
-        x = start[0] + peak + outside * depth
-        steps += [
-            Step("rapid", (clear, begin_z)),
-            Step("rapid", (x, begin_z)),
-            Step("thread", (x, finish_z), lead=pitch),
-            Step("rapid", (clear, finish_z)),
-        ]
-    return [*steps, Step("rapid", (start[0], end_z))]
+
+    start: Point
+    end_z: float
+    pitch: float
+    peak: float
+    first: float
+    full: float
+    degression: float = 1.0
+    slide: float = 0.0
+    spring: int = 0
+    taper: float = 0.0
+    tapers_in: bool = False
+    tapers_out: bool = False
+
+    def depths(self) -> list[float]:
+        """Return the depth of each pass below the crest [m]."""
+        depths: list[float] = []
+        for number in range(1, MOST_PASSES + 1):
+            depth = self.first * float(number) ** (1.0 / self.degression)
+            if depth >= self.full - _EPSILON:
+                break
+            depths.append(depth)
+        return depths + [self.full] * (1 + self.spring)
+
+    def steps(self) -> list[Step]:
+        """Return the whole cycle, from the drive line and back to it."""
+        outside = -1.0 if self.peak < 0.0 else 1.0
+        toward = -1.0 if self.end_z < self.start[1] else 1.0
+        steep = self.pitch * math.hypot(self.taper, self.full) / self.taper if self.taper > 0.0 else self.pitch
+        steps: list[Step] = []
+        for depth in self.depths():
+            clear = self.start[0] - outside * (self.full - depth)
+            begin = self.start[1] + toward * depth * math.tan(self.slide)
+            finish = self.end_z - toward * (self.full - depth) * math.tan(self.slide)
+            x = self.start[0] + self.peak + outside * depth
+            above = x - outside * self.full
+            steps.append(Step("rapid", (clear, begin)))
+            if self.tapers_in:
+                steps += [Step("thread", (above, begin), lead=steep), Step("thread", (x, begin + toward * self.taper), lead=steep)]
+            else:
+                steps.append(Step("rapid", (x, begin)))
+            steps.append(Step("thread", (x, finish - toward * self.taper if self.tapers_out else finish), lead=self.pitch))
+            if self.tapers_out:
+                steps.append(Step("thread", (above, finish), lead=steep))
+            steps.append(Step("rapid", (clear, finish)))
+        return [*steps, Step("rapid", (self.start[0], self.end_z))]

@@ -1,0 +1,269 @@
+"""The blocks that call contour cycles: contours looked up and walked, and the moves that G70 to G73 expand to."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+from collections.abc import Iterable
+from dataclasses import replace
+
+from lathesim.program.cycles.roughing import Roughing
+from lathesim.program.cycles.step import Point, Step
+from lathesim.program.macros.structure import Structure
+from lathesim.program.meanings import Group, Meaning
+from lathesim.program.motions import Motions
+from lathesim.program.moves import Move
+from lathesim.program.nose.compensation import beside
+from lathesim.program.nose.tool_nose import LEFT, RIGHT
+from lathesim.program.words import Word
+
+ROUGHING = (Meaning.ROUGHING_CYCLE, Meaning.FACING_CYCLE)
+RETRACT = 0.5e-3
+"""[m] how far a cycle withdraws where the program does not say, assumed: a common setting of controls."""
+_MICRON = 1e-6
+_TENTH = 2.54e-6
+"""[m] one unit of a number without a decimal point, in millimetres and in inches. Source: Fanuc 0i-T, least input increment."""
+_MOST_STEPS = 200_000
+
+
+class ContourCycles(Motions):
+    """Expands the cycles of contours; ``position`` is the place of the present block, ``passed`` the contours that are not run again."""
+
+    position = 0
+
+    # ---- contours ----------------------------------------------------------------------------------------------------------------
+
+    def _roughing(self, meaning: Meaning) -> None:
+        """G71 and G72 in one block (D) or in two (the first with U or W and R)."""
+        modal, code = self.modal, self.block.codes[meaning].code
+        across = meaning is Meaning.FACING_CYCLE
+        if not {"P", "Q"} & set(self.block.words):
+            depth, retract = self.take("W" if across else "U"), self.take("R")
+            modal.cycle_depth = modal.metres(depth.value) if depth is not None else modal.cycle_depth
+            modal.cycle_retract = modal.metres(retract.value) if retract is not None else modal.cycle_retract
+            return
+        first, last = self._contour_ends(code)
+        word = self.take("D")
+        if word is not None:
+            modal.cycle_depth = self._length(word)
+        if modal.cycle_depth is None or modal.cycle_depth <= 0.0:
+            raise self.error(
+                f"{code} needs a depth of cut above 0 and has none.",
+                f"Write {code} {'W' if across else 'U'}2. R0.5 in a block before it, or add D.",
+            )
+        allow_x, allow_z = self._allowances()
+        start = (modal.x, modal.z)
+        contour = [move for move in self._walked(first, last) if move.kind in ("feed", "arc")]
+        if not contour:
+            raise self.error(f"The contour of {code} cuts nothing.", "Write it with G1, G2 and G3 behind its first block.")
+        retract_by = RETRACT if modal.cycle_retract is None else modal.cycle_retract
+        if modal.cycle_retract is None:
+            self.assumed["cycle_retract"] = f"{1e3 * RETRACT:g} mm where a cycle does not say"
+        self._check_one_way(contour, code, across)
+        roughing = Roughing(start, tuple(contour), allow_x, allow_z, modal.cycle_depth, retract_by, across)
+        extent = max(abs((move.end_z if across else move.end_x) - (start[1] if across else start[0])) for move in contour)
+        self._check_count(extent / modal.cycle_depth * len(contour), code)
+        self.check_feed()
+        self._carry_out(roughing.steps(), code)
+        self.passed |= set(range(first, last + 1))
+
+    def _finishing(self) -> None:
+        """G70: the contour once along itself, with its own feeds, and back to the start."""
+        code = self.block.codes[Meaning.FINISHING_CYCLE].code
+        first, last = self._contour_ends(code)
+        line, start = self.block.line, (self.modal.x, self.modal.z)
+        for move in self._walked(first, last):
+            self.add(
+                move.kind, (move.end_x, move.end_z), feed=move.feed, per_revolution=move.per_revolution, seconds=move.seconds, arc=move.arc,
+                line=move.line, cycle=code, cycle_line=line,
+            )  # fmt: skip
+        self.add("rapid", start, cycle=code, cycle_line=line)
+
+    def _repeating(self) -> None:
+        """G73: the whole contour again and again, nearer each time."""
+        modal, code = self.modal, self.block.codes[Meaning.REPEATING_CYCLE].code
+        if not {"P", "Q"} & set(self.block.words):
+            relief_x, relief_z, count = self.take("U"), self.take("W"), self.take("R")
+            modal.relief = (modal.metres(relief_x.value) if relief_x else 0.0, modal.metres(relief_z.value) if relief_z else 0.0)
+            modal.repeats = max(1, round(count.value)) if count is not None else 1
+            self._check_count(float(modal.repeats), code)
+            return
+        first, last = self._contour_ends(code)
+        allow_x, allow_z = self._allowances()
+        start = (modal.x, modal.z)
+        contour = self._walked(first, last)
+        self.check_feed()
+        steps: list[Step] = []
+        for number in range(modal.repeats):
+            share = 1.0 - (number / (modal.repeats - 1) if modal.repeats > 1 else 1.0)
+            dx, dz = allow_x + share * modal.relief[0], allow_z + share * modal.relief[1]
+            for move in contour:
+                end = (move.end_x + dx, move.end_z + dz)
+                if move.arc is not None:
+                    arc = replace(move.arc, centre_x=move.arc.centre_x + dx, centre_z=move.arc.centre_z + dz)
+                    steps.append(Step("arc", end, arc=arc))
+                else:
+                    steps.append(Step("rapid" if move.kind == "rapid" else "feed", end))
+            steps += [Step("rapid", (start[0] + dx, steps[-1].end[1])), Step("rapid", (start[0] + dx, start[1] + dz))]
+        self._carry_out([*steps, Step("rapid", start)], code)
+        self.passed |= set(range(first, last + 1))
+
+    def _profile(self, meaning: Meaning) -> None:
+        """LinuxCNC's G70 to G72: the contour is the subprogram O of Q; I is the depth, R the retract, D what is left on the contour."""
+        modal, code = self.modal, self.block.codes[meaning].code
+        words = {letter: self.take(letter) for letter in "QDEIPRUW"}
+        q = words["Q"]
+        found = self.structure()
+        if q is None or f"{q.value:g}" not in found.subs:
+            fact = (
+                f"{code} needs Q, the number of the subprogram with its contour{self._other_readings()}."
+                if q is None
+                else f"There is no subprogram O{q.value:g} for {code}."
+            )
+            raise self.error(fact, f"Write the contour from O100 SUB to O100 ENDSUB, and {code} Q100.")
+        first = found.subs[f"{q.value:g}"]
+        value = {letter: modal.metres(word.value) for letter, word in words.items() if word is not None}
+        if modal.nose is not None and meaning is not Meaning.FINISHING_CYCLE:
+            raise self.error(f"{code} does not go with nose compensation.", "Write G40 before it.")
+        start = self.target()
+        modal_x, modal_z = modal.x, modal.z
+        modal.x, modal.z = start
+        walked = [move for move in self._walked(first + 1, found.partner[first] - 1) if move.kind != "dwell"]
+        modal.x, modal.z = modal_x, modal_z
+        if len(walked) < 2:
+            raise self.error(f"The contour of {code} cuts nothing.", "Its first block goes to the contour, the further ones along it.")
+        contour = [replace(move, kind="feed" if move.kind == "rapid" else move.kind) for move in walked[1:]]
+        if meaning is Meaning.FINISHING_CYCLE:
+            passes = 1 if words["P"] is None else round(words["P"].value)
+            self._check_count(float(passes) * len(contour), code)
+            self.check_feed()
+            self._carry_out(self._profile_passes(start, contour, value.get("D", 0.0), value.get("E", 0.0), passes), code)
+            return
+        depth = value.get("I", 1e-3 if not modal.inch else 25.4e-3)
+        if depth <= 0.0:
+            raise self.error(f"{code} needs a depth of cut above 0.", f"Write it as {code} Q{q.value:g} I1.")
+        across = meaning is Meaning.FACING_CYCLE
+        shifted = beside(contour, self._air(start, contour), value.get("D", 0.0), self.blocks.name)
+        self._check_one_way(shifted, code, across)
+        roughing = Roughing(start, tuple(shifted), value.get("U", 0.0), value.get("W", 0.0), depth, value.get("R", 0.5e-3), across)
+        extent = max(abs((move.end_z if across else move.end_x) - (start[1] if across else start[0])) for move in shifted)
+        self._check_count(extent / depth * len(shifted), code)
+        self.check_feed()
+        self._carry_out([Step("rapid", start), *roughing.steps()], code)
+
+    def _profile_passes(self, start: Point, contour: list[Move], far: float, near: float, passes: int) -> list[Step]:
+        """Return the passes of LinuxCNC's G70, the first at the distance ``far`` and the last at ``near`` [m] from the contour."""
+        steps: list[Step] = []
+        for number in range(passes, 0, -1):
+            shifted = beside(contour, self._air(start, contour), (number - 1) * (far - near) / passes + near, self.blocks.name)
+            steps += [Step("rapid", start), Step("rapid", (shifted[0].start_x, shifted[0].start_z))]
+            steps += [Step("arc" if move.arc is not None else "feed", (move.end_x, move.end_z), arc=move.arc) for move in shifted]
+        return steps
+
+    def _air(self, start: Point, contour: list[Move]) -> int:
+        """Return the side of a contour on which the tool waits at the start of a cycle."""
+        first, last = contour[0], contour[-1]
+        along = (last.end_z - first.start_z, last.end_x - first.start_x)
+        return LEFT if along[0] * (start[0] - first.start_x) - along[1] * (start[1] - first.start_z) > 0.0 else RIGHT
+
+    def _allowances(self) -> Point:
+        modal = self.modal
+        x, z = self.take("U"), self.take("W")
+        return (
+            modal.metres(x.value) * (0.5 if modal.diameter else 1.0) if x is not None else 0.0,
+            modal.metres(z.value) if z is not None else 0.0,
+        )
+
+    def _contour_ends(self, code: str) -> tuple[int, int]:
+        """Return the places of the blocks that P and Q name, looked for from the cycle on, else from the beginning."""
+        p, q = self.take("P"), self.take("Q")
+        if p is None or q is None:
+            raise self.error(
+                f"{code} needs P and Q, the first and the last block of its contour{self._other_readings()}.",
+                f"Write it as {code} P10 Q20.",
+            )
+        if self.block_number and self.block_number == str(round(p.value)):
+            raise self.error(
+                f"{p.text} of {code} names the block it stands in.", "P names the first block of the contour, behind the cycle."
+            )
+        first = self._numbered(p, range(self.position + 1, len(self.blocks.blocks)), range(self.position), code)
+        last = self._numbered(q, range(first, len(self.blocks.blocks)), range(0), code)
+        return first, last
+
+    def _other_readings(self) -> str:
+        meaning = self.block.of_group(Group.MOTION)
+        return "" if meaning is None else self.readings(self.block.codes[meaning])
+
+    def _numbered(self, word: Word, nearer: Iterable[int], further: Iterable[int], code: str) -> int:
+        for places in (nearer, further):
+            for place in places:
+                number = self.blocks.blocks[place].number
+                if number and float(number) == word.value:
+                    return place
+        known = [block.number for block in self.blocks.blocks if block.number]
+        names = f"It has N{', N'.join(known[:8])}{' and more' if len(known) > 8 else ''}." if known else "It has no N numbers."
+        raise self.error(f"{word.text} of {code} names a block N{round(word.value)} that is not there.", names)
+
+    def _walked(self, first: int, last: int) -> list[Move]:
+        """Return the moves of a contour from the present point, as the program would make them, and leave everything else as it is."""
+        if self.walking:
+            raise self.error("A cycle stands in the contour of a cycle.", "Write the contour with G0 to G3 only.")
+        kept = (self.modal, self.moves, self.events, self.block, self.used, self.position, self.block_number, self.passed)
+        self.modal, self.moves, self.events, self.walking = copy.copy(self.modal), [], [], True
+        self.modal.motion = None
+        self.passed = set()
+        try:
+            self.run_blocks(first, last + 1)
+            return self.moves
+        finally:
+            self.walking = False
+            self.modal, self.moves, self.events, self.block, self.used, self.position, self.block_number, self.passed = kept
+
+    def structure(self) -> Structure:
+        """Return what belongs together among the statements of the program."""
+        raise NotImplementedError
+
+    def run_blocks(self, begin: int = 0, end: int | None = None) -> None:
+        """Run the blocks of the program from ``begin`` to before ``end``."""
+        raise NotImplementedError
+
+    def _check_one_way(self, contour: list[Move], code: str, across: bool) -> None:
+        """Warn of a contour that goes back: no turning tool follows it."""
+        places = [contour[0].start_x if across else contour[0].start_z, *((move.end_x if across else move.end_z) for move in contour)]
+        ways = [there - here for here, there in itertools.pairwise(places) if abs(there - here) > 1e-9]
+        if any(way * ways[0] < 0.0 for way in ways):
+            self.warn(f"The contour of {code} goes back along {'X' if across else 'Z'}; a tool may not reach what lies behind.")
+
+    # ---- small tools -------------------------------------------------------------------------------------------------------------
+
+    def _code(self) -> str:
+        return self.modal.motion_code
+
+    def _length(self, word: Word) -> float:
+        """Return a length of a cycle [m]: without a decimal point it counts in the smallest unit of the control."""
+        if "." in word.text:
+            return self.modal.metres(word.value)
+        return word.value * (_TENTH if self.modal.inch else _MICRON)
+
+    def _check_turning(self) -> None:
+        if not self.modal.turning:
+            raise self.error("A thread follows the spindle, and the spindle stands still.", "Turn it on with M3 and an S word.")
+
+    def _check_count(self, count: float, code: str) -> None:
+        if not count < _MOST_STEPS:
+            raise self.error(f"{code} would make more than {_MOST_STEPS} passes.", "Take a larger depth of cut.")
+
+    def _carry_out(self, steps: Iterable[Step], code: str) -> None:
+        """Append the moves of a cycle; those of no length are left out."""
+        modal = self.modal
+        for step in steps:
+            if step.arc is None and step.end == (modal.x, modal.z):
+                continue
+            if step.kind == "rapid":
+                self.add("rapid", step.end, cycle=code, cycle_line=self.block.line)
+            elif step.kind == "thread":
+                self.add("thread", step.end, feed=step.lead, per_revolution=True, cycle=code, cycle_line=self.block.line)
+            else:
+                feed = modal.feed if step.feed is None else step.feed
+                line = self.block.line
+                self.add(step.kind, step.end, feed=feed, per_revolution=modal.per_revolution, arc=step.arc, cycle=code, cycle_line=line)

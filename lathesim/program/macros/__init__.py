@@ -1,0 +1,1 @@
+"""What a part program computes: expressions, variables, and the statements that choose which block comes next."""

@@ -1,0 +1,126 @@
+"""Statements that choose which block comes next: the O-words of LinuxCNC, and IF, WHILE and GOTO of Fanuc's custom macros.
+
+Source: LinuxCNC 2.9 manual, chapter O Codes; Fanuc 0i operator's manual, custom macro (branch and repetition).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from enum import StrEnum
+
+from lathesim.program.macros.expressions import Assignment, Expression, ExpressionError, parse_assignment, parse_value
+
+
+class Kind(StrEnum):
+    """What a statement does; the text is how the program writes it."""
+
+    SUB = "SUB"
+    END_SUB = "ENDSUB"
+    CALL = "CALL"
+    RETURN = "RETURN"
+    IF = "IF"
+    ELSE_IF = "ELSEIF"
+    ELSE = "ELSE"
+    END_IF = "ENDIF"
+    DO = "DO"
+    WHILE = "WHILE"
+    END_WHILE = "ENDWHILE"
+    REPEAT = "REPEAT"
+    END_REPEAT = "ENDREPEAT"
+    BREAK = "BREAK"
+    CONTINUE = "CONTINUE"
+    GO_TO = "GOTO"
+    IF_THEN = "IF ... THEN"
+    LOOP = "DO n"
+    LOOP_END = "END n"
+
+
+FANUC_KINDS = frozenset({Kind.GO_TO, Kind.IF_THEN, Kind.LOOP, Kind.LOOP_END})
+"""Statements of custom macros; all others are O-words."""
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One statement: its label (``O100`` is ``100``; of GOTO the target is in ``values``), what it is given, and what it assigns."""
+
+    kind: Kind
+    label: str
+    values: tuple[Expression, ...] = ()
+    condition: Expression | None = None
+    assignments: tuple[Assignment, ...] = ()
+
+
+_OPENING = frozenset({Kind.SUB, Kind.IF, Kind.WHILE, Kind.REPEAT, Kind.DO, Kind.LOOP})
+_CLOSING = frozenset({Kind.END_SUB, Kind.END_IF, Kind.END_WHILE, Kind.END_REPEAT, Kind.LOOP_END})
+
+
+def opens(statement: Statement) -> int:
+    """Return 1 for a statement that opens something, -1 for one that closes it; WHILE behind DO is told apart only by ``structure``."""
+    return int(statement.kind in _OPENING) - int(statement.kind in _CLOSING)
+
+
+_O_KINDS = "ENDSUB|SUB|CALL|RETURN|ELSEIF|ENDIF|ELSE|IF|DO|ENDWHILE|WHILE|ENDREPEAT|REPEAT|BREAK|CONTINUE"
+_O_WORD = re.compile(rf"O(?:(\d+)|<([^<>]+)>)({_O_KINDS})")
+_MACRO = re.compile(r"IF(?=\[)|WHILE(?=\[)|GOTO|DO(?=[0-9])|END(?=[0-9])")
+_LABEL = re.compile(r"[0-9]+")
+
+
+def statement_at(code: str) -> Statement | None:
+    """Return the statement that a compacted line without its N number is, or None; raises :class:`ExpressionError`."""
+    word = _O_WORD.match(code)
+    if word is not None:
+        label = word[1].lstrip("0") or "0" if word[1] is not None else word[2]
+        values, rest = _values(code, word.end())
+        _nothing_behind(code, rest)
+        return Statement(Kind(word[3]), label, tuple(values))
+    macro = _MACRO.match(code)
+    return None if macro is None else _macro(code, macro.group(), macro.end())
+
+
+def _values(code: str, position: int) -> tuple[list[Expression], int]:
+    values = []
+    while code[position : position + 1] == "[":
+        value, position = parse_value(code, position)
+        values.append(value)
+    return values, position
+
+
+def _macro(code: str, word: str, position: int) -> Statement:
+    if word == "GOTO":
+        target, position = parse_value(code, position)
+        _nothing_behind(code, position)
+        return Statement(Kind.GO_TO, "", (target,))
+    if word in ("DO", "END"):
+        return Statement(Kind.LOOP if word == "DO" else Kind.LOOP_END, _loop_label(code, position))
+    condition, position = parse_value(code, position)
+    if word == "WHILE":
+        if code[position : position + 2] != "DO":
+            raise ExpressionError("WHILE has no DO behind its condition.", "Write it as WHILE [#1 LT 5] DO1, with END1 behind the loop.")
+        return Statement(Kind.LOOP, _loop_label(code, position + 2), condition=condition)
+    if code[position : position + 4] == "GOTO":
+        target, position = parse_value(code, position + 4)
+        _nothing_behind(code, position)
+        return Statement(Kind.GO_TO, "", (target,), condition)
+    if code[position : position + 4] != "THEN":
+        raise ExpressionError("IF has neither GOTO nor THEN behind its condition.", "Write it as IF [#1 GT 5] GOTO 100.")
+    position += 4
+    assignments = []
+    while code[position : position + 1] == "#":
+        assignment, position = parse_assignment(code, position)
+        assignments.append(assignment)
+    _nothing_behind(code, position)
+    return Statement(Kind.IF_THEN, "", (), condition, tuple(assignments))
+
+
+def _loop_label(code: str, position: int) -> str:
+    label = _LABEL.match(code, position)
+    if label is None:
+        raise ExpressionError("DO has no number.", "Write DO1 and END1.")
+    _nothing_behind(code, label.end())
+    return label.group()
+
+
+def _nothing_behind(code: str, position: int) -> None:
+    if code[position:]:
+        raise ExpressionError(f"'{code[position : position + 12]}' stands behind the statement.", "Write it in a line of its own.")

@@ -1,0 +1,284 @@
+"""Programmed moves to the moves of the tool point, where nose compensation is on.
+
+The centre of the nose runs at the nose radius beside the contour: lines are shifted, arcs get another radius. Round outer corners it
+swings about the corner, in inner corners the shifted moves meet. The first compensated move starts where the tool stands, the move behind
+the last one starts beside the end of that one. Source: LinuxCNC 2.9 manual, chapter Tool Compensation; Fanuc 0i-T operator's manual, tool
+nose radius compensation. Left out: a look at more than the next move, so that a nose too large for a groove is refused only where two
+neighbouring moves do not meet.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from lathesim.errors import ProgramError
+from lathesim.program.moves import Arc, Move
+from lathesim.program.nose.tool_nose import LEFT, Nose
+
+_SAME = 1e-9
+"""[m] below this, two places are one."""
+_TANGENT = 1e-4
+"""[rad] below this, two moves join smoothly, assumed: coordinates come rounded to 1 um."""
+_SLACK = 2e-6
+"""[m] how much a shifted move may be too short, assumed: coordinates come rounded to 1 um."""
+
+Point = tuple[float, float]  # (z, x) [m]
+
+
+@dataclass
+class _Side:
+    """A shifted move: its ends, and the centre and radius of an arc."""
+
+    move: Move
+    start: Point
+    end: Point
+    centre: Point | None = None
+    radius: float = 0.0
+
+
+def compensated(moves: Sequence[Move], name: str) -> list[list[Move]]:
+    """Return for each move the moves that the tool point makes for it; ``name`` of the program stands in front of messages.
+
+    Raises :class:`ProgramError` where the nose does not reach the contour, and where compensation begins or ends with an arc.
+    """
+    found: list[list[Move]] = [[move] for move in moves]
+    run: list[int] = []
+    here: Point | None = None
+    for index, move in enumerate(moves):
+        if run and move.nose != moves[run[-1]].nose and _moves(move):
+            here = _carry_out(run, moves, found, here, name)
+            run = []
+        if move.nose is not None and _moves(move):
+            run.append(index)
+        elif here is not None and _moves(move):
+            if move.arc is not None:
+                raise ProgramError("Nose compensation ends with an arc.", place=f"{name}:{move.line}", remedy="End it with G0 or G1.")
+            found[index] = [replace(move, start_x=here[1], start_z=here[0])]
+            here = None
+    if run:
+        _carry_out(run, moves, found, here, name)
+    return _joined(found)
+
+
+def beside(moves: Sequence[Move], side: int, distance: float, name: str) -> list[Move]:
+    """Return a contour as it runs at a ``distance`` [m] on its ``side``, LEFT or RIGHT; raises as :func:`compensated`."""
+    if distance <= _SAME:
+        return list(moves)
+    nose = Nose(side, distance, 0.0, 0.0)
+    run = [replace(move, nose=nose) for move in moves if _moves(move)]
+    found: list[list[Move]] = [[move] for move in run]
+    first = _shifted(run[0], nose, name)
+    _carry_out(list(range(len(run))), run, found, first.start, name)
+    return [replace(move, nose=None) for made in found for move in made]
+
+
+def _moves(move: Move) -> bool:
+    return move.arc is not None or math.hypot(move.end_x - move.start_x, move.end_z - move.start_z) > _SAME
+
+
+def _joined(found: list[list[Move]]) -> list[list[Move]]:
+    """Let every move without a length, as a dwell, stand where the tool is."""
+    here: Point | None = None
+    for index, made in enumerate(found):
+        if here is not None and not any(_moves(move) for move in made):
+            found[index] = [replace(move, start_x=here[1], start_z=here[0], end_x=here[1], end_z=here[0]) for move in made]
+        elif made:
+            here = (made[-1].end_z, made[-1].end_x)
+    return found
+
+
+def _carry_out(run: list[int], moves: Sequence[Move], found: list[list[Move]], here: Point | None, name: str) -> Point:
+    """Compensate the moves of one run and return where the tool point stands behind it."""
+    nose = moves[run[0]].nose
+    assert nose is not None
+    first = moves[run[0]]
+    if first.arc is not None and here is None:
+        raise ProgramError(
+            "Nose compensation begins with an arc.", place=f"{name}:{first.line}", remedy="Begin it with G0 or G1 to the contour."
+        )
+    sides = [_shifted(moves[index], nose, name) for index in run]
+    swings: list[Move | None] = [None]
+    for before, after in itertools.pairwise(sides):
+        swings.append(_corner(before, after, nose, name))
+    point = (nose.point_z, nose.point_x)
+    place = (first.start_z, first.start_x) if here is None else here
+    for index, side, swing in zip(run, sides, swings, strict=True):
+        made = [] if swing is None else [_placed(swing, place, point)]
+        if made:
+            place = (made[0].end_z, made[0].end_x)
+        end = _plus(side.end, point)
+        moved = replace(side.move, start_x=place[1], start_z=place[0], end_x=end[1], end_z=end[0], arc=_arc_of(side, point))
+        found[index] = [*made, moved]
+        place = end
+    return place
+
+
+def _shifted(move: Move, nose: Nose, name: str) -> _Side:
+    """Return a move shifted by the nose radius to its side."""
+    start, end = (move.start_z, move.start_x), (move.end_z, move.end_x)
+    shift = nose.radius * nose.side
+    n1, n2 = _left(_tangent(move, at_end=False)), _left(_tangent(move, at_end=True))
+    begin, finish = (start[0] + shift * n1[0], start[1] + shift * n1[1]), (end[0] + shift * n2[0], end[1] + shift * n2[1])
+    if move.arc is None:
+        return _Side(move, begin, finish)
+    grows = move.arc.clockwise == (nose.side == LEFT)
+    radius = move.arc.radius + (nose.radius if grows else -nose.radius)
+    if radius < -_SLACK:
+        raise ProgramError(
+            f"The nose radius of {1e3 * nose.radius:.4g} mm does not go into the arc of radius {1e3 * move.arc.radius:.4g} mm.",
+            place=f"{name}:{move.line}",
+            remedy="Take a tool with a smaller nose, or a larger arc.",
+        )
+    return _Side(move, begin, finish, (move.arc.centre_z, move.arc.centre_x), max(radius, 0.0))
+
+
+def _tangent(move: Move, *, at_end: bool) -> Point:
+    """Return the direction (z, x) of a move at one of its ends."""
+    if move.arc is None:
+        length = math.hypot(move.end_z - move.start_z, move.end_x - move.start_x)
+        return (move.end_z - move.start_z) / length, (move.end_x - move.start_x) / length
+    angle = move.arc.start_angle + (move.arc.sweep if at_end else 0.0)
+    turn = -1.0 if move.arc.clockwise else 1.0
+    return -turn * math.sin(angle), turn * math.cos(angle)
+
+
+def _left(direction: Point) -> Point:
+    return -direction[1], direction[0]
+
+
+def _plus(first: Point, second: Point) -> Point:
+    return first[0] + second[0], first[1] + second[1]
+
+
+def _corner(before: _Side, after: _Side, nose: Nose, name: str) -> Move | None:
+    """Join two shifted moves: return the swing round an outer corner, or move both ends to where they meet in an inner one."""
+    t1, t2 = _tangent(before.move, at_end=True), _tangent(after.move, at_end=False)
+    turn = math.atan2(t1[0] * t2[1] - t1[1] * t2[0], t1[0] * t2[0] + t1[1] * t2[1])
+    corner = (before.move.end_z, before.move.end_x)
+    if abs(turn) < _TANGENT:
+        after.start = before.end
+        return None
+    if turn * nose.side < 0.0 or abs(turn) > math.pi - _TANGENT:
+        return _swing(before, after, corner, nose, abs(turn))
+    meeting = _meeting(before, after, corner)
+    if meeting is None or _overrun(before, meeting, at_end=True) or _overrun(after, meeting, at_end=False):
+        raise ProgramError(
+            f"The nose radius of {1e3 * nose.radius:.4g} mm does not go into the corner at X {1e3 * corner[1]:.4g} mm (radius), "
+            f"Z {1e3 * corner[0]:.4g} mm.",
+            place=f"{name}:{after.move.line}",
+            remedy="Take a tool with a smaller nose, or make the moves beside the corner longer.",
+        )
+    before.end = after.start = meeting
+    return None
+
+
+def _swing(before: _Side, after: _Side, corner: Point, nose: Nose, angle: float) -> Move:
+    """Return the arc of the nose's centre about an outer corner; a straight rapid between rapids."""
+    sweep = -nose.side * angle
+    begin = math.atan2(before.end[1] - corner[1], before.end[0] - corner[0])
+    move = after.move
+    if move.kind == "rapid":
+        return replace(move, start_z=before.end[0], start_x=before.end[1], end_z=after.start[0], end_x=after.start[1])
+    arc = Arc(corner[1], corner[0], nose.radius, nose.radius, begin, sweep)
+    return replace(move, kind="arc", start_z=before.end[0], start_x=before.end[1], end_z=after.start[0], end_x=after.start[1], arc=arc)
+
+
+def _placed(swing: Move, place: Point, point: Point) -> Move:
+    """Return a swing with the tool point instead of the centre of the nose."""
+    arc = swing.arc
+    if arc is not None:
+        arc = replace(arc, centre_x=arc.centre_x + point[1], centre_z=arc.centre_z + point[0])
+    return replace(swing, start_z=place[0], start_x=place[1], end_z=swing.end_z + point[0], end_x=swing.end_x + point[1], arc=arc)
+
+
+def _arc_of(side: _Side, point: Point) -> Arc | None:
+    """Return the arc of the tool point for a shifted arc, between the ends that its corners gave it."""
+    arc, centre = side.move.arc, side.centre
+    if arc is None or centre is None:
+        return None
+    begin = math.atan2(side.start[1] - centre[1], side.start[0] - centre[0])
+    finish = math.atan2(side.end[1] - centre[1], side.end[0] - centre[0])
+    full = 2.0 * math.pi
+    sweep = (begin - finish if arc.clockwise else finish - begin) % full
+    if sweep < 1e-9 or sweep > full - 1e-9:
+        sweep = full if abs(arc.sweep) > math.pi else 0.0
+    if side.radius <= _SAME:
+        begin, sweep = arc.start_angle, abs(arc.sweep)
+    at = _plus(centre, point)
+    return Arc(at[1], at[0], side.radius, side.radius, begin, -sweep if arc.clockwise else sweep)
+
+
+def _meeting(before: _Side, after: _Side, corner: Point) -> Point | None:
+    """Return where two shifted moves meet, nearest to their corner."""
+    if before.centre is None and after.centre is None:
+        points = _line_line(before, after)
+    elif before.centre is None:
+        points = _line_circle(before, after)
+    elif after.centre is None:
+        points = _line_circle(after, before)
+    else:
+        points = _circle_circle(before, after)
+    return min(points, key=lambda point: math.hypot(point[0] - corner[0], point[1] - corner[1]), default=None)
+
+
+def _line_line(first: _Side, second: _Side) -> list[Point]:
+    d1 = (first.end[0] - first.start[0], first.end[1] - first.start[1])
+    d2 = (second.end[0] - second.start[0], second.end[1] - second.start[1])
+    cross = d1[0] * d2[1] - d1[1] * d2[0]
+    if cross == 0.0:
+        return []
+    share = ((second.start[0] - first.start[0]) * d2[1] - (second.start[1] - first.start[1]) * d2[0]) / cross
+    return [(first.start[0] + share * d1[0], first.start[1] + share * d1[1])]
+
+
+def _line_circle(line: _Side, circle: _Side) -> list[Point]:
+    centre = circle.centre or (0.0, 0.0)
+    d = (line.end[0] - line.start[0], line.end[1] - line.start[1])
+    length = math.hypot(*d)
+    u = (d[0] / length, d[1] / length)
+    along = (centre[0] - line.start[0]) * u[0] + (centre[1] - line.start[1]) * u[1]
+    foot = (line.start[0] + along * u[0], line.start[1] + along * u[1])
+    away = math.hypot(centre[0] - foot[0], centre[1] - foot[1])
+    if away > circle.radius + _SLACK:
+        return []
+    half = math.sqrt(max(0.0, circle.radius * circle.radius - away * away))
+    return [(foot[0] + sign * half * u[0], foot[1] + sign * half * u[1]) for sign in (-1.0, 1.0)]
+
+
+def _circle_circle(first: _Side, second: _Side) -> list[Point]:
+    c1, c2 = first.centre or (0.0, 0.0), second.centre or (0.0, 0.0)
+    between = math.hypot(c2[0] - c1[0], c2[1] - c1[1])
+    if between < _SAME or between > first.radius + second.radius + _SLACK or between < abs(first.radius - second.radius) - _SLACK:
+        return []
+    along = (first.radius**2 - second.radius**2 + between**2) / (2.0 * between)
+    half = math.sqrt(max(0.0, first.radius**2 - along**2))
+    u = ((c2[0] - c1[0]) / between, (c2[1] - c1[1]) / between)
+    foot = (c1[0] + along * u[0], c1[1] + along * u[1])
+    return [(foot[0] - sign * half * u[1], foot[1] + sign * half * u[0]) for sign in (-1.0, 1.0)]
+
+
+def _overrun(side: _Side, meeting: Point, *, at_end: bool) -> bool:
+    """Return whether a shifted move would have to run backwards to the place where it meets its neighbour."""
+    if side.centre is not None:
+        if side.radius <= _SLACK:
+            return False
+        fixed = side.start if at_end else side.end
+        used = _angle(side, fixed, meeting) if at_end else _angle(side, meeting, fixed)
+        whole = _angle(side, side.start, side.end)
+        return side.radius * used > side.radius * whole + _SLACK and side.radius * (2.0 * math.pi - used) > _SLACK
+    d = (side.end[0] - side.start[0], side.end[1] - side.start[1])
+    length = math.hypot(*d)
+    fixed = side.start if at_end else side.end
+    left = ((meeting[0] - fixed[0]) * d[0] + (meeting[1] - fixed[1]) * d[1]) / length
+    return (left if at_end else -left) < -_SLACK
+
+
+def _angle(side: _Side, start: Point, end: Point) -> float:
+    centre = side.centre or (0.0, 0.0)
+    begin = math.atan2(start[1] - centre[1], start[0] - centre[0])
+    finish = math.atan2(end[1] - centre[1], end[0] - centre[0])
+    clockwise = side.move.arc is not None and side.move.arc.clockwise
+    return (begin - finish if clockwise else finish - begin) % (2.0 * math.pi)
