@@ -39,6 +39,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "sweep": ("lathesim.cli.sweep:sweep", "Run a lesson over ranges of its parameters."),
     "lobes": ("lathesim.cli.lobes:lobes", "Show up to which chip width a cut is stable, over the speed."),
     "retime": ("lathesim.cli.retime:retime", "Time a path as quickly as the limits of the axes allow."),
+    "machine": ("lathesim.cli.machine:machine", "Be the servo side of a simulated machine."),
+    "stream": ("lathesim.cli.stream:stream", "Send set-points to a servo side and take its feedback."),
     "couple": ("lathesim.cli.couple:couple", "Show the receptance of the tip of parts put together."),
     "fit": ("lathesim.cli.fit:fit", "Fit parameters of a lesson to a recording."),
     "compare": ("lathesim.cli.compare:compare", "Hold a recording against the simulation of a lesson."),

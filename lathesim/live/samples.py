@@ -1,0 +1,70 @@
+"""Timed samples on their way: blocks from a source to a sink, whatever they come from and go to."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from lathesim.errors import LatheSimError
+from lathesim.record import Channel, FloatArray
+
+
+class LiveError(LatheSimError):
+    """A peer, a stream or a mapping cannot be used."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One channel of a stream: ``name`` as its source calls it, SI ``unit``, and what it is."""
+
+    name: str
+    unit: str
+    description: str = ""
+
+    def as_channel(self) -> Channel:
+        """Return the signal as a channel of a record, without values."""
+        return Channel(self.name, self.unit, np.zeros(0), self.description)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Samples that arrived together: ``time`` (samples,) [s] by the source's own clock, ``values`` (signals, samples).
+
+    ``notes`` are sentences about what happened before this block: a gap, a restart, samples that came twice. A value that is not known at
+    an instant is NaN.
+    """
+
+    time: FloatArray
+    values: FloatArray
+    notes: tuple[str, ...] = field(default=())
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+class Source(Protocol):
+    """Gives timed samples block by block: a file, a simulated machine, a socket, OPC UA, MTConnect."""
+
+    @property
+    def name(self) -> str:
+        """Return what the source is called in sentences."""
+
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """Return the signals, in the order of the values; known once the first block is there."""
+
+    def blocks(self) -> AsyncIterator[Block]:
+        """Return the blocks in the order of their times."""
+
+
+class Sink(Protocol):
+    """Takes timed samples block by block; a :class:`lathesim.record_writer.RecordWriter` is one."""
+
+    def write(self, time: FloatArray, values: FloatArray) -> None:
+        """Take the next block: times (samples,), values (signals, samples)."""
+
+    def finish(self, meta: Mapping[str, str | float | int] | None = None) -> None:
+        """Take what is known at the end."""

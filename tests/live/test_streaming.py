@@ -1,0 +1,143 @@
+"""Planner and servo side over sockets: the same motion as without them, and peers that do not behave."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import struct
+
+import numpy as np
+import pytest
+
+from lathesim.live.addresses import read_address
+from lathesim.live.samples import LiveError, Signal, Sink
+from lathesim.live.servo_session import ServoSettings
+from lathesim.live.streaming import StreamJob, StreamResult, stream
+from lathesim.live.wire_format import Decoder, Kind, numbers_frame, read_text, text_frame
+from tests.live.servo import PERIOD, Kept, machine, servo_side, wave
+
+HELLO = text_frame(Kind.HELLO, {"axes": ["x"], "period": PERIOD, "udp_port": 0})
+
+
+async def send(port: int, samples: int, kept: Kept | None = None, fill: int = 150) -> StreamResult:
+    """Stream a wave to a port."""
+    points = wave(samples)
+
+    def open_sink(_: tuple[Signal, ...]) -> Sink | None:
+        return kept
+
+    job = StreamJob(["x"], PERIOD, iter([points[:700], points[700:]]), fill, open_sink)
+    return await stream(job, read_address(str(port), "tcp"), asyncio.Event())
+
+
+async def test_over_tcp_on_the_virtual_clock_the_machine_moves_bit_for_bit_as_without_a_network() -> None:
+    alone = machine().advance(wave(1500))
+    for fill in (37, 150):
+        at_the_machine = Kept()
+        async with servo_side(ServoSettings(virtual=True), [], at_the_machine) as (side, port):
+            result = await send(port, 1500, fill=fill)
+        assert result.status["underruns"] == 0
+        assert np.array_equal(at_the_machine.values[1:], alone)
+        assert side.sessions[0].reason == "complete"
+
+
+async def test_on_the_wall_clock_everything_that_was_sent_is_played_and_comes_back() -> None:
+    kept, log = Kept(), []
+    async with servo_side(ServoSettings(), log) as (side, port):
+        result = await send(port, 800, kept)
+    assert log == []
+    assert result.status["arrived"] == 800
+    assert result.status["periods"] == 800 + result.status["underruns"]
+    assert result.feedback["received"] + result.feedback["lost"] == result.status["periods"]
+    assert kept.values.shape[1] == result.feedback["received"]
+    assert np.all(np.diff(kept.time) > 0.0)
+    assert side.sessions[0].clock.wakes > 10
+
+
+async def test_a_planner_that_goes_away_leaves_what_was_recorded() -> None:
+    kept, log = Kept(), []
+    async with servo_side(ServoSettings(begin_at=10), log, kept) as (side, port):
+        _, writer = await asyncio.open_connection("127.0.0.1", port)
+        writer.write(HELLO + numbers_frame(Kind.SET_POINTS, 0, wave(100)))
+        await writer.drain()
+        await asyncio.sleep(0.3)
+        writer.close()
+        await asyncio.wait_for(side.ended.wait(), 5.0)
+    assert kept.values.shape[1] >= 100
+    assert kept.meta["status"] == "the planner went away after 100 set-points"
+
+
+HOSTILE = {
+    "wrong magic": (b"GET / HTTP/1.1\r\n\r\n", "a frame begins with b'LSET'"),
+    "10 MB line": (b"A" * 10_000_000, "a frame begins with b'LSET'"),
+    "long frame": (struct.pack("<4sBBHI", b"LSET", 1, 2, 0, 1 << 31), "is too long"),
+    "no number": (HELLO + numbers_frame(Kind.SET_POINTS, 0, np.array([[np.nan]])), "not finite"),
+    "backwards": (
+        HELLO + numbers_frame(Kind.SET_POINTS, 0, wave(4)) + numbers_frame(Kind.SET_POINTS, 2, wave(4)),
+        "set-point 2 of 1 axes came; due is 4 of 1",
+    ),
+    "other axes": (HELLO + numbers_frame(Kind.SET_POINTS, 0, np.zeros((4, 2))), "set-point 0 of 2 axes came; due is 0 of 1"),
+    "other period": (text_frame(Kind.HELLO, {"axes": ["x"], "period": 0.002}), "the set-points come every 2 ms"),
+    "unknown axis": (text_frame(Kind.HELLO, {"axes": ["y", "x"], "period": 0.001}), "follows the axis 'y'"),
+    "no greeting": (numbers_frame(Kind.SET_POINTS, 0, wave(2)), "the first frame is SET_POINTS, and HELLO is due"),
+    "bad greeting": (text_frame(Kind.HELLO, {"axes": ["x"], "period": "soon"}), "the greeting has no period"),
+}
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+async def test_a_peer_that_does_not_keep_to_the_format_is_named_once_and_let_go(kind: str) -> None:
+    data, sentence = HOSTILE[kind]
+    log: list[str] = []
+    async with servo_side(ServoSettings(), log) as (_, port):
+        for _ in range(2):
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            writer.write(data)
+            told = b""
+            try:
+                while piece := await asyncio.wait_for(reader.read(1 << 16), 5.0):
+                    told += piece
+                frames = Decoder().feed(told)
+                assert [read_text(item)["sentence"] for item in frames if item.kind is Kind.ERROR]
+            except ConnectionError:
+                pass  # what was not read is thrown away with the connection
+            writer.close()
+    assert len([line for line in log if sentence in line]) == 1, log
+
+
+async def test_a_second_planner_and_a_thousand_connections_do_not_disturb_the_first() -> None:
+    log: list[str] = []
+    async with servo_side(ServoSettings(), log) as (side, port):
+        first = asyncio.create_task(send(port, 1200))
+        await asyncio.sleep(0.2)
+        with pytest.raises(LiveError, match="another planner moves the machine"):
+            await send(port, 10)
+        crowd = []
+        for _ in range(1000):
+            one = socket.socket()
+            one.setblocking(False)
+            one.connect_ex(("127.0.0.1", port))
+            crowd.append(one)
+            if len(crowd) % 50 == 0:
+                await asyncio.sleep(0.001)
+        result = await first
+        for one in crowd:
+            one.close()
+    assert result.status["arrived"] == 1200
+    assert result.reason == "complete"
+    assert len(log) <= 4
+    assert side.sessions[0].reason == "complete"
+
+
+async def test_what_is_no_servo_side_is_told() -> None:
+    async def speak(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.write(b"SSH-2.0-OpenSSH_9.6\r\n")
+        await writer.drain()
+        writer.close()
+
+    server = await asyncio.start_server(speak, "127.0.0.1", 0)
+    port = server.sockets[0].getsockname()[1]
+    with pytest.raises(LiveError, match="where a frame begins with"):
+        await send(port, 10)
+    server.close()
+    with pytest.raises(LiveError, match=f"nothing listens at 127.0.0.1:{port}"):
+        await send(port, 10)
