@@ -60,6 +60,8 @@ class LathesimApp(App[None]):
 
     TITLE = "lathesim"
     CSS_PATH = "app.tcss"
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (110, "-wide"), (160, "-very-wide")]
+    VERTICAL_BREAKPOINTS = [(0, "-low"), (36, "-high")]
     MODES: ClassVar[dict[str, str | Callable[[], Screen[Any]]]] = {
         name: partial(_made, where) for name, (_, _, where) in SCREENS.items() if _is_there(where)
     }

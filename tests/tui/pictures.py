@@ -13,7 +13,7 @@ from textual.widgets import SelectionList
 from lathesim.tui.app import LathesimApp
 from lathesim.tui.widgets.slider import Slider
 from tests.cli.command import ROOT
-from tests.tui.driving import opened, run_to_end
+from tests.tui.driving import opened, run_to_end, until
 from tests.tui.lathe_moments import GOLDENS, pictures
 from tests.tui.screen_words import words_of
 
@@ -71,6 +71,7 @@ async def shown(name: str) -> str:
         async with opened(size=SIZE) as (app, pilot):
             await SCREENS[name](app, pilot)
             await pilot.pause(0.5)
+            await until(pilot, lambda: bool(app.screen.query("FooterKey")), "the keys")
             return app.export_screenshot(title="lathesim")
 
 

@@ -11,8 +11,10 @@ from textual.widgets import DataTable, Input, OptionList, Static, TabbedContent,
 from lathesim.cli.main import run_command_line
 from lathesim.record import load
 from lathesim.tui.app import LathesimApp
+from lathesim.tui.screens.configure import ConfigureScreen
 from lathesim.tui.widgets.program_listing import ProgramListing
 from tests.tui.driving import opened, run_to_end, until
+from tests.tui.screen_words import words_of
 
 
 @pytest.fixture(autouse=True)
@@ -140,6 +142,44 @@ async def test_the_wiring_shows_what_feeds_a_part_and_what_it_feeds() -> None:
         assert "voltage [V]│──> x_axis.voltage" in box
 
 
+async def test_a_wiring_that_is_too_wide_stands_one_below_the_other() -> None:
+    async with opened(size=(80, 24)) as (app, pilot):
+        await app.show_parameter("x_controller.proportional")
+        app.screen.query_one(TabbedContent).active = "wiring"
+        await pilot.pause(0.1)
+        box = str(app.screen.query_one("#box", Static).content).splitlines()
+        assert "reference [m]        <── interpolator.x_reference" in box
+        assert "voltage [V] ──> x_dac.command" in box
+        assert max(map(len, box)) <= 50
+
+
+async def test_the_default_stands_in_the_unit_of_the_value() -> None:
+    async with opened() as (app, pilot):
+        await edit(app, pilot, "x_controller.proportional", "0.449 V/mm")
+        screen = app.screen
+        assert isinstance(screen, ConfigureScreen)
+        assert screen.entry is not None
+        assert (screen.entry.text, screen.entry.default) == ("0.449 V/mm", "0.2245 V/mm")
+
+
+async def test_the_lobes_of_a_lesson_are_drawn_and_a_lesson_without_them_is_told() -> None:
+    async with opened("15_stability_lobes") as (app, pilot):
+        await pilot.press("f4")
+        await pilot.pause()
+        await pilot.press("l")
+        await until(pilot, lambda: bool(app.screen.query("#lobes")), "the lobes")
+        await pilot.pause(0.2)
+        words = words_of(app.export_screenshot())
+        assert "Stable at every speed below" in words
+        assert "spindle speed / rpm" in words
+        await pilot.press("escape")
+        app.open_lesson(Path("01_contour_error"))
+        await pilot.pause()
+        await pilot.press("f4", "l")
+        await pilot.pause()
+        assert "the lesson has no tool point" in " ".join(str(note.message) for note in app._notifications)
+
+
 async def test_a_program_is_explained_line_by_line_chosen_and_made_from_a_form() -> None:
     async with opened() as (app, pilot):
         await pilot.press("f4")
@@ -153,6 +193,11 @@ async def test_a_program_is_explained_line_by_line_chosen_and_made_from_a_form()
         await pilot.pause()
         explained = str(app.screen.query_one("#explained", Static).content)
         assert explained == "Line 9: Straight line to X 17 mm (radius), Z 40 mm at 180 mm/min."
+        assert 13 in listing.odd
+        for _ in range(4):
+            await pilot.press("down")
+        await pilot.pause()
+        assert "! " in str(app.screen.query_one("#explained", Static).content)
         app.screen.query_one(Tree).focus()
         await pilot.press("n")
         await pilot.pause()

@@ -9,6 +9,7 @@ from lathesim.analysis.nothing_cut import RawStock
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
+from lathesim.tui.drawing.axis_ticks import axis_ticks, even_axis
 from lathesim.tui.drawing.braille import BRAILLE, braille_codes, trace
 from lathesim.tui.drawing.carved_stock import CarvedStock
 from lathesim.tui.drawing.envelope import envelope
@@ -86,3 +87,33 @@ def test_an_envelope_keeps_every_peak() -> None:
     assert len(thin) <= 200
     assert {5.0, -7.0, 3.0} <= set(thin.tolist())
     assert (np.diff(thin_time) >= 0.0).all()
+
+
+@pytest.mark.parametrize("count", [2920, 999, 601, 600])
+def test_a_thinned_curve_loses_no_peak(count: int) -> None:
+    time = np.arange(count, dtype=float)
+    for place in (0, 1, count // 2, count - 2, count - 1):
+        values = np.zeros(count)
+        values[place] = 1.0
+        shown_time, shown = envelope(time, values, 300)
+        assert shown.max() == 1.0
+        assert shown_time[[0, -1]].tolist() == [0.0, count - 1.0]
+        assert (np.diff(shown_time) > 0.0).all()
+
+
+@pytest.mark.parametrize(("low", "high", "rows"), [(-355.0, 17.0, 7), (0.0, 1.2, 10), (-1e-3, 1e-3, 5), (5.0, 5.0001, 8), (0.0, 50.0, 40)])
+def test_the_marks_of_an_axis_lie_evenly_in_the_middle_of_rows(low: float, high: float, rows: int) -> None:
+    bottom, top, ticks = even_axis(low, high, rows)
+    assert bottom <= low
+    assert top >= high
+    assert top - bottom <= 2.6 * (high - low)
+    scale = (top - bottom) / rows
+    places = (np.array(ticks) - bottom) / scale - 0.5
+    assert places == pytest.approx(np.round(places), abs=1e-6)
+    assert len(set(np.round(np.diff(places)))) <= 1
+
+
+def test_the_labels_of_an_axis_have_as_few_decimals_as_tell_them_apart() -> None:
+    assert axis_ticks(-0.25, 1.42, 4) == ([0.0, 0.5, 1.0], ["0.0", "0.5", "1.0"])
+    assert axis_ticks(0.0, 1000.0, 5)[1] == ["0", "500", "1000"]
+    assert axis_ticks(1.0, 1.0, 5) == ([], [])

@@ -60,7 +60,7 @@ async def test_the_cursor_tells_values_with_units() -> None:
         await pilot.press("f3")
         await pilot.pause()
         app.screen.query_one(TimePlot).focus()
-        await pilot.press("greater_than_sign", "greater_than_sign")
+        await pilot.press("t", "greater_than_sign", "greater_than_sign")
         await pilot.pause()
         words = str(app.screen.query_one("#cursor", Static).content)
         assert words.startswith("t = 3.")

@@ -99,9 +99,9 @@ def test_a_lesson_runs_in_a_real_terminal_though_its_key_is_pressed_before_it_is
 def test_nothing_is_lost_when_the_terminal_goes_away(terminal: Terminal, tmp_path: Path) -> None:
     assert terminal.shows("Half section"), terminal.screen()
     terminal.send("p")
-    assert terminal.shows("x1 10/s"), terminal.screen()
+    assert terminal.shows("pace x1"), terminal.screen()
     terminal.send("F5")
-    assert wait(lambda: "● x1" in terminal.screen() and RUNNING.search(terminal.screen()) is not None), terminal.screen()
+    assert wait(lambda: "● pace x1" in terminal.screen() and RUNNING.search(terminal.screen()) is not None), terminal.screen()
     os.kill(terminal.pid(), signal.SIGHUP)
     path = tmp_path / "lathesim_runs" / "01_contour_error" / "001.h5"
     assert wait(path.exists)

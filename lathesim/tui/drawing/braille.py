@@ -22,8 +22,11 @@ def braille_codes(dots: Dots) -> Codes:
     return codes
 
 
-def trace(dots: Dots, x: Any, y: Any, *, dash: int = 0) -> None:
-    """Set the dots along a polyline, x to the right and y upwards in dots from the lower left corner; with ``dash`` every other so many."""
+def trace(dots: Dots, x: Any, y: Any, *, dash: tuple[int, int] = (1, 0)) -> None:
+    """Set the dots along a polyline, x to the right and y upwards in dots from the lower left corner.
+
+    ``dash`` is how many dots are set and how many are left out in turn; (1, 0) leaves out none.
+    """
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     usable = np.isfinite(x) & np.isfinite(y)
     x, y = x[usable], y[usable]
@@ -36,9 +39,9 @@ def trace(dots: Dots, x: Any, y: Any, *, dash: int = 0) -> None:
     share = (np.arange(len(index)) - np.repeat(np.cumsum(steps) - steps, steps) + 1) / steps[index] if len(index) else np.empty(0)
     columns = np.floor(np.append(x[0], x[index] + share * np.diff(x)[index])).astype(int)
     rows = height - 1 - np.floor(np.append(y[0], y[index] + share * np.diff(y)[index])).astype(int)
-    if dash:
+    if dash[1]:
         moved = np.append(True, (np.diff(columns) != 0) | (np.diff(rows) != 0))
-        drawn = (np.cumsum(moved) // dash) % 2 == 0
+        drawn = (np.cumsum(moved) - 1) % sum(dash) < dash[0]
         columns, rows = columns[drawn], rows[drawn]
     inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
     dots[rows[inside], columns[inside]] = True

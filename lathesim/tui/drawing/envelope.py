@@ -12,11 +12,9 @@ def envelope(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatA
     count = len(time)
     if count <= 2 * columns or columns < 1:
         return time, values
-    size = count // columns
-    whole = columns * size
-    blocks = values[:whole].reshape(columns, size)
-    low, high = np.argmin(blocks, axis=1), np.argmax(blocks, axis=1)
+    size = -(-count // columns)
+    blocks = np.pad(values, (0, columns * size - count), mode="edge").reshape(columns, size)
     begin = np.arange(columns) * size
-    index = np.sort(np.column_stack([begin + low, begin + high]), axis=1).ravel()
-    index = np.append(index, np.arange(whole, count)) if count - whole <= size else index
+    index = np.concatenate([[0], begin + np.argmin(blocks, axis=1), begin + np.argmax(blocks, axis=1), [count - 1]])
+    index = np.unique(np.minimum(index, count - 1))
     return time[index], values[index]

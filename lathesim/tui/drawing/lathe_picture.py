@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from lathesim.record import FloatArray
+from lathesim.tui.drawing.axis_ticks import axis_ticks
 from lathesim.tui.drawing.braille import BRAILLE, braille_codes, trace
 from lathesim.tui.drawing.lathe_scene import LatheScene, Motion
 
 NOTHING, REFERENCE, ACTUAL, TOOL, LABEL, EDGE = range(6)
 """What a character belongs to; where several meet, the tool stands in front of the actual path and that in front of the reference."""
 _EIGHTHS = " ▁▂▃▄▅▆▇"
+_DASH = (3, 3)
 _MARGIN = 0.03
 _TOOL_DOTS = 14
 _MOST_POINTS = 20_000
+_ROWS_A_TICK, _COLUMNS_A_TICK = 4, 14
+"""Rows and columns of the picture for each mark of a scale."""
+_Z_LABEL = " Z [mm]"
+_SHARE_OF_PAIR = 0.6
+"""Share of a zoomed picture that the drawn tip and its reference may take up between them."""
 
 Cells = np.ndarray[Any, Any]
 
@@ -54,7 +62,7 @@ def draw(scene: LatheScene, motion: Motion | None, until: int, columns: int, row
     until = min(until, len(motion)) if motion is not None else 0
     frame = _frame(scene, motion, until, columns, rows, view)
     reference, actual, tool = (np.zeros((4 * rows, 2 * columns), dtype=bool) for _ in range(3))
-    trace(reference, *frame.dots(scene.path_z, scene.path_x), dash=3)
+    trace(reference, *frame.dots(scene.path_z, scene.path_x), dash=_DASH)
     material, height = _material(scene, motion, until, frame, columns, rows)
     if motion is not None and until:
         stride = max(1, until // _MOST_POINTS)
@@ -91,14 +99,24 @@ class _Frame:
 def _frame(scene: LatheScene, motion: Motion | None, until: int, columns: int, rows: int, view: View) -> _Frame:
     wide, high = 2.0 * columns, 4.0 * rows
     if view.zoom > 0.0 and motion is not None and until:
-        dot = view.zoom / wide
-        return _Frame(float(motion.z[until - 1]) - 0.5 * view.zoom, float(motion.x[until - 1]) - 0.5 * dot * high, dot)
+        return _near_the_tip(motion, until - 1, wide, high, view)
     z_low, z_high, x_low, x_high = scene.bounds()
     margin = _MARGIN * max(z_high - z_low, x_high - x_low, 1e-6)
     z_low, z_high, x_high = z_low - margin, z_high + margin, x_high + 2.0 * margin
     x_low = x_low - margin if x_low < 0.0 else 0.0
     dot = max((z_high - z_low) / wide, (x_high - x_low) / high)
     return _Frame(z_low - 0.5 * (wide * dot - (z_high - z_low)), x_low, dot)
+
+
+def _near_the_tip(motion: Motion, sample: int, wide: float, high: float, view: View) -> _Frame:
+    """Return a frame about the tip as it is drawn and its reference, as wide as the zoom or as both need."""
+    here, there = (float(motion.z[sample]), float(motion.x[sample])), (float(motion.z_reference[sample]), float(motion.x_reference[sample]))
+    if view.gain == 1.0 or not all(map(math.isfinite, there)):
+        there = here
+    apart = [view.gain * (actual - reference) for actual, reference in zip(here, there, strict=True)]
+    dot = max(view.zoom / wide, abs(apart[0]) / (_SHARE_OF_PAIR * wide), abs(apart[1]) / (_SHARE_OF_PAIR * high))
+    z, x = (reference + 0.5 * gap for reference, gap in zip(there, apart, strict=True))
+    return _Frame(z - 0.5 * dot * wide, x - 0.5 * dot * high, dot)
 
 
 def _material(scene: LatheScene, motion: Motion | None, until: int, frame: _Frame, columns: int, rows: int) -> tuple[Cells, Cells]:
@@ -135,18 +153,26 @@ def _draw_tool(dots: Cells, z: float, x: float) -> None:
 
 
 def _label(text: Cells, layer: Cells, frame: _Frame, rows: int, view: View) -> None:
-    """Write the scales into the corners: X at the top, Z at the bottom."""
+    """Write the scales: X up the left edge, Z along the bottom."""
     factor, name = (2.0, "Ø") if view.as_diameter else (1.0, "R")
     columns = text.shape[1]
-    top = (frame.x + 4.0 * rows * frame.dot) * factor * 1e3
-    right = (frame.z + 2.0 * columns * frame.dot) * 1e3
-    digits = 3 if view.zoom > 0.0 else 1
-    for row, words, at_end in (
-        (0, f"X {name} {top:.{digits}f} mm", False),
-        (rows - 1, f"Z {frame.z * 1e3:.{digits}f}", False),
-        (rows - 1, f"Z {right:.{digits}f} mm", True),
-    ):
-        if len(words) < columns and 0 <= row < rows:
-            begin = columns - len(words) if at_end else 0
-            text[row, begin : begin + len(words)] = list(words)
-            layer[row, begin : begin + len(words)] = LABEL
+    wide, high = 2.0 * frame.dot * 1e3, 4.0 * frame.dot * factor * 1e3
+    left, bottom = frame.z * 1e3, frame.x * factor * 1e3
+    _write(text, layer, 0, 0, f"X {name} [mm]")
+    for tick, label in zip(*axis_ticks(bottom, bottom + rows * high, max(1, rows // _ROWS_A_TICK)), strict=True):
+        row = rows - 1 - int((tick - bottom) / high)
+        if 0 < row < rows - 1:
+            _write(text, layer, row, 0, f"{label}╴")
+    end = columns - len(_Z_LABEL)
+    _write(text, layer, rows - 1, end, _Z_LABEL)
+    for tick, label in zip(*axis_ticks(left, left + columns * wide, max(1, columns // _COLUMNS_A_TICK)), strict=True):
+        column = int((tick - left) / wide) - (len(label) - 1) // 2
+        if column >= 0 and column + len(label) < end:
+            _write(text, layer, rows - 1, column, label)
+
+
+def _write(text: Cells, layer: Cells, row: int, column: int, words: str) -> None:
+    """Write words where they find room."""
+    if 0 <= row < text.shape[0] and column >= 0 and column + len(words) <= text.shape[1]:
+        text[row, column : column + len(words)] = list(words)
+        layer[row, column : column + len(words)] = LABEL

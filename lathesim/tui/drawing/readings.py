@@ -41,6 +41,13 @@ def readings(record: Record, sample: int, *, as_diameter: bool = False) -> list[
     ]
 
 
+def blank_readings(*, as_diameter: bool = False) -> list[Reading]:
+    """Return the read-outs before anything ran."""
+    x = "X Ø" if as_diameter else "X R"
+    titles = ("Time", x, "Z", "Error", "Spindle", "Feed", "Feed/rev", "Depth", "Force", "Roughness")
+    return [Reading(title, NONE) for title in titles]
+
+
 def program_line(record: Record, sample: int) -> int | None:
     """Return the line of the part program in work at a sample, or None where the record does not tell."""
     name = find_channel(record, ".program_line")

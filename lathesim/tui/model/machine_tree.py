@@ -15,7 +15,7 @@ from lathesim.lessons.part_values import take_value
 from lathesim.lessons.simulate import Prepared
 from lathesim.plugins import Registry
 from lathesim.tui.model.setup import Setup
-from lathesim.units import quantity
+from lathesim.units import conversion, quantity, split_quantity
 
 EFFECTS, FURTHER, SIMULATION = "effects", "further parts", "simulation"
 _SIMULATION_UNITS = {"sample_period": "s", "step": "s", "duration": "s", "seed": "1"}
@@ -67,7 +67,7 @@ def part_entries(case: Prepared, setup: Setup, part: Part) -> list[Entry]:
         text = fed or _written(case, setup, part, item) or _with_unit(default, declared.unit)
         changed = name in setup.values or _inserted_value(setup, part.name, item) is not None
         doc = declared.doc if isinstance(declared, Parameter) else f"at the start: {declared.doc}"
-        entries.append(Entry(name, text, declared.unit, _with_unit(default, declared.unit), bounds, doc, changed, fed))
+        entries.append(Entry(name, text, declared.unit, _in_unit_of(text, default, declared.unit), bounds, doc, changed, fed))
     return entries
 
 
@@ -192,6 +192,17 @@ def _written(case: Prepared, setup: Setup, part: Part, item: str) -> str:
             return str(insertion.further[item].value)
     values = {**part.parameters, **part.start}
     return _with_unit(f"{values[item]:g}", part.component.declarations[item].unit) if item in values else ""
+
+
+def _in_unit_of(text: str, number: str, unit: str) -> str:
+    """Return a number [``unit``] in the unit in which ``text`` is written, so that both can be held against each other."""
+    try:
+        written = split_quantity(text)[1]
+        if written and written != unit:
+            return f"{float(number) / conversion(written, unit):.6g} {written}"
+    except LatheSimError:
+        pass
+    return _with_unit(number, unit)
 
 
 def _with_unit(number: str, unit: str) -> str:

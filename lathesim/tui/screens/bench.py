@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from textual import on
 from textual.binding import Binding
-from textual.containers import Horizontal, Vertical
+from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widget import Widget
 from textual.widgets import Label, ProgressBar, Select, Static
 
@@ -16,7 +16,7 @@ from lathesim.analysis.metric import find_channel
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.drawing.lathe_scene import LatheScene, Motion, scene_of_case, scene_of_record
-from lathesim.tui.drawing.readings import program_line, readings
+from lathesim.tui.drawing.readings import blank_readings, program_line, readings
 from lathesim.tui.model.goals import goal_text
 from lathesim.tui.model.program_text import program_lines
 from lathesim.tui.model.workbench import RUN, RUNS, SETUP
@@ -41,14 +41,14 @@ class BenchScreen(WorkbenchScreen):
     """Runs the setup and plays runs again."""
 
     BINDINGS = [
-        Binding("space", "play(1)", "Play"),
-        Binding("b", "play(-1)", "Backwards"),
-        Binding("m", "next_gain", "Magnify error"),
-        Binding("z", "next_zoom", "Zoom"),
-        Binding("d", "diameter", "Radius/Ø"),
-        Binding("p", "next_pace", "Pace"),
-        Binding("f", "next_rate", "Pictures/s"),
-        Binding("c", "channels", "Channels"),
+        Binding("space", "play(1)", "Play", tooltip="Play the run again, or hold"),
+        Binding("b", "play(-1)", "Back", tooltip="Play the run backwards, or hold"),
+        Binding("m", "next_gain", "Magnify", tooltip="Magnify the error 10, 30, 100, 1000 times, or not"),
+        Binding("z", "next_zoom", "Zoom", tooltip="Zoom to the tip of the tool: 10 mm, 2 mm, or all"),
+        Binding("d", "diameter", "R/Ø", tooltip="Show X as a radius or as a diameter"),
+        Binding("p", "next_pace", "Pace", tooltip="Simulate as fast as possible, at real time, 4 times or a quarter as fast"),
+        Binding("f", "next_rate", "Frames", tooltip="Draw 10, 4, or 1 times a second, or only at the end"),
+        Binding("c", "channels", "Channels", tooltip="Choose what the plot shows"),
     ]
 
     def __init__(self) -> None:
@@ -63,6 +63,7 @@ class BenchScreen(WorkbenchScreen):
         self._rate = RATES[0]
         self._drawn_at = 0.0
         self._words = ""
+        self._lesson_text: str | None = None
 
     def compose_body(self) -> Iterable[Widget]:
         """Give the lathe view and the plot at the left, the lesson, read-outs and listing at the right."""
@@ -76,6 +77,7 @@ class BenchScreen(WorkbenchScreen):
             with Vertical(id="beside"):
                 yield Static("", id="title", markup=False)
                 yield Select[str]([], prompt="Variant", id="variant", compact=True)
+                yield VerticalScroll(id="lesson")
                 yield ReadOuts(id="readings")
                 yield ProgramListing(id="listing")
                 yield Static("", id="result", markup=False)
@@ -84,7 +86,6 @@ class BenchScreen(WorkbenchScreen):
     def on_mount(self) -> None:
         """Begin to look at the run under way."""
         super().on_mount()
-        self.query_one(LatheView).border_title = "Half section"
         self.set_interval(0.05, self._tick)
 
     def show_changes(self, changed: set[str]) -> None:
@@ -101,6 +102,7 @@ class BenchScreen(WorkbenchScreen):
         if setup is None:
             return
         self.query_one("#title", Static).update(setup.lesson.title)
+        self._show_text(setup.lesson.settings.text)
         select = self.query_one("#variant", Select)
         select.display = bool(setup.lesson.variants)
         variants = setup.lesson.settings.variants
@@ -111,6 +113,17 @@ class BenchScreen(WorkbenchScreen):
         if not self.workbench.fault():
             prepared = self.workbench.prepared()
             self.query_one(ProgramListing).show(program_lines(prepared.case.program))
+
+    def _show_text(self, text: str) -> None:
+        """Show what the lesson says; at a low terminal its place is taken by the read-outs once something ran."""
+        from textual.widgets import Markdown
+
+        if text == self._lesson_text:
+            return
+        self._lesson_text = text
+        lesson = self.query_one("#lesson", VerticalScroll)
+        lesson.remove_children()
+        lesson.mount(Markdown(text, open_links=False))
 
     def _take_run(self) -> None:
         """Take over the run that is shown, or the machine before its first run."""
@@ -173,7 +186,7 @@ class BenchScreen(WorkbenchScreen):
         if live.kept is None:
             return live.fault
         kept = live.kept
-        words = [kept.failure or kept.nothing_cut or f"{'Stopped' if kept.stopped else 'Done'}: {kept.path}"]
+        words = [kept.failure or kept.nothing_cut or f"{'Stopped' if kept.stopped else 'Done'}, kept as {kept.path.stem}. F3 shows it."]
         for goal in kept.goals:
             words.append(goal_text(goal))
         return "\n".join(words)
@@ -201,9 +214,10 @@ class BenchScreen(WorkbenchScreen):
         self._show_progress()
         record = self._record
         plot = self.query_one(TimePlot)
+        self.set_class(record is not None, "-has-run")
         if record is None or not len(record):
-            plot.show([])
-            self.query_one(ReadOuts).show([])
+            plot.show([], nothing="F5 runs the lesson")
+            self.query_one(ReadOuts).show(blank_readings(as_diameter=lathe.view.as_diameter))
             self.query_one(ProgramListing).mark(None)
             return
         sample = max(0, min(self._sample, len(record)) - 1)
@@ -229,10 +243,10 @@ class BenchScreen(WorkbenchScreen):
         bar = self.query_one(ProgressBar)
         share = 0.0 if live is None else 1.0 if live.is_over else live.share
         bar.update(total=100.0 if share is not None else None, progress=100.0 * (share or 0.0))
-        pace = f"x{self.workbench.pace:g}" if self.workbench.pace else "fast"
+        pace = f"pace x{self.workbench.pace:g}" if self.workbench.pace else "pace max"
         sign = {1: "▶", -1: "◀", 0: "■"}[self._playing]
         under_way = live is not None and not live.is_over
-        rate = f"{self._rate:g}/s" if self._rate else "not drawn"
+        rate = f"{self._rate:g} fps" if self._rate else "not drawn"
         words = f"{'●' if under_way else sign} {pace} {rate} "
         if words != self._words:
             self._words = words

@@ -29,7 +29,7 @@ class ConcealForm(ModalScreen[Order | None]):
     DEFAULT_CSS = """
     ConcealForm .dialog { height: auto; padding: 0 1; }
     ConcealForm #fault { color: $error; height: auto; }
-    ConcealForm Input { margin-bottom: 0; }
+    ConcealForm Input { margin-bottom: 1; }
     """
 
     def __init__(self, lesson: str) -> None:
@@ -40,8 +40,8 @@ class ConcealForm(ModalScreen[Order | None]):
         """Give the fields and two buttons."""
         with Vertical(classes="dialog"):
             yield Label(f"Hide something in the machine of {self._lesson}", markup=False)
-            yield Label("Effect, for example CoulombFriction:level=20 N@x_axis; 'none' hides nothing; empty: drawn")
-            yield Input(id="hidden", compact=True, password=False)
+            yield Label("Effect: empty for one drawn at random, 'none' for nothing")
+            yield Input(id="hidden", compact=True, placeholder="CoulombFriction:level=20 N@x_axis")
             yield Label("Folder for the class; the answer goes beside it")
             yield Input("case_1", id="folder", compact=True)
             yield Label("How many cases (numbered)")

@@ -21,8 +21,6 @@ from lathesim.engine.assembly import Part
 from lathesim.errors import LatheSimError
 from lathesim.lessons.simulate import Prepared
 from lathesim.manual.component_page import first_sentence
-from lathesim.tui.drawing.wiring_box import wiring_box
-from lathesim.tui.model.line_words import LineWords
 from lathesim.tui.model.machine_tree import (
     EFFECTS,
     SIMULATION,
@@ -37,11 +35,11 @@ from lathesim.tui.model.machine_tree import (
     with_entry,
     without_entry,
 )
-from lathesim.tui.model.program_text import program_lines
 from lathesim.tui.model.setup import Setup
 from lathesim.tui.model.workbench import REGISTRY, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
-from lathesim.tui.widgets.program_listing import ProgramListing
+from lathesim.tui.widgets.program_pane import ProgramPane
+from lathesim.tui.widgets.wiring_view import WiringView
 
 _COLUMNS = ("", "name", "value", "default", "bounds", "what it is")
 
@@ -68,14 +66,14 @@ class ConfigureScreen(WorkbenchScreen):
     ConfigureScreen #value { width: 1fr; }
     ConfigureScreen #fault { height: auto; max-height: 3; padding: 0 1; }
     ConfigureScreen #fault.-wrong { color: $error; }
-    ConfigureScreen #explained { height: auto; max-height: 4; padding: 0 1; background: $panel; }
     """
     BINDINGS = [
-        Binding("c", "component", "Other part"),
-        Binding("i", "effect", "Insert effect"),
-        Binding("delete,x", "take_back", "As in lesson", key_display="x"),
-        Binding("g", "program", "Program"),
-        Binding("n", "cut", "New cut"),
+        Binding("c", "component", "Part", tooltip="Put another component in the place of the part"),
+        Binding("i", "effect", "Effect", tooltip="Insert an effect at the part"),
+        Binding("delete,x", "take_back", "Reset", key_display="x", tooltip="Take the lesson's own value or part, or take the effect out"),
+        Binding("g", "program", "Program", tooltip="Choose a part program"),
+        Binding("n", "cut", "New cut", tooltip="Write a straight or taper cut from a form"),
+        Binding("l", "lobes", "Lobes", tooltip="Show the stability lobes of the lesson's cut"),
         Binding("ctrl+s", "save", "Save"),
         Binding("ctrl+o", "load", "Load"),
         Binding("ctrl+z", "app.undo", "Undo"),
@@ -87,8 +85,6 @@ class ConfigureScreen(WorkbenchScreen):
         self._entries: list[Entry] = []
         self._placed: TreeNode[_Choice] | None = None
         """Node on which the cursor is to be put; none once it is there."""
-        self._words: LineWords | None = None
-        self._words_of: tuple[Path | None, str] = (None, "")
 
     def compose_body(self) -> Iterable[Widget]:
         """Give the tree, and values, wiring and program as tabs."""
@@ -104,10 +100,9 @@ class ConfigureScreen(WorkbenchScreen):
                             yield Input(id="value", compact=True, disabled=True)
                         yield Static("", id="fault", markup=False)
                     with TabPane("Wiring", id="wiring"), VerticalScroll():
-                        yield Static("", id="box", markup=False)
+                        yield WiringView(id="box")
                     with TabPane("Program", id="program"):
-                        yield ProgramListing(id="listing")
-                        yield Static("", id="explained", markup=False)
+                        yield ProgramPane()
 
     def show_changes(self, changed: set[str]) -> None:
         """Show the machine of the setup."""
@@ -120,7 +115,7 @@ class ConfigureScreen(WorkbenchScreen):
             return
         self._fill_tree(case)
         self._show_part(case)
-        self._show_program(case)
+        self.query_one(ProgramPane).show(case.case.program, case.case.lesson.settings.dialect)
 
     @property
     def _setup(self) -> Setup | None:
@@ -179,11 +174,11 @@ class ConfigureScreen(WorkbenchScreen):
         if part is None:
             self._entries = simulation_entries(case, setup)
             about.update("The simulation: periods and seed")
-            self.query_one("#box", Static).update("Choose a part to see its wiring.")
+            self.query_one(WiringView).show(case, "")
         else:
             self._entries = part_entries(case, setup, part)
             about.update(f"{part.name}: {part.component.__name__}. {first_sentence(part.component)}")
-            self.query_one("#box", Static).update(wiring_box(case, part.name, 200))
+            self.query_one(WiringView).show(case, part.name)
         row = table.cursor_row
         table.clear(columns=True)
         table.add_columns(*_COLUMNS)
@@ -328,23 +323,16 @@ class ConfigureScreen(WorkbenchScreen):
             self._choice = _Choice(effect_part_name(at, effect))
             self._show_part(self.workbench.prepared())
 
-    def _show_program(self, case: Prepared) -> None:
-        path, dialect = case.case.program, case.case.lesson.settings.dialect
-        listing = self.query_one(ProgramListing)
-        listing.show(program_lines(path))
-        if path is not None and self._words_of != (path, dialect):
-            self._words, self._words_of = None, (path, dialect)
-        words = f"{path.name}, dialect {dialect}. A click or the arrows explain a line." if path is not None else "No part program."
-        self.query_one("#explained", Static).update(words)
+    def action_lobes(self) -> None:
+        """Show up to which chip width the lesson's cut is stable."""
+        from lathesim.tui.screens.lobes_view import LobesView
 
-    @on(ProgramListing.LineChosen)
-    def _explain(self, event: ProgramListing.LineChosen) -> None:
-        path, dialect = self._words_of
-        if path is None:
+        if self._setup is None:
             return
-        if self._words is None:
-            self._words = LineWords(path, dialect)
-        self.query_one("#explained", Static).update(self._words.of(event.line))
+        try:
+            self.app.push_screen(LobesView(self._setup.lesson))
+        except LatheSimError as error:
+            self.tell_fault(str(error))
 
     def action_program(self) -> None:
         """Choose the part program."""

@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from lathesim.tui.screens.conceal_form import Order
 
 RECORDING, COMPARE, GUESS, DIAGNOSIS, ANSWER = "recording", "compare", "guess", "diagnosis", "answer"
+_HOW_TO_BEGIN = """\
+1. Open a recording: of a real machine, or a case that somebody hid for you. Alone? Hide one drawn at random (h).
+2. Compare it with the simulation: where do they differ, and on what does it depend?
+3. Guess what the simulation lacks.  4. Let the diagnosis search.  5. Open the sealed answer."""
 
 
 class DetectiveScreen(WorkbenchScreen):
@@ -40,7 +44,8 @@ class DetectiveScreen(WorkbenchScreen):
     DetectiveScreen TabbedContent { height: 1fr; }
     DetectiveScreen TabPane { padding: 0; }
     DetectiveScreen #status { height: auto; max-height: 3; padding: 0 1; background: $panel; }
-    DetectiveScreen #nearby { height: 1fr; }
+    DetectiveScreen #how { height: auto; padding: 0 1; }
+    DetectiveScreen #nearby { height: 1fr; border: round $secondary; }
     DetectiveScreen .row { height: 1; }
     DetectiveScreen .row Input { width: 1fr; }
     DetectiveScreen .row Label { padding: 0 1; }
@@ -56,10 +61,10 @@ class DetectiveScreen(WorkbenchScreen):
     BINDINGS = [
         Binding("c", "compare", "Compare"),
         Binding("g", "guess", "Guess"),
-        Binding("s", "diagnose", "Search/Stop"),
-        Binding("i", "insert", "Insert and run"),
-        Binding("h", "conceal", "Hide an effect"),
-        Binding("v", "reveal", "Reveal"),
+        Binding("s", "diagnose", "Search/Stop", tooltip="Search for what the simulation lacks, or stop and keep what is known"),
+        Binding("i", "insert", "Insert+run", tooltip="Insert what was found into the lesson and run it"),
+        Binding("h", "conceal", "Hide", tooltip="Hide an effect for somebody else, or for a class"),
+        Binding("v", "reveal", "Reveal", tooltip="Open the sealed answer"),
     ]
 
     def __init__(self) -> None:
@@ -76,7 +81,7 @@ class DetectiveScreen(WorkbenchScreen):
         yield Static("", id="status", markup=False)
         with TabbedContent(id="tabs"):
             with TabPane("1 Recording", id=RECORDING):
-                yield Label("Cases (folders) and recordings near you; Enter opens one")
+                yield Static(_HOW_TO_BEGIN, id="how", markup=False)
                 yield BrowseList(id="nearby")
                 with Horizontal(classes="row"):
                     yield Label("or a path")
@@ -128,13 +133,16 @@ class DetectiveScreen(WorkbenchScreen):
 
     def show_changes(self, changed: set[str]) -> None:
         """Look for recordings near the lesson, and for effects to guess."""
+        self.query_one("#nearby").border_title = "Cases and recordings in this folder and beside the lesson; Enter opens one"
         if SETUP in changed:
             setup = self.workbench.setup
             self._nearby = case_file.recordings_nearby(setup.lesson.path.parent if setup is not None else None)
             listed = self.query_one("#nearby", BrowseList)
             listed.clear_options()
             for path in self._nearby:
-                listed.add_option(Option(Text(f"{'case ' if path.is_dir() else '     '} {path}")))
+                listed.add_option(Option(Text(f"{'case     ' if path.is_dir() else 'recording'}  {path}")))
+            if not self._nearby:
+                listed.add_option(Option("None here. Type a path below, or hide an effect with h.", disabled=True))
         if REGISTRY in changed:
             self._effects = list(self.workbench.registry.effects)
             effects = self.query_one("#effects", BrowseList)

@@ -157,4 +157,4 @@ def _add_keys(text: Text, bindings: Iterable[Any]) -> None:
             key = binding.key_display or binding.key.replace("slash", "/").replace("ctrl+", "Ctrl+")
             key = key.upper() if key.startswith("f") and key[1:].isdigit() else key
             text.append(f"  {key:<10} ", style="not bold cyan")
-            text.append(f"{binding.description}\n", style="not bold")
+            text.append(f"{binding.tooltip or binding.description}\n", style="not bold")

@@ -34,6 +34,7 @@ class LessonsScreen(WorkbenchScreen):
     LessonsScreen #open { width: 1fr; }
     LessonsScreen #page { padding: 0 1; height: 1fr; }
     LessonsScreen #text { padding: 0; }
+    LessonsScreen MarkdownH1 { margin: 0 0 1 0; content-align: left middle; }
     LessonsScreen #tries { height: auto; max-height: 35%; border: none; padding: 0; }
     LessonsScreen .heading { text-style: bold; color: $primary; }
     LessonsScreen #goals { height: auto; max-height: 30%; }

@@ -30,6 +30,10 @@ from lathesim.tui.widgets.time_plot import Curve, Line, TimePlot
 TIME, PATH, ERROR, SURFACE = "over time", "path", "contour error", "surface"
 _FIGURE_ENDING = {TIME: "channels", PATH: "path", ERROR: "contour_error", SURFACE: "surface"}
 _FIRST_CHANNELS = ("contour.contour_error", ".contour_error", ".following_error", ".position")
+_SEEN = {
+    PATH: "The path asked for, and where the tip went.",
+    SURFACE: "Roughness R_a along the part, from feed, nose and tool wear.",
+}
 _STEPS = 100
 """Steps in which the cursor goes along the plot."""
 
@@ -46,26 +50,27 @@ class ResultsScreen(WorkbenchScreen):
     ResultsScreen #wanted { height: 1; border: none; padding: 0 1; }
     ResultsScreen .heading { text-style: bold; color: $primary; }
     ResultsScreen #curves { height: 2fr; }
-    ResultsScreen #cursor { height: auto; max-height: 6; padding: 0 1; background: $surface; }
+    ResultsScreen #cursor { height: auto; max-height: 6; padding: 0 1; background: $surface; text-wrap: nowrap; text-overflow: ellipsis; }
+    ResultsScreen SelectionList { text-wrap: nowrap; text-overflow: ellipsis; }
     ResultsScreen #metrics { height: 1fr; min-height: 3; }
     """
     BINDINGS = [
-        Binding("t", "view('over time')", "Time"),
-        Binding("x", "view('path')", "Path"),
-        Binding("e", "view('contour error')", "Error"),
-        Binding("u", "view('surface')", "Surface"),
-        Binding("comma", "cursor(-1)", "Cursor", key_display=", ."),
+        Binding("t", "view('over time')", "Time", tooltip="Show the ticked channels over time"),
+        Binding("x", "view('path')", "Path", tooltip="Show the path in the plane of Z and X"),
+        Binding("e", "view('contour error')", "Error", tooltip="Show the contour error while tool and part are in contact"),
+        Binding("u", "view('surface')", "Surface", tooltip="Show the roughness along the part"),
+        Binding("comma", "cursor(-1)", "Cursor", key_display=", .", tooltip="Move the cursor; < and > move it ten times as far"),
         Binding("full_stop", "cursor(1)", show=False),
         Binding("less_than_sign", "cursor(-10)", show=False),
         Binding("greater_than_sign", "cursor(10)", show=False),
-        Binding("o", "open", "Open"),
-        Binding("g", "figure", "Figure"),
-        Binding("w", "csv", "CSV"),
+        Binding("o", "open", "Open", tooltip="Open any record by its path"),
+        Binding("g", "figure", "Figure", tooltip="Save what is shown as a figure"),
+        Binding("w", "csv", "Data", tooltip="Write the data as CSV or MAT"),
     ]
 
     def __init__(self) -> None:
         super().__init__()
-        self._view = TIME
+        self._view = ERROR
         self._channels: list[str] = []
         self._ticked: list[Path] = []
         self._older: list[BenchRun] = []
@@ -117,13 +122,12 @@ class ResultsScreen(WorkbenchScreen):
                 listed.add_option(Selection(Text(run.title, no_wrap=True, overflow="ellipsis"), place, run.path in self._ticked))
 
     def _records(self) -> list[tuple[str, Record]]:
-        """Return the ticked runs with their titles; one that cannot be read is told and left out."""
+        """Return the ticked runs with their short names; one that cannot be read is told and left out."""
         found = []
-        for run in self._all:
-            if run.path not in self._ticked:
-                continue
+        ticked = [run for run in self._all if run.path in self._ticked]
+        for run in ticked:
             try:
-                found.append((run.title, run.record()))
+                found.append((short_name(run.path, [other.path for other in ticked]), run.record()))
             except LatheSimError as error:
                 self._ticked.remove(run.path)
                 self.tell_fault(str(error))
@@ -148,7 +152,7 @@ class ResultsScreen(WorkbenchScreen):
         units = {name: record.unit(name) for _, record in runs for name in record}
         with self.prevent(SelectionList.SelectedChanged):
             listed.clear_options()
-            for name, doc in known.items():
+            for name, doc in sorted(known.items(), key=lambda item: item[0] not in self._channels):
                 if wanted in name.lower() or wanted in doc.lower():
                     text = Text.assemble((name, "bold"), f" [{units[name]}] ", (doc, "dim"), no_wrap=True, overflow="ellipsis")
                     listed.add_option(Selection(text, name, name in self._channels))
@@ -157,14 +161,14 @@ class ResultsScreen(WorkbenchScreen):
         plot = self.query_one(TimePlot)
         several = len(runs) > 1
         if self._view == TIME:
-            curves = [Curve(record, name, _named(name, title, several)) for name in self._channels for title, record in runs]
+            curves = [Curve(record, name, run=title if several else "") for name in self._channels for title, record in runs]
             plot.show(curves, cursor=self._cursor)
         elif self._view == ERROR:
             curves = []
             for title, record in runs:
                 name = find_channel(record, "contour.contour_error", ".contour_error")
                 if name is not None:
-                    curves.append(Curve(record, name, _named("contour error in contact", title, several), only=contact(record)))
+                    curves.append(Curve(record, name, "contour error in contact", run=title if several else "", only=contact(record)))
             plot.show(curves, cursor=self._cursor)
         elif self._view == PATH:
             plot.show_lines(_path_lines(runs), "Z / mm", "X (radius) / mm")
@@ -178,10 +182,10 @@ class ResultsScreen(WorkbenchScreen):
             words.update("Run something first, or open a record with o.")
             return
         if self._view not in (TIME, ERROR):
-            words.update(f"{self._view}: {', '.join(title for title, _ in runs)}")
+            words.update(_SEEN[self._view])
             return
         found: list[str | Text | tuple[str, str]] = []
-        found.append("Cursor: , and . or a click" if self._cursor is None else f"t = {self._cursor:.4g} s")
+        found.append("Cursor: , and . or a click. Zoom: + and -, pan: arrows." if self._cursor is None else f"t = {self._cursor:.4g} s")
         names = self._channels if self._view == TIME else ["contour.contour_error"]
         curves = [(name, title, record) for name in names for title, record in runs if name in record]
         for (name, title, record), (mark, _, colour) in zip(curves, self.query_one(TimePlot).named, strict=False):
@@ -351,6 +355,12 @@ class ResultsScreen(WorkbenchScreen):
         if not ticked:
             return "lathesim plot RUN.h5"
         return shlex.join(["lathesim", "plot", str(ticked[0].path), *(self._channels if self._view == TIME else [])])
+
+
+def short_name(path: Path, among: list[Path]) -> str:
+    """Return the number of a run, with its folder where another of the same number is shown too."""
+    same = [other for other in among if other.stem == path.stem]
+    return path.stem if len(same) < 2 else f"{path.parent.name}/{path.stem}"
 
 
 def _named(name: str, title: str, several: bool) -> str:

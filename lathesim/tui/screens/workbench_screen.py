@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 class WorkbenchScreen(Screen[None]):
     """A screen over the workbench. It fills itself in :meth:`show_changes`, called when it is looked at and something changed."""
 
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (110, "-wide")]
-    VERTICAL_BREAKPOINTS = [(0, "-low"), (36, "-high")]
-
     def __init__(self) -> None:
         super().__init__()
         self._stale = {SETUP, RUN, RUNS, REGISTRY}
@@ -49,7 +46,7 @@ class WorkbenchScreen(Screen[None]):
         yield NavigationBar(navigation(), self.lathesim.mode_of(self))
         yield from self.compose_body()
         yield CommandLine(id="command")
-        yield Footer(show_command_palette=True)
+        yield Footer(show_command_palette=True, compact=True)
 
     def compose_body(self) -> Iterable[Widget]:
         """Give the widgets of the screen."""

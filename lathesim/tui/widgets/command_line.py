@@ -10,7 +10,7 @@ class CommandLine(Static):
     """One row: ``$ lathesim run ...``; a click copies it."""
 
     DEFAULT_CSS = """
-    CommandLine { height: 1; background: $panel; color: $text-muted; }
+    CommandLine { height: 1; background: $panel; color: $text-muted; text-wrap: nowrap; text-overflow: ellipsis; }
     """
 
     def __init__(self, id: str | None = None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from rich.segment import Segment
 from rich.style import Style
+from textual.content import Content
 from textual.strip import Strip
 from textual.widget import Widget
 
@@ -28,12 +29,17 @@ class LatheView(Widget):
     DEFAULT_CSS = """
     LatheView {
         background: $surface;
-        & > .lathe--material { background: $primary-muted; color: $foreground; }
-        & > .lathe--edge { color: $primary-muted; }
-        & > .lathe--reference { color: $warning; }
-        & > .lathe--actual { color: $success; text-style: bold; }
-        & > .lathe--tool { color: $error; text-style: bold; }
+        & > .lathe--material { background: #46607a; color: $foreground; }
+        & > .lathe--edge { color: #46607a; }
+        & > .lathe--reference { color: #fbbf24; }
+        & > .lathe--actual { color: #6ee7a0; text-style: bold; }
+        & > .lathe--tool { color: #f87171; text-style: bold; }
         & > .lathe--label { color: $foreground; }
+        &:light > .lathe--material { background: #b9c9d9; }
+        &:light > .lathe--edge { color: #b9c9d9; }
+        &:light > .lathe--reference { color: #92400e; }
+        &:light > .lathe--actual { color: #166534; text-style: bold; }
+        &:light > .lathe--tool { color: #b91c1c; text-style: bold; }
     }
     """
 
@@ -62,6 +68,19 @@ class LatheView(Widget):
             self._picture = draw(self._scene, self._motion, self._until, self.size.width, self.size.height, self._view)
         return self._picture
 
+    def on_mount(self) -> None:
+        """Say above the picture what its lines are."""
+        self._name_lines()
+
+    def _name_lines(self) -> None:
+        if self.is_mounted:
+            self.border_title = Content("  ").join([Content("Half section"), *(Content.styled(*line) for line in self._lines())])
+
+    def _lines(self) -> list[tuple[str, str]]:
+        """Return the lines of the picture as they are drawn, with their names and colours."""
+        named = (("⠒⠂⠐ reference", REFERENCE), ("⠒⠒⠒ actual", ACTUAL))
+        return [(words, self.get_component_styles(_CLASSES[layer]).color.hex) for words, layer in named]
+
     def show(self, scene: LatheScene, motion: Motion | None = None, until: int | None = None) -> None:
         """Show a scene with the motion up to a sample, the last where it is left out."""
         self._scene, self._motion = scene, motion
@@ -72,6 +91,7 @@ class LatheView(Widget):
         """Draw anew in the colours of another theme."""
         super().notify_style_update()
         self._draw_anew()
+        self.call_after_refresh(self._name_lines)
 
     def on_resize(self) -> None:
         """Draw anew in another size."""
@@ -88,8 +108,8 @@ class LatheView(Widget):
         if picture is None:
             return ""
         measure = "diameter" if self._view.as_diameter else "radius"
-        gain = f", error x{self._view.gain:g}" if self._view.gain != 1.0 else ""
-        return f"X as {measure}, dot {picture.dot * 1e3:.2g} mm{gain}"
+        gain = f"error x{self._view.gain:g}, " if self._view.gain != 1.0 else ""
+        return f"{gain}X as {measure}, dot {picture.dot * 1e3:.2g} mm"
 
     def render_line(self, y: int) -> Strip:
         """Return one row of the picture."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from rich.segment import Segment
 from textual.binding import Binding
@@ -21,7 +21,7 @@ class ProgramListing(ScrollView, can_focus=True):
         background: $surface;
         & > .listing--number { color: $text-muted; }
         & > .listing--line { color: $foreground; }
-        & > .listing--work { background: $accent; color: $background; text-style: bold; }
+        & > .listing--work { background: $accent; color: #111111; text-style: bold; }
     }
     """
     BINDINGS = [
@@ -42,6 +42,12 @@ class ProgramListing(ScrollView, can_focus=True):
         super().__init__(id=id)
         self.lines: list[str] = []
         self.line: int | None = None
+        self.odd: frozenset[int] = frozenset()
+
+    def flag(self, odd: Collection[int]) -> None:
+        """Put a ! before lines in which something is odd, counted from 1."""
+        self.odd = frozenset(odd)
+        self.refresh()
 
     def show(self, lines: Sequence[str]) -> None:
         """Show the lines of a program."""
@@ -92,7 +98,8 @@ class ProgramListing(ScrollView, can_focus=True):
         if row >= len(self.lines):
             return Strip.blank(width, self.rich_style)
         in_work = row + 1 == self.line
-        number = f"{'>' if in_work else ' '}{row + 1:>{self._digits}} "
+        sign = "!" if row + 1 in self.odd else ">" if in_work else " "
+        number = f"{sign}{row + 1:>{self._digits}} "
         style = self.get_component_rich_style("listing--work" if in_work else "listing--line")
         number_style = style if in_work else self.get_component_rich_style("listing--number")
         strip = Strip([Segment(number, number_style), Segment(self.lines[row], style)])

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from rich.markup import escape
 from rich.segment import Segment
 from rich.style import Style
 from textual import events
@@ -16,23 +17,24 @@ from textual.containers import Grid
 from textual.content import Content
 from textual.message import Message
 from textual.strip import Strip
-from textual_hires_canvas import Canvas
+from textual_hires_canvas import Canvas, TextAlign
 from textual_plot import HiResMode, PlotWidget
-from textual_plot.plot_widget import Legend
+from textual_plot.axis_formatter import NumericAxisFormatter
+from textual_plot.plot_widget import Legend, LinePlot
 
 from lathesim.analysis.display_unit import display_unit
 from lathesim.analysis.metric import find_channel
 from lathesim.record import FloatArray, Record
+from lathesim.tui.drawing.axis_ticks import axis_ticks, even_axis, labels_of
+from lathesim.tui.drawing.braille import BRAILLE, braille_codes, trace
+from lathesim.tui.drawing.curve_looks import look_of
 from lathesim.tui.drawing.envelope import envelope
 
-_COLOURS = ("green", "yellow", "cyan", "magenta", "red", "blue")
-_MODES = (HiResMode.BRAILLE, HiResMode.QUADRANT, HiResMode.HALFBLOCK)
-_MARKS = ("⠒⠒⠒", "▀▚▄", "▀▄▀")
-"""What the curves are drawn with, and how that is shown beside their names."""
 _MOST_POINTS = 4000
 """Points of a line that are drawn at most."""
 _LOW = 12
 """Rows below which the margins are made smaller."""
+_COLUMNS_A_TICK, _ROWS_A_TICK = 12, 2
 _ROOM = 0.05
 """Share of the range of values that stays free above and below."""
 
@@ -45,6 +47,8 @@ class Curve:
     channel: str
     title: str = ""
     until: int | None = None
+    run: str = ""
+    """The run, where several are shown."""
     only: FloatArray | None = None
     """Where given, only samples at which this is above 0.5 are drawn."""
 
@@ -67,6 +71,23 @@ class _StyledCanvas(Canvas):
             return strip
         styled = [Segment(segment.text, segment.style or Style.null(), segment.control) for segment in strip]
         return Strip(styled, strip.cell_length)
+
+
+class _Ticks(NumericAxisFormatter):
+    """Marks of an axis: no more than there is room for."""
+
+    most = 5
+    is_bare = False
+    """Whether nothing is drawn, so that the axis measures nothing."""
+    even: tuple[float, float, list[float]] | None = None
+    """Limits and the marks that lie evenly between them; other limits have their own marks."""
+
+    def get_ticks_and_labels(self, min_: float, max_: float, max_ticks: int = 8) -> tuple[list[float], list[str]]:
+        if self.is_bare:
+            return [], []
+        if self.even is not None and self.even[:2] == (min_, max_):
+            return self.even[2], labels_of(self.even[2])
+        return axis_ticks(min_, max_, self.most)
 
 
 class TimePlot(PlotWidget, inherit_bindings=False):
@@ -102,8 +123,11 @@ class TimePlot(PlotWidget, inherit_bindings=False):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
-        self._labels_shown: list[tuple[str, str, str]] = []
+        self._names_shown: tuple[list[str], str] = ([], "")
         self._pressed_at: tuple[int, int] | None = None
+        self._across, self._up = _Ticks(), _Ticks()
+        self.set_x_formatter(self._across)
+        self.set_y_formatter(self._up)
 
     def compose(self) -> ComposeResult:
         """Give the canvases of the plot and its margins."""
@@ -115,7 +139,8 @@ class TimePlot(PlotWidget, inherit_bindings=False):
     @property
     def named(self) -> list[tuple[str, str, str]]:
         """The curves as they are drawn: mark, name, colour."""
-        return self._labels_shown
+        looks = [look_of(place) for place in range(len(self._names_shown[0]))]
+        return [(look.mark, name, look.colour(self._is_dark)) for look, name in zip(looks, self._names_shown[0], strict=True)]
 
     @property
     def span(self) -> tuple[float, float]:
@@ -137,9 +162,61 @@ class TimePlot(PlotWidget, inherit_bindings=False):
 
     def on_resize(self) -> None:
         """Give the curves as much room as there is."""
-        low = self.size.height < _LOW
-        self.margin_top, self.margin_bottom, self.margin_left = (0, 2, 9) if low else (1, 3, 10)
+        self.margin_top, self.margin_bottom, self.margin_left = (0, 2, 9) if self._is_low else (1, 2, 9)
+        self._across.most = max(2, self.size.width // _COLUMNS_A_TICK)
+        self._up.most = max(2, self._rows // _ROWS_A_TICK)
+        self._name_curves()
         self.call_after_refresh(self._fit_canvases)
+
+    @property
+    def _rows(self) -> int:
+        """Rows between the lower and the upper edge of the frame."""
+        return self.size.height - self.margin_top - self.margin_bottom - 2
+
+    @property
+    def _is_low(self) -> bool:
+        return self.size.height < _LOW
+
+    @property
+    def _is_dark(self) -> bool:
+        return self.app.current_theme.dark
+
+    def notify_style_update(self) -> None:
+        """Draw anew in the colours of another theme."""
+        super().notify_style_update()
+        if self.is_mounted:
+            self._name_curves()
+
+    def _render_line_plot(self, dataset: LinePlot) -> None:
+        """Draw a line in braille, broken as its look says; where lines meet the dots of both stand."""
+        canvas = self.query_one("#plot", Canvas)
+        width, height = canvas.size.width - 2, canvas.size.height - 2
+        if width < 1 or height < 1 or not len(dataset.x):
+            return
+        look = look_of(next(place for place, other in enumerate(self._datasets) if other is dataset))
+        dots = np.zeros((4 * height, 2 * width), dtype=bool)
+        across = (np.asarray(dataset.x, dtype=float) - self._x_min) / (self._x_max - self._x_min) * (2.0 * width - 1.0)
+        up = (np.asarray(dataset.y, dtype=float) - self._y_min) / (self._y_max - self._y_min) * (4.0 * height - 1.0)
+        trace(dots, across + 0.5, up + 0.5, dash=look.dash)
+        codes = braille_codes(dots)
+        colour = look.colour(self._is_dark)
+        for row, column in np.argwhere(codes > 0).tolist():
+            present = ord(canvas.get_pixel(column + 1, row + 1)[0] or " ") - BRAILLE
+            code = int(codes[row, column]) | (present if 0 < present < 256 else 0)
+            canvas.set_pixel(column + 1, row + 1, chr(BRAILLE + code), style=colour)
+
+    def _render_x_label(self) -> None:
+        """Write the label of the axis along below its marks."""
+        margin = self.query_one("#margin-bottom", Canvas)
+        style = self.get_component_rich_style("plot--label")
+        margin.write_text(self.size.width // 2, self.margin_bottom - 1, f"[{style}]{escape(self._x_label)}", TextAlign.CENTER)
+
+    def _render_y_label(self) -> None:
+        """Write the label of the axis up at the left end of the row above the plot."""
+        margin = self.query_one("#margin-top", Canvas)
+        margin.reset()
+        style = self.get_component_rich_style("plot--label")
+        margin.write_text(1, 0, f"[{style}]{escape(self._y_label)}", TextAlign.LEFT)
 
     def _fit_canvases(self) -> None:
         """Draw anew once the margins have their new sizes."""
@@ -154,8 +231,9 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         cursor: float | None = None,
         fit_to_feed: bool = False,
         keep_zoom: bool = False,
+        nothing: str = "",
     ) -> None:
-        """Draw curves. ``span`` [s] bounds the time axis; ``cursor`` [s] stands as a line.
+        """Draw curves. ``span`` [s] bounds the time axis; ``cursor`` [s] stands as a line; ``nothing`` is said where there is no curve.
 
         With ``fit_to_feed`` the value axis spans what happened in the cut, or else in blocks run at feed, where the record tells; rapid
         moves may leave the frame. ``keep_zoom`` leaves the axes as a person has set them.
@@ -167,8 +245,8 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             units: list[str] = []
             low: list[float] = []
             high: list[float] = []
-            labels: list[tuple[str, str, str]] = []
-            for place, curve in enumerate(curve for curve in curves if curve.channel in curve.record):
+            labels: list[tuple[str, str]] = []
+            for curve in (curve for curve in curves if curve.channel in curve.record):
                 drawn = _scaled(curve, max(10, 2 * (self.size.width - self.margin_left)), fit_to_feed)
                 if drawn is None:
                     continue
@@ -176,18 +254,17 @@ class TimePlot(PlotWidget, inherit_bindings=False):
                 power = _power(max(map(abs, (*low, *high)), default=0.0), max(abs(drawn.low), abs(drawn.high)), set(units))
                 low.append(drawn.low * power)
                 high.append(drawn.high * power)
-                colour, mode = _COLOURS[place % len(_COLOURS)], _MODES[place % len(_MODES)]
                 times = f" x{power:g}" if power != 1.0 else ""
-                label = f"{curve.title or curve.channel} [{drawn.unit or '1'}]{times}"
-                self.plot(drawn.time, drawn.values * power, line_style=colour, hires_mode=mode)
-                labels.append((_MARKS[place % len(_MARKS)], label, colour))
+                labels.append((f"{curve.title or curve.channel} [{drawn.unit or '1'}]{times}", curve.run))
+                self.plot(drawn.time, drawn.values * power, hires_mode=HiResMode.BRAILLE)
             if not keep_zoom:
                 self._fit(span, (min(low), max(high)) if low else None)
-            self.set_xlabel("t / s")
-            self.set_ylabel(units[0] or "1" if len(set(units)) == 1 else "")
+            self.set_xlabel("t / s" if units else "")
+            self.set_ylabel(f"{units[0] or '1'}" if len(set(units)) == 1 else "")
             if cursor is not None and units:
                 self.add_v_line(cursor, line_style="grey50")
-            self._show_names(labels)
+            before, names = _named(labels)
+            self._show_names(names, before if names else nothing)
 
     def show_cursor(self, cursor: float | None) -> None:
         """Move the cursor and leave everything else as it is."""
@@ -202,24 +279,28 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             return
         with self.app.batch_update():
             self.clear()
-            labels = []
-            for place, line in enumerate(lines):
-                colour, mode = _COLOURS[place % len(_COLOURS)], _MODES[place % len(_MODES)]
-                self.plot(*_thinned(line, 2 * self.size.width), line_style=colour, hires_mode=mode)
-                labels.append((_MARKS[place % len(_MARKS)], line.title, colour))
-            self.set_xlimits(None, None)
-            self.set_ylimits(None, None)
+            for line in lines:
+                self.plot(*_thinned(line, 2 * self.size.width), hires_mode=HiResMode.BRAILLE)
+            self._fit(None, _range_of([line.y for line in lines]))
             self.set_xlabel(x_label)
             self.set_ylabel(y_label)
             if cursor is not None and lines:
                 self.add_v_line(cursor, line_style="grey50")
-            self._show_names(labels)
+            self._show_names([line.title for line in lines])
 
-    def _show_names(self, labels: list[tuple[str, str, str]]) -> None:
-        """Name the curves above the plot; what has not changed costs no new layout."""
-        if labels != self._labels_shown:
-            self._labels_shown = labels
-            self.border_title = Content("  ").join([Content.styled(f"{mark} {label}", colour) for mark, label, colour in labels])
+    def _show_names(self, names: list[str], before: str = "") -> None:
+        """Name the curves above the plot, with ``before`` in front; what has not changed costs no new layout."""
+        self._across.is_bare = self._up.is_bare = not names
+        if (names, before) != self._names_shown:
+            self._names_shown = (names, before)
+            self._name_curves()
+
+    def _name_curves(self) -> None:
+        before = self._names_shown[1]
+        y_label = self._y_label if self._is_low and "/" in self._y_label else ""
+        words = [Content(word) for word in (y_label, before) if word]
+        words += [Content.styled(f"{mark} {name}", colour) for mark, name, colour in self.named]
+        self.border_title = Content("  ").join(words)
 
     def _fit(self, span: tuple[float, float] | None, values: tuple[float, float] | None) -> None:
         self.set_xlimits(*(span or (None, None)))
@@ -228,7 +309,15 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             return
         low, high = values
         room = _ROOM * (high - low) or abs(high) or 1.0
-        self.set_ylimits(low - room, high + room)
+        self._up.even = even_axis(low - room, high + room, self._rows)
+        self.set_ylimits(*self._up.even[:2])
+
+
+def _named(labels: Sequence[tuple[str, str]]) -> tuple[str, list[str]]:
+    """Return what is said once, and the name of each curve: of one quantity in several runs only the run is said each time."""
+    if len(labels) > 1 and len({label for label, _ in labels}) == 1 and all(run for _, run in labels):
+        return labels[0][0], [run for _, run in labels]
+    return "", [f"{label} {run}".rstrip() for label, run in labels]
 
 
 def _power(largest: float, own: float, units: set[str]) -> float:
@@ -236,6 +325,12 @@ def _power(largest: float, own: float, units: set[str]) -> float:
     if len(units) < 2 or largest <= 0.0 or own <= 0.0:
         return 1.0
     return float(10.0 ** math.floor(math.log10(largest / own)))
+
+
+def _range_of(values: Sequence[FloatArray]) -> tuple[float, float] | None:
+    finite = [item[np.isfinite(item)] for item in values]
+    lows, highs = [float(item.min()) for item in finite if len(item)], [float(item.max()) for item in finite if len(item)]
+    return (min(lows), max(highs)) if lows else None
 
 
 def _thinned(line: Line, columns: int) -> tuple[FloatArray, FloatArray]:
