@@ -145,8 +145,10 @@ async def test_the_wiring_shows_what_feeds_a_part_and_what_it_feeds() -> None:
 async def test_a_wiring_that_is_too_wide_stands_one_below_the_other() -> None:
     async with opened(size=(80, 24)) as (app, pilot):
         await app.show_parameter("x_controller.proportional")
+        await pilot.pause()
+        app.screen.set_focus(None)
         app.screen.query_one(TabbedContent).active = "wiring"
-        await pilot.pause(0.1)
+        await until(pilot, lambda: app.screen.query_one("#box").size.width > 0, "the wiring")
         box = str(app.screen.query_one("#box", Static).content).splitlines()
         assert "reference [m]        <── interpolator.x_reference" in box
         assert "voltage [V] ──> x_dac.command" in box

@@ -16,7 +16,7 @@ class WiringView(Static):
     """A part as a box with what feeds it and what it feeds."""
 
     DEFAULT_CSS = """
-    WiringView { padding: 0 1; }
+    WiringView { width: 1fr; padding: 0 1; }
     """
 
     def __init__(self, id: str | None = None) -> None:
