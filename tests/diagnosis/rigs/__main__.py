@@ -1,0 +1,72 @@
+"""``python -m tests.diagnosis.rigs``: write cases, ask the program about each in every description, print the table.
+
+Each case is asked once, in a process of its own with a time limit; what was answered is kept, and ``table`` prints it again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from tests.diagnosis.rigs.cases import schedule, write_case
+from tests.diagnosis.rigs.scoring import Answer, table
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(prog="python -m tests.diagnosis.rigs", description=__doc__)
+    parser.add_argument("what", choices=("run", "table"))
+    parser.add_argument("--folder", type=Path, default=Path("build/rigs"), help="folder of cases and answers")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--each", default="sound=2,values=1,single=2,pair=1,outside=1,fault=1", metavar="KIND=N,...", help="cases a rig")
+    parser.add_argument("--only", default="", metavar="TEXT", help="cases with this in the name of their folder")
+    parser.add_argument("--limit", type=float, default=180.0, help="seconds for a case")
+    parser.add_argument("--again", action="store_true", help="ask again what was answered")
+    asked = parser.parse_args(arguments)
+    counts = {kind: int(number) for kind, _, number in (item.partition("=") for item in asked.each.split(","))}
+    folders = []
+    for case in schedule(asked.seed, counts):
+        written = [asked.folder / f"{case.name}__{description}" for description in case.rig.descriptions]
+        if not all((folder / "truth.json").is_file() for folder in written):
+            written = write_case(case, asked.folder)
+        folders += [folder for folder in written if asked.only in folder.name]
+    if asked.what == "run":
+        for folder in folders:
+            if asked.again or not (folder / "told.json").is_file():
+                _ask(folder, asked.limit)
+                print(_read(folder).line, flush=True)
+    answers = [_read(folder) for folder in folders if (folder / "told.json").is_file()]
+    print(table(answers))
+    return 0
+
+
+def _ask(folder: Path, limit: float) -> None:
+    """Call ``lathesim diagnose`` as a person does, and keep what it answers."""
+    began, answer = time.perf_counter(), folder / "answer.json"
+    answer.unlink(missing_ok=True)
+    words = ["diagnose", "lesson.yaml", "fit.csv", "--validate", "validate.csv", "--json", answer.name, "--no-report", "--out", "out"]
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "lathesim", *words], cwd=folder, capture_output=True, text=True, timeout=limit, check=False
+        )  # fmt: skip
+        said = done.stderr[-2000:]
+    except subprocess.TimeoutExpired:
+        said = f"no answer within {limit:g} s"
+    told = json.loads(answer.read_text(encoding="utf-8")) if answer.is_file() else {}
+    kept = {"seconds": time.perf_counter() - began, "said": said, "told": told}
+    (folder / "told.json").write_text(json.dumps(kept, indent=1), encoding="utf-8")
+
+
+def _read(folder: Path) -> Answer:
+    truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
+    kept = json.loads((folder / "told.json").read_text(encoding="utf-8"))
+    return Answer(truth | {"case": folder.name.rpartition("__")[0]}, kept["told"], kept["seconds"])
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

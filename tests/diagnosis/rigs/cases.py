@@ -1,0 +1,158 @@
+"""The cases of the rigs: a schedule that a seed fixes, their recordings and lessons, and what is true of each."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.diagnosis.rigs.describe import FAR, SIGMA, Given, lesson, machine_files
+from tests.diagnosis.rigs.hidden import AT_THE_SCALE, BESIDE, EFFECTS, FAULTS, OUTSIDE, Hidden, hide, possible
+from tests.diagnosis.rigs.machines import RIGS, Rig
+from tests.diagnosis.rigs.motion import course, voltages, wandering
+from tests.diagnosis.rigs.plant import run
+
+PAIRS = (("coulomb", "gravity"), ("coulomb", "backlash"), ("dead_zone", "coulomb"), ("cogging", "coulomb"), ("gravity", "pitch_wave"),
+         ("delay", "coulomb"), ("saturation", "gravity"), ("coulomb", "inductance"))  # fmt: skip
+COUNTS = {"sound": 20, "values": 6, "single": 12, "pair": 4, "outside": 3, "fault": 5}
+"""Cases of a rig; a sample takes the first few of each."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case of one rig: what kind, what is hidden, and the seed of its chance."""
+
+    rig: Rig
+    kind: str
+    number: int
+    keys: tuple[str, ...]
+    fault: str
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """The name of its folder."""
+        return f"{self.rig.name}__{self.kind}_{self.number:02d}"
+
+
+def schedule(seed: int, counts: dict[str, int] | None = None) -> list[Case]:
+    """Return the cases of all rigs."""
+    cases = []
+    for place, rig in enumerate(RIGS):
+        rng = np.random.default_rng([seed, place, 5])
+        keys = list(rng.permutation(possible(rig)))
+        pairs = [pair for pair in PAIRS if set(pair) <= set(possible(rig)) and (rig.kind != "lathe" or not set(pair) & set(AT_THE_SCALE))]
+        if rig.kind == "lathe":
+            keys = [key for key in keys if key not in AT_THE_SCALE]
+        if not pairs:
+            pairs = [("coulomb", "dead_zone")]
+        faults = [
+            name for name in rng.permutation(list(FAULTS)) if rig.kind != "spindle" or name in ("clock", "sign", "rows", "current_late")
+        ]
+        pairs = [pairs[int(i)] for i in rng.permutation(len(pairs))]
+        for kind, number in (counts or COUNTS).items():
+            for n in range(number):
+                hidden: tuple[str, ...] = ()
+                if kind == "single":
+                    hidden = (str(keys[n % len(keys)]),)
+                elif kind == "pair":
+                    hidden = pairs[n % len(pairs)]
+                elif kind == "outside":
+                    hidden = ("drag",) if rig.kind == "spindle" else (OUTSIDE[(n + place) % 2],)
+                fault = str(faults[n % len(faults)]) if kind == "fault" else ""
+                cases.append(
+                    Case(rig, kind, n, hidden, fault, int(np.random.default_rng([seed, place, sum(map(ord, kind)), n]).integers(2**31)))
+                )
+    return cases
+
+
+def write_case(case: Case, folder: Path) -> list[Path]:
+    """Write the recordings of a case once, and a folder with the lesson for each description; return those folders."""
+    rng = np.random.default_rng(case.seed)
+    hidden = hide(case.rig, case.keys, rng)
+    given = _given(case, rng)
+    tables = {name: _recorded(case, hidden, rng) for name in ("fit.csv", "validate.csv")}
+    if case.fault:
+        tables = {name: _faulty(case, table) for name, table in tables.items()}
+    right = {key: list(EFFECTS.get(key, ())) for key in case.keys}
+    truth = {"rig": case.rig.name, "calibrating": case.rig.calibrating, "kind": case.kind, "keys": list(case.keys), "right": right,
+             "beside": [name for key in case.keys for name in BESIDE.get(key, ())], "fault": case.fault,
+             "words": FAULTS.get(case.fault, ""), "given": asdict(given), "hidden": hidden.physics._asdict()}  # fmt: skip
+    folders = []
+    for description in case.rig.descriptions:
+        place = folder / f"{case.name}__{description}"
+        place.mkdir(parents=True, exist_ok=True)
+        for name, table in tables.items():
+            _write(place / name, table)
+        for name, text in machine_files(case.rig, description).items():
+            (place / name).write_text(text, encoding="utf-8")
+        (place / "lesson.yaml").write_text(lesson(case.rig, description, given), encoding="utf-8")
+        (place / "truth.json").write_text(json.dumps(truth | {"description": description}, indent=1), encoding="utf-8")
+        folders.append(place)
+    return folders
+
+
+def _given(case: Case, rng: np.random.Generator) -> Given:
+    values = {name: float(1.0 + SIGMA[name] * np.clip(rng.standard_normal(), -2.0, 2.0)) for name in ("inertia", "viscous")}
+    values |= {name: float(1.0 + SIGMA[name] * np.clip(rng.standard_normal(), -2.0, 2.0)) for name in ("torque_constant", "resistance")}
+    given = Given(**values)
+    if case.kind != "values":
+        return given
+    wrong = [("inertia",), ("viscous",), ("inertia", "viscous")][case.number % 3]
+    size = float(rng.uniform(0.25, 0.6)) * float(rng.choice([-1.0, 1.0]))
+    return replace(given, **dict.fromkeys(wrong, 1.0 / (1.0 + size)))
+
+
+def _recorded(case: Case, hidden: Hidden, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    rig, p = case.rig, hidden.physics
+    samples = round(rig.seconds / p.period)
+    fine = max(8, round(p.period / 25e-6))
+    load = wandering(rng, samples, p.period, rig.load * rig.torque)
+    chance = rng.standard_normal((2, samples))
+    if rig.kind == "spindle":
+        asked = voltages(rng, rig.seconds, p.period, rig.top)
+        pressed = 0.3 * rig.torque * np.repeat(rng.uniform(0.0, 1.0, int(rig.seconds) + 1), round(1.0 / p.period))[:samples]
+        out = run(p, asked, load + pressed, chance, fine)
+        return {"t": np.arange(samples) * p.period, "u": asked, "load": pressed, "q": out[3], "i": out[2]}
+    asked = course(rng, rig.seconds, p.period, rig.top, rig.stroke, rig.acceleration)
+    out = run(p, asked, load, chance, fine)
+    table = {
+        "t": np.arange(samples) * p.period,
+        "r": asked,
+        "other": np.full(samples, FAR),
+        "u": out[0],
+        "q": out[3],
+        "i": out[2],
+        "s": out[4],
+    }
+    table["held"] = out[1]
+    return table
+
+
+def _faulty(case: Case, table: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    made, p = dict(table), case.rig.physics
+    late = np.r_[np.full(12, table["i"][0]), table["i"][:-12]]
+    match case.fault:
+        case "clock":
+            made["t"] = table["t"] * 1.003
+        case "current_late":
+            made["i"] = late
+        case "sign":
+            made["i"] = -table["i"]
+        case "unit_1000":
+            made["q"] = 1e3 * table["q"]
+        case "behind_converter":
+            made["u"] = table["held"]
+        case "counts":
+            made["q"] = np.round(table["q"] / p.encoder)
+        case "rows":
+            made["q"] = np.r_[table["q"][0], table["q"][:-1]]
+    return made
+
+
+def _write(path: Path, table: dict[str, Any]) -> None:
+    columns = {name: values for name, values in table.items() if name != "held"}
+    np.savetxt(path, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="", fmt="%.9g")

@@ -1,0 +1,108 @@
+"""What an answer of a case is worth, and the table of all of them with intervals."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import Any
+
+from scipy.stats import norm
+
+QUESTIONS = ("sound called sound", "only values off, said so", "one effect, that name or tied", "one effect, exactly that name",
+             "two effects, both named or tied", "outside, not named", "fault, said so")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One answered case: ``truth`` of its folder, the JSON of the program (empty without an answer), its seconds."""
+
+    truth: dict[str, Any]
+    told: dict[str, Any]
+    seconds: float
+
+    @property
+    def line(self) -> str:
+        """The case and what was answered, in a line."""
+        effects = " + ".join(
+            f"{one['effect']}@{one['at']}" + "".join(f"~{tie}" for tie in one.get("tied_with") or []) for one in self.names
+        )
+        what = "+".join(self.truth["keys"]) or self.truth["fault"]
+        wrong = [question for question, right in marks(self).items() if not right]
+        adequate = "" if self.told.get("adequate", True) else " (not adequate)"
+        return f"{self.truth['rig']} {self.truth['description']} {self.truth['kind']} {what} | {self.told.get('verdict', 'no answer')}: " \
+               f"{effects or '-'}{adequate} | {'WRONG ' + '; '.join(wrong) if wrong else 'right'} | {self.seconds:.0f} s"  # fmt: skip
+
+    @property
+    def names(self) -> list[dict[str, Any]]:
+        """The effects that it names."""
+        return list(self.told.get("effects") or []) if self.told.get("verdict") in ("named", "tied") else []
+
+
+def marks(answer: Answer) -> dict[str, bool]:
+    """Return the questions that a case asks, each answered rightly or wrongly."""
+    truth, told = answer.truth, answer.told
+    verdict = told.get("verdict", "")
+    match truth["kind"]:
+        case "sound":
+            return {QUESTIONS[0]: verdict in ("no_mismatch", "parameters_only")}
+        case "values":
+            return {QUESTIONS[1]: verdict == "parameters_only"}
+        case "single":
+            return {QUESTIONS[2]: _found(answer, tied=True), QUESTIONS[3]: _found(answer, tied=False)}
+        case "pair":
+            return {QUESTIONS[4]: _found(answer, tied=True)}
+        case "outside":
+            sure = verdict == "named" and told.get("adequate") is not False
+            return {QUESTIONS[5]: bool(verdict) and not sure}
+    return {QUESTIONS[6]: verdict == "recording_fault" and re.search(truth["words"], str(told.get("sentence", told))) is not None}
+
+
+def _found(answer: Answer, *, tied: bool) -> bool:
+    """Return whether every hidden effect has its name, and no other effect is named beside what belongs to them."""
+    left = [[one["effect"], *(one.get("tied_with") or [])] if tied else [one["effect"]] for one in answer.names]
+    for right in answer.truth["right"].values():
+        hit = next((given for given in left if set(given) & set(right)), None)
+        if hit is None:
+            return False
+        left.remove(hit)
+    return all(set(given) & set(answer.truth["beside"]) for given in left)
+
+
+def wilson(right: int, count: int, level: float = 0.95) -> tuple[float, float]:
+    """Return the interval of a share. Source: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927), 209-212."""
+    if not count:
+        return 0.0, 1.0
+    z = float(norm.ppf(0.5 + 0.5 * level))
+    middle = (right + 0.5 * z * z) / (count + z * z)
+    half = z / (count + z * z) * float((right * (count - right) / count + 0.25 * z * z) ** 0.5)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def table(answers: list[Answer]) -> str:
+    """Return the table as Markdown: a row a question, a column for each half of the rigs and each description."""
+    columns: dict[tuple[bool, str], dict[str, list[bool]]] = defaultdict(lambda: defaultdict(list))
+    for answer in answers:
+        for question, right in marks(answer).items():
+            columns[answer.truth["calibrating"], answer.truth["description"]][question].append(right)
+    order = sorted(columns, key=lambda column: (not column[0], ("table", "motor", "lathe").index(column[1])))
+    heads = [f"{'calibration' if half else 'held out'}, {description} side" for half, description in order]
+    rows = [f"| asked | {' | '.join(heads)} |", f"|---|{'---|' * len(heads)}"]
+    for question in QUESTIONS:
+        cells = []
+        for column in order:
+            asked = columns[column][question]
+            low, high = wilson(sum(asked), len(asked))
+            cells.append(f"{sum(asked)}/{len(asked)} ({100 * low:.0f} to {100 * high:.0f} %)" if asked else "-")
+        rows.append(f"| {question} | {' | '.join(cells)} |")
+    return "\n".join([*rows, "", _agreement(answers)])
+
+
+def _agreement(answers: list[Answer]) -> str:
+    """Return how often the descriptions of a case get the same verdict and the same names."""
+    groups: dict[str, list[Answer]] = defaultdict(list)
+    for answer in answers:
+        groups[answer.truth["case"]].append(answer)
+    several = [group for group in groups.values() if len(group) > 1]
+    same = sum(len({(one.told.get("verdict"), tuple(sorted(e["effect"] for e in one.names))) for one in group}) == 1 for group in several)
+    return f"Same verdict and names in every description: {same} of {len(several)} cases."

@@ -1,0 +1,74 @@
+"""The rigs are sound machines, their descriptions are the same machine, and their scoring counts what it says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.recording_mapping import mapping_of
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import load_registry
+from tests.diagnosis.rigs.cases import COUNTS, schedule, write_case
+from tests.diagnosis.rigs.machines import RIGS
+from tests.diagnosis.rigs.scoring import Answer, marks, table, wilson
+
+
+def test_half_of_the_rigs_are_held_out() -> None:
+    assert sum(rig.calibrating for rig in RIGS) == len(RIGS) / 2 == 5
+    assert len({rig.name for rig in RIGS}) == len(RIGS)
+
+
+def test_a_seed_fixes_the_cases() -> None:
+    first, again, other = schedule(1), schedule(1), schedule(2)
+    assert first == again
+    assert [case.seed for case in first] != [case.seed for case in other]
+    assert len(first) == len(RIGS) * sum(COUNTS.values())
+    assert len({case.name for case in first}) == len(first)
+
+
+@pytest.mark.parametrize("rig", [rig.name for rig in RIGS])
+def test_every_description_of_a_rig_is_a_lesson(rig: str, tmp_path: Path) -> None:
+    case = next(case for case in schedule(1, {"sound": 1}) if case.rig.name == rig)
+    folders = write_case(case, tmp_path)
+    assert len(folders) == len(case.rig.descriptions) >= 2
+    recording = np.genfromtxt(folders[0] / "fit.csv", delimiter=",", names=True)
+    assert np.isfinite(recording["q"]).all() and np.ptp(recording["q"]) > 100.0 * case.rig.physics.encoder
+    registry = load_registry()
+    for folder in folders:
+        prepared = prepare(load_lesson(folder / "lesson.yaml"), registry)
+        columns = {signal.column for signal in mapping_of(prepared.case.lesson, prepared.machinery).signals}
+        assert columns <= set(recording.dtype.names or ())
+
+
+def answered(kind: str, told: dict[str, object], **truth: object) -> Answer:
+    known = {"kind": kind, "rig": "a", "description": "table", "calibrating": True, "case": "a", "keys": [], "beside": [], "fault": ""}
+    return Answer(known | truth, told, 1.0)
+
+
+def test_a_name_counts_exactly_or_in_a_tie_and_nothing_beside_it() -> None:
+    friction = {"effect": "CoulombFriction", "at": "x_axis", "tied_with": ["PreslidingFriction"]}
+    play = {"effect": "Backlash", "at": "x_scale", "tied_with": []}
+    right = {"coulomb": ["CoulombFriction"]}
+    exact = answered("single", {"verdict": "named", "effects": [friction]}, right=right)
+    assert list(marks(exact).values()) == [True, True]
+    tied = answered("single", {"verdict": "tied", "effects": [friction]}, right={"bristles": ["PreslidingFriction"]})
+    assert list(marks(tied).values()) == [True, False]
+    assert list(marks(answered("single", {"verdict": "named", "effects": [friction, play]}, right=right)).values()) == [False, False]
+    assert list(marks(answered("single", {"verdict": "unknown", "effects": [friction]}, right=right)).values()) == [False, False]
+
+
+def test_the_table_has_a_column_for_each_half_and_description() -> None:
+    quiet = answered("sound", {"verdict": "no_mismatch"})
+    doubted = answered("sound", {"verdict": "unknown"}, calibrating=False, description="motor")
+    rows = table([quiet, doubted]).splitlines()
+    assert rows[0] == "| asked | calibration, table side | held out, motor side |"
+    assert rows[2].startswith("| sound called sound | 1/1 (21 to 100 %) | 0/1 (0 to 79 %) |")
+
+
+def test_the_interval_of_a_share() -> None:
+    """E. B. Wilson's interval; 8 of 10 as in Brown, Cai, DasGupta, Statistical Science 16 (2001)."""
+    assert wilson(8, 10) == pytest.approx((0.490, 0.943), abs=1e-3)
+    assert wilson(0, 0) == (0.0, 1.0)
