@@ -3,25 +3,11 @@
 from __future__ import annotations
 
 from lathesim.component import Component, Input, Output, Parameter, State
-
-
-def dry_friction(applied: float, speed: float, level: float, inertia: float, step: float) -> float:
-    """Give the Coulomb friction that acts against ``speed``, in the unit of ``level``.
-
-    The friction that would bring the motion to rest within one integration step, ``applied + inertia speed/step``, but never more than
-    ``level``. Sliding: exactly ``level`` against the motion. Standing and pushed by less than ``level``: exactly the push, so the body
-    rests without creeping. Between them a line, as wide as one step can decide, so that RK4 does not chatter as it does with sign().
-    """
-    wanted = applied + inertia * speed / step
-    if wanted > level:
-        return level
-    if wanted < -level:
-        return -level
-    return wanted
+from lathesim.components.motor_laws import dry_friction, motor_current
 
 
 class AnalyticalAxis(Component):
-    """Gives speed and position of a table from the voltage of its amplifier, through current, torque and friction.
+    """Gives speed and position of a table, and current and torque of its motor, from the voltage of the amplifier.
 
         I = (Ka (V - Kmtach w) - Kv w)/R, kept between the current limits                                    (6)
         J dw/dt + B w = Kt I - Tf - Kl Tb - Kl p (Tfa + F),   dx/dt = v = Kl p w                               (7, 8)
@@ -29,8 +15,9 @@ class AnalyticalAxis(Component):
 
     Tf, Tb, Tfa are dry friction of motor, screw and table (Tfa is a force). Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004),
     equations (6) to (8); the values are assumed, consistent with the measured lag of its Example 1 (K = 18.3 mm/s/V, tau = 16 ms).
-    Left out: motor inductance, elasticity, backlash, friction that depends on speed other than linearly. The current is not an output
-    here, as it follows the voltage at once and would close a loop through the controller: AxisDrive beside it gives current and force.
+    Left out: motor inductance, elasticity, backlash, friction that depends on speed other than linearly. Amplifier and motor stand here
+    and nowhere else, so that an effect on ``voltage`` acts on current, torque and motion alike. ``drive_force`` is what the motor brings to
+    the table, (Kt I - B w)/(Kl p), before dry friction and disturbance.
     """
 
     group = "axes"
@@ -41,12 +28,14 @@ class AnalyticalAxis(Component):
         "displacement": "position",
         "drive": "voltage",
         "inertia": "equivalent_mass",
+        "resistance": "table_viscous",
+        "back_emf": "back_emf",
+        "current": "current",
         "applied": "drive_force",
     }
 
     voltage = Input("V", doc="voltage to the amplifier")
     force = Input("N", default=0.0, doc="force on the table, positive against positive motion")
-    drive_force = Input("N", default=float("nan"), doc="net force of the drive, from AxisDrive; only passed on to effects")
 
     resistance = Parameter("ohm", 1.0, low=1e-3, doc="resistance of the armature")
     amplifier_gain = Parameter("1", 20.0, low=0.0, doc="gain of the amplifier")
@@ -74,6 +63,11 @@ class AnalyticalAxis(Component):
     velocity = Output("m/s", doc="actual speed of the table")
     motor_velocity = Output("rad/s", doc="actual angular speed of the motor")
     equivalent_mass = Output("kg", doc="all inertia as a mass moving with the table, J/(Kl p)^2")
+    current = Output("A", doc="current of the motor")
+    torque = Output("N*m", doc="torque of the motor")
+    power = Output("W", doc="mechanical power of the motor")
+    drive_force = Output("N", doc="net force of the drive at the table, before dry friction and disturbance")
+    back_emf = Output("V*s/m", doc="voltage to the amplifier that a speed of the table takes up")
 
     @staticmethod
     def derivative(
@@ -104,11 +98,9 @@ class AnalyticalAxis(Component):
         ratio = gear * lead
         inertia = motor_inertia + gear * gear * screw_inertia + ratio * ratio * mass
         viscous = motor_viscous + gear * gear * screw_viscous + ratio * ratio * table_viscous
-        current = (amplifier_gain * (voltage - tachometer_gain * motor_speed) - voltage_constant * motor_speed) / resistance
-        if current > largest_current:
-            current = largest_current
-        if current < smallest_current:
-            current = smallest_current
+        current = motor_current(
+            voltage, motor_speed, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
+        )
         applied = torque_constant * current - viscous * motor_speed - ratio * force
         level = motor_coulomb + gear * screw_coulomb + ratio * table_coulomb
         friction = dry_friction(applied, motor_speed, level, inertia, step)
@@ -122,3 +114,84 @@ class AnalyticalAxis(Component):
         ratio = gear * lead
         inertia = motor_inertia + gear * gear * screw_inertia + ratio * ratio * mass
         return travel, ratio * motor_speed, motor_speed, inertia / (ratio * ratio)
+
+    @staticmethod
+    def output_current(
+        voltage: float,
+        motor_speed: float,
+        resistance: float,
+        amplifier_gain: float,
+        voltage_constant: float,
+        tachometer_gain: float,
+        largest_current: float,
+        smallest_current: float,
+    ) -> float:
+        """Equation of the current."""
+        return motor_current(
+            voltage, motor_speed, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
+        )
+
+    @staticmethod
+    def output_torque(
+        voltage: float,
+        motor_speed: float,
+        resistance: float,
+        amplifier_gain: float,
+        voltage_constant: float,
+        tachometer_gain: float,
+        largest_current: float,
+        smallest_current: float,
+        torque_constant: float,
+    ) -> float:
+        """What the current gives."""
+        return torque_constant * motor_current(
+            voltage, motor_speed, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
+        )
+
+    @staticmethod
+    def output_power(
+        voltage: float,
+        motor_speed: float,
+        resistance: float,
+        amplifier_gain: float,
+        voltage_constant: float,
+        tachometer_gain: float,
+        largest_current: float,
+        smallest_current: float,
+        torque_constant: float,
+    ) -> float:
+        """Torque times speed."""
+        torque = torque_constant * motor_current(
+            voltage, motor_speed, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
+        )
+        return torque * motor_speed
+
+    @staticmethod
+    def output_drive_force(
+        voltage: float,
+        motor_speed: float,
+        resistance: float,
+        amplifier_gain: float,
+        voltage_constant: float,
+        tachometer_gain: float,
+        largest_current: float,
+        smallest_current: float,
+        torque_constant: float,
+        gear: float,
+        lead: float,
+        motor_viscous: float,
+        screw_viscous: float,
+        table_viscous: float,
+    ) -> float:
+        """The driving part of the equation of motion."""
+        current = motor_current(
+            voltage, motor_speed, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
+        )
+        ratio = gear * lead
+        viscous = motor_viscous + gear * gear * screw_viscous + ratio * ratio * table_viscous
+        return (torque_constant * current - viscous * motor_speed) / ratio
+
+    @staticmethod
+    def output_back_emf(amplifier_gain: float, voltage_constant: float, tachometer_gain: float, gear: float, lead: float) -> float:
+        """Both loops of the speed; without an amplifier there is none."""
+        return (tachometer_gain + voltage_constant / amplifier_gain) / (gear * lead) if amplifier_gain > 0.0 else 0.0

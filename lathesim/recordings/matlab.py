@@ -11,8 +11,10 @@ from lathesim.errors import RecordingError
 from lathesim.recordings.array_columns import ArrayColumns
 from lathesim.recordings.raw_table import RawTable
 from lathesim.recordings.reader import Reader
+from lathesim.recordings.trial_read import refuse_deadly_file
 
 _DEPTH = 6
+_TRIAL = "import sys; from scipy.io import loadmat; loadmat(sys.argv[1])"
 
 
 def reads_mat(path: Path) -> bool:
@@ -28,6 +30,7 @@ def read_mat(path: Path) -> RawTable:
 
     found = ArrayColumns(path)
     try:
+        refuse_deadly_file(path, _TRIAL)
         for _, shape, _ in whosmat(str(path)):
             found.check(tuple(shape))
         content = loadmat(str(path), squeeze_me=False, struct_as_record=True, chars_as_strings=True)

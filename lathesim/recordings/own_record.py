@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from lathesim.errors import RecordingError
-from lathesim.hdf5_guard import refuse_deadly_file
 from lathesim.record import is_record, load
 from lathesim.recordings.array_columns import ArrayColumns
-from lathesim.recordings.hdf5_file import reads_hdf5
+from lathesim.recordings.hdf5_file import HDF5_TRIAL, reads_hdf5
 from lathesim.recordings.raw_table import RawTable, as_table
 from lathesim.recordings.reader import Reader
+from lathesim.recordings.trial_read import refuse_deadly_file
 
 
 def reads_record(path: Path) -> bool:
@@ -23,7 +23,7 @@ def read_record(path: Path) -> RawTable:
     import h5py
 
     try:
-        refuse_deadly_file(path)
+        refuse_deadly_file(path, HDF5_TRIAL)
         with h5py.File(path, "r") as file:
             shape = (len(file["time"]) if "time" in file else 0, len(file["channels"]) + 1 if "channels" in file else 1)
     except Exception as error:

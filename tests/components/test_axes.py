@@ -11,13 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lathesim.component import Component, Input, Parameter, State
-from lathesim.components.analytical_axis import AnalyticalAxis, dry_friction
+from lathesim.components.analytical_axis import AnalyticalAxis
 from lathesim.components.analytical_spindle import AnalyticalSpindle
-from lathesim.components.axis_drive import AxisDrive
 from lathesim.components.empirical_axis import EmpiricalAxis
 from lathesim.components.empirical_spindle import EmpiricalSpindle
 from lathesim.components.force_axis import ForceAxis
-from lathesim.components.spindle_drive import SpindleDrive
+from lathesim.components.motor_laws import dry_friction
 
 STEP = 0.0005
 
@@ -82,19 +81,29 @@ def test_analytical_spindle_reaches_its_published_size() -> None:
 
 
 def test_current_is_limited() -> None:
-    assert answer(AxisDrive, "output", voltage=10.0, motor_speed=0.0)[0] == 25.0
-    assert answer(AxisDrive, "output", voltage=-10.0, motor_speed=0.0)[0] == -25.0
-    assert answer(SpindleDrive, "output", voltage=10.0, motor_speed=0.0)[:2] == (200.0, 100.0)
+    assert answer(AnalyticalAxis, "output_current", voltage=10.0, motor_speed=0.0) == (25.0,)
+    assert answer(AnalyticalAxis, "output_current", voltage=-10.0, motor_speed=0.0) == (-25.0,)
+    assert answer(AnalyticalSpindle, "output_current", voltage=10.0, rotation=0.0) == (200.0,)
+    assert answer(AnalyticalSpindle, "output_motor_torque", voltage=10.0, rotation=0.0) == (100.0,)
     acceleration = answer(AnalyticalAxis, "derivative", voltage=10.0)[0]
     assert acceleration == answer(AnalyticalAxis, "derivative", voltage=1.25)[0]
 
 
-def test_drive_and_axis_agree_on_the_force() -> None:
+def test_the_force_that_an_axis_tells_is_the_one_that_moves_it() -> None:
     ratio = 7.957747154594767e-4
     for speed in (-30.0, 0.0, 12.0):
-        force = answer(AxisDrive, "output", voltage=0.3, motor_speed=speed)[2]
+        force = answer(AnalyticalAxis, "output_drive_force", voltage=0.3, motor_speed=speed)[0]
         mass = answer(AnalyticalAxis, "output", motor_speed=speed)[3]
         assert answer(AnalyticalAxis, "derivative", voltage=0.3, motor_speed=speed)[0] * ratio == pytest.approx(force / mass, rel=1e-12)
+
+
+def test_power_is_torque_times_speed_and_the_back_emf_what_a_speed_takes_up() -> None:
+    torque, power = (answer(AnalyticalAxis, f"output_{name}", voltage=0.3, motor_speed=12.0)[0] for name in ("torque", "power"))
+    assert power == pytest.approx(12.0 * torque)
+    (takes_up,) = answer(AnalyticalAxis, "output_back_emf")
+    current = answer(AnalyticalAxis, "output_current", voltage=takes_up * 0.01, motor_speed=0.01 / 7.957747154594767e-4)
+    assert current[0] == pytest.approx(0.0, abs=1e-12)
+    assert answer(AnalyticalAxis, "output_back_emf", amplifier_gain=0.0) == (0.0,)
 
 
 def test_friction_holds_the_axis_still() -> None:

@@ -72,7 +72,7 @@ def test_both_templates_agree_but_for_the_models_of_the_drives() -> None:
     empirical, analytical = (
         yaml.safe_load((MACHINES / f"{name}.yaml").read_text()) for name in ("two_axis_lathe", "two_axis_lathe_analytical")
     )
-    models = {"x_axis", "z_axis", "spindle", "x_drive", "z_drive", "spindle_drive"}
+    models = {"x_axis", "z_axis", "spindle"}
     assert empirical["wires"].items() <= analytical["wires"].items()
     for machine in (empirical, analytical):
         machine["parts"] = {name: entry for name, entry in machine["parts"].items() if name not in models}
@@ -91,13 +91,13 @@ RESULTS = {
     "spindle velocity": ("spindle.speed", "rad/s"),
     "spindle velocity error": ("spindle_controller.error", "rad/s"),
     "spindle voltage": ("spindle_dac.voltage", "V"),
-    "spindle current": ("spindle_drive.current", "A"),
+    "spindle current": ("spindle.current", "A"),
     **{f"{axis} position": (f"{axis}_axis.position", "m") for axis in "xz"},
     **{f"{axis} velocity": (f"{axis}_axis.velocity", "m/s") for axis in "xz"},
     **{f"{axis} position error": (f"contour.{axis}_error", "m") for axis in "xz"},
     **{f"{axis} measured position error": (f"{axis}_controller.error", "m") for axis in "xz"},
     **{f"{axis} voltage": (f"{axis}_dac.voltage", "V") for axis in "xz"},
-    **{f"{axis} current": (f"{axis}_drive.current", "A") for axis in "xz"},
+    **{f"{axis} current": (f"{axis}_axis.current", "A") for axis in "xz"},
     "contour error": ("contour.contour_error", "m"),
     "cross-coupling voltage": ("cross_coupling.voltage", "V"),
 }
@@ -133,8 +133,8 @@ def test_currents_are_recorded_where_motors_are_modelled_and_friction_agrees_wit
     short = "N10 G90 G94 G71\nN20 G00 X1.0 Z1.0\nN30 G01 X2.0 F60\nN40 X1.5\n"
     machine = "two_axis_lathe_analytical"
     built_in = run(plan_of(tmp_path, registry, short, machine, "set: {x_axis.table_coulomb: 300 N}"), engine="plain")
-    assert 0.0 < np.abs(built_in["x_drive.current"]).max() <= 25.0
-    assert {"z_drive.current", "spindle_drive.current", "x_drive.force"} <= set(built_in.channels)
+    assert 0.0 < np.abs(built_in["x_axis.current"]).max() <= 25.0
+    assert {"z_axis.current", "spindle.current", "x_axis.drive_force"} <= set(built_in.channels)
     inserted = run(
         plan_of(tmp_path, registry, short, machine, "insert: [{effect: CoulombFriction, at: x_axis, level: 300 N}]"), engine="plain"
     )

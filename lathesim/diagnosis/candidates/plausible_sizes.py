@@ -46,9 +46,12 @@ def _bounds(experiment: Experiment) -> dict[str, dict[str, float]]:
     for part in experiment.machine.assembly.parts:
         ports, declarations = part.component.ports, part.component.declarations
         target = f"{part.name}.{ports.get('drive', '')}"
-        if not {"effort", "flow", "drive"} <= set(ports) or declarations[ports["drive"]].unit != declarations[ports["effort"]].unit:
+        if not {"effort", "flow", "drive"} <= set(ports):
             continue
-        if target in experiment.machine.drive:
+        pushes = declarations.get(ports.get("applied", ""), declarations[ports["drive"]])
+        if pushes.unit != declarations[ports["effort"]].unit:
+            continue
+        if target in experiment.machine.drive and pushes is declarations[ports["drive"]]:
             pushing = experiment.record[target]
         elif sources.get(target) in channels:
             pushing = experiment.sensed.channel([], [], channels.index(sources[target]))

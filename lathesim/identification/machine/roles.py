@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lathesim.component import Component
+from lathesim.component import Component, Output
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, Part
 
@@ -24,8 +24,11 @@ def acting(assembly: Assembly) -> list[tuple[str, str]]:
     for part in assembly.parts:
         ports = part.component.ports
         target = f"{part.name}.{ports.get('drive', '')}"
-        if "effort" in ports and "flow" in ports and sources.get(target):
-            found.append((target, sources[target]))
+        if not ("effort" in ports and "flow" in ports and sources.get(target)):
+            continue
+        # a part that holds its motor takes a voltage, and tells the force that this comes to
+        own = isinstance(part.component.declarations.get(ports.get("applied", "")), Output)
+        found.append((target, f"{part.name}.{ports['applied']}" if own else sources[target]))
     return found
 
 
