@@ -16,6 +16,7 @@ from textual.screen import Screen
 
 from lathesim.errors import LatheSimError
 from lathesim.tui.model.workbench import RUNS, Workbench
+from lathesim.tui.stopping import resume_only_after_a_stop
 
 if TYPE_CHECKING:
     from lathesim.tui.model.live_run import LiveRun
@@ -107,6 +108,8 @@ class LathesimApp(App[None]):
         self.set_interval(0.1, self._watch_run)
         import asyncio
 
+        if threading.current_thread() is threading.main_thread():
+            resume_only_after_a_stop()
         loop = asyncio.get_running_loop()
         for number in (signal.SIGHUP, signal.SIGTERM) if hasattr(signal, "SIGHUP") else ():
             try:
