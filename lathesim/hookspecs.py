@@ -35,6 +35,11 @@ def register_effects() -> Sequence[type[Component]]:  # type: ignore[empty-body]
 
 
 @hookspec
+def register_remedies() -> Sequence[type[Component]]:  # type: ignore[empty-body]
+    """Give remedy classes: effects that compensate another one; a lesson inserts each by its class name."""
+
+
+@hookspec
 def register_metrics() -> Sequence[Any]:  # type: ignore[empty-body]
     """Give metrics: what a number is called, its unit, how it is measured on a Record, and whether it is one ``of_cutting``."""
 
@@ -44,4 +49,4 @@ def register_recording_readers() -> Sequence[Any]:  # type: ignore[empty-body]
     """Give readers: which files each reads, and how it makes a Record of one."""
 
 
-HOOKS = ("register_components", "register_effects", "register_metrics", "register_recording_readers")
+HOOKS = ("register_components", "register_effects", "register_remedies", "register_metrics", "register_recording_readers")

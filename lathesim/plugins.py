@@ -42,6 +42,11 @@ class StockParts:
         return _stock("lathesim.effects.register", "stock_effects")
 
     @hookimpl
+    def register_remedies(self) -> list[type[Component]]:
+        """Give the stock remedies."""
+        return _stock("lathesim.effects.remedies.register", "stock_remedies")
+
+    @hookimpl
     def register_metrics(self) -> list[Any]:
         """Give the stock metrics."""
         return _stock("lathesim.analysis.register", "stock_metrics")
@@ -87,6 +92,11 @@ class Registry:
         return dict(sorted(self._collected("register_effects", _effect_fault).items()))
 
     @functools.cached_property
+    def remedies(self) -> dict[str, type[Component]]:
+        """Remedy classes by class name: what compensates an effect. A diagnosis does not look for them."""
+        return dict(sorted(self._collected("register_remedies", _remedy_fault).items()))
+
+    @functools.cached_property
     def metrics(self) -> dict[str, Any]:
         """Metrics by name, in the order in which they are shown."""
         return self._collected("register_metrics", _no_fault)
@@ -102,7 +112,9 @@ class Registry:
         return found
 
     def effect(self, name: str) -> type[Component]:
-        """Give the effect of a name; :class:`PluginError` with the nearest name where there is none."""
+        """Give the effect of a name, or the remedy; :class:`PluginError` with the nearest name where there is none."""
+        if name not in self.effects and name in self.remedies:
+            return self.remedies[name]
         found: type[Component] = self._found(name, self.effects, "effect")
         return found
 
@@ -331,6 +343,14 @@ def _effect_fault(item: Any) -> str:
 
     if not (inspect.isclass(item) and issubclass(item, Effect)):
         return f"register_effects gives {item!r}, which is no effect class."
+    return ""
+
+
+def _remedy_fault(item: Any) -> str:
+    from lathesim.effects.remedies.remedy import Remedy
+
+    if not (inspect.isclass(item) and issubclass(item, Remedy)):
+        return f"register_remedies gives {item!r}, which is no remedy class."
     return ""
 
 

@@ -11,7 +11,10 @@ from lathesim.cli.case_options import variant_option
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
+    from lathesim.compensation.remedying.promise_check import Kept
     from lathesim.diagnosis.comparison.compare import Comparison
+    from lathesim.lessons.lesson import Lesson
+    from lathesim.plugins import Registry
 
 
 @click.command()
@@ -29,13 +32,15 @@ def compare(
 
     The lesson says in 'recordings:' what the columns mean. Told are the residual of each channel over the floor (what the recording cannot
     resolve), the parts where the mismatch sits when every part gets what was recorded of its inputs, what the mismatch depends on, and the
-    lines of the residual in Hz and along the way of the parts. Nothing is fitted but the start.
+    lines of the residual in Hz and along the way of the parts. Nothing is fitted but the start. Where LESSON was written by 'lathesim
+    remedy', its promise is held against the result.
     """
     import json
     import os
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+    from lathesim.analysis.display_unit import shown_with_unit
     from lathesim.diagnosis.comparison.compare import as_json as json_of
     from lathesim.diagnosis.comparison.compare import compare as compared
     from lathesim.diagnosis.comparison.compare import load_recording
@@ -45,14 +50,35 @@ def compare(
     registry = open_registry(plugin_folders)
     loaded = load_lesson(lesson)
     comparison = compared(loaded.name, *load_recording(loaded, recording, registry, variant))
+    kept = _promises(loaded, recording, registry)
     figure = None if no_plots else _drawn(comparison, (out or Path("lathesim_runs") / loaded.name) / f"{recording.stem}_compared.png")
     if as_json:
-        click.echo(json.dumps({**json_of(comparison), "figure": str(figure) if figure else None}, indent=2))
+        click.echo(
+            json.dumps(
+                {
+                    **json_of(comparison),
+                    "figure": str(figure) if figure else None,
+                    "promises": [vars(item) | {"holds": item.holds} for item in kept],
+                },
+                indent=2,
+            )
+        )
         return
     for line in comparison_lines(comparison):
         click.echo(line)
+    for item in kept:
+        sizes = [shown_with_unit(value, item.unit) for value in (item.before, item.low, item.high, item.result)]
+        click.echo(f"{item.name}: {sizes[0]} before, promised {sizes[1]} to {sizes[2]}, now {sizes[3]}: {item.told}")
     if figure is not None:
         click.echo(f"\nSee {figure}")
+
+
+def _promises(lesson: Lesson, recording: Path, registry: Registry) -> list[Kept]:
+    """Return what a remedied lesson promised, held against the recording; nothing where no promise stands beside it."""
+    from lathesim.compensation.remedying.promise_check import kept_promises, promise_beside
+
+    promise = promise_beside(lesson)
+    return kept_promises(lesson, recording, registry, promise) if promise is not None else []
 
 
 def _drawn(comparison: Comparison, path: Path) -> Path:

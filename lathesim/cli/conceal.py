@@ -14,7 +14,9 @@ VALIDATION = "validation"
 
 
 @click.command()
-@click.argument("lesson")
+@click.argument("lesson", required=False)
+@click.option("--again", "again", type=click.Path(path_type=Path), metavar="ANSWER.json", help="Record the machine of this answer again.")
+@click.option("--lesson", "remedied", metavar="LESSON", help="With --again: the lesson with remedies that is on its control now.")
 @click.option(
     "--effect", "asked", multiple=True, metavar="NAME[:PARAMETER=VALUE,...][@PART]",
     help="What is hidden, for example CoulombFriction:level=20 N@x_axis; several times for several, 'none' for nothing.",
@@ -30,7 +32,9 @@ VALIDATION = "validation"
 @click.option("--seed", type=click.IntRange(min=0), help="Draw the same again [default: drawn, and kept in the answer].")
 @plugins_option
 def conceal(
-    lesson: str,
+    lesson: str | None,
+    again: Path | None,
+    remedied: str | None,
     asked: tuple[str, ...],
     at_random: bool,
     out: Path,
@@ -41,7 +45,7 @@ def conceal(
     seed: int | None,
     plugin_folders: tuple[Path, ...],
 ) -> None:
-    """Hide an effect in the machine of LESSON, record it, and seal the answer.
+    """Hide an effect in the machine of LESSON, record it, and seal the answer; or record a concealed machine again, with a remedy.
 
     DIR gets recording.csv, with --validate a second one, the lesson for the class, and seal.json with the digest of the answer. The machine
     behind the recording has other values within what the lesson calls uncertain, noisy sensors, and is run by another integrator with a
@@ -50,6 +54,15 @@ def conceal(
     from lathesim.exercises.conceal_case import conceal_case
     from lathesim.lessons.lesson import load_lesson
 
+    if again is not None:
+        if remedied is None or lesson is not None or asked or at_random:
+            raise click.UsageError(
+                "--again takes --lesson and --out, and hides nothing else: conceal --again ANSWER.json --lesson L.yaml --out DIR."
+            )
+        _record_again(again, remedied, out, plugin_folders)
+        return
+    if lesson is None or remedied is not None:
+        raise click.UsageError("Name the LESSON in whose machine something is hidden; --lesson goes with --again.")
     if at_random == bool(asked):
         raise click.UsageError("Say what is hidden with --effect, or leave it to --random.")
     if "none" in asked and len(asked) > 1:
@@ -69,6 +82,21 @@ def conceal(
         tell=lambda sentence: click.echo(sentence, err=True),
     )
     _tell(published.answer, [str(file) for file in published.files], str(published.answer_file), concealed.moves)
+
+
+def _record_again(answer: Path, lesson: str, out: Path, plugin_folders: tuple[Path, ...]) -> None:
+    """Record the concealed machine with a remedied lesson, and tell what the remedies removed."""
+    from lathesim.analysis.display_unit import shown_with_unit
+    from lathesim.exercises.again import record_again
+    from lathesim.lessons.lesson import load_lesson
+
+    result = record_again(answer, load_lesson(lesson), open_registry(plugin_folders), out)
+    for name, before in result.before.items():
+        told = f"{shown_with_unit(before, 'm')} before, {shown_with_unit(result.after[name], 'm')} after"
+        share = result.removed.get(name)
+        removed = f": {100.0 * share:.1f} % of what the hidden effects added is removed" if share is not None else ""
+        click.echo(f"{name} is off the sound machine by {told}{removed}")
+    click.echo(f"See {', '.join(map(str, result.files))}")
 
 
 def _tell(answer: object, files: list[str], answer_file: str, moves: object) -> None:

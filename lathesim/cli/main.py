@@ -47,6 +47,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "diagnose": ("lathesim.cli.diagnose:diagnose", "Name the physics that a simulation left out."),
     "conceal": ("lathesim.cli.conceal:conceal", "Make a recording with an effect hidden in it."),
     "reveal": ("lathesim.cli.reveal:reveal", "Open the sealed answer of a concealed recording."),
+    "train": ("lathesim.cli.train:train", "Find the weights of a neural regulator."),
+    "learn": ("lathesim.cli.learn:learn", "Learn from lap to lap what makes a lesson's part better."),
+    "remedy": ("lathesim.cli.remedy:remedy", "Go from a diagnosis to its compensation, with a promise."),
+    "circle": ("lathesim.cli.circle:circle", "Run the circular test of ISO 230-4 on a lesson."),
     "bench": ("lathesim.cli.bench:bench", "Measure how fast this machine simulates."),
     "warm": ("lathesim.cli.warm:warm", "Compile what the lessons need, ahead of the first run."),
 }

@@ -53,6 +53,17 @@ STOCK = {
     "DriveElectronics": "closed_controller.drive_loops",
     "MotorSlide": "closed_controller.drive_loops",
     "ControllerTuning": "closed_controller.controller_tuning",
+    "CircleReference": "contour.circle_reference",
+    "FreePathInterpolator": "contour.free_path",
+    "FootPoint": "contour.foot_point",
+    "FreeFootPoint": "contour.foot_point",
+    "FeedforwardController": "contour.feedforward_controller",
+    "VariableGainCoupling": "contour.variable_gain_coupling",
+    "TaskFrameController": "contour.task_frame_controller",
+    "CoordinatedSpeed": "contour.coordinated_speed",
+    "NeuralRegulator": "contour.neural_regulator",
+    "ZeroPhasePrefilter": "contour.zero_phase_prefilter",
+    "PredictiveController": "contour.predictive_controller",
 }
 """Class name -> the file it stands in."""
 

@@ -46,8 +46,10 @@ class Batch:
     noisy: bool = True
     steps_per_sample: int = 0
 
-    def run(self, names: Sequence[str], values: FloatArray, reduce: Reduce = np.copy) -> list[Any]:
-        """Run all members and give their results in order."""
+    def run(
+        self, names: Sequence[str], values: FloatArray, reduce: Reduce = np.copy, tables: Mapping[str, Sequence[FloatArray]] | None = None
+    ) -> list[Any]:
+        """Run all members and give their results in order; ``tables`` gives ``part.table`` another array for each member."""
         plan = self.plan
         members = np.atleast_2d(np.asarray(values, dtype=float))
         positions = [plan.settable(name) for name in names]
@@ -60,6 +62,7 @@ class Batch:
         period = plan.assembly.sample_period
         steps = self.steps_per_sample or plan.steps_per_sample
         step = period / steps if self.steps_per_sample else plan.assembly.step
+        places = {list(plan.tables).index(name): given for name, given in (tables or {}).items()}
         results: list[Any] = [None] * len(members)
         turns = iter(range(len(members)))
 
@@ -68,8 +71,12 @@ class Batch:
             record = np.zeros((self.samples, len(plan.channels)))
             for turn in turns:
                 live = _member(base, positions, members[turn])
+                own = tuple(
+                    np.ascontiguousarray(places[place][turn], dtype=float) if place in places else table
+                    for place, table in enumerate(live.tables)
+                )
                 done = module.run_block(
-                    0, self.samples, period, step, steps, live.parameters, live.states, live.discrete, live.memories, live.tables, noise,
+                    0, self.samples, period, step, steps, live.parameters, live.states, live.discrete, live.memories, own, noise,
                     record.reshape(-1),
                 )  # fmt: skip
                 record[abs(done) :] = np.nan

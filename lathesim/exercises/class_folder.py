@@ -52,7 +52,7 @@ def publish(lesson: Lesson, concealed: Concealed, folder: Path, answer_file: Pat
         time_unit = lesson.settings.recordings.time.unit if lesson.settings.recordings is not None else "s"
         time_name = _time_name(lesson)
         for file, time, table in zip(files, concealed.times, concealed.tables, strict=True):
-            file.write_text(_csv(time, time_name, time_unit, concealed.columns, table), encoding="utf-8")
+            file.write_text(csv_text(time, time_name, time_unit, concealed.columns, table), encoding="utf-8")
         entry = recordings_entry(lesson, list(concealed.columns))
         (folder / "lesson.yaml").write_text(class_lesson(lesson, entry), encoding="utf-8")
         beside = [Path(shutil.copyfile(path, folder / path.name)) for path in files_beside(lesson)]
@@ -72,7 +72,7 @@ def _time_name(lesson: Lesson) -> str:
     return recordings.time.column if recordings is not None and recordings.time.column is not None else TIME
 
 
-def _csv(time: FloatArray, time_name: str, time_unit: str, columns: tuple[LoggedColumn, ...], table: FloatArray) -> str:
+def csv_text(time: FloatArray, time_name: str, time_unit: str, columns: tuple[LoggedColumn, ...], table: FloatArray) -> str:
     """Return the recording as text: a header with names and units, one row a sample."""
     header = ",".join([f"{time_name} [{time_unit}]", *[f"{column.name} [{column.unit}]" for column in columns]])
     texts = [[f"{value:.9g}" for value in time / si_factor(time_unit)[0]]]

@@ -103,7 +103,7 @@ def conceal(
     given are drawn until the effect is seen; raises :class:`NotSeenError` where none is.
     """
     rng = np.random.default_rng([seed, 1])
-    machines = [_Machine(situation, columns, wishes, noise) for situation in situations]
+    machines = [Machine(situation, columns, wishes, noise) for situation in situations]
     true_values = {name: _drawn(machines[0].plan, name, deviation, rng) for name, deviation in uncertain.items()}
     baseline = {name: item.true for name, item in true_values.items()}
     columns = machines[0].with_resolution(columns, baseline)
@@ -112,19 +112,23 @@ def conceal(
     records = [machine.run(overrides, seed + position) for position, machine in enumerate(machines)]
     tables = []
     for position, (machine, record) in enumerate(zip(machines, records, strict=True)):
-        tables.append(_logged(record, machine, columns, noise, seed + position))
+        tables.append(logged(record, machine, columns, noise, seed + position))
     return Concealed(hidden, tuple(columns), tuple(record.time for record in records), tuple(tables), true_values, moves)
 
 
-class _Machine:
+class Machine:
     """The true machine in one situation, made ready to be run with other values."""
 
-    def __init__(self, situation: Situation, columns: Sequence[LoggedColumn], wishes: Sequence[Wish], noise: float) -> None:
+    def __init__(
+        self, situation: Situation, columns: Sequence[LoggedColumn], wishes: Sequence[Wish], noise: float, further: Sequence[str] = ()
+    ) -> None:
         driven = drive(situation.assembly, situation.signals) if situation.signals else situation.assembly
         placed, self.hidden = place_wishes(driven, wishes, [column.target for column in columns if column.role == "compare"])
         noisy = _with_noise(placed, columns, noise)
         self.channels = [seen(placed, column.channel) for column in columns]
-        self.plan = fine_plan(replace(noisy, record=tuple(dict.fromkeys(self.channels))))
+        self.extra = {name: seen(placed, name) for name in further}
+        """Further outputs, and the channels by which they are recorded."""
+        self.plan = fine_plan(replace(noisy, record=tuple(dict.fromkeys((*self.channels, *self.extra.values())))))
         self.duration = situation.duration
 
     def run(self, overrides: Mapping[str, float], seed: int) -> Record:
@@ -173,7 +177,7 @@ def _neutral(hidden: Sequence[Hidden]) -> dict[str, float]:
 
 
 def _sized(
-    machine: _Machine, columns: Sequence[LoggedColumn], baseline: Mapping[str, float], rng: np.random.Generator, noise: float
+    machine: Machine, columns: Sequence[LoggedColumn], baseline: Mapping[str, float], rng: np.random.Generator, noise: float
 ) -> tuple[tuple[Hidden, ...], dict[str, float]]:
     """Return the hidden effects with their values, and by how many floors they move each compared channel together."""
     if not machine.hidden:
@@ -204,7 +208,7 @@ def _sized(
 
 
 def _moves(
-    machine: _Machine, columns: Sequence[LoggedColumn], without: Record, record: Record, floors: Mapping[str, float]
+    machine: Machine, columns: Sequence[LoggedColumn], without: Record, record: Record, floors: Mapping[str, float]
 ) -> dict[str, float]:
     """Return by how many floors each compared channel moves; the floor holds what the sensors' noise makes of it in the loop."""
     moved = {}
@@ -216,7 +220,7 @@ def _moves(
     return moved
 
 
-def _is_broken(machine: _Machine, columns: Sequence[LoggedColumn], without: Record, record: Record) -> bool:
+def _is_broken(machine: Machine, columns: Sequence[LoggedColumn], without: Record, record: Record) -> bool:
     """Return whether an effect is so large that the machine no longer does its work."""
     for column, channel in zip(columns, machine.channels, strict=True):
         count = min(len(without), len(record))
@@ -226,7 +230,7 @@ def _is_broken(machine: _Machine, columns: Sequence[LoggedColumn], without: Reco
     return False
 
 
-def _logged(record: Record, machine: _Machine, columns: Sequence[LoggedColumn], noise: float, seed: int) -> FloatArray:
+def logged(record: Record, machine: Machine, columns: Sequence[LoggedColumn], noise: float, seed: int) -> FloatArray:
     """Return what the logger writes down, shape (columns, samples) [SI]."""
     rows = []
     for position, (column, channel) in enumerate(zip(columns, machine.channels, strict=True)):

@@ -16,6 +16,7 @@ from lathesim.errors import LessonError, nearest
 from lathesim.lessons.case import Case, Given, Insertion, case_of
 from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.part_tables import table_of
 from lathesim.lessons.part_values import no_item, placed_at, si_value, take_value
 from lathesim.lessons.program_path import limits_of, path_of_program, start_of
 from lathesim.plugins import Registry
@@ -67,6 +68,7 @@ class _Placed:
         replaced = case.replace.get(name)
         units = {**entry.units, **case.units.get(name, {})}
         self.name = name
+        self.case = case
         self.entry = entry
         self.every = case.every.get(name, entry.every)
         with placed_at(source.place((*location, "component"))):
@@ -95,8 +97,18 @@ class _Placed:
     def part(self, path: FloatArray | None) -> Part:
         """Give the engine's part; a table called ``path`` is the path of the part program."""
         tables = {name: path for name in self.component.declared(Table) if name == "path" and path is not None}
+        tables |= _tables(self.case, self.name, self.component)
         lengths = {name: length for name, length in self.entry.memory.items() if name in self.component.declared(Memory)}
         return Part(self.name, self.component, self.parameters, self.start, tables, lengths, self.every)
+
+
+def _tables(case: Case, part: str, component: type[Component]) -> dict[str, FloatArray]:
+    """Give the tables of a part that the lesson names as files."""
+    named = {target.partition(".")[2]: given for target, given in case.tables.items() if target.partition(".")[0] == part}
+    for name, given in named.items():
+        if name not in component.declared(Table):
+            raise no_item(part, component, name, (Table,), "table", given.key_place)
+    return {name: table_of(given, component, name, case.lesson.path.parent) for name, given in named.items()}
 
 
 def _means_the_same(old: type[Component], new: type[Component], item: str) -> bool:
@@ -196,7 +208,7 @@ def _path(case: Case, parts: Mapping[str, _Placed]) -> FloatArray | None:
         fact = f"{walkers[0]} walks along a path, and the lesson names no part program."
         raise LessonError(fact, place=str(case.lesson.path), remedy="Write 'program: ...', or give --program.")
     machine = case.lesson.machine
-    limits, start = limits_of(machine), start_of(machine)
+    limits, start = limits_of(machine), start_of(machine, case.lesson)
     return path_of_program(case.program, case.lesson.settings.dialect, limits, start).table
 
 
@@ -235,7 +247,8 @@ def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registr
     start: dict[str, float] = {}
     for key, given in values.items():
         take_value(insertion.part_name, own.component, key, given, parameters, start)
-    with_values = dataclasses.replace(own, parameters={**own.parameters, **parameters}, start=start)
+    tables = _tables(case, insertion.part_name, own.component)
+    with_values = dataclasses.replace(own, parameters={**own.parameters, **parameters}, start=start, tables={**own.tables, **tables})
     return dataclasses.replace(placed, parts=tuple(with_values if part is own else part for part in placed.parts))
 
 

@@ -66,6 +66,7 @@ class Case:
     wires: Mapping[str, Given]
     every: Mapping[str, int]
     every_given: Mapping[str, Given]
+    tables: Mapping[str, Given]
     insert: tuple[Insertion, ...]
 
 
@@ -79,7 +80,7 @@ def case_of(
     layers: list[tuple[Changes, Location]] = [(lesson.settings, ())]
     if variant is not None:
         layers.append((_variant(lesson, variant), ("variants", variant)))
-    changed: dict[str, dict[str, Given]] = {"set": {}, "replace": {}, "wires": {}}
+    changed: dict[str, dict[str, Given]] = {"set": {}, "replace": {}, "wires": {}, "tables": {}}
     parts = {name: PartOfCase(entry, lesson.machine.source, ("parts", name)) for name, entry in lesson.machine.settings.parts.items()}
     units: dict[str, dict[str, str]] = {}
     every: dict[str, int] = {}
@@ -114,6 +115,7 @@ def case_of(
         wires=changed["wires"],
         every=every,
         every_given=every_given,
+        tables=changed["tables"],
         insert=tuple(inserted),
     )
 
@@ -149,7 +151,9 @@ def _given(lesson: Lesson, value: str, location: Location) -> Given:
 
 def _insertion(lesson: Lesson, entry: InsertEntry, location: Location) -> Insertion:
     further = {name: _given(lesson, value, (*location, name)) for name, value in (entry.__pydantic_extra__ or {}).items()}
-    places = {key: lesson.source.place((*location, key)) for key in ("effect", "at", "name")}
+    places = {key: lesson.source.place((*location, key)) for key in ("at", "name")}
+    written = next((key for key in ("effect", "remedy") if (*location, key) in lesson.source.values), "effect")
+    places["effect"] = lesson.source.place((*location, written))
     return Insertion(entry, entry.name or effect_part_name(entry.at, entry.effect), further, places)
 
 

@@ -55,6 +55,9 @@ def changed_lesson(
         recording["file"] = _way(lesson.path.parent / recording["file"], folder)
     shipped = {path.resolve() for path in shipped_files("part_programs", "*")}
     for changes in (data, *data.get("variants", {}).values()):
+        for name, file in changes.get("tables", {}).items():
+            if (lesson.path.parent / file).is_file():
+                changes["tables"][name] = _way(lesson.path.parent / file, folder)
         if "program" in changes:
             found = find_program(changes["program"], lesson.path.parent)
             if found is not None:

@@ -10,11 +10,12 @@ import yaml
 
 from lathesim.lessons.case import case_of
 from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.part_tables import table_file
 from lathesim.shipped import shipped_files
 
 _KEPT = (
     "lesson", "text", "try", "machine", "dialect", "engine", "program", "duration", "sample_period", "step", "add", "units", "set",
-    "replace", "wires", "every", "insert", "record", "recordings", "uncertain",
+    "replace", "wires", "every", "tables", "start_point", "insert", "record", "recordings", "uncertain",
 )  # fmt: skip
 """Keys that a class lesson has, in this order; variants, goals and published values stay behind."""
 
@@ -44,6 +45,8 @@ def class_lesson(lesson: Lesson, recordings: Mapping[str, Any]) -> str:
     program = case_of(lesson).program
     if program is not None:
         data["program"] = program.name
+    if "tables" in data:
+        data["tables"] = {name: Path(file).name for name, file in data["tables"].items()}
     kept = {name: data[name] for name in _KEPT if name in data}
     return str(yaml.dump(kept, Dumper=_Writer, sort_keys=False, allow_unicode=True, width=120))
 
@@ -52,4 +55,6 @@ def files_beside(lesson: Lesson) -> list[Path]:
     """Give the files that must lie beside a class lesson: its machine template and part program where they did not come with lathesim."""
     shipped = {path.resolve() for path in (*shipped_files("lesson_configs", "machines/*.yaml"), *shipped_files("part_programs", "*"))}
     program = case_of(lesson).program
-    return [path for path in (lesson.machine.path, program) if path is not None and path.resolve() not in shipped]
+    tables = [table_file(given.value, lesson.path.parent) for given in case_of(lesson).tables.values()]
+    files = [path for path in (lesson.machine.path, program) if path is not None and path.resolve() not in shipped]
+    return files + list(dict.fromkeys(file for file in tables if file is not None))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.lessons.case import Given
-from lathesim.lessons.lesson import Machine
+from lathesim.lessons.lesson import Lesson, Machine
 from lathesim.lessons.part_values import si_value
 from lathesim.path_columns import (
     CONSTANT_SURFACE_SPEED,
@@ -40,8 +40,13 @@ def limits_of(machine: Machine) -> Limits:
     return Limits(**{name: _value(machine, ("travel", name), text, units[name]) for name, text in written.items() if text is not None})
 
 
-def start_of(machine: Machine) -> tuple[float, float] | None:
-    """Give the start point (x, z) [m] of a machine template, or none where it leaves it to the dialect."""
+def start_of(machine: Machine, lesson: Lesson | None = None) -> tuple[float, float] | None:
+    """Give the start point (x, z) [m] of a lesson or of its machine template, or none where both leave it to the dialect."""
+    if lesson is not None and lesson.settings.start_point is not None:
+        own = lesson.settings.start_point
+        places = {axis: lesson.source.place(("start_point", axis)) for axis in ("x", "z")}
+        x, z = (si_value(Given(getattr(own, axis), place, place), "m") for axis, place in places.items())
+        return x, z
     point = machine.settings.start_point
     if point is None:
         return None

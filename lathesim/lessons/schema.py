@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from lathesim.lessons.yaml_source import kind_of
@@ -100,7 +100,7 @@ class InsertEntry(BaseModel):
 
     model_config = ConfigDict(extra="allow", frozen=True)
     __pydantic_extra__: dict[str, Quantity]
-    effect: Text
+    effect: Text = Field(validation_alias=AliasChoices("effect", "remedy"), description="an effect, or a remedy")
     at: Text = Field(description="a part, or part.name: an input, parameter or output")
     name: Text = ""
     every: Count = 1
@@ -210,6 +210,7 @@ class Changes(_Model):
     insert: list[InsertEntry] = Field(default_factory=list, description="effects, in the order in which they act")
     wires: dict[PartItem, Quantity] = Field(default_factory=dict, description="input -> part.output or a quantity; adds or replaces a wire")
     every: dict[str, Count] = Field(default_factory=dict, description="part -> sampled at each n-th sample instant")
+    tables: dict[PartItem, Text] = Field(default_factory=dict, description="part.table -> CSV file of numbers, beside the lesson")
 
 
 class Variant(Changes):
@@ -236,6 +237,7 @@ class LessonSettings(Changes):
     published: dict[str, Quantity] = Field(default_factory=dict)
     variants: dict[str, Variant] = Field(default_factory=dict)
     goals: list[Goal] = Field(default_factory=list)
+    start_point: StartPoint | None = Field(default=None, description="where the tool stands at first, instead of the machine's")
     recordings: Recordings | None = None
     tool_point: ToolPointEntry | None = Field(default=None, description="modes and cut, for 'lathesim lobes'")
     uncertain: dict[PartItem, Quantity] = Field(default_factory=dict, description="one standard deviation, as '5 %' or a quantity")

@@ -16,6 +16,7 @@ TOPICS = (
     "stability",
     "live",
     "diagnosis",
+    "contour",
     "reliability",
     "plugins",
     "speed",

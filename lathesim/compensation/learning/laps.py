@@ -1,0 +1,162 @@
+"""The laps of a lesson: its machine with a correction for each axis, run as often as is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lathesim.component import Parameter
+from lathesim.effects.effect import Effect
+from lathesim.effects.remedies.learned import LearnedCorrection
+from lathesim.effects.remedies.remedy import Remedy
+from lathesim.engine.assembly import FloatArray
+from lathesim.engine.batch import Batch
+from lathesim.engine.run import run
+from lathesim.engine.wiring import wire
+from lathesim.errors import LessonError
+from lathesim.identification.machine.position_loops import Loop, level_of, one_or_more, resolution_of
+from lathesim.lessons.insertion import Machinery, insert_effect
+from lathesim.lessons.simulate import Prepared
+
+CONTOUR = ("contour.contour_error", ".contour_error")
+_FINEST_BITS = 32.0
+
+
+@dataclass(frozen=True)
+class Lap:
+    """One lap: errors of the axes as their sensors see them [m], shape (axes, samples), and the distance from the path [m]."""
+
+    errors: FloatArray
+    contour: FloatArray
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the tracking error of all axes together [m]."""
+        return float(np.sqrt(np.mean(np.sum(self.errors**2, axis=0))))
+
+    @property
+    def largest(self) -> float:
+        """Largest distance from the path [m]."""
+        return float(np.max(np.abs(self.contour)))
+
+    @property
+    def rms_contour(self) -> float:
+        """Root mean square of the distance from the path [m]."""
+        return float(np.sqrt(np.mean(self.contour**2)))
+
+
+@dataclass(frozen=True)
+class Course:
+    """A machine made ready for laps of ``samples`` samples; ``what`` is "voltage" or "reference", to which corrections are added."""
+
+    loops: tuple[Loop, ...]
+    machinery: Machinery
+    batch: Batch
+    what: str
+    samples: int
+    period: float
+    tables: tuple[str, ...]
+    normals: tuple[int, ...]
+
+    def lap(self, corrections: FloatArray, overrides: Mapping[str, float] | None = None) -> Lap:
+        """Run a lap with a correction for each axis, shape (axes, samples)."""
+        names, values = list(overrides or {}), np.array([list((overrides or {}).values())])
+        given = {name: [corrections[place][:, None]] for place, name in enumerate(self.tables)}
+        record = np.asarray(self.batch.run(names, values, np.copy, given)[0])
+        asked, read = self._rows("reference"), self._rows("reading")
+        errors = record[asked] - record[read]
+        place = self._contour()
+        contour = record[place] if place is not None else np.sqrt(np.sum(errors**2, axis=0))
+        good = np.all(np.isfinite(errors), axis=0) & np.isfinite(contour)
+        return (
+            Lap(np.where(good, errors, 0.0), np.where(good, contour, 0.0)) if good.sum() > 0.5 * self.samples else _broken(errors, contour)
+        )
+
+    def tables_of(self, corrections: FloatArray) -> FloatArray:
+        """Return where the tables are in a lap with corrections, shape (axes, samples) [m]."""
+        given = {name: [corrections[place][:, None]] for place, name in enumerate(self.tables)}
+        record = np.asarray(self.batch.run([], np.zeros((1, 0)), np.copy, given)[0])
+        return np.asarray(np.nan_to_num(record[self._rows("table")]))
+
+    def references(self) -> FloatArray:
+        """Return what is asked of the axes without correction, shape (axes, samples) [m]."""
+        given = {name: [np.zeros((self.samples, 1))] for name in self.tables}
+        record = np.asarray(self.batch.run([], np.zeros((1, 0)), np.copy, given)[0])
+        return np.asarray(record[self._rows("reference")])
+
+    def axes_of_path(self) -> list[str]:
+        """Return the word of each axis in a part program: by the output of the reference that it follows."""
+        return ["Z" if loop.reference.rpartition(".")[2].startswith("z") else "X" for loop in self.loops]
+
+    def across(self, errors: FloatArray, corrections: FloatArray) -> FloatArray:
+        """Return only the part of the errors across the path, where the machine tells the normal."""
+        if len(self.normals) != len(self.loops):
+            return errors
+        given = {name: [corrections[place][:, None]] for place, name in enumerate(self.tables)}
+        record = np.asarray(self.batch.run([], np.zeros((1, 0)), np.copy, given)[0])
+        normal = np.nan_to_num(record[list(self.normals)])
+        return np.asarray(normal * np.sum(normal * errors, axis=0))
+
+    def exact(self) -> dict[str, float]:
+        """Return the values with which converters and encoders count as fine as they can and no effect acts: for the frequency response."""
+        found: dict[str, float] = {}
+        for part in self.machinery.parts:
+            if issubclass(part.component, Effect) and not issubclass(part.component, Remedy):
+                found |= {f"{part.name}.{name}": value for name, value in part.component.neutral.items()}
+            parameters = part.component.declared(Parameter)
+            if "bits" in parameters and "smallest_voltage" in parameters:
+                found[f"{part.name}.bits"] = _FINEST_BITS
+            name = part.component.ports.get("resolution", "")
+            if name in parameters:
+                found[f"{part.name}.{name}"] = 0.0
+        return {name: value for name, value in found.items() if name not in self.batch.plan.feeds}
+
+    def floors(self) -> tuple[float, float]:
+        """Return one level of the coarsest converter [V] and one count of the coarsest encoder [m]."""
+        levels = [level_of(self.machinery, loop.converter) for loop in self.loops]
+        counts = [resolution_of(self.machinery, loop.sensor) for loop in self.loops]
+        return max(levels, default=0.0), max(counts, default=0.0)
+
+    def _rows(self, what: str) -> list[int]:
+        channels = self.batch.plan.channels
+        return [channels.index(getattr(loop, what)) for loop in self.loops]
+
+    def _contour(self) -> int | None:
+        channels = self.batch.plan.channels
+        if CONTOUR[0] in channels:
+            return channels.index(CONTOUR[0])
+        return next((place for place, name in enumerate(channels) if name.endswith(CONTOUR[1])), None)
+
+
+def _broken(errors: FloatArray, contour: FloatArray) -> Lap:
+    return Lap(np.full_like(errors, np.inf), np.full_like(contour, np.inf))
+
+
+def course_of(prepared: Prepared, what: str) -> Course:
+    """Return the course of a prepared lesson, as long as its program runs; raises :class:`LessonError` where no axis is controlled."""
+    place = str(prepared.case.lesson.path)
+    loops = one_or_more(prepared.machinery, place)
+    machinery = replace(prepared.machinery, record=None)
+    first = run(wire(machinery), duration=prepared.duration, seed=prepared.case.seed, expected_time=prepared.expected_time)
+    samples = len(first)
+    if samples < 8:
+        raise LessonError(f"the lap has {samples} samples, too few to learn from.", place=place)
+    tables = []
+    for loop in loops:
+        controller = next(part for part in machinery.parts if part.name == loop.controller)
+        port = controller.component.ports["reading" if what == "voltage" else "drive"]
+        name = f"{loop.controller}_learned"
+        machinery = insert_effect(machinery, LearnedCorrection, f"{loop.controller}.{port}", name=name)
+        tables.append(f"{name}.samples")
+    parts = tuple(
+        replace(part, tables={**part.tables, "samples": np.zeros((samples, 1))}) if f"{part.name}.samples" in tables else part
+        for part in machinery.parts
+    )
+    machinery = replace(machinery, parts=parts, record=None)
+    plan = wire(replace(machinery, finish=""))
+    batch = Batch(plan, samples, seed=prepared.case.seed)
+    normals = [f"{part}.normal_{axis}" for axis in ("x", "z") for part in ("contour",)]
+    places = tuple(plan.channels.index(name) for name in normals if name in plan.channels)
+    return Course(loops, machinery, batch, what, samples, machinery.sample_period, tuple(tables), places)

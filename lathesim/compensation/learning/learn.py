@@ -1,0 +1,91 @@
+"""``learn``: laps with corrections that each lap's errors improve, stopped where nothing is left to learn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.compensation.learning.laps import Course, Lap
+from lathesim.compensation.learning.response import Filter
+from lathesim.engine.assembly import FloatArray
+
+Tell = Callable[[str], None]
+_PARTS = 12.0
+"""Square of a level over the variance of what rounding to it adds."""
+_WORST_OF = 4.0
+"""Standard deviations that the largest of some thousand samples lies away."""
+_NO_BETTER = 0.97
+"""Share of the error of the lap before to which a lap must bring it."""
+_DIVERGED = 3.0
+"""Times the first lap's error from which on the learning diverges."""
+
+
+@dataclass(frozen=True)
+class Learning:
+    """The laps (the first without correction), the best of them, its corrections, the filter, and why it stopped.
+
+    ``floor`` is the tracking error [m] that rounding by converter and encoder leaves, whatever is learned.
+    """
+
+    laps: tuple[Lap, ...]
+    best: int
+    corrections: FloatArray
+    filter: Filter
+    floor: float
+    why: str
+    never: float = 0.0
+    """Root mean square of what the low-pass never learns [m]."""
+
+    @property
+    def predicted(self) -> list[float]:
+        """The most that each lap's error may be [m]:  bound times that of the lap before, what is never learned, and the floor."""
+        return [self.filter.bound * lap.rms + self.never + self.floor for lap in self.laps[:-1]]
+
+    @property
+    def contractions(self) -> list[float]:
+        """The error of each lap over that of the lap before."""
+        return [after.rms / before.rms for before, after in zip(self.laps, self.laps[1:], strict=False)]
+
+
+def learn(course: Course, chosen: Filter, laps: int, *, on: str = "axis", tell: Tell = lambda text: None) -> Learning:
+    """Run up to ``laps`` laps with corrections after the first; ``on`` is "axis", or "contour" to learn from the part across the path.
+
+    It stops where a lap is no better and the floor is near, or where it diverges; the best lap's corrections are kept.
+    """
+    corrections = np.zeros((len(course.loops), course.samples))
+    level, count = course.floors()
+    floor = float(np.hypot(level * chosen.answer, count) * np.sqrt(len(course.loops) / _PARTS))
+    done = [course.lap(corrections)]
+    kept = [corrections]
+    why = f"all {laps} laps are run"
+    for number in range(1, laps + 1):
+        errors = done[-1].errors
+        if on == "contour":
+            errors = course.across(errors, kept[-1])
+        corrections = chosen.applied(kept[-1], errors)
+        lap = course.lap(corrections)
+        tell(f"lap {number} of {laps}: largest distance from the path {1e3 * lap.largest:.4g} mm")
+        done.append(lap)
+        kept.append(corrections)
+        if not np.isfinite(lap.rms) or lap.rms > _DIVERGED * done[0].rms or lap.rms > _DIVERGED * min(item.rms for item in done):
+            why = f"lap {number} is worse than the first by far: the learning diverges"
+            break
+        if lap.rms > _NO_BETTER * done[-2].rms:
+            why = _no_better(number, lap, floor, level, count)
+            break
+    measure = [lap.largest if on == "contour" else lap.rms for lap in done]
+    best = int(np.nanargmin(measure))
+    never = float(np.sqrt(np.mean(np.sum(chosen.left_out(done[0].errors) ** 2, axis=0))))
+    return Learning(tuple(done), best, kept[best], chosen, floor, why, never)
+
+
+def _no_better(number: int, lap: Lap, floor: float, level: float, count: float) -> str:
+    told = f"lap {number} is no better than the one before"
+    if lap.rms > 10.0 * _WORST_OF * max(floor, 1e-15):
+        return f"{told}, though the floor of converter and encoder is far below: what is left is not the same in each lap"
+    what = f"one level of the converter is {1e3 * level:.3g} mV" if level > 0.0 else ""
+    fine = f"one count of the encoder {1e6 * count:.3g} um" if count > 0.0 else ""
+    cause = " and ".join(text for text in (what, fine) if text)
+    return f"{told}: {cause}, which alone leaves a tracking error of {1e6 * floor:.3g} um" if cause else told

@@ -1,0 +1,207 @@
+"""The machine as it was diagnosed, with effects and remedies on it, run as often as is needed."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.component import Output, Parameter
+from lathesim.effects.effect import Effect
+from lathesim.effects.remedies.remedy import Remedy
+from lathesim.engine.assembly import FloatArray
+from lathesim.engine.batch import Batch
+from lathesim.engine.run import run
+from lathesim.engine.wiring import wire
+from lathesim.errors import LessonError
+from lathesim.identification.machine.position_loops import Loop, one_or_more
+from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.lessons.insertion import Machinery
+from lathesim.lessons.lesson import Lesson, lesson_from_text
+from lathesim.lessons.part_tables import write_table
+from lathesim.lessons.simulate import Prepared, prepare
+from lathesim.plugins import Registry
+
+CONTOUR = "contour.contour_error"
+_FINEST_BITS = 32.0
+
+
+@dataclass(frozen=True)
+class Line:
+    """A remedy as a lesson inserts it: its class, where it sits, its name, its values as a lesson writes them, and the tables it needs.
+
+    ``answers`` names the effects of the diagnosis that it is there for; ``tuned`` are parameters that the simulation finds, and
+    ``one_sided`` those of which too much is worse than too little.
+    """
+
+    remedy: str
+    at: str
+    name: str
+    values: Mapping[str, float] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
+    tables: Mapping[str, tuple[tuple[str, ...], FloatArray]] = field(default_factory=dict)
+    answers: tuple[str, ...] = ()
+    tuned: tuple[str, ...] = ()
+    one_sided: tuple[str, ...] = ()
+    share: float = 1.0
+
+    def entry(self, units: Mapping[str, str]) -> dict[str, str]:
+        """Return the line of the lesson; ``units`` are those of the placed part's parameters."""
+        written = {name: f"{value:.8g}" if units[name] == "1" else f"{value:.8g} {units[name]}" for name, value in self.values.items()}
+        shared = {"share": f"{self.share:.6g}"} if self.share != 1.0 else {}
+        return {"remedy": self.remedy, "at": self.at, "name": self.name, **self.sources, **written, **shared}
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A machine with effects and remedies, made ready for many runs of one length.
+
+    ``sound`` are the values with which neither acts, ``bare`` those with which only the remedies do not.
+    """
+
+    machinery: Machinery
+    batch: Batch
+    loops: tuple[Loop, ...]
+    sound: Mapping[str, float]
+    bare: Mapping[str, float]
+    period: float
+
+    def runs(self, members: Sequence[Mapping[str, float]], *, exact: bool = False, noisy: bool = False) -> list[FloatArray]:
+        """Run members with their values and return their records, shape (channels, samples)."""
+        common = self.exact() if exact else {}
+        names = sorted({*common, *(name for member in members for name in member)})
+        known = self._known()
+        rows = np.array([[{**common, **member}.get(name, known[name]) for name in names] for member in members]).reshape(len(members), -1)
+        batch = dataclasses.replace(self.batch, noisy=noisy)
+        return [np.asarray(item) for item in batch.run(names, rows, np.copy)]
+
+    def table(self, record: FloatArray) -> FloatArray:
+        """Return where the tables are, shape (loops, samples) [m]."""
+        return record[[self.batch.plan.channels.index(loop.table) for loop in self.loops]]
+
+    def contour(self, record: FloatArray) -> FloatArray | None:
+        """Return the distance from the path [m], where the machine tells it."""
+        channels = self.batch.plan.channels
+        return record[channels.index(CONTOUR)] if CONTOUR in channels else None
+
+    def channel(self, record: FloatArray, name: str) -> FloatArray | None:
+        """Return a channel of a record, or none."""
+        channels = self.batch.plan.channels
+        return record[channels.index(name)] if name in channels else None
+
+    def exact(self) -> dict[str, float]:
+        """Return the values with which converters and encoders count as finely as they can: slopes are then smooth."""
+        found = {}
+        for part in self.machinery.parts:
+            parameters = part.component.declared(Parameter)
+            if "bits" in parameters and "smallest_voltage" in parameters:
+                found[f"{part.name}.bits"] = _FINEST_BITS
+            name = part.component.ports.get("resolution", "")
+            if name in parameters:
+                found[f"{part.name}.{name}"] = 0.0
+        return {name: value for name, value in found.items() if name not in self.batch.plan.feeds}
+
+    def units(self, part: str) -> dict[str, str]:
+        """Return the units of the parameters of a placed part."""
+        placed = next(item for item in self.machinery.parts if item.name == part)
+        return {name: item.unit for name, item in placed.component.declared(Parameter).items()}
+
+    def _known(self) -> dict[str, float]:
+        plan = self.batch.plan
+        known = dict(zip(plan.parameters, plan.parameter_values, strict=True))
+        known |= dict(zip(plan.states, plan.start_states, strict=True))
+        return known | dict(zip(plan.discrete, plan.start_discrete, strict=True))
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """A lesson with what was found of its machine: entries of effects and refitted values; benches with other remedies are made of it."""
+
+    lesson: Lesson
+    registry: Registry
+    effects: tuple[Mapping[str, str], ...]
+    values: Mapping[str, str]
+    folder: Path
+    variant: str | None = None
+    samples: int = 0
+
+    def text(self, lines: Sequence[Line], units: Mapping[str, Mapping[str, str]], folder: Path, *, with_effects: bool = True) -> str:
+        """Return the lesson with remedies, and with the effects where they shall act, for a file in ``folder``."""
+        entries = [dict(entry) for entry in self.effects] if with_effects else []
+        entries += [line.entry(units.get(line.name, {})) for line in lines]
+        before = dict(self.lesson.source.data.get("tables", {}))
+        tables = {f"{line.name}.{name}": f"{line.name}_{name}.csv" for line in lines for name in line.tables}
+        further: dict[str, Any] = {"tables": {**before, **tables}} if tables or before else {}
+        text = changed_lesson(self.lesson, entries, dict(self.values), folder, variant=self.variant, further=further)
+        for line in lines:
+            for name, (columns, rows) in line.tables.items():
+                write_table(folder / f"{line.name}_{name}.csv", columns, rows)
+        return text
+
+    def bench(self, lines: Sequence[Line] = ()) -> Bench:
+        """Return the machine with remedies. The values of the lines are set by override, so a lesson of defaults is made."""
+        bare = [dataclasses.replace(line, values={}, share=1.0) for line in lines]
+        text = self.text(bare, {}, self.folder)
+        prepared = prepare(lesson_from_text(text, self.folder / "lesson.yaml"), self.registry)
+        machinery = prepared.machinery
+        loops = one_or_more(machinery, str(self.lesson.path))
+        samples = self.samples or self._length(prepared)
+        wanted = self._channels(machinery, loops)
+        sound: dict[str, float] = {}
+        shares: dict[str, float] = {}
+        given: dict[str, float] = {}
+        names = {line.name: line for line in lines}
+        already = {part.name for part in self._plain().parts}
+        for part in machinery.parts:
+            if not issubclass(part.component, Effect) or part.name in already:
+                continue
+            if issubclass(part.component, Remedy):
+                shares[f"{part.name}.share"] = 0.0
+                line = names.get(part.name)
+                given |= {f"{part.name}.{name}": value for name, value in line.values.items()} if line else {}
+                given[f"{part.name}.share"] = line.share if line else 1.0
+            else:
+                sound |= {f"{part.name}.{name}": value for name, value in part.component.neutral.items()}
+        parts = tuple(
+            dataclasses.replace(part, parameters={**part.parameters, **_own(part.name, given)}) if _own(part.name, given) else part
+            for part in machinery.parts
+        )
+        machinery = dataclasses.replace(machinery, parts=parts)
+        plan = wire(dataclasses.replace(machinery, finish="", record=wanted))
+        batch = Batch(plan, samples, seed=prepared.case.seed)
+        return Bench(machinery, batch, loops, {**sound, **shares}, shares, machinery.sample_period)
+
+    def _plain(self) -> Machinery:
+        return prepare(self.lesson, self.registry, self.variant).machinery
+
+    def _length(self, prepared: Prepared) -> int:
+        if prepared.duration is not None:
+            return round(prepared.duration / prepared.machinery.sample_period) + 1
+        if not prepared.plan.assembly.finish:
+            driven = prepared.case.lesson.settings.recordings
+            told = "a recording drives it and it has no duration" if driven is not None else "it has no duration"
+            remedy = "Write 'duration:', and a part that drives the inputs, as a circle or a program."
+            raise LessonError(f"the lesson cannot be run by itself: {told}.", place=str(self.lesson.path), remedy=remedy)
+        return len(run(prepared.plan, seed=prepared.case.seed, expected_time=prepared.expected_time))
+
+    def _channels(self, machinery: Machinery, loops: Sequence[Loop]) -> tuple[str, ...]:
+        outputs = {f"{part.name}.{name}" for part in machinery.parts for name in part.component.declarations}
+        wanted = [loop.table for loop in loops] + [loop.reference for loop in loops] + [f"{loop.axis}.position" for loop in loops]
+        wanted += [f"{loop.axis}.velocity" for loop in loops] + [f"{loop.controller}.voltage" for loop in loops] + [CONTOUR]
+        wanted += [f"{loop.converter}.voltage" for loop in loops if loop.converter]
+        wanted += ["interpolator.centre_x", "interpolator.centre_z", "interpolator.circle_radius", "interpolator.radius"]
+        return tuple(dict.fromkeys(name for name in wanted if name in outputs and "." in name and _is_output(machinery, name)))
+
+
+def _is_output(machinery: Machinery, name: str) -> bool:
+    part, _, item = name.partition(".")
+    placed = next((other for other in machinery.parts if other.name == part), None)
+    return placed is not None and item in placed.component.declared(Output)
+
+
+def _own(part: str, given: Mapping[str, float]) -> dict[str, float]:
+    return {name.partition(".")[2]: value for name, value in given.items() if name.partition(".")[0] == part}

@@ -1,0 +1,112 @@
+"""A diagnosis as its JSON tells it (schema lathesim-diagnosis/1), and what may be claimed from it."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lathesim.errors import LessonError
+
+SCHEMA = "lathesim-diagnosis/1"
+_NOTHING_TO_MEND = {
+    "no_mismatch": "The simulation explains the recording as it is: there is nothing to mend.",
+    "parameters_only": "No physics is missing, only values are off: correct them in the lesson, there is nothing to mend.",
+    "unknown": "The diagnosis names no effect, so no remedy follows from it. Run the experiment that it asks for.",
+    "recording_fault": "The recording is at fault, not the machine: mend the recording first.",
+}
+"""Verdict -> why no remedy follows."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """An effect of a diagnosis: where it is, its values with their 95 % intervals [unit of the file], and what it is tied with."""
+
+    effect: str
+    at: str
+    parameters: Mapping[str, tuple[float, float, float]]
+    entry: Mapping[str, str]
+    tied_with: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Found:
+    """A diagnosis: its verdict, the named effects, the refitted values of the lesson with their intervals, and what it may not claim."""
+
+    verdict: str
+    effects: tuple[Named, ...]
+    baseline: Mapping[str, tuple[float, float, float, str]]
+    cautions: tuple[str, ...]
+    nothing: str
+
+
+def read_diagnosis(file: Path) -> Found:
+    """Read a diagnosis; :class:`LessonError` where the file is none."""
+    data = _data(file)
+    verdict = str(data.get("verdict", ""))
+    entries = [dict(entry) for entry in data.get("insert", []) if isinstance(entry, dict)]
+    named = []
+    for item in data.get("effects", []):
+        if not isinstance(item, dict) or not isinstance(item.get("effect"), str) or not isinstance(item.get("at"), str):
+            raise LessonError(
+                "an effect of the diagnosis has no name or place.", place=str(file), remedy="Give the file as diagnose wrote it."
+            )
+        entry = next((line for line in entries if line.get("effect") == item["effect"] and line.get("at") == item["at"]), None)
+        if entry is None:
+            raise LessonError(f"the diagnosis has no line to insert for {item['effect']}.", place=str(file))
+        values = {name: _interval(value, file) for name, value in dict(item.get("parameters", {})).items()}
+        named.append(
+            Named(item["effect"], item["at"], values, {key: str(value) for key, value in entry.items()}, tuple(item.get("tied_with") or ()))
+        )
+    baseline = {str(name): _value(value) for name, value in dict(data.get("baseline") or {}).items() if _value(value) is not None}
+    nothing = _NOTHING_TO_MEND.get(verdict, "")
+    if not nothing and not named:
+        nothing = "The diagnosis names no effect, so no remedy follows from it."
+    return Found(verdict, tuple(named), baseline, _cautions(verdict, data, named), nothing)  # type: ignore[arg-type]
+
+
+def _data(file: Path) -> dict[str, Any]:
+    try:
+        data = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise LessonError(f"the diagnosis cannot be read: {error.strerror}.", place=str(file)) from None
+    except (UnicodeDecodeError, json.JSONDecodeError):
+        raise LessonError("the diagnosis is no JSON file.", place=str(file), remedy="Write it with 'diagnose --json FILE'.") from None
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        found = data.get("schema") if isinstance(data, dict) else None
+        told = f"has the schema '{found}'" if isinstance(found, str) else "has no schema"
+        raise LessonError(
+            f"the file {told}, and a diagnosis has {SCHEMA}.", place=str(file), remedy="Write it with 'diagnose --json FILE'."
+        )
+    return data
+
+
+def _interval(value: Any, file: Path) -> tuple[float, float, float]:
+    if not isinstance(value, dict) or not isinstance(value.get("value"), (int, float)):
+        raise LessonError("a value of the diagnosis is no number.", place=str(file), remedy="Give the file as diagnose wrote it.")
+    number = float(value["value"])
+    low, high = (value.get(name) for name in ("low", "high"))
+    return number, float(low) if isinstance(low, (int, float)) else number, float(high) if isinstance(high, (int, float)) else number
+
+
+def _value(value: Any) -> tuple[float, float, float, str] | None:
+    if not isinstance(value, dict) or not isinstance(value.get("refit_with"), (int, float)):
+        return None
+    number = float(value["refit_with"])
+    low, high = (value.get(name) for name in ("low", "high"))
+    known = isinstance(low, (int, float)) and isinstance(high, (int, float)) and math.isfinite(low) and math.isfinite(high)
+    return number, float(low) if known else number, float(high) if known else number, str(value.get("unit", "1"))  # type: ignore[arg-type]
+
+
+def _cautions(verdict: str, data: Mapping[str, Any], named: list[Named]) -> tuple[str, ...]:
+    found = []
+    if verdict == "tied" or any(item.tied_with for item in named):
+        others = ", ".join(sorted({name for item in named for name in item.tied_with}))
+        told = f" (it may be {others} instead)" if others else ""
+        found.append(f"The diagnosis is tied{told}: the remedy may claim the better fit on this recording, and no cause.")
+    if data.get("adequate") is False:
+        found.append("The diagnosis does not explain all of the recording: the remedy may claim what was named, and nothing of the rest.")
+    return tuple(found)

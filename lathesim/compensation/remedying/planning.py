@@ -1,0 +1,298 @@
+"""Which remedy answers to which named effect, and what its values follow from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.compensation.remedying.bench import Bench, Diagnosed, Line
+from lathesim.compensation.remedying.diagnosis_file import Named
+from lathesim.component import Parameter
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.machine.position_loops import Loop
+from lathesim.lessons.insertion import effect_part_name
+
+DEAD_ZONE_SHARE = 0.9
+"""Share of a dead zone that is stepped over: the whole of it swings about rest."""
+_POINTS_PER_PERIOD = 24
+_FEWEST_POINTS = 33
+_MOST_POINTS = 4000
+_BEYOND_TRAVEL = 0.02
+_PROBE_VOLTAGE, _PROBE_FORCE = 1e-3, 0.1
+"""Sizes of the two small disturbances [V, N] by which a force is told as a voltage."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What is known of a loop for sizing: its model T, T_i [s], volts per newton, mass over gain, and how far it travels [m]."""
+
+    loop: Loop
+    lag: float
+    inner: float
+    low: float
+    high: float
+    per_force: float
+
+
+@dataclass(frozen=True)
+class Sized:
+    """An effect with its values [SI] as it is placed on the bench, and the loop that it belongs to."""
+
+    named: Named
+    values: Mapping[str, float]
+    axis: Axis
+    axes: tuple[Axis, ...]
+
+    @property
+    def host(self) -> str:
+        """The part it sits on."""
+        return self.named.at.partition(".")[0]
+
+    @property
+    def closes(self) -> bool:
+        """Whether it falsifies the reading that closes the loop; else it moves the table behind the loop's back."""
+        return self.host == self.axis.loop.sensor
+
+
+Builder = Callable[[Sized], list[Line]]
+
+
+def axes_of(diagnosed: Diagnosed, bench: Bench, *, with_force: bool) -> tuple[Axis, ...]:
+    """Return what sizing needs of each loop, from runs of the sound machine."""
+    record = bench.runs([bench.sound], exact=True)[0]
+    axes = []
+    for loop in bench.loops:
+        asked = bench.channel(record, loop.reference)
+        place = bench.channel(record, f"{loop.axis}.position")
+        speed = bench.channel(record, f"{loop.axis}.velocity")
+        assert asked is not None and place is not None and speed is not None
+        lag, inner = loop_model(asked, place, speed, bench.period)
+        ratio = _per_force(diagnosed, loop) if with_force else 0.0
+        axes.append(Axis(loop, lag, inner, float(np.min(asked)), float(np.max(asked)), ratio))
+    return tuple(axes)
+
+
+def loop_model(asked: FloatArray, place: FloatArray, speed: FloatArray, period: float) -> tuple[float, float]:
+    """Return T and T_i [s] of  T T_i m'' + T m' + m = r  by least squares over a run; none below zero."""
+    slope = np.gradient(speed, period)
+    behind = asked[:-2] - place[1:-1]
+    shape = np.stack([speed[1:-1], slope[1:-1]], axis=1)
+    scale = np.maximum(np.sqrt(np.mean(shape**2, axis=0)), 1e-12)
+    solved = np.linalg.lstsq(shape / scale, behind, rcond=None)[0] / scale
+    lag = max(float(solved[0]), 0.0)
+    return lag, max(float(solved[1]) / lag, 0.0) if lag > 0.0 else 0.0
+
+
+def _per_force(diagnosed: Diagnosed, loop: Loop) -> float:
+    """Return the volts at the controller that hold a newton at the axis: which voltage moves the table as a force does."""
+    probe = Line("CommandBias", f"{loop.controller}", "probe_bias", {"bias": _PROBE_VOLTAGE})
+    entry = {"effect": "ForceOffset", "at": loop.axis, "name": "probe_force", "offset": f"{_PROBE_FORCE} N"}
+    bench = Diagnosed(diagnosed.lesson, diagnosed.registry, (entry,), diagnosed.values, diagnosed.folder, diagnosed.variant,
+                      diagnosed.samples).bench([probe])  # fmt: skip
+    rest, pushed, biased = bench.runs([bench.sound, bench.bare, {**bench.sound, "probe_bias.share": 1.0}], exact=True)
+    row = [other.axis for other in bench.loops].index(loop.axis)
+    by_force, by_bias = (bench.table(item)[row] - bench.table(rest)[row] for item in (pushed, biased))
+    size = float(by_bias @ by_bias)
+    return -float(by_force @ by_bias) / size * _PROBE_VOLTAGE / _PROBE_FORCE if size > 0.0 else 0.0
+
+
+def sized_effects(bench: Bench, effects: Sequence[Named], axes: tuple[Axis, ...]) -> list[Sized | Named]:
+    """Return each effect with its loop, or as it is where it belongs to none."""
+    parts = {part.name: part for part in bench.machinery.parts}
+    found: list[Sized | Named] = []
+    for named in effects:
+        part = parts[named.entry.get("name") or effect_part_name(named.at, named.effect)]
+        values = {name: part.parameters.get(name, item.default) for name, item in part.component.declared(Parameter).items()}
+        host = named.at.partition(".")[0]
+        axis = next((item for item in axes if host in item.loop.parts), None)
+        found.append(Sized(named, values, axis, axes) if axis is not None else named)
+    return found
+
+
+def remedies_for(sized: Sized) -> list[Line]:
+    """Return the remedies that may answer to an effect, the usual one first; none where none does."""
+    builder = BUILDERS.get(sized.named.effect)
+    return builder(sized) if builder is not None else []
+
+
+def _line(sized: Sized, remedy: str, values: Mapping[str, float], **further: object) -> Line:
+    loop = sized.axis.loop
+    name = f"{loop.controller}_{effect_part_name('', remedy).strip('_')}"
+    return Line(remedy, loop.controller, name, dict(values), answers=(sized.named.effect,), **further)  # type: ignore[arg-type]
+
+
+def _modelled(sized: Sized) -> dict[str, float]:
+    return {"lag": sized.axis.lag, "inner": sized.axis.inner}
+
+
+def _friction(sized: Sized) -> list[Line]:
+    p, volts = sized.values, sized.axis.per_force
+    if volts == 0.0:
+        return []
+    effect = sized.named.effect
+    values, tuned, sided = _modelled(sized), ["lead"], []
+    if "level" in p and p["level"] != 0.0:
+        values["level"] = volts * p["level"]
+        tuned.append("level")
+        sided.append("level")
+    if effect == "AsymmetricFriction":
+        values |= {"asymmetry": p["asymmetry"], "difference": volts * p["viscous_difference"]}
+    if p.get("excess"):
+        values |= {"excess": volts * p["excess"], "stribeck_velocity": p["stribeck_velocity"], "shape": p.get("shape", 1.0)}
+        tuned.append("excess")
+        sided.append("excess")
+    if effect == "PositionDependentFriction":
+        values |= {name: p[name] for name in ("period", "phase", "second_sine", "second_cosine", "third_sine", "third_cosine")}
+        values |= {"amplitude": volts * p["amplitude"]}
+    if effect == "PreslidingFriction":
+        values |= {"distance": p["distance"]}
+        tuned.append("distance")
+    return [_line(sized, "FrictionFeedforward", values, tuned=tuple(tuned), one_sided=tuple(sided))]
+
+
+def _force_offset(sized: Sized) -> list[Line]:
+    return [_line(sized, "CommandBias", {"bias": sized.axis.per_force * sized.values["offset"]}, tuned=("bias",))]
+
+
+def _command_offset(sized: Sized) -> list[Line]:
+    return [_line(sized, "CommandBias", {"bias": -sized.values["offset"]})]
+
+
+def _gain(sized: Sized) -> list[Line]:
+    return [_line(sized, "CommandGain", {name: sized.values[name] for name in ("error", "sag")})]
+
+
+def _dead_zone(sized: Sized) -> list[Line]:
+    values = {"half_width": sized.values["half_width"], "soft": max(1e-3, 0.02 * sized.values["half_width"])}
+    return [_line(sized, "InverseDeadZone", values, one_sided=("half_width",), share=DEAD_ZONE_SHARE)]
+
+
+def _play(sized: Sized) -> list[Line]:
+    side = -1.0 if sized.closes else 1.0
+    values = {**_modelled(sized), "width": side * sized.values["width"], "spread": max(0.3 * sized.axis.lag, 1e-3)}
+    return [_line(sized, "BacklashShift", values, tuned=("spread", "width"), one_sided=("width",))]
+
+
+def _pitch(sized: Sized) -> list[Line]:
+    """A table of the error over the travel: the table of a screw says where the table is, that of the loop's own encoder what it reads."""
+    law = _error_law(sized)
+    low, high = sized.axis.low, sized.axis.high
+    margin = max(_BEYOND_TRAVEL * (high - low), 1e-4)
+    period = sized.values.get("lead") or sized.values.get("turn") or sized.values.get("signal_period") or 0.0
+    width = high - low + 2.0 * margin
+    count = _FEWEST_POINTS if period <= 0.0 else int(min(max(_FEWEST_POINTS, width / period * _POINTS_PER_PERIOD), _MOST_POINTS))
+    places = np.linspace(low - margin, high + margin, count)
+    errors = law(places)
+    if sized.closes:
+        # the loop makes its reading follow the reference, so the reference must read wrong as the encoder does
+        errors = -errors
+    rows = np.stack([places, errors, errors], axis=1)
+    tables = {"points": (("position", "forward", "backward"), rows)}
+    return [_line(sized, "PitchTable", _modelled(sized), tables=tables)]
+
+
+def _error_law(sized: Sized) -> Callable[[FloatArray], FloatArray]:
+    p, effect = sized.values, sized.named.effect
+    if effect == "CumulativePitchError":
+        return lambda x: p["slope"] * (x - p["origin"])
+    if effect == "ScaleFactorError":
+        return lambda x: (p["factor"] - 1.0) * x
+    if effect == "EncoderInterpolationError":
+        return lambda x: (
+            p["amplitude"] * np.sin(_turns(x, p["signal_period"]) + p["phase"])
+            + p["second"] * np.sin(2.0 * _turns(x, p["signal_period"]) + p["phase"])
+        )
+    length = p["lead"] if "lead" in p else p["turn"]
+
+    def wave(x: FloatArray) -> FloatArray:
+        angle = _turns(x, length) + p["phase"]
+        second = p["second_sine"] * np.sin(2.0 * angle) + p["second_cosine"] * np.cos(2.0 * angle)
+        third = p["third_sine"] * np.sin(3.0 * angle) + p["third_cosine"] * np.cos(3.0 * angle)
+        return np.asarray(p["amplitude"] * (np.sin(angle) + second + third))
+
+    return wave
+
+
+def _turns(x: FloatArray, length: float) -> FloatArray:
+    return 2.0 * math.pi * x / length
+
+
+def _square(sized: Sized) -> list[Line]:
+    others = [axis for axis in sized.axes if axis.loop.axis != sized.axis.loop.axis]
+    if not others:
+        return []
+    other = others[0]
+    places = np.linspace(other.low - 1e-3, other.high + 1e-3, _FEWEST_POINTS)
+    side = -1.0 if sized.closes else 1.0
+    errors = side * (sized.values["slope"] + sized.values["bow"] * places) * places
+    tables = {"points": (("position", "error"), np.stack([places, errors], axis=1))}
+    return [_line(sized, "AcrossTable", {}, tables=tables, sources={"other": other.loop.reference})]
+
+
+def _growth(sized: Sized) -> list[Line]:
+    side = -1.0 if sized.closes else 1.0
+    values = {name: sized.values[name] for name in ("time_constant", "fixed_end", "warmed_before")}
+    return [_line(sized, "GrowthModel", {"strain": side * sized.values["strain"], **values})]
+
+
+def _spindle_growth(sized: Sized) -> list[Line]:
+    side = -1.0 if sized.closes else 1.0
+    values = {name: sized.values[name] for name in ("time_constant", "full_speed")}
+    return [_line(sized, "SpindleGrowthModel", {"growth": side * sized.values["growth"], **values})]
+
+
+def _motion(sized: Sized) -> list[Line]:
+    gains = ("velocity_gain", "acceleration_gain", "jerk_gain")
+    return [_line(sized, "MotionFeedforward", {**_modelled(sized), **dict.fromkeys(gains, 0.0)}, tuned=gains)]
+
+
+def _swing(sized: Sized) -> list[Line]:
+    values = {**_modelled(sized), "frequency": sized.values["frequency"], "damping": sized.values["damping"], "gain": 0.0}
+    return [_line(sized, "SwingModel", values, tuned=("gain",)), *_motion(sized)]
+
+
+def _ripple(sized: Sized) -> list[Line]:
+    p, volts = sized.values, sized.axis.per_force
+    if volts == 0.0:
+        return []
+    values = {"amplitude": volts * p["amplitude"], "period": p["period"], "phase": p["phase"]}
+    if sized.named.effect == "TorqueRipple":
+        values["amplitude"] = -values["amplitude"]
+    else:
+        values |= {"second": volts * p["second"], "second_phase": p["second_phase"]}
+    return [_line(sized, "RippleFeedforward", values, tuned=("amplitude", "lead"))]
+
+
+BUILDERS: dict[str, Builder] = {
+    "CoulombFriction": _friction,
+    "StribeckFriction": _friction,
+    "AsymmetricFriction": _friction,
+    "PositionDependentFriction": _friction,
+    "PreslidingFriction": _friction,
+    "ForceOffset": _force_offset,
+    "ConverterOffset": _command_offset,
+    "DriveGainError": _gain,
+    "AmplifierDeadZone": _dead_zone,
+    "Backlash": _play,
+    "CumulativePitchError": _pitch,
+    "PeriodicPitchError": _pitch,
+    "EncoderEccentricity": _pitch,
+    "EncoderInterpolationError": _pitch,
+    "ScaleFactorError": _pitch,
+    "SquarenessError": _square,
+    "ThermalScrewGrowth": _growth,
+    "SpindleGrowth": _spindle_growth,
+    "AxialResonance": _swing,
+    "BaseRocking": _swing,
+    "TorsionalWindUp": _motion,
+    "ServoLag": _motion,
+    "CurrentLoopLag": _motion,
+    "MotorInductance": _motion,
+    "TransportDelay": _motion,
+    "TorqueRipple": _ripple,
+    "Cogging": _ripple,
+}
+"""Effect -> what builds its remedy. What stands in no row here has none in software, see repairs."""

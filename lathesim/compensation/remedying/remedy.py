@@ -1,0 +1,252 @@
+"""``remedy``: from a diagnosis to remedies that were tried, with a promise, and with what they cannot mend."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from lathesim.compensation.remedying.bench import Bench, Diagnosed, Line
+from lathesim.compensation.remedying.diagnosis_file import Found, Named
+from lathesim.compensation.remedying.merging import merged
+from lathesim.compensation.remedying.planning import Axis, Sized, axes_of, remedies_for, sized_effects
+from lathesim.compensation.remedying.promise import DRAWS, Size, draws_of, promised
+from lathesim.compensation.remedying.repairs import repair_of
+from lathesim.compensation.remedying.tuning import deviation, tuned, with_values
+from lathesim.component import Parameter
+from lathesim.effects.effect import Effect
+from lathesim.effects.remedies.remedy import Remedy
+from lathesim.errors import LatheSimError, LessonError
+from lathesim.identification.machine.position_loops import level_of
+from lathesim.lessons.insertion import effect_part_name
+from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import Registry
+
+Tell = Callable[[str], None]
+MARGIN = 0.5
+"""Where between estimate and lower end of its interval a size is set of which too much is worse than too little."""
+_SMALLEST_SHARE = 0.4
+_HELPS = 0.98
+"""Share of the deviation that must be left at most for a remedy to be kept."""
+_FORCES = ("effort",)
+
+
+@dataclass(frozen=True)
+class NotMended:
+    """An effect that gets no remedy, why, and what to do instead."""
+
+    effect: str
+    at: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was chosen and is promised; ``nothing`` says why there is nothing to mend, ``cautions`` what may not be claimed."""
+
+    diagnosed: Diagnosed
+    bench: Bench | None
+    lines: tuple[Line, ...]
+    axes: tuple[Axis, ...]
+    not_mended: tuple[NotMended, ...]
+    promise: tuple[Size, ...]
+    better_in: float
+    cautions: tuple[str, ...]
+    nothing: str = ""
+
+
+def remedy(
+    lesson: Lesson,
+    registry: Registry,
+    found: Found,
+    folder: Path,
+    *,
+    variant: str | None = None,
+    margin: bool = True,
+    seed: int = 1,
+    tell: Tell = lambda text: None,
+) -> Answer:
+    """Return the remedies for a diagnosis, tried on the diagnosed machine; files of the trials go to ``folder``.
+
+    Raises :class:`LessonError` where the diagnosis is of another machine, where the lesson has such a remedy already, or cannot be run.
+    """
+    entries = tuple(dict(item.entry) for item in found.effects)
+    diagnosed = Diagnosed(lesson, registry, entries, _refitted(lesson, registry, found, variant), folder, variant)
+    if found.nothing:
+        return Answer(diagnosed, None, (), (), (), (), 0.0, found.cautions, found.nothing)
+    _same_machine(diagnosed, found)
+    bench = diagnosed.bench()
+    diagnosed = dataclasses.replace(diagnosed, samples=bench.batch.samples)
+    tell("sizing the remedies")
+    forces = any(getattr(registry.effect(item.effect), "site", "") in _FORCES for item in found.effects)
+    axes = axes_of(diagnosed, bench, with_force=forces)
+    lines, not_mended = _chosen(diagnosed, bench, found, axes, tell)
+    lines, late = _kept(diagnosed, lines, found, tell) if lines else ([], [])
+    _not_twice(bench, lines)
+    if margin:
+        lines = [_with_margin(line, found) for line in lines]
+    if not lines:
+        return Answer(diagnosed, bench, (), axes, (*not_mended, *late), (), 0.0, found.cautions)
+    tell("trying the remedies over draws of what is uncertain")
+    mended = diagnosed.bench(lines)
+    intervals = _intervals(mended, found, lesson)
+    sizes, better = promised(mended, draws_of(mended, intervals, DRAWS, seed))
+    return Answer(
+        diagnosed, mended, tuple(lines), axes, (*not_mended, *late, *_limits(mended, lines)), tuple(sizes), better, found.cautions
+    )
+
+
+def _refitted(lesson: Lesson, registry: Registry, found: Found, variant: str | None) -> dict[str, str]:
+    """Return the values of the lesson as they were refitted with the effects, as far as the machine has them."""
+    machinery = prepare(lesson, registry, variant).machinery
+    declared = {f"{part.name}.{name}" for part in machinery.parts for name in part.component.declared(Parameter)}
+    fed = {wire.target for wire in machinery.wires}
+    return {
+        name: f"{value:.8g}" if unit == "1" else f"{value:.8g} {unit}"
+        for name, (value, _, _, unit) in found.baseline.items()
+        if name in declared and name not in fed
+    }
+
+
+def _same_machine(diagnosed: Diagnosed, found: Found) -> None:
+    parts = {part.name for part in prepare(diagnosed.lesson, diagnosed.registry, diagnosed.variant).machinery.parts}
+    for item in found.effects:
+        host = item.at.partition(".")[0]
+        if host not in parts:
+            fact = f"the diagnosis names {item.effect} at {item.at}, and the machine of this lesson has no part '{host}'."
+            raise LessonError(fact, place=str(diagnosed.lesson.path), remedy="The diagnosis is of another machine: give its own lesson.")
+    try:
+        diagnosed.bench()
+    except LatheSimError as error:
+        raise LessonError(
+            f"what the diagnosis names cannot be put into this lesson: {error.fact}", place=str(diagnosed.lesson.path), remedy=error.remedy
+        ) from None
+
+
+def _chosen(diagnosed: Diagnosed, bench: Bench, found: Found, axes: tuple[Axis, ...], tell: Tell) -> tuple[list[Line], list[NotMended]]:
+    """Return for each effect the alternative that leaves least, put together, and what has none."""
+    lines: list[Line] = []
+    without: list[NotMended] = []
+    for item in sized_effects(bench, found.effects, axes):
+        if isinstance(item, Named):
+            family = str(getattr(diagnosed.registry.effect(item.effect), "family", ""))
+            without.append(NotMended(item.effect, item.at, repair_of(item.effect, family)))
+            continue
+        choices = remedies_for(item)
+        if not choices:
+            without.append(NotMended(item.named.effect, item.named.at, _why_none(diagnosed, item)))
+            continue
+        if len(choices) > 1:
+            tell(f"choosing among remedies for {item.named.effect}")
+            costs = []
+            for choice in choices:
+                bare = diagnosed.bench([choice])
+                best = with_values(choice, tuned(bare, [choice], {choice.name: choice.tuned}))
+                costs.append((_left(diagnosed.bench([best])), best))
+            choices = [min(costs, key=lambda pair: pair[0])[1]]
+        lines.append(choices[0])
+    return merged(lines), without
+
+
+def _why_none(diagnosed: Diagnosed, item: Sized) -> str:
+    remedies = [name for name, kind in diagnosed.registry.remedies.items() if item.named.effect in kind.answers]  # type: ignore[attr-defined]
+    if remedies and item.axis.per_force == 0.0:
+        return "no force moves this axis in the lesson (its disturbance gain is zero), so nothing follows for the command"
+    return repair_of(item.named.effect, str(getattr(diagnosed.registry.effect(item.named.effect), "family", "")))
+
+
+def _left(bench: Bench) -> float:
+    """Return the share of the tables' deviation that the remedies leave."""
+    sound, bare, mended = bench.runs([bench.sound, bench.bare, {}])
+    place = bench.table(sound)
+    before, after = (float(np.mean(deviation(bench, record, place) ** 2)) for record in (bare, mended))
+    if not np.isfinite(after):
+        return np.inf
+    return float(np.sqrt(after / before)) if before > 0.0 else 1.0
+
+
+def _kept(diagnosed: Diagnosed, lines: Sequence[Line], found: Found, tell: Tell) -> tuple[list[Line], list[NotMended]]:
+    """Return the lines with their tuned values, without those that the simulation does not see help."""
+    tell("tuning the remedies by simulation")
+    bench = diagnosed.bench(lines)
+    values = tuned(bench, lines, {line.name: line.tuned for line in lines})
+    better = [with_values(line, values) for line in lines]
+    kept, without = list(better), []
+    whole = _left(diagnosed.bench(kept))
+    for line in better:
+        rest = [other for other in kept if other.name != line.name]
+        alone = _left(diagnosed.bench(rest)) if rest else 1.0
+        if whole > _HELPS * alone:
+            level = max((level_of(bench.machinery, loop.converter) for loop in bench.loops if loop.controller == line.at), default=0.0)
+            without += [NotMended(name, line.at, _no_help(line, level)) for name in line.answers]
+            kept, whole = rest, alone
+    return kept, without
+
+
+def _no_help(line: Line, level: float) -> str:
+    size = _voltage(line)
+    if 0.0 < size < level:
+        return f"{1e3 * size:.3g} mV under a level of {1e3 * level:.3g} mV: take a converter of more bits first"
+    return f"{line.remedy} was tried in the simulation and does not make it better: the loop takes most of it away already"
+
+
+def _voltage(line: Line) -> float:
+    return max((abs(line.values.get(name, 0.0)) for name in ("level", "bias", "amplitude", "excess")), default=0.0)
+
+
+def _limits(bench: Bench, lines: Sequence[Line]) -> list[NotMended]:
+    """Return what of the lines a converter lets through only in part."""
+    told = []
+    for line in lines:
+        level = max((level_of(bench.machinery, loop.converter) for loop in bench.loops if loop.controller == line.at), default=0.0)
+        size = _voltage(line)
+        if 0.0 < size < level:
+            why = f"{1e3 * size:.3g} mV under a level of {1e3 * level:.3g} mV: take more bits first; the promise is with these"
+            told += [NotMended(name, line.at, why) for name in line.answers]
+    return told
+
+
+def _with_margin(line: Line, found: Found) -> Line:
+    """Return a line with its one-sided sizes moved towards the lower end of what the diagnosis is sure of."""
+    share = 1.0
+    for item in found.effects:
+        if item.effect not in line.answers:
+            continue
+        for name in ("level", "width", "half_width", "excess"):
+            if name in item.parameters and name in line.one_sided:
+                value, low, _ = item.parameters[name]
+                if value > 0.0:
+                    share = min(share, 1.0 - MARGIN * (value - max(low, 0.0)) / value)
+    share = max(share, _SMALLEST_SHARE)
+    return line if share >= 1.0 else dataclasses.replace(line, share=line.share * share)
+
+
+def _not_twice(bench: Bench, lines: Sequence[Line]) -> None:
+    for line in lines:
+        for part in bench.machinery.parts:
+            if part.name == line.name and issubclass(part.component, Remedy):
+                fact = f"the lesson has {line.remedy} at {line.at} already."
+                raise LessonError(fact, remedy="Diagnose the remedied machine anew, or take the remedy out first.")
+
+
+def _intervals(bench: Bench, found: Found, lesson: Lesson) -> dict[str, tuple[float, float, float]]:
+    """Return the intervals of what is uncertain, by ``part.parameter`` of the bench: of the effects, and of the refitted values."""
+    placed = {part.name: part for part in bench.machinery.parts}
+    intervals: dict[str, tuple[float, float, float]] = {}
+    for item in found.effects:
+        name = item.entry.get("name") or effect_part_name(item.at, item.effect)
+        part = placed.get(name)
+        if part is None or not issubclass(part.component, Effect):
+            continue
+        for short, interval in item.parameters.items():
+            if short in part.component.declared(Parameter) and short in part.parameters:
+                intervals[f"{name}.{short}"] = interval
+    for full, (value, low, high, _) in found.baseline.items():
+        part_name, _, short = full.partition(".")
+        if part_name in placed and short in placed[part_name].parameters and full not in bench.batch.plan.feeds:
+            intervals[full] = (value, low, high)
+    return intervals

@@ -1,0 +1,83 @@
+"""The values of remedies found by simulation: what makes the diagnosed machine follow as the sound one does."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from lathesim.compensation.remedying.bench import Bench, Line
+from lathesim.component import Parameter
+from lathesim.engine.assembly import FloatArray
+
+_ROUNDS = 4
+_STEP = 0.03
+_LEAD_STEP = 2e-4
+"""Changes by which slopes are taken: a share of a value, and seconds of a lead."""
+_DAMPING = (0.0, 1e-2, 1.0)
+
+
+def deviation(bench: Bench, record: FloatArray, sound: FloatArray) -> FloatArray:
+    """Return how far the tables are from where those of the sound machine are, all loops in one row [m]."""
+    return (bench.table(record) - sound).ravel()
+
+
+def tuned(bench: Bench, lines: Sequence[Line], free: Mapping[str, tuple[str, ...]]) -> dict[str, float]:
+    """Return ``part.parameter`` -> value for the free parameters of the lines: a few damped Gauss-Newton steps from the given values."""
+    names = [f"{line.name}.{name}" for line in lines for name in free.get(line.name, ())]
+    if not names:
+        return {}
+    values = np.array([{f"{line.name}.{n}": v for line in lines for n, v in line.values.items()}.get(name, 0.0) for name in names])
+    low, high = _bounds(bench, names)
+    sound = bench.table(bench.runs([bench.sound], exact=True)[0])
+    steps = np.array([_step(name, value) for name, value in zip(names, values, strict=True)])
+    best = _cost(bench, names, [values], sound)[0]
+    for _ in range(_ROUNDS):
+        rows = [values, *[values + step * row for step, row in zip(steps, np.eye(len(values)), strict=True)]]
+        records = bench.runs([dict(zip(names, row, strict=True)) for row in rows], exact=True)
+        residual = deviation(bench, records[0], sound)
+        slopes = np.stack(
+            [(deviation(bench, record, sound) - residual) / step for record, step in zip(records[1:], steps, strict=True)], axis=1
+        )
+        scale = np.maximum(np.sqrt(np.mean(slopes**2, axis=0)), 1e-30)
+        matrix, right = (slopes / scale).T @ (slopes / scale), (slopes / scale).T @ residual
+        tried = []
+        for damping in _DAMPING:
+            step = np.linalg.lstsq(matrix + damping * np.diag(np.diag(matrix)), -right, rcond=1e-9)[0] / scale
+            tried += [np.clip(values + share * step, low, high) for share in (1.0, 0.5)]
+        costs = _cost(bench, names, tried, sound)
+        place = int(np.argmin(costs))
+        if not costs[place] < best * 0.999:
+            break
+        values, best = tried[place], costs[place]
+    return dict(zip(names, map(float, values), strict=True))
+
+
+def _cost(bench: Bench, names: Sequence[str], rows: Sequence[FloatArray], sound: FloatArray) -> list[float]:
+    records = bench.runs([dict(zip(names, row, strict=True)) for row in rows], exact=True)
+    costs = [float(np.mean(deviation(bench, record, sound) ** 2)) for record in records]
+    return [cost if np.isfinite(cost) else np.inf for cost in costs]
+
+
+def _step(name: str, value: float) -> float:
+    if name.endswith((".lead", ".spread")):
+        return _LEAD_STEP
+    return _STEP * abs(value) if value != 0.0 else _FIRST[name.rpartition(".")[2]]
+
+
+_FIRST = {"velocity_gain": 1e-2, "acceleration_gain": 1e-3, "jerk_gain": 1e-5, "gain": 1e-2, "level": 1e-3, "bias": 1e-4, "excess": 1e-3,
+          "amplitude": 1e-4, "width": 1e-7, "distance": 1e-7}  # fmt: skip
+"""First change of a value that begins at zero [its SI unit]."""
+
+
+def _bounds(bench: Bench, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+    declared = {part.name: part.component.declared(Parameter) for part in bench.machinery.parts}
+    items = [declared[name.partition(".")[0]][name.partition(".")[2]] for name in names]
+    return np.array([item.low for item in items]), np.array([item.high for item in items])
+
+
+def with_values(line: Line, found: Mapping[str, float]) -> Line:
+    """Return a line with the values that were found for it."""
+    own = {name.partition(".")[2]: value for name, value in found.items() if name.partition(".")[0] == line.name}
+    return dataclasses.replace(line, values={**line.values, **own})

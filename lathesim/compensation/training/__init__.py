@@ -1,0 +1,1 @@
+"""Neural regulators: weights as numbers, the score, and the searches for them."""

@@ -1,0 +1,138 @@
+"""The searches for weights: steepest descent, Adam, least squares, evolution. Each is a function of a question and a start."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.compensation.training.question import Question
+from lathesim.engine.assembly import FloatArray
+from lathesim.errors import LessonError, nearest
+
+Tell = Callable[[int, float], None]
+_SAME = 1e-7
+"""Share by which a score must still fall; below it a search is done."""
+_WORST = 1e6
+"""Score that a run is given that diverges, for searches that compare."""
+
+
+@dataclass(frozen=True)
+class Trained:
+    """What one start ended with: weights, mean score over the situations while searching, rounds, and the mean scores on the way."""
+
+    vector: FloatArray
+    score: float
+    rounds: int
+    way: tuple[float, ...]
+
+    @property
+    def diverged(self) -> bool:
+        """Whether no finite score was reached."""
+        return not math.isfinite(self.score)
+
+
+def descent(question: Question, start: FloatArray, rounds: int, tell: Tell) -> Trained:
+    """Follow the gradient downhill; a step that makes it worse is halved, one that helps grows by a half."""
+    return _stepping(question, start, rounds, tell, adam=False)
+
+
+def adam(question: Question, start: FloatArray, rounds: int, tell: Tell) -> Trained:
+    """Follow the gradient with momentum and a scale for each weight (Kingma, Ba, Adam, 2015, algorithm 1), steps of 0.03 that shrink."""
+    return _stepping(question, start, rounds, tell, adam=True)
+
+
+def _stepping(question: Question, start: FloatArray, rounds: int, tell: Tell, *, adam: bool) -> Trained:
+    vector, best, least = start.copy(), start.copy(), math.inf
+    mean, square, step = np.zeros_like(start), np.zeros_like(start), 1.0
+    way: list[float] = []
+    for turn in range(rounds):
+        value, gradient, _ = question.slopes(vector)
+        way.append(value)
+        tell(turn + 1, min(least, value))
+        if not (math.isfinite(value) and np.all(np.isfinite(gradient))):
+            return Trained(best, least, turn + 1, tuple(way))
+        if value < least:
+            least, best = value, vector.copy()
+            step *= 1.5
+        else:
+            step *= 0.5
+        if adam:
+            mean = 0.9 * mean + 0.1 * gradient
+            square = 0.999 * square + 0.001 * gradient * gradient
+            size = 0.03 * (1.0 - turn / rounds) + 1e-3
+            vector = vector - size * (mean / (1.0 - 0.9 ** (turn + 1))) / (np.sqrt(square / (1.0 - 0.999 ** (turn + 1))) + 1e-12)
+        else:
+            vector = best - step * gradient / max(float(np.linalg.norm(gradient)), 1e-12) * 0.05
+    return Trained(best, least, rounds, tuple(way))
+
+
+def least_squares(question: Question, start: FloatArray, rounds: int, tell: Tell) -> Trained:
+    """Solve for the step with the Gauss-Newton matrix of the score, damped (Levenberg-Marquardt); good steps lower the damping."""
+    vector, damping = start.copy(), 1e-2
+    value, gradient, matrix = question.slopes(vector)
+    way = [value]
+    for turn in range(rounds):
+        tell(turn + 1, value)
+        if not math.isfinite(value):
+            break
+        scale = np.diag(np.maximum(np.diag(matrix), 1e-9 * max(float(np.max(np.diag(matrix))), 1e-12)))
+        tried = [vector - np.linalg.solve(matrix + damping * factor * scale, gradient) for factor in (0.1, 1.0, 10.0, 100.0)]
+        scores = question.scores(tried).mean(axis=1)
+        place = int(np.argmin(scores))
+        if not scores[place] < value * (1.0 - _SAME):
+            damping *= 1e3
+            if damping > 1e12:
+                break
+            continue
+        damping = max(1e-12, damping * (0.1, 1.0, 10.0, 100.0)[place] * 0.3)
+        vector = tried[place]
+        value, gradient, matrix = question.slopes(vector)
+        way.append(value)
+    return Trained(vector, value, len(way), tuple(way))
+
+
+def evolution(question: Question, start: FloatArray, rounds: int, tell: Tell) -> Trained:
+    """Draw, score and move a cloud of weights (CMA-ES of the package ``cma``): no gradient, for scores that jump."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the package, about plots that nobody makes
+        import cma
+
+        options = {"seed": 1 + int(1e6 * abs(float(start[0]))) % 100_000, "verbose": -9, "maxiter": rounds, "tolfun": 1e-12}
+        strategy = cma.CMAEvolutionStrategy(start, 0.3, options)
+        way: list[float] = []
+        while not strategy.stop():
+            cloud = strategy.ask()
+            scores = np.nan_to_num(question.scores([np.asarray(item) for item in cloud]).mean(axis=1), nan=_WORST, posinf=_WORST)
+            strategy.tell(cloud, list(scores))
+            way.append(float(strategy.result.fbest))
+            tell(len(way), way[-1])
+    best = float(strategy.result.fbest)
+    return Trained(np.asarray(strategy.result.xbest), best if best < _WORST else math.inf, len(way), tuple(way))
+
+
+@dataclass(frozen=True)
+class Method:
+    """A search and how many rounds it takes where nobody says."""
+
+    search: Callable[[Question, FloatArray, int, Tell], Trained]
+    rounds: int
+
+
+METHODS = {
+    "descent": Method(descent, 250),
+    "adam": Method(adam, 250),
+    "least-squares": Method(least_squares, 25),
+    "evolution": Method(evolution, 150),
+}
+"""The searches, by name."""
+
+
+def method_named(name: str) -> Method:
+    """Return a search; :class:`LessonError` with the nearest name where there is none."""
+    if name not in METHODS:
+        raise LessonError(f"there is no method '{name}'.", remedy=nearest(name, METHODS) or f"Methods: {', '.join(METHODS)}.")
+    return METHODS[name]

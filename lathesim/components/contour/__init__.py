@@ -1,0 +1,1 @@
+"""Parts that keep the tool on its contour: references, foot points, contour controllers."""

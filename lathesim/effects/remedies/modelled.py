@@ -1,0 +1,71 @@
+"""Where an axis will be: the second-order model of its position loop that remedies act on.
+
+    T T_i m'' + T m' + m = r,   T = ``lag``, T_i = ``inner``;  solved exactly for a reference that is held over the sample
+
+A remedy that acts at the reference's reversal comes too early by the lag of the loop; one that asks the measured velocity comes late and
+chatters. The model reverses when the axis does.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from lathesim.component import DiscreteState, Input, Parameter
+from lathesim.effects.remedies.remedy import Remedy
+
+SHORTEST = 1.0e-7
+
+
+def followed(position: float, rate: float, asked: float, lag: float, inner: float, time: float) -> tuple[float, float]:
+    """Return position and rate of the model after some ``time`` in which ``asked`` is held."""
+    if lag < SHORTEST:
+        return asked, (asked - position) / time
+    off = position - asked
+    if inner < SHORTEST:
+        rest = off * math.exp(-time / lag)
+        return asked + rest, -rest / lag
+    decay = -0.5 / inner
+    inside = decay * decay - 1.0 / (lag * inner)
+    if inside > 1.0e-9 * decay * decay:
+        root = math.sqrt(inside)
+        slow = decay + root
+        fast = decay - root
+        first = (rate - fast * off) / (slow - fast) * math.exp(slow * time)
+        second = (slow * off - rate) / (slow - fast) * math.exp(fast * time)
+        return asked + first + second, slow * first + fast * second
+    swing = math.sqrt(max(-inside, 1.0e-9 * decay * decay))
+    cosine = math.exp(decay * time) * math.cos(swing * time)
+    sine = math.exp(decay * time) * math.sin(swing * time) / swing
+    rest = off * cosine + (rate - decay * off) * sine
+    return asked + rest, rate * cosine + (decay * rate - (decay * decay + swing * swing) * off) * sine
+
+
+def ahead(before: float, now: float, following: float, lag: float, inner: float, period: float) -> float:
+    """Return what must be added to a held reference so that the axis moves by ``now``, then ``following``, a sample later.
+
+    The inverse of the model at the middle of the sample:  c + T c' + T T_i c''.
+    """
+    middle = 0.5 * (now + following)
+    return middle + lag * (following - now) / period + lag * inner * (following - 2.0 * now + before) / (period * period)
+
+
+class ModelledRemedy(Remedy):
+    """A remedy that knows where the axis will be, from the reference and a model of the loop; see the module. It passes on its input."""
+
+    drive = Input("{drive}", doc="position asked for")
+    lag = Parameter("s", 0.0, low=0.0, high=10.0, doc="T: distance behind over velocity; 0 follows at once")
+    inner = Parameter("s", 0.0, low=0.0, high=10.0, doc="T_i: time constant of the speed inside the loop")
+    model_position = DiscreteState("{drive}", doc="where the model is at the end of this sample")
+    model_rate = DiscreteState("({drive})/s", doc="how fast it is then")
+
+    if not TYPE_CHECKING:  # the law of a subclass takes other names, which is what laws are for
+
+        @staticmethod
+        def update(
+            drive: float, lag: float, inner: float, model_position: float, model_rate: float, sample_period: float, time: float
+        ) -> tuple[float, float]:
+            """Follow the reference."""
+            if time <= 0.0:
+                return drive, 0.0
+            return followed(model_position, model_rate, drive, lag, inner, sample_period)

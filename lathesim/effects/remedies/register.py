@@ -1,0 +1,23 @@
+"""The stock remedies, by class name."""
+
+from __future__ import annotations
+
+import importlib
+
+from lathesim.effects.remedies.remedy import Remedy
+
+STOCK = {
+    "command": ("CommandBias", "CommandGain", "InverseDeadZone", "FrictionFeedforward", "MotionFeedforward", "RippleFeedforward"),
+    "learned": ("LearnedCorrection",),
+    "reference": ("BacklashShift", "PitchTable", "AcrossTable", "GrowthModel", "SpindleGrowthModel", "SwingModel", "InputShaper"),
+}
+"""File -> the remedies that stand in it."""
+
+
+def stock_remedies() -> dict[str, type[Remedy]]:
+    """Return every stock remedy by its class name."""
+    found: dict[str, type[Remedy]] = {}
+    for module, names in STOCK.items():
+        loaded = importlib.import_module(f"lathesim.effects.remedies.{module}")
+        found |= {name: getattr(loaded, name) for name in names}
+    return found

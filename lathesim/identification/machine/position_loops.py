@@ -1,0 +1,146 @@
+"""What a compensation must know of a lesson's machine: its axes, with their controllers, sensors and converters, found by their wires."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from lathesim.component import Parameter
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import Assembly, Part
+from lathesim.errors import LessonError
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A position loop: the part that controls an axis, what feeds its reference and its reading, and the parts on the way to the axis.
+
+    ``reference`` and ``reading`` are outputs ``part.name``; ``axis`` is the part that moves, ``sensor`` the one whose reading closes the
+    loop, ``converter`` the one that holds the command, empty where there is none. ``beyond`` is a sensor of the same axis that closes no
+    loop: a scale at the table.
+    """
+
+    controller: str
+    reference: str
+    reading: str
+    axis: str
+    sensor: str
+    converter: str
+    beyond: str
+    parts: frozenset[str]
+    """Parts that belong to it: those named, and whatever the command passes on its way to the axis."""
+
+    @property
+    def table(self) -> str:
+        """The output that shows where the table is: that of the scale, else of the axis."""
+        return self.beyond or f"{self.axis}.position"
+
+
+def loops_of(assembly: Assembly) -> tuple[Loop, ...]:
+    """Return the position loops of a machine: every part that compares a position asked for with a measured one and drives an axis."""
+    found = []
+    for part in assembly.parts:
+        ports = part.component.ports
+        if issubclass(part.component, Effect) or not {"measured", "drive", "reading"} <= set(ports):
+            continue
+        declared = part.component.declarations
+        if declared[ports["drive"]].unit != "m" or declared[ports["measured"]].unit != "m":
+            continue
+        loop = _loop(assembly, part)
+        if loop is not None:
+            found.append(loop)
+    return tuple(found)
+
+
+def one_or_more(assembly: Assembly, place: str) -> tuple[Loop, ...]:
+    """Return the position loops, or refuse (:class:`LessonError`) a machine that has none."""
+    found = loops_of(assembly)
+    if not found:
+        raise LessonError(
+            "no part of the machine controls the position of an axis.", place=place, remedy="Use a machine with a position controller."
+        )
+    return found
+
+
+def _loop(assembly: Assembly, controller: Part) -> Loop | None:
+    parts = {part.name: part for part in assembly.parts}
+    wires = {wire.target: wire.source for wire in assembly.wires}
+    ports = controller.component.ports
+    asked = _passed(wires, parts, wires.get(f"{controller.name}.{ports['drive']}", ""))
+    reading = _passed(wires, parts, wires.get(f"{controller.name}.{ports['measured']}", ""))
+    sensor = reading.partition(".")[0]
+    measured = wires.get(f"{sensor}.measured", "") if sensor in parts else ""
+    seen = _passed(wires, parts, measured)
+    axis = seen.partition(".")[0]
+    if axis not in parts or "effort" not in parts[axis].component.ports:
+        return None
+    beyond = ""
+    for part in assembly.parts:
+        if part.name != sensor and "reading" in part.component.ports and "measured" in part.component.ports:
+            other = _passed(wires, parts, wires.get(f"{part.name}.{part.component.ports['measured']}", ""))
+            if other.partition(".")[0] == axis and part.component.declarations[part.component.ports["reading"]].unit == "m":
+                beyond = f"{part.name}.{part.component.ports['reading']}"
+    converter = _after(wires, parts, controller.name)
+    own = {controller.name, axis, sensor, converter, beyond.partition(".")[0]} - {""}
+    return Loop(
+        controller.name, asked, reading, axis, sensor, converter, beyond, frozenset(own | _on_the_way(wires, controller.name, axis))
+    )
+
+
+def _passed(wires: dict[str, str], parts: dict[str, Any], source: str) -> str:
+    """Return what an output passes on where it is one of effects: the first output before them."""
+    while source.partition(".")[0] in parts and issubclass(parts[source.partition(".")[0]].component, Effect):
+        source = wires.get(f"{source.partition('.')[0]}.incoming", "")
+    if source.partition(".")[0] in parts and parts[source.partition(".")[0]].component.__name__ == "SeenBeyond":
+        return _passed(wires, parts, wires.get(f"{source.partition('.')[0]}.incoming", ""))
+    return source
+
+
+def _after(wires: dict[str, str], parts: dict[str, Part], name: str) -> str:
+    """Return the converter that holds the command of a controller, or nothing."""
+    for target, source in wires.items():
+        part = target.partition(".")[0]
+        if _passed(wires, parts, source).partition(".")[0] != name or part not in parts:
+            continue
+        component = parts[part].component
+        if "bits" in component.declared(Parameter) and component.ports.get("reading") == "voltage":
+            return part
+    return ""
+
+
+def _on_the_way(wires: dict[str, str], controller: str, axis: str) -> set[str]:
+    """Return the parts between a controller and its axis."""
+    fed: dict[str, set[str]] = {}
+    for target, source in wires.items():
+        if source:
+            fed.setdefault(target.partition(".")[0], set()).add(source.partition(".")[0])
+    behind, waiting = {axis}, [axis]
+    while waiting:
+        for source in fed.get(waiting.pop(), set()) - behind - {controller}:
+            behind.add(source)
+            waiting.append(source)
+    reached, waiting = {controller}, [controller]
+    while waiting:
+        name = waiting.pop()
+        for target in {part for part, sources in fed.items() if name in sources} - reached - {axis}:
+            reached.add(target)
+            waiting.append(target)
+    return (reached & behind) - {controller}
+
+
+def level_of(assembly: Assembly, converter: str) -> float:
+    """Return one level of a converter [V], 0 where there is none."""
+    part = next((part for part in assembly.parts if part.name == converter), None)
+    if part is None:
+        return 0.0
+    value = {name: part.parameters.get(name, item.default) for name, item in part.component.declared(Parameter).items()}
+    return float((value["largest_voltage"] - value["smallest_voltage"]) / (2.0 ** value["bits"] - 1.0))
+
+
+def resolution_of(assembly: Assembly, sensor: str) -> float:
+    """Return one count of a sensor [m], 0 where it measures exactly or nobody knows."""
+    part = next((part for part in assembly.parts if part.name == sensor), None)
+    name = part.component.ports.get("resolution", "") if part is not None else ""
+    if part is None or not name:
+        return 0.0
+    return float(part.parameters.get(name, part.component.declared(Parameter)[name].default))

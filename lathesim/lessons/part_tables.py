@@ -1,0 +1,105 @@
+"""Tables of parts that a lesson names as files: weights, pitch errors, learned corrections, free paths. They are data, never code."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+
+from lathesim.component import Component, Table
+from lathesim.engine.assembly import FloatArray
+from lathesim.errors import LessonError, nearest
+from lathesim.lessons.case import Given
+from lathesim.shipped import shipped_folder
+
+LARGEST_TABLE = 200_000
+"""Numbers that a table may hold: a lap of some minutes, or a network far larger than a control has time for."""
+
+
+def table_of(given: Given, component: type[Component], name: str, beside: Path) -> FloatArray:
+    """Return the table of a part, shape (rows, columns) [SI], read from the CSV file that the lesson names.
+
+    A first row of words is the header and must be the columns that the part declares. Raises :class:`LessonError` with file and line
+    where the file is missing, has another shape, holds what is no number, or is too large.
+    """
+    declared = component.declared(Table)[name]
+    file = _found(given, beside)
+    if file.stat().st_size > 40 * LARGEST_TABLE:
+        raise LessonError(f"the table has more than {LARGEST_TABLE} numbers.", place=str(file), remedy="Use fewer rows.")
+    rows: list[list[float]] = []
+    with file.open(encoding="utf-8", newline="") as lines:
+        for number, cells in enumerate(csv.reader(lines), start=1):
+            if not cells or cells[0].lstrip().startswith("#"):
+                continue
+            place = f"{file}:{number}"
+            if not rows and _is_header(cells):
+                _check_header(cells, declared, place)
+                continue
+            rows.append(_numbers(cells, declared, place))
+    if not rows:
+        raise LessonError("the table has no rows.", place=str(file), remedy=f"Its columns are {', '.join(declared.columns)}.")
+    if len(rows) * len(declared.columns) > LARGEST_TABLE:
+        raise LessonError(f"the table has more than {LARGEST_TABLE} numbers.", place=str(file), remedy="Use fewer rows.")
+    table = np.array(rows, dtype=float)
+    check = getattr(component, "table_fault", None)
+    fault = check(name, rows) if check is not None else ""
+    if fault:
+        raise LessonError(fault, place=str(file))
+    return table
+
+
+def write_table(file: Path, columns: tuple[str, ...], rows: FloatArray) -> None:
+    """Write a table so that :func:`table_of` reads the same numbers back, bit for bit."""
+    lines = [",".join(columns), *[",".join(repr(float(value)) for value in row) for row in rows]]
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def table_file(named: str | float, beside: Path) -> Path | None:
+    """Return the file of a table: relative to the lesson's folder, or a shipped one."""
+    for path in (beside / str(named), shipped_folder("lesson_configs") / str(named)):
+        if path.is_file():
+            return path
+    return None
+
+
+def _found(given: Given, beside: Path) -> Path:
+    named = Path(str(given.value))
+    found = table_file(str(given.value), beside)
+    if found is not None:
+        return found
+    folder = (beside / named).parent
+    known = [path.name for path in folder.glob("*.csv")] if folder.is_dir() else []
+    remedy = nearest(named.name, known) or "The path is taken from the lesson's folder."
+    raise LessonError(f"there is no table '{given.value}'.", place=given.place, remedy=remedy)
+
+
+def _is_header(cells: list[str]) -> bool:
+    return any(not _is_number(cell) for cell in cells) and all(cell.strip().isidentifier() for cell in cells) and "nan" not in cells
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _check_header(cells: list[str], declared: Table, place: str) -> None:
+    written = tuple(cell.strip() for cell in cells)
+    if written != declared.columns:
+        wanted = ", ".join(declared.columns)
+        raise LessonError(f"the columns are {', '.join(written)}, and {declared.name} has {wanted}.", place=place)
+
+
+def _numbers(cells: list[str], declared: Table, place: str) -> list[float]:
+    if len(cells) != len(declared.columns):
+        fact = f"the row has {len(cells)} numbers, and {declared.name} has {len(declared.columns)}: {', '.join(declared.columns)}."
+        raise LessonError(fact, place=place)
+    numbers = [float(cell) if _is_number(cell) else math.nan for cell in cells]
+    for cell, number, column in zip(cells, numbers, declared.columns, strict=True):
+        if not math.isfinite(number):
+            raise LessonError(f"'{cell.strip()}' stands for {column}, and a finite number is due.", place=place)
+    return numbers
