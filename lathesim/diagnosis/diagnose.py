@@ -29,6 +29,7 @@ from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw, anoth
 from lathesim.diagnosis.recording_checks.controller_value import controller_value, with_commands_followed
 from lathesim.diagnosis.recording_checks.different_machine import another_machine
 from lathesim.diagnosis.recording_checks.exchanged_channels import exchanged_with, swapped
+from lathesim.diagnosis.recording_checks.mapped_elsewhere import mapped_elsewhere
 from lathesim.diagnosis.recording_checks.mistaken_unit import in_another_unit, wrong_unit
 from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
@@ -86,6 +87,8 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
         (experiment, validation), whole, held_name = _experiments(question)
         findings = tuple(dict.fromkeys((*findings, *sensor_zeros(experiment), *sensor_zeros(validation))))
         faults = [sentence for one in (experiment, validation) if (sentence := exchanged_with(one, _as_given(one)))]
+    if not faults:
+        faults = [sentence for one in (experiment, validation) if (sentence := mapped_elsewhere(one, _as_given(one)))]
     if not faults:
         given = with_commands_followed(experiment, _as_given(experiment))
         # before any value of a controller is doubted: all of them would make up for a clock

@@ -1,0 +1,134 @@
+"""Columns that belong elsewhere than the lesson maps them: on the other side of a converter, in counts, with the sign turned round.
+
+A converter leaves what lies on its levels as it is. A column that its law does not change was recorded behind it, whatever the lesson says.
+Where a column would have to be rounded first to be what the replayed converter gives, it was recorded before it.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+
+from lathesim.component import DiscreteState, Law, Output, Parameter
+from lathesim.engine.assembly import FloatArray, Part
+from lathesim.identification.machine.roles import decides
+from lathesim.identification.replay.closed_loop import SETTLING
+from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.signal.analysis import root_mean_square
+from lathesim.identification.signal.resolution import FEWEST_LEVELS, OFF_GRID, grid_spacing, smallest_step
+
+_MOSTLY = 0.9
+"""Share of the samples in which a rounded column is the level that the replayed converter gives. Of a column that was recorded behind the
+converter already, none is changed by rounding."""
+_LIKE_COMMAND = (0.5, 2.0)
+"""Span of a column of counts, worth what the encoder says, over that of the command it follows. Assumed: a loop follows its command."""
+_TURNED = 0.3
+"""Share of a column that may be left beside the machine's answer with its sign turned round: values of the machine are uncertain."""
+
+
+def mapped_elsewhere(experiment: Experiment, values: Mapping[str, float]) -> str:
+    """Return a sentence where a column is of another place than the lesson maps it to; empty where none is."""
+    simulated = np.nan_to_num(experiment.sensed.recorded - experiment.sensed.one(values)) if experiment.machine.replay else None
+    return (
+        _behind_converter(experiment)
+        or (_before_converter(experiment, simulated) if simulated is not None else "")
+        or _in_counts(experiment)
+        or (_turned_round(experiment, simulated) if simulated is not None else "")
+    )
+
+
+def _converters(experiment: Experiment) -> Iterator[tuple[Part, str, str, Callable[[FloatArray], FloatArray]]]:
+    """Return the parts that round what arrives and do nothing else: part, what feeds it, what it gives, and its law for many values."""
+    sources = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
+    for part in experiment.machine.assembly.parts:
+        ports, declared = part.component.ports, part.component.declared(Parameter)
+        if not decides(part.component) or ports["drive"] != ports["measured"] or len(part.component.declared(DiscreteState)) != 1:
+            continue
+        update, arguments = part.component.laws["update"], part.component.arguments["update"]
+        known = {name: float(part.parameters.get(name, item.default)) for name, item in declared.items() if name in arguments}
+        # a range that another part sets is not known here
+        if set(arguments) != {ports["drive"], *known} or any(f"{part.name}.{name}" in sources for name in known):
+            continue
+
+        law = functools.partial(_rounded, update, ports["drive"], known)
+        yield part, sources.get(f"{part.name}.{ports['drive']}", ""), f"{part.name}.{ports['reading']}", law
+
+
+def _rounded(update: Law, name: str, known: Mapping[str, float], column: FloatArray) -> FloatArray:
+    """Return what the law of a converter makes of a column (samples,)."""
+    different, places = np.unique(column, return_inverse=True)
+    return np.array([update(**{name: float(value)}, **known) for value in different], dtype=float)[places]
+
+
+def _behind_converter(experiment: Experiment) -> str:
+    for part, before, behind, law in _converters(experiment):
+        if before not in experiment.machine.compare:
+            continue
+        column = np.nan_to_num(experiment.record[before])
+        rounded = law(column)
+        levels = np.unique(rounded)
+        if len(levels) >= FEWEST_LEVELS and np.max(np.abs(rounded - column)) < OFF_GRID * float(np.min(np.diff(levels))):
+            return (
+                f"{before} holds only the levels of {part.name}: the column was recorded behind that converter. "
+                f"Compare {behind} with it, and leave {before} out."
+            )
+    return ""
+
+
+def _before_converter(experiment: Experiment, simulated: FloatArray) -> str:
+    for part, before, behind, law in _converters(experiment):
+        if behind not in experiment.machine.compare or not before:
+            continue
+        row = experiment.machine.compare.index(behind)
+        begin = int(SETTLING * experiment.sensed.samples)
+        column, replayed = np.nan_to_num(experiment.record[behind])[begin:], simulated[row][begin:]
+        rounded = law(column)
+        levels = np.unique(rounded)
+        if len(levels) < FEWEST_LEVELS:
+            continue
+        step = float(np.min(np.diff(levels)))
+        off = float(np.mean(np.abs(rounded - column) > OFF_GRID * step))
+        if off > _MOSTLY and float(np.mean(np.abs(rounded - replayed) < OFF_GRID * step)) > _MOSTLY:
+            return (
+                f"{behind} holds what lies between the levels of {part.name}: the column was recorded before that converter. "
+                f"Compare {before} with it, and leave {behind} out."
+            )
+    return ""
+
+
+def _in_counts(experiment: Experiment) -> str:
+    """Return the sentence for a reading of whole numbers which, worth a count each, spans as much as the command that it follows."""
+    parts = {part.name: part for part in experiment.machine.assembly.parts}
+    for name in experiment.machine.compare:
+        part = parts[name.partition(".")[0]]
+        ports = part.component.ports
+        if name.partition(".")[2] != ports.get("reading") or "resolution" not in ports:
+            continue
+        default = part.component.declared(Parameter)[ports["resolution"]].default
+        count = experiment.machine.resolution.get(name, 0.0) or float(part.parameters.get(ports["resolution"], default))
+        column = np.nan_to_num(experiment.record[name])
+        spacing = smallest_step(column) or grid_spacing(column)
+        unit = part.component.declared(Output)[ports["reading"]].unit
+        followed = [experiment.record[target] for target in experiment.machine.drive if experiment.record.unit(target) == unit]
+        if not count or not spacing or spacing < count / OFF_GRID or not followed:
+            continue
+        span, asked = float(np.ptp(column)) * count / spacing, max(float(np.ptp(np.nan_to_num(one))) for one in followed)
+        if _LIKE_COMMAND[0] * asked < span < _LIKE_COMMAND[1] * asked:
+            return f"{name} holds whole counts of the encoder, each worth {count:.4g} {unit}. Write unit: counts for its column."
+    return ""
+
+
+def _turned_round(experiment: Experiment, simulated: FloatArray) -> str:
+    """Return the sentence for the one channel that is what the machine makes, with the other sign: no physics turns a sign round."""
+    begin = int(SETTLING * experiment.sensed.samples)
+    recorded, made = np.nan_to_num(experiment.sensed.recorded)[:, begin:], simulated[:, begin:]
+    turned = []
+    for name, one, other in zip(experiment.machine.compare, recorded, made, strict=True):
+        factor = float(one @ other) / max(float(other @ other), 1e-300)
+        if factor < 0.0 and root_mean_square(one - factor * other) < _TURNED * root_mean_square(one):
+            turned.append(name)
+    if len(turned) != 1:
+        return ""
+    return f"{turned[0]} has the other sign than what the machine makes. Write scale: -1 for its column."

@@ -1,0 +1,77 @@
+"""A column on the other side of a converter, in counts or with the other sign is the recording's fault, and no missing physics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lathesim.component import Parameter
+from lathesim.diagnosis.recording_checks.mapped_elsewhere import mapped_elsewhere
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
+from lathesim.record import Record
+from tests.diagnosis.controlled_axis import CURRENT, POSITION, VOLTAGE, controlled_axis
+
+BEHIND = "x_dac.voltage"
+
+
+@pytest.fixture(scope="module")
+def axis(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]:
+    """The shipped axis with a converter of 12 bits, and a sound recording of it."""
+    machine, record = controlled_axis(tmp_path_factory.mktemp("axis"), (POSITION, VOLTAGE, CURRENT))
+    parts = [
+        replace(part, parameters={**part.parameters, "bits": 12.0}) if part.name == "x_dac" else part for part in machine.assembly.parts
+    ]
+    return replace(machine, assembly=replace(machine.assembly, parts=tuple(parts))), record
+
+
+def held(machine: Machine, voltage: FloatArray) -> FloatArray:
+    """Return the levels that a converter from -10 to 10 V gives."""
+    bits = next(part for part in machine.assembly.parts if part.name == "x_dac").parameters["bits"]
+    step = 20.0 / (2.0**bits - 1.0)
+    return np.asarray(-10.0 + step * np.floor((voltage + 10.0) / step + 0.5))
+
+
+def made(machine: Machine, record: Record) -> Experiment:
+    return build_experiments(machine, [("run", record)], ())[0]
+
+
+def test_a_sound_recording_is_mapped_well(axis: tuple[Machine, Record]) -> None:
+    assert mapped_elsewhere(made(*axis), {}) == ""
+
+
+def test_a_command_that_was_recorded_behind_the_converter(axis: tuple[Machine, Record]) -> None:
+    machine, record = axis
+    behind = record.with_channel(VOLTAGE, "V", held(machine, record[VOLTAGE]))
+    assert mapped_elsewhere(made(machine, behind), {}) == (
+        "x_controller.voltage holds only the levels of x_dac: the column was recorded behind that converter. "
+        "Compare x_dac.voltage with it, and leave x_controller.voltage out."
+    )
+
+
+def test_a_command_that_was_recorded_before_the_converter(axis: tuple[Machine, Record]) -> None:
+    machine, record = axis
+    shown = replace(machine, compare=(POSITION, BEHIND))
+    levels = held(machine, record[VOLTAGE])
+    assert mapped_elsewhere(made(shown, record.with_channel(BEHIND, "V", levels)), {}) == ""
+    assert mapped_elsewhere(made(shown, record.with_channel(BEHIND, "V", record[VOLTAGE])), {}).startswith(
+        "x_dac.voltage holds what lies between the levels of x_dac: the column was recorded before that converter."
+    )
+
+
+def test_counts_of_the_encoder(axis: tuple[Machine, Record]) -> None:
+    machine, record = axis
+    encoder = next(part for part in machine.assembly.parts if part.name == "x_encoder")
+    count = float(encoder.parameters.get("resolution", encoder.component.declared(Parameter)["resolution"].default))
+    counted = record.with_channel(POSITION, "m", np.round(record[POSITION] / count))
+    sentence = f"x_encoder.position holds whole counts of the encoder, each worth {count:.4g} m. Write unit: counts for its column."
+    assert mapped_elsewhere(made(machine, counted), {}) == sentence
+
+
+def test_a_sign_that_is_turned_round(axis: tuple[Machine, Record]) -> None:
+    machine, record = axis
+    turned = record.with_channel(CURRENT, "A", -record[CURRENT])
+    sentence = "x_drive.current has the other sign than what the machine makes. Write scale: -1 for its column."
+    assert mapped_elsewhere(made(machine, turned), {}) == sentence
