@@ -78,7 +78,7 @@ def diagnose(
     quiet = json_file is not None and str(json_file) == "-"
     case = load_case(loaded, [recording] if validate is None else [recording, validate], registry, variant=variant)
     question = without(ask(loaded.title, case.machine, case.recordings, effects), left_out)  # type: ignore[arg-type]
-    question = replace(question, settings=replace(question.settings, longest=limit))
+    question = replace(question, method=replace(question.method, longest=limit))
     with _progress(shown=not quiet) as tell, _terminated_as_interrupted():
         diagnosis = answer(question, tell)
     folder = out or Path("lathesim_runs") / loaded.name

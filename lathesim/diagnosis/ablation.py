@@ -16,7 +16,7 @@ import math
 from collections.abc import Collection
 from dataclasses import replace
 
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.question import Question
 from lathesim.recordings.finding import Finding
 
@@ -41,17 +41,17 @@ def without(question: Question, steps: Collection[str]) -> Question:
         asked = replace(asked, machine=replace(asked.machine, uncertain={}))
     if "null" in steps:
         numbers = len(asked.machine.compare) * len(asked.fitted.record)
-        asked = replace(asked, machine=replace(asked.machine, white=True), settings=_on_penalty_alone(asked.settings, numbers))
+        asked = replace(asked, machine=replace(asked.machine, white=True), method=_on_penalty_alone(asked.method, numbers))
     if "held-out" in steps:
         asked = replace(asked, validation=replace(asked.fitted, findings=()))
     said = tuple(Finding("left out", "", f"Answered without {step}: {LEFT_OUT[step]}", "") for step in LEFT_OUT if step in steps)
     return replace(asked, fitted=replace(asked.fitted, findings=(*said, *asked.fitted.findings)))
 
 
-def _on_penalty_alone(settings: Settings, numbers: int) -> Settings:
+def _on_penalty_alone(method: Method, numbers: int) -> Method:
     """Return settings with which the gain in likelihood on ``numbers`` values decides alone."""
     nothing = -math.inf
     return replace(
-        settings, margin=0.0, per_parameter=0.5 * math.log(numbers), against_null_maximum=False, smallest_move=nothing,
+        method, margin=0.0, per_parameter=0.5 * math.log(numbers), against_null_maximum=False, smallest_move=nothing,
         share_of_all=nothing, share_of_rest=nothing, most_degradation=math.inf, largest_size=math.inf,
     )  # fmt: skip

@@ -21,6 +21,7 @@ from lathesim.diagnosis.location.closed_loop_fit import Compared, compared
 from lathesim.diagnosis.location.missing_share import missing_signals, next_to_nothing
 from lathesim.diagnosis.location.operating_conditions import resting
 from lathesim.diagnosis.location.spindle_orders import told, turn_lines
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.question import Question
 from lathesim.diagnosis.recording_checks.change_points import changed_midway, jumped_midway
 from lathesim.diagnosis.recording_checks.clipping import clipped_reading
@@ -46,7 +47,7 @@ from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible, 
 from lathesim.diagnosis.selection.refusal import all_push, is_much_of_it
 from lathesim.diagnosis.selection.search import search
 from lathesim.diagnosis.verdict.adequacy import Adequacy, adequacy
-from lathesim.diagnosis.verdict.ranking import NAMED_SHARE, RankedEffect, explains_nothing, rank_effects, removed_share
+from lathesim.diagnosis.verdict.ranking import RankedEffect, explains_nothing, rank_effects, removed_share
 from lathesim.diagnosis.verdict.residual_tests import degrades_a_channel, hardly_missed, not_adequate
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import (
@@ -68,10 +69,6 @@ from lathesim.identification.replay.loading import Recorded
 from lathesim.identification.replay.validation_split import parted
 
 Progress = Callable[[str], None]
-_NEARLY_OPEN = 0.05
-"""Share of its size down to which the interval of an effect may come for the size not to be called determined."""
-MOVED = 0.05
-"""Share of the error that a refit of the baseline must remove for its values to be called off."""
 
 
 def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
@@ -85,53 +82,66 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     )
     if not faults:
         (experiment, validation), whole, held_name = _experiments(question)
-        findings = tuple(dict.fromkeys((*findings, *sensor_zeros(experiment), *sensor_zeros(validation))))
-        faults = [sentence for one in (experiment, validation) if (sentence := exchanged_with(one, _as_given(one)))]
+        findings = tuple(
+            dict.fromkeys((*findings, *sensor_zeros(experiment, method=question.method), *sensor_zeros(validation, method=question.method)))
+        )
+        faults = [sentence for one in (experiment, validation) if (sentence := exchanged_with(one, _as_given(one), method=question.method))]
     if not faults:
         faults = [sentence for one in (experiment, validation) if (sentence := mapped_elsewhere(one, _as_given(one)))]
     if not faults:
         given = with_commands_followed(experiment, _as_given(experiment))
         # before any value of a controller is doubted: all of them would make up for a clock
-        faults = [sentence for one in (experiment, validation) if (sentence := of_another_period(one, given))]
+        faults = [sentence for one in (experiment, validation) if (sentence := of_another_period(one, given, method=question.method))]
     if not faults:
-        if other := controller_value(experiment, validation, given):
+        if other := controller_value(experiment, validation, given, method=question.method):
             findings = (*findings, str(other))
             question = replace(question, machine=other.in_machine(question.machine))
             (experiment, validation), whole, held_name = _experiments(question)
             given = with_commands_followed(experiment, _as_given(experiment))
         # a feed-forward may be more than all that the lesson's controller does
-        laws = {law.channel: law.feed_forward for law in another_law(experiment, validation, given)}
-        checks = [(contradicted(one, given, laws), swapped(one, given), in_another_unit(one, given)) for one in (experiment, validation)]
+        laws = {law.channel: law.feed_forward for law in another_law(experiment, validation, given, method=question.method)}
+        checks = [
+            (
+                contradicted(one, given, laws, method=question.method),
+                swapped(one, given, method=question.method),
+                in_another_unit(one, given, method=question.method),
+            )
+            for one in (experiment, validation)
+        ]
         faults = [sentence for pair in checks for sentence in pair if sentence]
     if faults:
         return _recording_fault(question, faults, findings, began)
-    found = search(experiment, validation, question.settings, progress)
+    found = search(experiment, validation, question.method, progress)
     found.controller = other
-    if question.validation is not None and (stranger := another_machine(found.model, experiment, validation)):
+    if question.validation is not None and (stranger := another_machine(found.model, experiment, validation, method=question.method)):
         return _recording_fault(question, [stranger], findings, began)
     judged = ((experiment, found.baseline.fitted), (validation, found.baseline.validation_fit))
     for fault in (changed_midway, clipped_reading, *([] if found.model.candidates else [jumped_midway])):
-        if told_of := next((sentence for one, fitted in judged if (sentence := fault(one, fitted))), ""):
+        if told_of := next((sentence for one, fitted in judged if (sentence := fault(one, fitted, method=question.method))), ""):
             return _recording_fault(question, [told_of], findings, began)
     progress("fitting the found model to everything")
     values = estimates(found.model, experiment, validation, whole)
-    doubtful = _doubtful(found, experiment, validation, values)
+    doubtful = _doubtful(found, experiment, validation, values, method=question.method)
     if doubtful:
         progress(f"dropping {', '.join(candidate.name for candidate in doubtful)}: its confidence interval includes zero")
         leave_out(found, doubtful, experiment, validation, progress)
         values = estimates(found.model, experiment, validation, whole)
     if found.model.candidates and explains_nothing(
-        validation, found.baseline.validation_fit, on_validation(validation, found, values.values())
+        validation, found.baseline.validation_fit, on_validation(validation, found, values.values()), method=question.method
     ):
         names = ", ".join(candidate.name for candidate in found.model.candidates)
         progress(f"dropping {names}: it does not improve the validation recording")
         leave_out(found, found.model.candidates, experiment, validation, progress)
         values = estimates(found.model, experiment, validation, whole)
-    credible = [] if found.far_off or is_implausible(found.model.fitted) else found.model.candidates
+    credible = [] if found.far_off or is_implausible(found.model.fitted, method=question.method) else found.model.candidates
     # beside a value of the lesson that is further off than possible a factor on a reading makes up for that
-    if mistaken := wrong_unit([candidate for candidate in credible if found.removed_by(candidate) > NAMED_SHARE], values.values()):
+    if mistaken := wrong_unit(
+        [candidate for candidate in credible if found.removed_by(candidate) > question.method.verdict.named_share],
+        values.values(),
+        method=question.method,
+    ):
         return _recording_fault(question, [mistaken], findings, began)
-    counts = coarse_counts((experiment, validation), found.model.candidates)
+    counts = coarse_counts((experiment, validation), found.model.candidates, method=question.method)
     answer = _answer(question, found, experiment, validation, values, counts, progress)
     if found.complete and not answer.adequate:
         answer = _without_doubtful(question, found, answer, (experiment, validation, whole), values, progress) or answer
@@ -146,7 +156,9 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     )
 
 
-def _doubtful(found: SearchResult, experiment: Experiment, validation: Experiment, values: Estimates) -> list[Candidate]:
+def _doubtful(
+    found: SearchResult, experiment: Experiment, validation: Experiment, values: Estimates, method: Method = STANDARD
+) -> list[Candidate]:
     """Return the effects whose size may be nothing: those whose sizes the recordings do not agree on, lags of a small part of a sample, and
     such whose intervals hold nothing.
     All go that act at moving parts and explain next to nothing of what acts there.
@@ -155,13 +167,15 @@ def _doubtful(found: SearchResult, experiment: Experiment, validation: Experimen
     trifling = (
         found.model.candidates
         and all_push(experiment, found.model.candidates)
-        and not any(is_much_of_it(candidate, found) for candidate in found.model.candidates)
+        and not any(is_much_of_it(candidate, found, method=method) for candidate in found.model.candidates)
     )
-    if trifling and next_to_nothing(missing_signals(validation, found.baseline, found.model)):
+    if trifling and next_to_nothing(missing_signals(validation, found.baseline, found.model, method=method), method=method):
         return list(found.model.candidates)
     period, model = experiment.machine.assembly.sample_period, found.model.fitted.by_name
     in_time = [
-        candidate for candidate in found.model.candidates if is_of_a_clock(candidate, model, period, len(experiment.record) * period)
+        candidate
+        for candidate in found.model.candidates
+        if is_of_a_clock(candidate, model, period, len(experiment.record) * period, method=method)
     ]
     doubtful = [candidate for candidate in found.model.candidates if candidate not in in_time or not is_significant(candidate, values)]
     unsure = [
@@ -172,15 +186,17 @@ def _doubtful(found: SearchResult, experiment: Experiment, validation: Experimen
         and not only_combination_identifiable(candidate, values)
     ]
     single = len(found.model.candidates) == 1
-    unsure = [candidate for candidate in unsure if single or found.removed_by(candidate) < NAMED_SHARE]
+    unsure = [candidate for candidate in unsure if single or found.removed_by(candidate) < method.verdict.named_share]
     if not unsure:
         return doubtful
     own = _own(validation, found, values)
-    if not single and degrades_a_channel(own.fit):
+    if not single and degrades_a_channel(own.fit, method=method):
         return doubtful + unsure
-    evidence = gather(experiment, validation, found, own)
+    evidence = gather(experiment, validation, found, own, method=method)
     channels = validation.machine.compare
-    return doubtful + [candidate for candidate in unsure if hardly_missed(evidence, channels, "" if single else candidate.at)]
+    return doubtful + [
+        candidate for candidate in unsure if hardly_missed(evidence, channels, "" if single else candidate.at, method=method)
+    ]
 
 
 def _without_doubtful(
@@ -194,7 +210,7 @@ def _without_doubtful(
     """Return the answer without effects whose size may be nothing, or without any where all take nothing away of the validation recording,
     if nothing speaks against that; else none."""
     experiment, validation, whole = experiments
-    useless = bool(found.model.candidates) and answer.removed_share <= 0.0 and question.settings.against_null_maximum
+    useless = bool(found.model.candidates) and answer.removed_share <= 0.0 and question.method.against_null_maximum
     doubtful = [
         candidate
         for candidate in found.model.candidates
@@ -206,8 +222,16 @@ def _without_doubtful(
     progress(f"asking whether {', '.join(candidate.name for candidate in doubtful)} can go, {why}")
     leaner = replace(found)
     leave_out(leaner, doubtful, experiment, validation, progress)
-    counts = coarse_counts((experiment, validation), leaner.model.candidates)
-    other = _answer(question, leaner, experiment, validation, estimates(leaner.model, experiment, validation, whole), counts, progress)
+    counts = coarse_counts((experiment, validation), leaner.model.candidates, method=question.method)
+    other = _answer(
+        question,
+        leaner,
+        experiment,
+        validation,
+        estimates(leaner.model, experiment, validation, whole),
+        counts,
+        progress,
+    )
     return other if other.adequate and (useless or other.verdict in ("named", "tied")) else None
 
 
@@ -232,8 +256,14 @@ def _experiments(question: Question) -> tuple[list[Experiment], Experiment | Non
     fitted = question.fitted
     if question.validation is not None:
         pairs = [(fitted.name, fitted.record), (question.validation.name, question.validation.record)]
-        return without_one_sided(build_experiments(question.machine, pairs, question.effects)), None, question.validation.name
-    experiment, validation, whole = without_one_sided(parted(question.machine, fitted.name, fitted.record, question.effects))
+        return (
+            without_one_sided(build_experiments(question.machine, pairs, question.effects), method=question.method),
+            None,
+            question.validation.name,
+        )
+    experiment, validation, whole = without_one_sided(
+        parted(question.machine, fitted.name, fitted.record, question.effects), method=question.method
+    )
     return [experiment, validation], whole, validation.name
 
 
@@ -247,37 +277,50 @@ def _answer(
     progress: Progress,
 ) -> Diagnosis:
     progress("simulating the lesson before and after")
-    moved = _values_are_off(experiment, found, _given(experiment, found).by_name)
+    moved = _values_are_off(experiment, found, _given(experiment, found).by_name, method=question.method)
     before = found.baseline.validation_fit if found.model.candidates else _given(validation, found)
     reported_fit = on_validation(validation, found, values.values())
     as_the_lesson = {found.controller.name: found.controller.given} if found.controller else {}
     own = compared(validation, {**before.by_name, **as_the_lesson}, reported_fit.by_name)
-    evidence = gather(experiment, validation, found, own)
+    evidence = gather(experiment, validation, found, own, method=question.method)
     ranked = [
-        *rank_effects(found, question.settings, experiment.one_sided),
+        *rank_effects(found, question.method, experiment.one_sided),
         *[RankedEffect(candidate, 1.0, (), (), np.nan, np.nan) for candidate, _ in counts],
     ]
     read = {f"{candidate.part}.{candidate.effect.spacing}": count for candidate, count in counts}
-    after = strongest_variables(evidence.bars, [], after=True)
+    after = strongest_variables(evidence.bars, [], after=True, method=question.method)
     baseline = _baseline(experiment, found, values)
     taken = removed_share(validation, before, reported_fit)
-    unsized = [candidate for candidate in found.model.candidates if interval_includes_neutral(candidate, values, _NEARLY_OPEN)]
+    unsized = [
+        candidate
+        for candidate in found.model.candidates
+        if interval_includes_neutral(candidate, values, question.method.verdict.undetermined_size)
+    ]
     judged = adequacy(
-        experiment, validation, found, evidence, own, baseline, taken, _other_laws(question, found, experiment, validation), unsized
+        experiment,
+        validation,
+        found,
+        evidence,
+        own,
+        baseline,
+        taken,
+        _other_laws(question, found, experiment, validation),
+        unsized,
+        method=question.method,
     )
     sure = with_error_of_form(values, found.model.candidates, judged.form_left) if judged.form_left else values
-    verdict = _verdict(found, ranked, moved, judged, sure)
+    verdict = _verdict(found, ranked, moved, judged, sure, method=question.method)
     names = verdict in ("named", "tied")
     told_of = replace(sure, by_name={**sure.by_name, **read})
     candidates = [item.candidate for item in ranked]
     effects = tuple(reported(item, told_of, experiment) for item in ranked)
     if names:
-        effects = tuple(without_undetermined(effects, candidates, validation, found, told_of.values()))
+        effects = tuple(without_undetermined(effects, candidates, validation, found, told_of.values(), method=question.method))
     else:
         effects = tuple(no_surer_than(max(0.0, taken), effect) for effect in effects)
     if effects and found.values_instead:
         effects = (replace(effects[0], tied_with=(*effects[0].tied_with, *found.values_instead)), *effects[1:])
-    location = located(validation, found, evidence, named=names)
+    location = located(validation, found, evidence, named=names, method=question.method)
     if found.controller and not effects:
         location = replace(location, components=(found.controller.name.partition(".")[0],))
     if judged.laws and not names:
@@ -289,7 +332,7 @@ def _answer(
     candidate = None
     if not judged.adequate:
         progress("looking for a formula for what is left")
-        candidate = discover(experiment, found.model.fitted, validation, found.model.validation_fit)
+        candidate = discover(experiment, found.model.fitted, validation, found.model.validation_fit, method=question.method)
     return Diagnosis(
         verdict=verdict,
         sentence=_sentence(verdict, effects, found.values_off),
@@ -308,14 +351,17 @@ def _answer(
         else (),
         left=(
             *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in judged.laws),
-            *still_missing(evidence, after, found, question.settings),
-            *resting(validation, found.model.validation_fit),
+            *still_missing(evidence, after, found, question.method),
+            *resting(validation, found.model.validation_fit, method=question.method),
             *map(str, judged.bands),
             *(f"{told}." for told in judged.commanded),
             *(f"{name} is off by no more than its loop swings by chance between two steps of a converter." for name in judged.by_chance),
-            *told(turn_lines(validation, found.model.validation_fit), {name: item.unit for name, item in own.fit.items()}),
+            *told(
+                turn_lines(validation, found.model.validation_fit, method=question.method),
+                {name: item.unit for name, item in own.fit.items()},
+            ),
             *implausible_values(judged.implausible, baseline),
-            *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors),
+            *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors, method=question.method),
             *value_instead(found.far_off, baseline, found.factor_instead, whole=judged.adequate or names),
         ),
         not_told=(*not_determined(effects), *unseen_forms(ranked)) if names else (),
@@ -330,7 +376,7 @@ def _other_laws(question: Question, found: SearchResult, experiment: Experiment,
     slow_log = any(finding.kind in ("coarse", "interpolated") for finding in question.fitted.findings)
     if slow_log or any(candidate.effect.late_by for candidate in found.model.candidates):
         return []
-    return another_law(experiment, validation, with_commands_followed(experiment, _as_given(experiment)))
+    return another_law(experiment, validation, with_commands_followed(experiment, _as_given(experiment)), method=question.method)
 
 
 def _of_a_slow_log(question: Question, answer: Diagnosis) -> str:
@@ -357,7 +403,7 @@ def _as_given(experiment: Experiment) -> dict[str, float]:
     return {item.name: item.given for item in baseline_free(experiment.machine)}
 
 
-def _values_are_off(experiment: Experiment, found: SearchResult, given: dict[str, float]) -> bool:
+def _values_are_off(experiment: Experiment, found: SearchResult, given: dict[str, float], method: Method = STANDARD) -> bool:
     """Return whether other values of the uncertain parameters explain much that the given ones leave."""
     laboratory = Laboratory(experiment, experiment, lambda text: None, found.baseline.fitted.noise)
     names = [item for item in with_start(found.baseline.fitted) if item.name not in experiment.machine.uncertain]
@@ -365,10 +411,12 @@ def _values_are_off(experiment: Experiment, found: SearchResult, given: dict[str
     as_given = fit(experiment.sensed, names, constant, rounds=2, iterations=6, slopes="kept")
     error, refitted = laboratory.error(experiment, as_given), found.baseline.error
     gain = found.baseline.score.motion - judged_score(experiment, as_given).motion
-    return bool(gain > 10.0 and np.max((error - refitted) / error) > MOVED)
+    return bool(gain > 10.0 and np.max((error - refitted) / error) > method.verdict.values_moved)
 
 
-def _verdict(found: SearchResult, ranked: list[RankedEffect], moved: bool, judged: Adequacy, sure: Estimates) -> Verdict:
+def _verdict(
+    found: SearchResult, ranked: list[RankedEffect], moved: bool, judged: Adequacy, sure: Estimates, method: Method = STANDARD
+) -> Verdict:
     """Return what comes of it. A model that leaves something is a name as far as it takes most of the error away, and no error of its form
     makes its first effect nothing."""
     if not ranked:
@@ -376,7 +424,9 @@ def _verdict(found: SearchResult, ranked: list[RankedEffect], moved: bool, judge
             return "unknown"
         return "parameters_only" if moved or found.values_off else "no_mismatch"
     first = ranked[0].candidate
-    if judged.reasons and (judged.removed < NAMED_SHARE or (first in found.model.candidates and interval_includes_neutral(first, sure))):
+    if judged.reasons and (
+        judged.removed < method.verdict.named_share or (first in found.model.candidates and interval_includes_neutral(first, sure))
+    ):
         return "unknown"
     return "tied" if ranked[0].tied or found.values_instead else "named"
 

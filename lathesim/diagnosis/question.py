@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.effects.effect import Effect
 from lathesim.identification.replay.experiment import Machine
 from lathesim.identification.replay.loading import Recorded
@@ -19,4 +19,4 @@ class Question:
     fitted: Recorded
     validation: Recorded | None
     effects: tuple[type[Effect], ...]
-    settings: Settings = field(default_factory=Settings)
+    method: Method = field(default_factory=Method)

@@ -53,8 +53,8 @@ def test_without_the_null_an_effect_that_chance_gives_and_that_moves_nothing_is_
     small = Trial(
         experiment.candidates[0], cast("Model", None), gain=25.0, validation_gain=8.0, moves=0.1, share_of_all=0.002, share_of_rest=0.003
     )
-    assert not believable(small, question().settings, null_maximum=12.0)
-    assert believable(small, question("null").settings, null_maximum=0.0)
+    assert not believable(small, question().method, null_maximum=12.0)
+    assert believable(small, question("null").method, null_maximum=0.0)
 
 
 def restless(seed: int) -> Record:

@@ -107,8 +107,8 @@ def test_what_is_in_no_catalogue_is_told_as_a_formula() -> None:
 def test_where_nothing_is_named_no_effect_is_surer_than_what_it_took_away(monkeypatch: pytest.MonkeyPatch) -> None:
     """A friction that takes away part of what is missing is told as that: no name, no line to paste, and the place from the replay."""
     monkeypatch.setattr(diagnosing, "NAMED_SHARE", 2.0)
-    monkeypatch.setattr(judging, "shortfalls", lambda *given: ["something is left"])
-    monkeypatch.setattr(diagnosing, "removed_share", lambda *given: 0.3)
+    monkeypatch.setattr(judging, "shortfalls", lambda *given, **_: ["something is left"])
+    monkeypatch.setattr(diagnosing, "removed_share", lambda *given, **_: 0.3)
     found = diagnose(question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2)))
     assert (found.verdict, found.insert, found.shortfall, found.not_told) == ("unknown", (), "", ())
     assert [(effect.effect, effect.probability) for effect in found.effects] == [("CoulombFriction", 0.3)]
@@ -116,7 +116,7 @@ def test_where_nothing_is_named_no_effect_is_surer_than_what_it_took_away(monkey
 
 
 def test_a_named_model_that_is_not_adequate_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(judging, "shortfalls", lambda *given: ["something is left"])
+    monkeypatch.setattr(judging, "shortfalls", lambda *given, **_: ["something is left"])
     found = diagnose(question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2)))
     assert (found.verdict, found.adequate, found.shortfall) == ("named", False, "The model is not adequate: something is left.")
     assert diagnosis(Hidden(dry=8.0)).shortfall == ""
@@ -125,25 +125,25 @@ def test_a_named_model_that_is_not_adequate_says_why(monkeypatch: pytest.MonkeyP
 def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is asked beside others only: a friction stays, an offset whose interval holds nothing goes, and nothing speaks against that."""
     two = Hidden(dry=8.0, law=offset)
-    monkeypatch.setattr(diagnosing, "interval_includes_neutral", lambda candidate, *given: candidate.name == "ForceOffset")
+    monkeypatch.setattr(diagnosing, "interval_includes_neutral", lambda candidate, *given, **_: candidate.name == "ForceOffset")
     for reasons in ("shortfalls", "of_another_form", "too_little", "leaves_much"):
         monkeypatch.setattr(judging, reasons, lambda *given, **more: [])
-    monkeypatch.setattr(diagnosing, "_doubtful", lambda *given: [])
+    monkeypatch.setattr(diagnosing, "_doubtful", lambda *given, **_: [])
     found = diagnose(question(recording(two, seed=1), recording(two, seed=2)))
     assert ([effect.effect for effect in found.effects], found.adequate) == (["CoulombFriction"], True)
-    monkeypatch.setattr(judging, "shortfalls", lambda *given: ["something is left"])
+    monkeypatch.setattr(judging, "shortfalls", lambda *given, **_: ["something is left"])
     kept = diagnose(question(recording(two, seed=1), recording(two, seed=2)))
     assert {effect.effect for effect in kept.effects} == {"CoulombFriction", "ForceOffset"}
 
 
 def test_effects_that_take_nothing_away_of_the_judge_go_where_nothing_else_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is believed and of no use on the judging recording was a load of the other one."""
-    monkeypatch.setattr(diagnosing, "explains_nothing", lambda *given: False)
-    monkeypatch.setattr(diagnosing, "removed_share", lambda *given: -0.1)
+    monkeypatch.setattr(diagnosing, "explains_nothing", lambda *given, **_: False)
+    monkeypatch.setattr(diagnosing, "removed_share", lambda *given, **_: -0.1)
     asked = question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2))
     assert diagnose(asked).verdict == "unknown"  # without the friction most that is missing goes with the speed
     for reasons in ("shortfalls", "is_missing_for_sure", "mostly_follows"):
-        monkeypatch.setattr(judging, reasons, lambda *given: [])
+        monkeypatch.setattr(judging, reasons, lambda *given, **_: [])
     found = diagnose(asked)
     assert (found.verdict in ("no_mismatch", "parameters_only"), found.effects, found.adequate) == (True, (), True)
 

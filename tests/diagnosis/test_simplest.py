@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.selection.acceptance import simplest
 
 
@@ -45,4 +45,4 @@ BEST = trial("BaseRocking", 1500.0, 3, 15)
 )
 def test_of_trials_that_cannot_be_told_apart_the_simplest_is_taken(other: Any, taken: str) -> None:
     best = trial("BaseRocking", 1500.0, 3, 15, share=0.993) if other.share_of_all > 0.95 else BEST
-    assert simplest([best, other], Settings()).candidate.name == taken
+    assert simplest([best, other], Method()).candidate.name == taken

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from lathesim.component import Parameter
 from lathesim.diagnosis.location.operating_conditions import one_way
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.effects.effect import Effect
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model
@@ -60,13 +61,13 @@ def _in_baseline(experiment: Experiment) -> set[tuple[str, str]]:
     return there
 
 
-def without_one_sided(experiments: Sequence[Experiment]) -> list[Experiment]:
+def without_one_sided(experiments: Sequence[Experiment], method: Method = STANDARD) -> list[Experiment]:
     """Return the experiments of some recordings whose candidates are told from what they refine by them: with a host that always moves
     one way, what differs between two directions is left out."""
     sided = [
         candidate
         for candidate in experiments[0].candidates
-        if candidate.effect.needs_both_ways and all(one_way(experiment, candidate.at) for experiment in experiments)
+        if candidate.effect.needs_both_ways and all(one_way(experiment, candidate.at, method=method) for experiment in experiments)
     ]
     if not sided:
         return list(experiments)

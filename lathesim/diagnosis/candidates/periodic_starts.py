@@ -16,6 +16,7 @@ from scipy.fft import next_fast_len, rfft, rfftfreq
 
 from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.operating_conditions import direction_of
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import acting
 from lathesim.identification.records.candidate import Candidate
@@ -30,30 +31,20 @@ PERIODS = ("lead", "turn", "period", "signal_period", "length")
 _ORDER = "order"
 _SIZES = ("amplitude", "ripple")
 _SHARE = "share"
-_STRONGEST, _STANDING_OUT = 1, 2
-"""How many of the strongest waves are tried, and of those that stand out most."""
+
 _SPREAD = 8
 """Places of a padded periodogram on each side that belong to one line."""
 _SHORTEST_STRETCH, _STRETCHES = 64, 40
 _PHASES = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
 """As few as tell the best one."""
 _MOST_BINS = 1 << 18
-_LEAST_TURNS, _LEAST_TURNS_OF_A_FORCE = 2.0, 5.0
-_NO_WAVE, _NO_WAVE_OF_A_FORCE = 3.0, 1.0
-"""Ways of a recording beyond which what is told of a wave's length is a constant, or a slope; a motor that ripples does so at least once on
-the way, and a friction may be larger at one end of it."""
-_LONGER = 10.0
-"""By what factor the wave of a geometry may be longer than usual."""
+
+
 _ALONG_ALL = (1.0, 1.5, 2.0, 3.0)
 """Waves in the whole way that are tried besides: so few are no line of a periodogram, and its trend takes a part of them."""
-_OFTEN = 3.0
-"""Times that each of several waves must be there."""
-_SLOWLY = 0.25
-_BEYOND = 1.3
-"""By how much a wavelength may lie outside the typical range."""
 
 
-def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candidate]) -> dict[str, FloatArray]:
+def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candidate], method: Method = STANDARD) -> dict[str, FloatArray]:
     """Return starting values by candidate part for effects that repeat over the place of their host: strongest wavelengths, three
     phases."""
     places = _places(experiment)
@@ -78,9 +69,9 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
         else:
             # a belt's pulley turns once in a tenth of a metre, a geared shaft once in some turns of its motor; a force must be there more
             # often, as other slow ones are there too
-            least = _LEAST_TURNS if candidate.effect.site == "measured" else _LEAST_TURNS_OF_A_FORCE
-            high = max(high, min(float(np.ptp(place)) / least, _LONGER * high))
-        low = max(low, 2.0 * _BEYOND * _way_per_sample(place))
+            least = method.candidates.least_turns if candidate.effect.site == "measured" else method.candidates.least_turns_of_force
+            high = max(high, min(float(np.ptp(place)) / least, method.candidates.longer_geometry * high))
+        low = max(low, 2.0 * method.candidates.beyond_typical * _way_per_sample(place, method=method))
         points = []
         # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
         sizes = [(size, "direction" if candidate.family == WAVES and _is_friction(candidate) else "")]
@@ -90,10 +81,18 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
             if key not in spectra:
                 times = _driving(experiment, candidate.at) if factor == "drive" else None
                 if factor and times is None:
-                    times = direction_of(velocity)
+                    times = direction_of(velocity, method=method)
                 together = {name for name, (other, *_) in places.items() if other == host}
-                spectra[key] = [_periodogram(place, kind, times, _shortest(candidates, together)) for kind in (signals, fast)]
-            lengths = [length for spectrum in spectra[key] for length in _strongest(*spectrum, low / _BEYOND, high * _BEYOND)]
+                spectra[key] = [
+                    _periodogram(place, kind, times, _shortest(candidates, together, method=method)) for kind in (signals, fast)
+                ]
+            lengths = [
+                length
+                for spectrum in spectra[key]
+                for length in _strongest(
+                    *spectrum, low / method.candidates.beyond_typical, high * method.candidates.beyond_typical, method=method
+                )
+            ]
             lengths += [length for length in float(np.ptp(place)) / np.array(_ALONG_ALL) if low < length < float(candidate.usual[column])]
             for length in lengths:
                 for phase in _PHASES:
@@ -107,25 +106,29 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
     return found
 
 
-def is_a_wave(experiment: Experiment, candidate: Candidate, values: Mapping[str, float]) -> bool:
+def is_a_wave(experiment: Experiment, candidate: Candidate, values: Mapping[str, float], method: Method = STANDARD) -> bool:
     """Return whether enough of a wave is there for it to be one, if a candidate is a wave at all."""
     length = next((values[name] for name in candidate.parameters if name.partition(".")[2] in PERIODS), 0.0)
     if not length:
         return True
     seen = _places(experiment).get(candidate.part if candidate.effect.along else candidate.at)
     is_a_force = candidate.effect.site == "effort" and not _is_friction(candidate)
-    return seen is None or length < (_NO_WAVE_OF_A_FORCE if is_a_force else _NO_WAVE) * float(np.ptp(seen[1]))
+    return seen is None or length < (method.candidates.longest_wave_of_force if is_a_force else method.candidates.longest_wave) * float(
+        np.ptp(seen[1])
+    )
 
 
 def _is_friction(candidate: Candidate) -> bool:
     return "Friction" in candidate.name
 
 
-def drawn_by_waves(experiment: Experiment, candidates: Sequence[Candidate], values: Mapping[str, float]) -> tuple[Candidate, ...]:
+def drawn_by_waves(
+    experiment: Experiment, candidates: Sequence[Candidate], values: Mapping[str, float], method: Method = STANDARD
+) -> tuple[Candidate, ...]:
     """Return the waves at one part of which several act on one port and some are there so few times that together they may draw anything
     that goes with the place: a bump is the sum of a wave that fits into the way and of one half as long. A single one does so that is
     longer than the way, with its harmonics and a constant beside it."""
-    longer = tuple(candidate for candidate in candidates if not is_a_wave(experiment, candidate, values))
+    longer = tuple(candidate for candidate in candidates if not is_a_wave(experiment, candidate, values, method=method))
     if longer or len(candidates) < 2:
         return longer
     places = _places(experiment)
@@ -137,7 +140,7 @@ def drawn_by_waves(experiment: Experiment, candidates: Sequence[Candidate], valu
             lengths.setdefault((candidate.at, candidate.effect.site, _is_friction(candidate)), []).append((length, candidate))
     for (at, *_), found in lengths.items():
         longest = max(length for length, _ in found)
-        if len(found) > 1 and longest * _OFTEN > float(np.ptp(places[at][1])):
+        if len(found) > 1 and longest * method.candidates.several_repeat > float(np.ptp(places[at][1])):
             return tuple(candidate for _, candidate in found)
     return ()
 
@@ -165,10 +168,10 @@ def _places(experiment: Experiment) -> dict[str, tuple[str, FloatArray, FloatArr
     return found
 
 
-def _way_per_sample(place: FloatArray) -> float:
+def _way_per_sample(place: FloatArray, method: Method = STANDARD) -> float:
     """Return the way from one sample to the next where it moves slowly: what repeats within two of them cannot be told from a slow wave."""
     steps = np.abs(np.diff(place))
-    return float(np.quantile(steps[steps > 0.0], _SLOWLY)) if np.any(steps > 0.0) else 0.0
+    return float(np.quantile(steps[steps > 0.0], method.candidates.slow_growth)) if np.any(steps > 0.0) else 0.0
 
 
 def _driving(experiment: Experiment, part: str) -> FloatArray | None:
@@ -187,13 +190,13 @@ def _standardised(values: FloatArray) -> FloatArray:
     return (values - float(np.mean(values))) / spread if spread > 0.0 and np.isfinite(spread) else np.zeros_like(values)
 
 
-def _shortest(candidates: list[Candidate], at: set[str]) -> float:
+def _shortest(candidates: list[Candidate], at: set[str], method: Method = STANDARD) -> float:
     """Return the shortest wavelength that a candidate at one of some parts may have."""
     inside = [candidate for candidate in candidates if at & {candidate.at, candidate.part}]
     there = [(candidate, column, name.partition(".")[2]) for candidate in inside for column, name in enumerate(candidate.parameters)]
     lengths = [float(candidate.least[column]) for candidate, column, name in there if name in PERIODS]
     lengths += [2.0 * math.pi / candidate.effect.typical[_ORDER][1] for candidate, _, name in there if name == _ORDER]
-    return min(lengths, default=math.inf) / _BEYOND
+    return min(lengths, default=math.inf) / method.candidates.beyond_typical
 
 
 def _periodogram(place: FloatArray, signals: list[FloatArray], times: FloatArray | None, shortest: float) -> tuple[FloatArray, FloatArray]:
@@ -211,12 +214,15 @@ def _periodogram(place: FloatArray, signals: list[FloatArray], times: FloatArray
     return np.asarray(rfftfreq(padded, span / bins)), power
 
 
-def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float) -> list[float]:
+def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float, method: Method = STANDARD) -> list[float]:
     """Return the wavelengths between two that are strongest, and those that stand out most from their neighbours: what is missing is the
     noisier the shorter the wave, and a long one stands out where it is not the largest."""
     inside = (waves > 1.0 / high) & (waves < 1.0 / low)
     found: list[int] = []
-    for strength, many in ((power, _STRONGEST), (power / np.maximum(_background(power), 1e-300), _STANDING_OUT)):
+    for strength, many in (
+        (power, int(method.candidates.strongest_lines)),
+        (power / np.maximum(_background(power), 1e-300), int(method.candidates.prominent_lines)),
+    ):
         left = np.where(inside, strength, 0.0)
         for other in found:
             left[_beside(waves, other)] = 0.0

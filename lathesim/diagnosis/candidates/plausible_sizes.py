@@ -9,20 +9,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.identification.machine.roles import acting
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion
 from lathesim.units import same_dimension
 
-_MOST_LOST = 0.3
-"""Share of the largest speed that could be lost under the largest load."""
 
-
-def possible_sizes(experiment: Experiment) -> dict[str, float]:
+def possible_sizes(experiment: Experiment, method: Method = STANDARD) -> dict[str, float]:
     """Return how large parameters of the candidates (free name -> size) could be, as far as they are efforts, grow with a speed, or are
     losses for each effort."""
     found: dict[str, float] = {}
-    for host, bounds in _bounds(experiment).items():
+    for host, bounds in _bounds(experiment, method=method).items():
         for candidate in (
             candidate.shaped or candidate
             for candidate in experiment.candidates
@@ -36,7 +34,7 @@ def possible_sizes(experiment: Experiment) -> dict[str, float]:
     return found
 
 
-def _bounds(experiment: Experiment) -> dict[str, dict[str, float]]:
+def _bounds(experiment: Experiment, method: Method = STANDARD) -> dict[str, dict[str, float]]:
     """Return for each part that is pushed the units of an effort, of one over a speed, and of a loss for each effort, with the largest of
     each: part -> unit -> size."""
     channels = experiment.sensed.plan.channels
@@ -62,7 +60,7 @@ def _bounds(experiment: Experiment) -> dict[str, dict[str, float]]:
         speed = float(np.max(np.abs(motion.get(f"{part.name}.{ports['flow']}", np.zeros(1)))))
         found[part.name] = {unit: effort}
         if speed > 0.0 and effort > 0.0:
-            found[part.name] |= {f"({unit})/({flow})": effort / speed, f"({flow})/({unit})": _MOST_LOST * speed / effort}
+            found[part.name] |= {f"({unit})/({flow})": effort / speed, f"({flow})/({unit})": method.candidates.most_lost * speed / effort}
         if effort > 0.0:
-            found[part.name] |= {f"1/({unit})": _MOST_LOST / effort}
+            found[part.name] |= {f"1/({unit})": method.candidates.most_lost / effort}
     return found

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import rfft
 
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.execution.threads import together
@@ -31,7 +32,7 @@ class Screening:
 _DRAWS = 20
 _FEWEST_PHASES = 3
 _TURNS = 72
-_FAR_BEYOND = 100.0
+
 _AT_END = 1e-6
 """Scales from a bound within which a value lies at it."""
 _SINGLE = np.float32
@@ -41,7 +42,11 @@ _Response = tuple[float, float, FloatArray, FloatArray]
 
 
 def screen(
-    simulator: Simulator, fitted: Fitted, candidates: Sequence[Candidate], points: Mapping[str, FloatArray] | None = None
+    simulator: Simulator,
+    fitted: Fitted,
+    candidates: Sequence[Candidate],
+    points: Mapping[str, FloatArray] | None = None,
+    method: Method = STANDARD,
 ) -> Screening:
     """Screen the candidates; ``points`` gives starting values by candidate part, in the place of usual ones.
 
@@ -57,7 +62,7 @@ def screen(
         if not tried:
             return None
         basis = _basis(tried)
-        starts = tuple(_start(candidate, item) for item in _apart(candidate, tried)[:3])
+        starts = tuple(_start(candidate, item, method=method) for item in _apart(candidate, tried)[:3])
         promised = Screened(candidate, _gain(basis, absorb.residual), starts, absorb.shares((basis @ absorb.residual) @ basis))
         return promised, float(np.max(0.5 * np.sum((basis @ draws.T) ** 2, axis=0)))
 
@@ -183,12 +188,14 @@ def _plausible(candidate: Candidate, share: float) -> float:
     return 0.05
 
 
-def _start(candidate: Candidate, item: _Response) -> FloatArray:
+def _start(candidate: Candidate, item: _Response, method: Method = STANDARD) -> FloatArray:
     _, share, point, _ = item
     size = float(np.clip(abs(share), 0.02, 20.0))
     if share < 0.0 and bool((candidate.low < 0.0).any()) and not any(name.endswith("phase") for name in candidate.parameters):
         size = -size
-    away = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(candidate)
+    away = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(
+        candidate, method=method
+    )
     scaled = np.where(away, candidate.neutral + (point - candidate.neutral) * size, point)
     if share < 0.0:
         # a wave of negative size is the same wave half a turn on
@@ -196,10 +203,10 @@ def _start(candidate: Candidate, item: _Response) -> FloatArray:
     return np.clip(scaled, candidate.low, candidate.high)
 
 
-def is_limit(candidate: Candidate) -> np.ndarray:
+def is_limit(candidate: Candidate, method: Method = STANDARD) -> np.ndarray:
     """Return for each parameter whether it vanishes far beyond its usual sizes, as a limit does: then there is nothing to scale."""
     usual = np.abs(candidate.points).max(axis=0, initial=0.0)
-    return np.asarray(np.abs(candidate.neutral) > _FAR_BEYOND * usual)
+    return np.asarray(np.abs(candidate.neutral) > method.candidates.limit_far_beyond * usual)
 
 
 def _basis(tried: Sequence[_Response]) -> FloatArray:

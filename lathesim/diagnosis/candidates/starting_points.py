@@ -8,6 +8,7 @@ import numpy as np
 
 from lathesim.diagnosis.candidates.periodic_starts import wave_points
 from lathesim.diagnosis.candidates.screening import is_limit
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import commands
 from lathesim.identification.records.candidate import INSTANT, Candidate
@@ -18,19 +19,18 @@ from lathesim.identification.signal.analysis import behind, strongest_jumps
 _FREQUENCIES = 10
 _SMALL_AND_LARGE = (0.3, 0.85)
 """Quantiles of the usual values of a resonance."""
-_FASTEST = 0.2
-"""Cycles a sample up to which a resonance is looked for."""
+
 _REACHED = (0.995, 0.98, 0.95, 0.85)
 """Shares of the samples in which a command is below where a limit is looked for ..."""
 _OF_LARGEST = (0.9, 0.75, 0.6, 0.45)
 """... and shares of its largest value: a command in steps is at its largest for long."""
-_LATEST = 0.1
-"""The latest that a reading is looked for [s]."""
 
 
-def starting_points(experiment: Experiment, fitted: Fitted, candidates: list[Candidate]) -> dict[str, FloatArray]:
+def starting_points(
+    experiment: Experiment, fitted: Fitted, candidates: list[Candidate], method: Method = STANDARD
+) -> dict[str, FloatArray]:
     """Return starting values (points, parameters) by candidate part for the effects that need them."""
-    found = wave_points(experiment, fitted, candidates)
+    found = wave_points(experiment, fitted, candidates, method=method)
     jumps = [
         (instant, size) for row in fitted.residual for instant, size in strongest_jumps(row, experiment.machine.assembly.sample_period)
     ]
@@ -47,13 +47,15 @@ def starting_points(experiment: Experiment, fitted: Fitted, candidates: list[Can
         found[candidate.part] = np.clip(points, candidate.low, candidate.high)
     return (
         found
-        | limit_points(experiment, candidates)
-        | _frequency_points(experiment, candidates)
-        | _late_points(experiment, fitted, candidates)
+        | limit_points(experiment, candidates, method=method)
+        | _frequency_points(experiment, candidates, method=method)
+        | _late_points(experiment, fitted, candidates, method=method)
     )
 
 
-def _late_points(experiment: Experiment, fitted: Fitted, candidates: Sequence[Candidate]) -> dict[str, FloatArray]:
+def _late_points(
+    experiment: Experiment, fitted: Fitted, candidates: Sequence[Candidate], method: Method = STANDARD
+) -> dict[str, FloatArray]:
     """Return starting values for what makes a reading late: beside the usual ones that by which the recording is behind the simulation. A
     staircase that is late by half a step is as near as one that is late by two."""
     period, seconds = experiment.machine.assembly.sample_period, {sight.row for sight in experiment.sensed.redundant_sensors}
@@ -69,7 +71,9 @@ def _late_points(experiment: Experiment, fitted: Fitted, candidates: Sequence[Ca
             if candidate.at in (name, name.partition(".")[0]) and row not in seconds
         ]
         column = candidate.parameters.index(late)
-        samples = np.array([behind(experiment.sensed.seen[row], simulated[row], round(_LATEST / period)) for row in rows])
+        samples = np.array(
+            [behind(experiment.sensed.seen[row], simulated[row], round(method.candidates.latest_reading / period)) for row in rows]
+        )
         # what is held and then delayed is read that many samples late from one sample less on
         lags = period * (samples - 0.5 * np.sign(samples) if candidate.effect.in_samples else samples)
         points = np.tile(np.median(candidate.points, axis=0), (len(lags), 1))
@@ -80,9 +84,9 @@ def _late_points(experiment: Experiment, fitted: Fitted, candidates: Sequence[Ca
     return found
 
 
-def _frequency_points(experiment: Experiment, candidates: Sequence[Candidate]) -> dict[str, FloatArray]:
+def _frequency_points(experiment: Experiment, candidates: Sequence[Candidate], method: Method = STANDARD) -> dict[str, FloatArray]:
     """Return starting values for resonances: frequencies so close together that one is in the valley, its other values usual."""
-    fastest = _FASTEST / experiment.machine.assembly.sample_period
+    fastest = method.candidates.fastest_resonance / experiment.machine.assembly.sample_period
     found: dict[str, FloatArray] = {}
     for candidate in candidates:
         resonance = f"{candidate.part}.{candidate.effect.resonance}"
@@ -98,13 +102,13 @@ def _frequency_points(experiment: Experiment, candidates: Sequence[Candidate]) -
     return found
 
 
-def limit_points(experiment: Experiment, candidates: Sequence[Candidate]) -> dict[str, FloatArray]:
+def limit_points(experiment: Experiment, candidates: Sequence[Candidate], method: Method = STANDARD) -> dict[str, FloatArray]:
     """Return starting values for limits of a command, or of its rate, where the command of this recording comes to: a limit that is never
     reached does nothing, and one that is usual on another machine may be never reached here."""
     found: dict[str, FloatArray] = {}
     channels, sources = experiment.sensed.plan.channels, commands(experiment.sensed.plan.assembly)
     for candidate in candidates:
-        limits, source = np.flatnonzero(is_limit(candidate)), sources.get(candidate.at, "")
+        limits, source = np.flatnonzero(is_limit(candidate, method=method)), sources.get(candidate.at, "")
         if candidate.effect.site != "drive" or len(limits) != 1 or len(candidate.parameters) != 1 or source not in channels:
             continue
         command = np.nan_to_num(experiment.sensed.channel([], [], channels.index(source)))

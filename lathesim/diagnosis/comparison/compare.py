@@ -17,8 +17,9 @@ import numpy as np
 
 from lathesim.diagnosis.location.dependence import bars
 from lathesim.diagnosis.location.missing_force import missing_signal, places
-from lathesim.diagnosis.location.missing_share import FORCES, NEXT_TO_NOTHING, missing_share
+from lathesim.diagnosis.location.missing_share import FORCES, missing_share
 from lathesim.diagnosis.location.operating_conditions import direction_of, variables
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.checks import at_odds
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.engine.assembly import FloatArray
@@ -36,11 +37,10 @@ from lathesim.plugins import Registry
 SCHEMA = "lathesim-compare/1"
 OFF = 3.0
 """Floors above which a channel, or a part in the replay, counts as off."""
-_AS_TIME = 1.05
-"""Times by which a variable must tell more than the time alone: else what is missing comes once, and goes with all that changed then."""
+
 _WINDOWS = 50
 """Stretches of a recording of which the worst is told."""
-_LEAST_BAR = 0.05
+
 _MOST_BARS = 8
 
 
@@ -121,6 +121,7 @@ class Comparison:
     wires: tuple[tuple[str, str], ...]
     faults: tuple[str, ...] = ()
     """What makes the recording unfit to say anything of the machine; each is among the findings too."""
+    method: Method = STANDARD
 
     @property
     def suspects(self) -> tuple[str, ...]:
@@ -144,7 +145,7 @@ class Comparison:
     @property
     def _off(self) -> list[Replayed]:
         far = [item for item in self.replayed if item.over_floor > OFF and item.parts]
-        return [item for item in far if item.unit not in FORCES or not item.share < NEXT_TO_NOTHING]
+        return [item for item in far if item.unit not in FORCES or not item.share < self.method.location.integration_error]
 
     @property
     def within_floors(self) -> bool:
@@ -167,13 +168,13 @@ def load_recording(lesson: Lesson, file: Path, registry: Registry, variant: str 
     return read_for(prepare(lesson, registry, variant), file, registry)
 
 
-def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
+def compare(lesson: str, machine: Machine, recorded: Recorded, method: Method = STANDARD) -> Comparison:
     """Hold a recording against a machine."""
     first, second, experiment = parted(machine, recorded.name, recorded.record, ())
     fitted, *pieces = [_started(item) for item in (experiment, first, second)]
     channels, replayed = _channels(experiment, fitted), _replayed(experiment, fitted)
-    faults = (*(str(item) for item in recorded.faults), *at_odds(experiment, {}))
-    findings = (*(str(item) for item in recorded.findings), *sensor_zeros(experiment), *faults)
+    faults = (*(str(item) for item in recorded.faults), *at_odds(experiment, {}, method=method))
+    findings = (*(str(item) for item in recorded.findings), *sensor_zeros(experiment, method=method), *faults)
     wires = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in machine.assembly.wires if wire.source]
     return Comparison(
         lesson,
@@ -182,11 +183,12 @@ def compare(lesson: str, machine: Machine, recorded: Recorded) -> Comparison:
         recorded.record.sample_period,
         tuple(sorted(channels, key=lambda item: -item.over_floor)),
         replayed,
-        _depends_on(first, pieces[0], second, pieces[1]),
-        _spectra(experiment, channels, {item.channel: item.parts for item in replayed}),
+        _depends_on(first, pieces[0], second, pieces[1], method=method),
+        _spectra(experiment, channels, {item.channel: item.parts for item in replayed}, method=method),
         tuple(dict.fromkeys(findings)),
         tuple(dict.fromkeys(wires)),
         faults,
+        method,
     )
 
 
@@ -244,23 +246,28 @@ def _replayed(experiment: Experiment, fitted: Fitted) -> tuple[Replayed, ...]:
     return tuple(sorted(found, key=lambda item: (item.over_floor <= OFF, -item.share if math.isfinite(item.share) else 0.0)))
 
 
-def _depends_on(first: Experiment, fitted: Fitted, second: Experiment, judged: Fitted) -> tuple[Dependence, ...]:
+def _depends_on(first: Experiment, fitted: Fitted, second: Experiment, judged: Fitted, method: Method = STANDARD) -> tuple[Dependence, ...]:
     """Return the variables that explain most, each where it explains most, as far as they tell more than the time does there."""
     tallest: dict[str, Dependence] = {}
-    found = bars(first, fitted, second, judged)
+    found = bars(first, fitted, second, judged, method=method)
     by_time = {bar.channel: bar.share for bar in found if bar.variable == "time"}
     for bar in found:
-        least = max(_LEAST_BAR, _AS_TIME * by_time.get(bar.channel, 0.0) if bar.variable != "time" else 0.0)
+        least = max(
+            method.comparison.least_dependence,
+            method.comparison.beyond_time * by_time.get(bar.channel, 0.0) if bar.variable != "time" else 0.0,
+        )
         if bar.share > least:
             tallest.setdefault(bar.variable, Dependence(bar.channel, bar.variable, bar.share))
     return tuple(tallest.values())[:_MOST_BARS]
 
 
-def _spectra(experiment: Experiment, channels: Sequence[ChannelResidual], made_by: Mapping[str, Sequence[str]]) -> tuple[ChannelLines, ...]:
+def _spectra(
+    experiment: Experiment, channels: Sequence[ChannelResidual], made_by: Mapping[str, Sequence[str]], method: Method = STANDARD
+) -> tuple[ChannelLines, ...]:
     """Look for lines of each channel, along the ways of the parts that it is ``made_by`` (channel -> parts, the nearest first) before
     others."""
     begin = int(SETTLING * experiment.own.samples)
-    ways, motions = _ways(experiment, begin)
+    ways, motions = _ways(experiment, begin, method=method)
     ordered = sorted(channels, key=lambda item: -item.over_floor)
     found = []
     for item in ordered:
@@ -273,18 +280,18 @@ def _spectra(experiment: Experiment, channels: Sequence[ChannelResidual], made_b
     return tuple(found)
 
 
-def _ways(experiment: Experiment, begin: int) -> tuple[dict[str, tuple[str, FloatArray]], list[FloatArray]]:
+def _ways(experiment: Experiment, begin: int, method: Method = STANDARD) -> tuple[dict[str, tuple[str, FloatArray]], list[FloatArray]]:
     """Return what lines are looked for against (time, position or angle of each part) and the motions whose rhythm is none."""
     ways = {"time": ("s", experiment.record.time[begin:])}
     motions = []
     parts = {part.name: part.component for part in experiment.machine.assembly.parts}
-    for name, values in variables(experiment).items():
+    for name, values in variables(experiment, method=method).items():
         kind, _, host = name.partition(" of ")
         if kind == "position" and host in parts:
             unit = parts[host].declarations[parts[host].ports["displacement"]].unit
             ways[name] = (unit, values[0][begin:])
         if kind == "velocity":
-            motions += [values[0][begin:], direction_of(values[0])[begin:]]
+            motions += [values[0][begin:], direction_of(values[0], method=method)[begin:]]
     return ways, motions
 
 

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lombscargle
 
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 
 _WAVES = 400
 _MOST_POINTS = 4000
-_SLOW = 0.02
-"""Share of the fastest motion over which a step at a reversal is smoothed."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +28,9 @@ class Column:
     values: Callable[[Mapping[str, FloatArray]], FloatArray]
 
 
-def groups_of(motion: Mapping[str, FloatArray], signal: FloatArray) -> list[list[Column]]:
+def groups_of(motion: Mapping[str, FloatArray], signal: FloatArray, method: Method = STANDARD) -> list[list[Column]]:
     """Return the groups of functions to be tried on a signal; those whose letters the motion has."""
-    slow = float(f"{_SLOW * float(np.max(np.abs(motion['v']))) or 1.0:.3g}")
+    slow = float(f"{method.discovery.smoothed_reversal * float(np.max(np.abs(motion['v']))) or 1.0:.3g}")
     simple = [
         Column("1.0", "1", lambda m: np.ones_like(m["t"])),
         Column("v", "v", lambda m: m["v"]),

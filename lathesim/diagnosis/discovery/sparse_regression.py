@@ -21,6 +21,7 @@ from scipy.fft import irfft, rfft
 
 from lathesim.diagnosis.discovery.function_library import Column, groups_of
 from lathesim.diagnosis.location.missing_force import missing_signal
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.discovered import Addend, Discovered, Span
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
@@ -31,16 +32,9 @@ from lathesim.identification.replay.open_loop import seen
 from lathesim.identification.replay.recorded_parts import SplineTerm
 from lathesim.lessons.insertion import Machinery, first_input
 
-WORTH = 0.05
-"""Share of the missing signal that a group must explain further on the validation recording."""
-_MOST_GROUPS = 3
 _MOST_COLUMNS = 8
-_ENDS = 0.06
-"""Share at either end of a recording that is left out: the missing signal is tapered there."""
-_ABSORBED = 0.9
-"""A column of which the uncertain values explain this share belongs to them."""
-_SURE = 3.0
-"""Standard errors by which the coefficient of an addend must differ from nothing."""
+
+
 _TERM = "discovered_term"
 
 
@@ -56,41 +50,45 @@ class _Draft:
     share: float
 
 
-def discover(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted) -> Discovered | None:
+def discover(
+    experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, method: Method = STANDARD
+) -> Discovered | None:
     """Return a formula for the largest missing signal, or none where no function explains it on the validation recording."""
     drafts = [
         draft
         for row in range(len(experiment.machine.compare))
-        if (draft := _draft(experiment, fitted, validation, judged, row)) is not None
+        if (draft := _draft(experiment, fitted, validation, judged, row, method=method)) is not None
     ]
     for draft in sorted(drafts, key=lambda item: -item.share):
-        found = _replayed(experiment, fitted, validation, judged, draft)
+        found = _replayed(experiment, fitted, validation, judged, draft, method=method)
         if found is not None:
             return found
     return None
 
 
-def _draft(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, row: int) -> _Draft | None:
+def _draft(
+    experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, row: int, method: Method = STANDARD
+) -> _Draft | None:
     here, there = missing_signal(experiment, fitted, row), missing_signal(validation, judged, row)
     motion, other = _motion(experiment, here.at, row), _motion(validation, there.at, row)
     if motion is None or other is None or not np.any(there.values):
         return None
     band = experiment.sensed.noise_shapes(fitted.by_name)[row].band
-    own = _absorbed(experiment, fitted, row, motion, band)
-    signal, scored = _inner(here.values), _inner(there.values)
-    taken = _columns(own, motion, band), _columns(own, other, band)
-    groups = groups_of(motion, here.values)
+    own = _absorbed(experiment, fitted, row, motion, band, method=method)
+    signal, scored = _inner(here.values, method=method), _inner(there.values, method=method)
+    taken = _columns(own, motion, band, method=method), _columns(own, other, band, method=method)
+    groups = groups_of(motion, here.values, method=method)
     chosen: list[Column] = []
     best, amounts = 0.0, np.zeros(0)
-    for _ in range(_MOST_GROUPS):
+    for _ in range(int(method.discovery.most_groups)):
         trials = []
         for group in groups:
             columns = [*chosen, *group]
             if len(columns) <= _MOST_COLUMNS:
-                tried = _columns(columns, motion, band), _columns(columns, other, band)
+                tried = _columns(columns, motion, band, method=method), _columns(columns, other, band, method=method)
                 trials.append((*_explained(signal, scored, *tried, *taken), group))
         share, weights, group = max(trials, key=lambda trial: trial[0])
-        if share < best + WORTH:
+        if share < best + method.discovery.worth:
             break
         best, amounts, chosen = share, weights, [*chosen, *group]
         groups = [left for left in groups if left is not group]
@@ -118,17 +116,21 @@ def _motion(experiment: Experiment, at: str, row: int) -> dict[str, FloatArray] 
     return {"t": time, "q": values, "v": rate, "a": velocity_of(rate, period)}
 
 
-def _absorbed(experiment: Experiment, fitted: Fitted, row: int, motion: Mapping[str, FloatArray], band: int) -> list[Column]:
+def _absorbed(
+    experiment: Experiment, fitted: Fitted, row: int, motion: Mapping[str, FloatArray], band: int, method: Method = STANDARD
+) -> list[Column]:
     """Return what the fitted values of the machine take up anyway, of speed and acceleration."""
     if fitted.sensitivity is None or not len(fitted.free):
         return []
-    changed = [_inner(missing_signal(experiment, replace(fitted, residual=slope), row).values) for slope in fitted.sensitivity]
+    changed = [
+        _inner(missing_signal(experiment, replace(fitted, residual=slope), row).values, method=method) for slope in fitted.sensitivity
+    ]
     space = np.stack([item / max(float(np.sqrt(item @ item)), 1e-300) for item in changed], axis=1)
     found = []
     for column in (Column("v", "v", lambda m: m["v"]), Column("a", "a", lambda m: m["a"])):
-        values = _columns([column], motion, band)[:, 0]
+        values = _columns([column], motion, band, method=method)[:, 0]
         left = values - space @ np.linalg.lstsq(space, values, rcond=1e-8)[0]
-        if float(left @ left) < (1.0 - _ABSORBED) * float(values @ values):
+        if float(left @ left) < (1.0 - method.discovery.absorbed) * float(values @ values):
             found.append(column)
     return found
 
@@ -147,11 +149,11 @@ def _explained(
     return (1.0 - float(off @ off) / power if power > 0.0 else 0.0), amounts
 
 
-def _columns(columns: Sequence[Column], motion: Mapping[str, FloatArray], band: int) -> FloatArray:
+def _columns(columns: Sequence[Column], motion: Mapping[str, FloatArray], band: int, method: Method = STANDARD) -> FloatArray:
     """Return columns (samples, columns) in the band of the motion, without the ends."""
     if not columns:
-        return np.zeros((len(_inner(motion["t"])), 0))
-    return np.stack([_inner(_in_band(column.values(motion), band)) for column in columns], axis=1)
+        return np.zeros((len(_inner(motion["t"], method=method)), 0))
+    return np.stack([_inner(_in_band(column.values(motion), band), method=method) for column in columns], axis=1)
 
 
 def _in_band(values: FloatArray, band: int) -> FloatArray:
@@ -160,12 +162,14 @@ def _in_band(values: FloatArray, band: int) -> FloatArray:
     return np.asarray(irfft(transformed, n=len(values)))
 
 
-def _inner(values: FloatArray) -> FloatArray:
-    cut = int(_ENDS * len(values))
+def _inner(values: FloatArray, method: Method = STANDARD) -> FloatArray:
+    cut = int(method.discovery.ends * len(values))
     return values[cut : len(values) - cut]
 
 
-def _replayed(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, draft: _Draft) -> Discovered | None:
+def _replayed(
+    experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, draft: _Draft, method: Method = STANDARD
+) -> Discovered | None:
     """Fit the amounts with everything else that is free by replaying, and hold the outcome against the validation recording."""
     motion, other = _motion(experiment, draft.at, draft.row), _motion(validation, draft.at, draft.row)
     assert motion is not None
@@ -177,17 +181,17 @@ def _replayed(experiment: Experiment, fitted: Fitted, validation: Experiment, ju
     starts = [float(amount * size) for amount, size in zip(draft.amounts, sizes, strict=True)]
     weights = [Free(name, start, max(abs(start), 1e-12)) for name, start in zip(names, starts, strict=True)]
     found = fit(first.sensed, [*with_start(fitted), *weights], fitted.constant, rounds=2)
-    sure = [abs(found.by_name[name]) > _SURE * found.error(name) for name in names]
+    sure = [abs(found.by_name[name]) > method.discovery.sure * found.error(name) for name in names]
     if any(sure) and not all(sure):
         # what the machine's own values or the other addends explain as well is no part of the formula
         kept = [number for number, keeps in enumerate(sure) if keeps]
         fewer = replace(draft, columns=tuple(draft.columns[number] for number in kept), amounts=draft.amounts[kept])
-        return _replayed(experiment, fitted, validation, judged, fewer)
+        return _replayed(experiment, fitted, validation, judged, fewer, method=method)
     own = {item.name for item in judged.free}
     held = fit(second.sensed, with_start(judged), {name: value for name, value in found.by_name.items() if name not in own}, rounds=2)
     before, after = (missing_signal(one, by, draft.row).values for one, by in ((validation, judged), (second, held)))
-    share = 1.0 - float(np.sum(_inner(after) ** 2)) / max(float(np.sum(_inner(before) ** 2)), 1e-300)
-    if share < WORTH:
+    share = 1.0 - float(np.sum(_inner(after, method=method) ** 2)) / max(float(np.sum(_inner(before, method=method) ** 2)), 1e-300)
+    if share < method.discovery.worth:
         return None
     addends = tuple(
         Addend(found.by_name[name] / size, _unit_over(draft.unit, column.unit), column.text, found.error(name) / size, column.unit)

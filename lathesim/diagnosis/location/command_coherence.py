@@ -16,16 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import decides
 from lathesim.identification.replay.closed_loop import own_run
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.simulator import COUNTS
 
-_ANSWERS = 0.3
-"""Share of what is left that must answer to a command. On sound machines none did, on one with a table on a spring 0.87."""
-_OVER = 8.0
-"""Floors of a channel that must be left: how finely a simulation steps answers to a command as well."""
 _BLOCKS, _FEWEST = 20, 64
 """Blocks of a recording, and the fewest samples of one."""
 
@@ -44,7 +41,7 @@ class CommandCoherence:
 
 
 def command_coherence(
-    experiments: tuple[Experiment, Experiment], values: tuple[Mapping[str, float], Mapping[str, float]]
+    experiments: tuple[Experiment, Experiment], values: tuple[Mapping[str, float], Mapping[str, float]], method: Method = STANDARD
 ) -> CommandCoherence | None:
     """Return the channel of which most that is left in the lesson's own simulation with some ``values`` answers to a recorded input,
     learned on the first experiment and scored on the second; none where none does, no controller holds the simulation, or samples do not
@@ -62,14 +59,14 @@ def command_coherence(
     found = []
     for row, channel in enumerate(learned_on.machine.compare):
         over = float(np.std(left[1][row])) / scored_on.floors[channel]
-        if over < _OVER or decides(parts[channel.partition(".")[0]]):
+        if over < method.location.coherence_over_floor or decides(parts[channel.partition(".")[0]]):
             continue
         for driven in learned_on.machine.drive:
             asked = [_jerked(experiment.record[driven]) for experiment in experiments]
             share = foretold(asked[0], left[0][row], asked[1], left[1][row], length)
             found.append(CommandCoherence(channel, driven, share, over))
     best = max(found, key=lambda item: item.share, default=None)
-    return best if best is not None and best.share > _ANSWERS else None
+    return best if best is not None and best.share > method.location.coherent_share else None
 
 
 def foretold(asked: FloatArray, answered: FloatArray, asked_there: FloatArray, answered_there: FloatArray, length: int) -> float:

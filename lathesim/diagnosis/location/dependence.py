@@ -9,18 +9,16 @@ import numpy.typing as npt
 
 from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.operating_conditions import ANGLE, PARTIAL, held_by_friction, samples_per_turn, variables
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.simulator import COUNTS
 
 _BINS = 14
-_SMALL = 0.1
-"""Share of what is possible below which it is asked whether chance explains as much."""
+
 _STRETCHES = 40
 _DRAWS = 19
-_BEYOND_CHANCE = 2.0
-"""A bar counts that is so many times the most that chance explained in 19 draws: there are dozens, and one draw in twenty is larger."""
 
 
 @dataclass(frozen=True)
@@ -37,17 +35,19 @@ class DependenceScore:
     within: float
 
 
-def bars(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted) -> list[DependenceScore]:
+def bars(
+    experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, method: Method = STANDARD
+) -> list[DependenceScore]:
     """Return the bars of every channel and variable, the tallest first."""
-    here, there = variables(experiment), variables(validation)
+    here, there = variables(experiment, method=method), variables(validation, method=method)
     result = []
     for row, channel in enumerate(experiment.machine.compare):
         missing, other = missing_signal(experiment, fitted, row), missing_signal(validation, judged, row)
         learned, scored, mean_is_known = missing.values, other.values, missing.mean_is_known and other.mean_is_known
         power = float(np.sum(scored[_counted(validation)] ** 2))
         learned, scored = (
-            beyond(learned, held_by_friction(experiment, fitted, row)),
-            beyond(scored, held_by_friction(validation, judged, row)),
+            beyond(learned, held_by_friction(experiment, fitted, row, method=method)),
+            beyond(scored, held_by_friction(validation, judged, row, method=method)),
         )
         for name in here:
             if name in there and power > 0.0:
@@ -60,7 +60,7 @@ def bars(experiment: Experiment, fitted: Fitted, validation: Experiment, judged:
                     first, second = learned - usual, scored - usual
                 table = _Table.of(places_here, first, places_there, second, mean_is_known=mean_is_known)
                 gain, possible = table.explained(), table.possible
-                if gain < _SMALL * possible and gain <= _BEYOND_CHANCE * table.by_chance():
+                if gain < method.location.small_dependence * possible and gain <= method.location.beyond_chance * table.by_chance():
                     gain = 0.0
                 within = gain / possible if possible > 0.0 else 0.0
                 result.append(DependenceScore(channel, name, gain / power, within))

@@ -9,6 +9,7 @@ import numpy as np
 from lathesim.diagnosis.location.dependence import beyond
 from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.operating_conditions import held_by_friction
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import (
     MissingSignal,
 )
@@ -36,7 +37,7 @@ def missing_share(experiment: Experiment, fitted: Fitted, row: int) -> tuple[flo
     return (float(np.sqrt(np.mean(missing.values**2))) / size if size > 0.0 else float("nan")), total
 
 
-def missing_signals(validation: Experiment, before: Model, after: Model) -> tuple[MissingSignal, ...]:
+def missing_signals(validation: Experiment, before: Model, after: Model, method: Method = STANDARD) -> tuple[MissingSignal, ...]:
     """Return what is missing behind each channel on the validation recording, before and after."""
     result: list[MissingSignal] = []
     for row in range(len(validation.machine.compare)):
@@ -45,28 +46,24 @@ def missing_signals(validation: Experiment, before: Model, after: Model) -> tupl
         share_before, total = missing_share(validation, before.validation_fit, row)
         share_after, _ = missing_share(validation, after.validation_fit, row)
         time = validation.record.time
-        unheld = beyond(second.values, held_by_friction(validation, after.validation_fit, row))
+        unheld = beyond(second.values, held_by_friction(validation, after.validation_fit, row, method=method))
         left = float(np.sqrt(np.mean(np.square(second.values))))
         counted = share_after * float(np.sqrt(np.mean(np.square(unheld)))) / left if left > 0.0 else share_after
         result.append(MissingSignal(first.at, first.unit, time, first.values, second.values, total, share_before, share_after, counted))
     return tuple(result)
 
 
-TAKEN = 0.95
-"""Share of what was missing behind a channel above which effects took nothing away there."""
 FORCES = ("N", "N*m")
 """Units in which what is missing at a part is a force."""
-NEXT_TO_NOTHING = 0.002
-"""Share of all that acts somewhere below which a force that is missing there is how finely a simulation steps."""
 
 
-def next_to_nothing(signals: Sequence[MissingSignal]) -> bool:
+def next_to_nothing(signals: Sequence[MissingSignal], method: Method = STANDARD) -> bool:
     """Return whether effects explain less of what acts than stepping and time stamps leave, wherever a force is missing, and nothing of
     what is missing in a reading."""
     for missing in signals:
         before, after = missing.sizes
-        if missing.unit not in FORCES and after < TAKEN * before:
+        if missing.unit not in FORCES and after < method.location.unexplained_share * before:
             return False
-        if missing.unit in FORCES and not missing.share_before**2 - missing.share_after**2 < NEXT_TO_NOTHING**2:
+        if missing.unit in FORCES and not missing.share_before**2 - missing.share_after**2 < method.location.integration_error**2:
             return False
     return any(missing.unit in FORCES for missing in signals)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import decides
 from lathesim.identification.noise.noise_model import spectrum
@@ -30,39 +31,22 @@ _MEDIAN = math.log(2.0)
 """Median of the power of noise whose mean is one."""
 _PROMINENT = (12.0, 4.0)
 """Times the median that each average must reach."""
-_SHARE = 0.2
-"""Share of the whitened residual that a band must hold ..."""
-_TOWERING, _MOST = 50.0, 0.3
-"""... or by how much more it must stand out, and what share of the residual as it is it must hold: a noise model takes a strong line for
-noise, and then holds it to be small."""
+
+
 _TOP = 0.1
 """Share of its frequency by which the top of a swing reaches to either side."""
-_BELOW, _QUIET = 0.25, 0.2
-"""Up to this share of its frequency a swing has nothing, less than this share of what its top has: slow noise has as much there."""
-_EDGE = 0.1
-"""Share of the top's power at which a band ends."""
-_LEAST_CYCLES = 60
-"""Cycles in a recording below which the strongest band is the motion's, or the end of a slow drift."""
-_DRIVEN = 12.0
-"""Times the median around it that a drive must have at a frequency to be what swings there."""
-_OF_FLOOR = 0.5
-"""Share of what a channel cannot resolve by which it must swing."""
-_OF_STEP = 0.41
-"""Share of its resolution by which a channel must swing: a sawtooth of one step has 0.29 of it (rms), the difference of two 0.41."""
-_HIGHEST = 0.9
-"""Share of the resolved frequencies above which a difference of two samples rings by itself."""
 
 
-def _is_low_pass(above: FloatArray, peak: int) -> bool:
+def _is_low_pass(above: FloatArray, peak: int, method: Method = STANDARD) -> bool:
     """Return whether what stands above the noise around it (frequencies,) reaches down to zero: noise that is slow, and no swing."""
     top = above[math.floor((1.0 - _TOP) * peak) : math.ceil((1.0 + _TOP) * peak) + 1]
-    return float(np.mean(above[: int(_BELOW * peak)])) > _QUIET * float(np.mean(top))
+    return float(np.mean(above[: int(method.location.band_below * peak)])) > method.location.band_quiet * float(np.mean(top))
 
 
-def _edges(above: FloatArray, peak: int, width: int) -> tuple[int, int]:
+def _edges(above: FloatArray, peak: int, width: int, method: Method = STANDARD) -> tuple[int, int]:
     """Return the first and the last frequency of the band around a peak, averaged over ``width`` frequencies."""
     smooth = uniform_filter1d(above, width)
-    outside = np.flatnonzero(smooth < _EDGE * smooth[peak])
+    outside = np.flatnonzero(smooth < method.location.band_edge * smooth[peak])
     below, beyond = outside[outside < peak], outside[outside > peak]
     return int(below[-1]) + 1 if len(below) else 0, int(beyond[0]) - 1 if len(beyond) else len(above) - 1
 
@@ -74,11 +58,11 @@ def _prominence(power: FloatArray, width: int) -> FloatArray:
     return found
 
 
-def _is_driven(experiment: Experiment, peak: int, width: int) -> bool:
+def _is_driven(experiment: Experiment, peak: int, width: int, method: Method = STANDARD) -> bool:
     """Return whether the machine is asked to move at a frequency: what is left there may be of the motion."""
     near = slice(max(0, peak - width), peak + width + 1)
     drives = (np.diff(np.nan_to_num(experiment.record[name])) for name in experiment.machine.drive)
-    return any(bool(np.any(_prominence(np.abs(spectrum(drive)) ** 2, width)[near] > _DRIVEN)) for drive in drives)
+    return any(bool(np.any(_prominence(np.abs(spectrum(drive)) ** 2, width)[near] > method.location.band_driven)) for drive in drives)
 
 
 @dataclass(frozen=True)
@@ -108,7 +92,7 @@ class NarrowBand:
         )
 
 
-def narrow_bands(experiment: Experiment, fitted: Fitted) -> list[NarrowBand]:
+def narrow_bands(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> list[NarrowBand]:
     """Return the bands that stand out of what a fit leaves, one for each channel that does not belong to a controller."""
     found = []
     parts = {part.name: part.component for part in experiment.machine.assembly.parts}
@@ -123,20 +107,26 @@ def narrow_bands(experiment: Experiment, fitted: Fitted) -> list[NarrowBand]:
             around = median_filter(power, size=_AROUND * width + 1, mode="nearest") / _MEDIAN
             prominence = _prominence(power, width)
             prominence[: width // 2] = 0.0
-            prominence[int(_HIGHEST * len(prominence)) :] = 0.0
+            prominence[int(method.location.band_highest * len(prominence)) :] = 0.0
             peak = int(np.argmax(prominence))
             near = slice(max(0, peak - _NEAR * width), peak + _NEAR * width + 1)
             share = float(np.sum(power[near]) / np.sum(power))
             raw = np.abs(spectrum(fitted.residual[row])) ** 2
-            is_most = prominence[peak] > _TOWERING * prominent and float(np.sum(raw[near]) / np.sum(raw)) > _MOST
-            stands_out = share > _SHARE or (is_most and not _is_driven(experiment, peak, width))
-            stands_out = stands_out and peak >= _LEAST_CYCLES and prominence[peak] > prominent
-            if stands_out and not _is_low_pass(power - around, peak):
+            is_most = (
+                prominence[peak] > method.location.band_towers * prominent
+                and float(np.sum(raw[near]) / np.sum(raw)) > method.location.band_share_of_raw
+            )
+            stands_out = share > method.location.band_share or (is_most and not _is_driven(experiment, peak, width, method=method))
+            stands_out = stands_out and peak >= int(method.location.band_least_cycles) and prominence[peak] > prominent
+            if stands_out and not _is_low_pass(power - around, peak, method=method):
                 size = math.sqrt(2.0 * float(np.sum(raw[near])) / experiment.sensed.samples)
-                if size < max(_OF_FLOOR * experiment.floors[name], _OF_STEP * experiment.machine.resolution.get(name, 0.0)):
+                if size < max(
+                    method.location.band_of_floor * experiment.floors[name],
+                    method.location.band_of_step * experiment.machine.resolution.get(name, 0.0),
+                ):
                     # a staircase that is climbed steadily swings, by less than a step, once for each of them
                     break
-                low, high = (edge / seconds for edge in _edges(power - around, peak, width))
+                low, high = (edge / seconds for edge in _edges(power - around, peak, width, method=method))
                 found.append(
                     NarrowBand(name, peak / seconds, size, experiment.sensed.plan.unit(experiment.sensed.channels[row]), share, low, high)
                 )

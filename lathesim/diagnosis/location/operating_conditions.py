@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
@@ -21,14 +22,9 @@ PARTIAL = ("time since entry of", "time out of the cut of", ANGLE)
 TOGETHER = ("position and velocity of", "position and acceleration of")
 """How the names of variables begin that are two of which each may have any value: what is of another form than anything listed may depend
 on both."""
-_STANDSTILL = 0.02
-"""Share of the fastest motion below which a part counts as standing still."""
-_WORTH_SAYING = 0.1
-_COMMANDED_STANDSTILL = 1e-3
-"""The same for a motion without sensor noise."""
 
 
-def variables(experiment: Experiment) -> dict[str, list[FloatArray]]:
+def variables(experiment: Experiment, method: Method = STANDARD) -> dict[str, list[FloatArray]]:
     """Return what the machine was doing, by name: one or two arrays (samples,) whose bins are looked at together."""
     period = experiment.machine.assembly.sample_period
     recorded = {name: experiment.record[name] for name in experiment.machine.compare}
@@ -40,7 +36,7 @@ def variables(experiment: Experiment) -> dict[str, list[FloatArray]]:
         velocity = motion.get(f"{host}.{ports.get('flow', '')}")
         position = motion.get(f"{host}.{ports.get('displacement', '')}")
         if velocity is not None:
-            direction = direction_of(velocity)
+            direction = direction_of(velocity, method=method)
             # how a part that is to stand still moves is what loads do to it
             meant = np.where(direction == 0.0, 0.0, velocity)
             found |= {
@@ -120,9 +116,10 @@ def samples_per_turn(angle: FloatArray) -> int:
     return max(1, round(2.0 * np.pi / float(np.median(forward)))) if len(forward) else 1
 
 
-def direction_of(velocity: FloatArray, standstill: float = _STANDSTILL) -> FloatArray:
+def direction_of(velocity: FloatArray, standstill: float | None = None, method: Method = STANDARD) -> FloatArray:
     """Return -1, 0 or +1 for each sample; below ``standstill``, a share of the fastest motion, a part stands still."""
-    still = np.abs(velocity) < standstill * float(np.max(np.abs(velocity), initial=0.0))
+    share = method.location.standstill if standstill is None else standstill
+    still = np.abs(velocity) < share * float(np.max(np.abs(velocity), initial=0.0))
     return np.where(still, 0.0, np.sign(velocity))
 
 
@@ -150,7 +147,7 @@ def _forward_filled(values: FloatArray) -> FloatArray:
     return values[index]
 
 
-def held_by_friction(experiment: Experiment, fitted: Fitted, row: int) -> FloatArray:
+def held_by_friction(experiment: Experiment, fitted: Fitted, row: int, method: Method = STANDARD) -> FloatArray:
     """Return for each sample (samples,) what dry friction may hold there unseen, in the unit of what is missing behind channel ``row``.
 
     At rest friction takes any value up to its level, whichever way the part came to rest: no law tells it, and it says nothing for or
@@ -159,7 +156,7 @@ def held_by_friction(experiment: Experiment, fitted: Fitted, row: int) -> FloatA
     """
     held = np.zeros(experiment.sensed.samples)
     for host, names in _dry_frictions(experiment, fitted).items():
-        rest = _at_rest(experiment, host)
+        rest = _at_rest(experiment, host, method=method)
         if rest is None or not rest.any():
             continue
         there = fitted.by_name
@@ -185,34 +182,34 @@ def _dry_frictions(experiment: Experiment, fitted: Fitted) -> dict[str, list[str
     return found
 
 
-def _at_rest(experiment: Experiment, host: str) -> npt.NDArray[np.bool_] | None:
+def _at_rest(experiment: Experiment, host: str, method: Method = STANDARD) -> npt.NDArray[np.bool_] | None:
     """Return where a part stands still: by its sensor, else as simulated."""
-    direction = _direction(experiment, host)
+    direction = _direction(experiment, host, method=method)
     return None if direction is None else np.asarray(direction == 0.0)
 
 
-def _direction(experiment: Experiment, host: str) -> FloatArray | None:
+def _direction(experiment: Experiment, host: str, method: Method = STANDARD) -> FloatArray | None:
     """Return which way a part moves at each sample, 0 where it stands still: by its sensor, else as simulated."""
     ports = next(part.component.ports for part in experiment.machine.assembly.parts if part.name == host)
     flow = f"{host}.{ports.get('flow', '')}"
     motion = recorded_motion(experiment.with_candidates, {name: experiment.record[name] for name in experiment.machine.compare})
     if flow in motion:
-        return direction_of(motion[flow])
-    return direction_of(experiment.doing[flow], _COMMANDED_STANDSTILL) if flow in experiment.doing else None
+        return direction_of(motion[flow], method=method)
+    return direction_of(experiment.doing[flow], method.location.commanded_standstill, method=method) if flow in experiment.doing else None
 
 
-def one_way(experiment: Experiment, host: str) -> bool:
+def one_way(experiment: Experiment, host: str, method: Method = STANDARD) -> bool:
     """Return whether a part is known to move in one direction only."""
-    direction = _direction(experiment, host)
+    direction = _direction(experiment, host, method=method)
     return direction is not None and not (np.any(direction > 0.0) and np.any(direction < 0.0))
 
 
-def resting(experiment: Experiment, fitted: Fitted) -> list[str]:
+def resting(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> list[str]:
     """Return where a part with dry friction stands still, and for how much of the time."""
     found = []
     for host in _dry_frictions(experiment, fitted):
-        rest = _at_rest(experiment, host)
-        if rest is not None and float(np.mean(rest)) > _WORTH_SAYING:
+        rest = _at_rest(experiment, host, method=method)
+        if rest is not None and float(np.mean(rest)) > method.location.rest_worth_saying:
             share = f"{float(np.mean(rest)):.0%} of the samples"
             found.append(f"{host} stands still in {share}; dry friction holds there whatever pushes, and what it holds is not counted.")
     return found

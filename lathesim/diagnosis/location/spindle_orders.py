@@ -8,15 +8,13 @@ import numpy as np
 
 from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.operating_conditions import turns
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.order_spectrum import Line, lines_of
 
-_WHOLE = 0.03
-"""How far an order may be from a whole number; a speed that is given, and not recorded, is known to a few percent."""
 
-
-def turn_lines(experiment: Experiment, fitted: Fitted) -> list[tuple[str, str, int, Line]]:
+def turn_lines(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> list[tuple[str, str, int, Line]]:
     """Return the lines at whole orders: channel, part, order, and the line against the angle [rad]."""
     found = []
     for part, (angle, inside) in turns(experiment).items():
@@ -27,7 +25,7 @@ def turn_lines(experiment: Experiment, fitted: Fitted) -> list[tuple[str, str, i
             lines, _ = lines_of(left[steady] - trend(angle[inside][steady]), {"angle": ("rad", angle[inside][steady])})
             for line in lines:
                 order = 2.0 * math.pi * line.frequency
-                if round(order) >= 1 and abs(order - round(order)) < _WHOLE * round(order):
+                if round(order) >= 1 and abs(order - round(order)) < method.location.whole_order * round(order):
                     found.append((channel, part, round(order), line))
     return found
 

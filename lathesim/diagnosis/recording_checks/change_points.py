@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
@@ -25,22 +26,14 @@ from lathesim.identification.signal.analysis import strongest_jumps
 _BLOCKS = 16
 _EDGE = 2
 """Blocks at either end in which no step is looked for."""
-_LEFT, _OF_STEADY = 0.2, 0.35
-"""Shares of what the best constant and of what the best steady change leaves that a step may leave."""
-_AS_GOOD = 1.5
-"""Times the least that a step may leave for it to be where the step is, too."""
-_FURTHEST = 25
-"""Samples by which a channel may become late or early."""
+
+
 _SCALES = np.linspace(-0.2, 0.2, 401)
 """Steps of a scale that are looked for."""
 _LEAST_SCALE = 0.003
-_JUMPS, _HARDLY_ANY = 10.0, 0.1
-"""Floors by which a sensor must jump beside another one, and share of what they differ by that may be left without the jump."""
-_FAR_MORE = 100.0
-"""Times the power of noise by which another channel may be off."""
 
 
-def changed_midway(experiment: Experiment, fitted: Fitted) -> str:
+def changed_midway(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> str:
     """Return a sentence where a channel's time, or the scale of one that another tells too, steps once in the middle of a recording; empty
     where none does. What is told by another is a motion that two sensors show, and the current that a drive's command and motion make: were
     it really another one, the motion would be. A force may really change its scale, when something breaks."""
@@ -48,8 +41,8 @@ def changed_midway(experiment: Experiment, fitted: Fitted) -> str:
     for row, channel in enumerate(experiment.machine.compare):
         residual = np.nan_to_num(fitted.residual[row])
         recorded = np.nan_to_num(experiment.sensed.recorded[row])
-        lags = range(-_FURTHEST, _FURTHEST + 1)
-        step = _step(np.array([_power(recorded - _late(recorded - residual, lag)) for lag in lags]))
+        lags = range(-int(method.recording_checks.change_of_delay), int(method.recording_checks.change_of_delay) + 1)
+        step = _step(np.array([_power(recorded - _late(recorded - residual, lag)) for lag in lags]), method=method)
         if step is not None:
             place, (before, after) = step
             late = lags[after] - lags[before]
@@ -59,11 +52,11 @@ def changed_midway(experiment: Experiment, fitted: Fitted) -> str:
                 f"{'later' if late > 0 else 'earlier'} beside the other channels than before: samples were lost or repeated. "
                 "Use what comes before, or after."
             )
-        step = _step(np.array([_power(residual - scale * recorded) for scale in _SCALES])) if row in told_by else None
+        step = _step(np.array([_power(residual - scale * recorded) for scale in _SCALES]), method=method) if row in told_by else None
         if step is not None:
             place, (before, after) = step
             factor = (1.0 - _SCALES[before]) / (1.0 - _SCALES[after])
-            if abs(factor - 1.0) > _LEAST_SCALE and not _moves_otherwise(experiment, fitted, row):
+            if abs(factor - 1.0) > _LEAST_SCALE and not _moves_otherwise(experiment, fitted, row, method=method):
                 return (
                     f"From about {_when(experiment, place):.3g} s on {channel} is {factor:.4g} times what it was before, held against "
                     f"{told_by[row]}: its scale changed while it was recorded. Use what comes before, or after."
@@ -71,7 +64,7 @@ def changed_midway(experiment: Experiment, fitted: Fitted) -> str:
     return ""
 
 
-def jumped_midway(experiment: Experiment, fitted: Fitted) -> str:
+def jumped_midway(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> str:
     """Return a sentence where of two sensors of one motion one jumps beside the other once, and stays there; empty where none does. In both
     recordings that is an effect, LostCounts; in one it happened to that one."""
     for sight in (sight for sight in experiment.sensed.redundant_sensors if not sight.rate):
@@ -79,7 +72,10 @@ def jumped_midway(experiment: Experiment, fitted: Fitted) -> str:
         instant, size = strongest_jumps(residual, experiment.sensed.period)[0]
         stepped = np.where(np.arange(len(residual)) * experiment.sensed.period < instant, 0.0, size)
         left = float(np.var(residual - stepped)) / max(float(np.var(residual)), 1e-300)
-        if abs(size) > _JUMPS * experiment.sensed.seen_floors[sight.row] and left < _HARDLY_ANY:
+        if (
+            abs(size) > method.recording_checks.jump * experiment.sensed.seen_floors[sight.row]
+            and left < method.recording_checks.left_without_jump
+        ):
             names = [experiment.machine.compare[row] for row in (sight.row, sight.first)]
             shown = shown_with_unit(abs(size), experiment.sensed.plan.unit(experiment.sensed.channels[sight.row]), 3)
             return (
@@ -103,12 +99,12 @@ def _told_by_others(experiment: Experiment) -> dict[int, str]:
     return found
 
 
-def _moves_otherwise(experiment: Experiment, fitted: Fitted, row: int) -> bool:
+def _moves_otherwise(experiment: Experiment, fitted: Fitted, row: int, method: Method = STANDARD) -> bool:
     """Return whether another channel than the one of a ``row`` is off, from sample to sample, by far more than it resolves: then something
     happened to the machine."""
     others = np.delete(np.nan_to_num(fitted.residual), row, axis=0)
     floors = np.delete(experiment.sensed.seen_floors, row)
-    return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * _FAR_MORE * floors**2))
+    return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * method.recording_checks.jump_seen_by_others * floors**2))
 
 
 def _when(experiment: Experiment, place: float) -> float:
@@ -125,16 +121,23 @@ def _power(left: FloatArray) -> FloatArray:
     return np.array([len(block) * float(np.var(block)) for block in np.array_split(left, _BLOCKS)])
 
 
-def _step(power: FloatArray) -> tuple[float, tuple[int, int]] | None:
+def _step(power: FloatArray, method: Method = STANDARD) -> tuple[float, tuple[int, int]] | None:
     """Return the block above which another row of ``power`` (choices, blocks) leaves less, and the two rows; none where a single row or a
     steady change over rows does nearly as well."""
     steps = list(_steps(power))
     _, pair, left = min(steps, key=lambda step: step[2])
     # where a part stands still the step may be earlier or later
-    place = float(np.mean([other for other, rows, error in steps if rows == pair and error <= _AS_GOOD * left]))
+    place = float(
+        np.mean([other for other, rows, error in steps if rows == pair and error <= method.recording_checks.change_as_good * left])
+    )
     steady = min(float(np.sum(power[line, np.arange(_BLOCKS)])) for line in _lines(len(power)))
     constant = float(np.min(np.sum(power, axis=1)))
-    return (place, pair) if pair[0] != pair[1] and left < min(_LEFT * constant, _OF_STEADY * steady) else None
+    return (
+        (place, pair)
+        if pair[0] != pair[1]
+        and left < min(method.recording_checks.change_left * constant, method.recording_checks.change_left_of_drift * steady)
+        else None
+    )
 
 
 def _steps(power: FloatArray) -> Iterator[tuple[int, tuple[int, int], float]]:

@@ -10,22 +10,14 @@ import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.location.missing_share import missing_share
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 
 _READ = ("A", "N", "N*m")
-_LONG = 30
-"""Samples that must stand at a level."""
-_REPEATED = 0.5
-"""Share of the other samples that may repeat the one before: a reading with noise does so seldom."""
-_BEYOND = 3.0
-"""Times what the simulation is usually off, by which it is beyond the level."""
-_USUAL, _MOSTLY = 0.9, 0.9
-_FOLLOWS = 0.025
-"""Share of what acts elsewhere that may be missing there."""
 
 
-def clipped_reading(experiment: Experiment, fitted: Fitted) -> str:
+def clipped_reading(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> str:
     """Return a sentence where a reading stands at a level beyond which the simulation goes on, and all else follows without; else empty."""
     for row, name in enumerate(experiment.machine.compare):
         unit = experiment.sensed.plan.unit(experiment.sensed.channels[row])
@@ -34,9 +26,13 @@ def clipped_reading(experiment: Experiment, fitted: Fitted) -> str:
             continue
         simulated = experiment.sensed.seen[row] - fitted.residual[row]
         ends = ((recorded.max(), 1.0), (recorded.min(), -1.0))
-        levels = [level for level, side in ends if _goes_beyond(recorded, simulated, level, side)]
+        levels = [level for level, side in ends if _goes_beyond(recorded, simulated, level, side, method=method)]
         others = [other for other in range(len(experiment.machine.compare)) if other != row]
-        if levels and others and all(missing_share(experiment, fitted, other)[0] < _FOLLOWS for other in others):
+        if (
+            levels
+            and others
+            and all(missing_share(experiment, fitted, other)[0] < method.recording_checks.clipped_elsewhere for other in others)
+        ):
             stand = int(np.count_nonzero(np.isin(recorded, levels)))
             where = " and ".join(shown_with_unit(float(level), unit) for level in levels)
             return (
@@ -46,15 +42,20 @@ def clipped_reading(experiment: Experiment, fitted: Fitted) -> str:
     return ""
 
 
-def _goes_beyond(recorded: np.ndarray, simulated: np.ndarray, level: float, side: float) -> bool:
+def _goes_beyond(recorded: np.ndarray, simulated: np.ndarray, level: float, side: float, method: Method = STANDARD) -> bool:
     """Return whether a reading with noise stands at its largest or smallest value for long, while the simulation is beyond it."""
     flat = recorded == level
     ends = (recorded == recorded.max()) | (recorded == recorded.min())
     inside = ~(ends | np.roll(ends, 1))
-    if np.count_nonzero(flat) < _LONG or np.count_nonzero(inside) < _LONG:
+    if np.count_nonzero(flat) < int(method.recording_checks.clipped_run) or np.count_nonzero(inside) < int(
+        method.recording_checks.clipped_run
+    ):
         return False
-    if float(np.mean(np.diff(recorded, prepend=recorded[0])[inside] == 0.0)) > _REPEATED:
+    if float(np.mean(np.diff(recorded, prepend=recorded[0])[inside] == 0.0)) > method.recording_checks.clipped_repeats:
         return False
-    usual = float(np.quantile(np.abs(recorded - simulated)[inside], _USUAL))
+    usual = float(np.quantile(np.abs(recorded - simulated)[inside], method.recording_checks.clipped_usual))
     beyond = side * (simulated - recorded)[flat]
-    return float(np.mean(beyond > 0.0)) > _MOSTLY and float(np.median(beyond)) > _BEYOND * usual
+    return (
+        float(np.mean(beyond > 0.0)) > method.recording_checks.clipped_mostly
+        and float(np.median(beyond)) > method.recording_checks.clipped_beyond * usual
+    )

@@ -16,21 +16,20 @@ from scipy.optimize import minimize_scalar
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.component import Input
 from lathesim.diagnosis.location.missing_force import passed_through
-from lathesim.diagnosis.recording_checks.unexplained_command import BY_SHIFT, CONTROLLED, FOLLOWS, unexplained_share
+from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.recording_checks.unexplained_command import unexplained_share
 from lathesim.engine.assembly import FloatArray, Part
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 
-_LAW = 0.5
-"""Share above which it is rather a wrong column than another law: that still is most of what the lesson's controller does."""
-_FURTHEST = 3.0
-"""Samples by which a channel is looked for earlier or later."""
 _STEP = 1e-6
 """By how much a zero is moved for its slope [SI]; commands answer in proportion."""
 
 
-def contradicted(experiment: Experiment, values: Mapping[str, float], of_another_law: Mapping[str, bool] | None = None) -> str:
+def contradicted(
+    experiment: Experiment, values: Mapping[str, float], of_another_law: Mapping[str, bool] | None = None, method: Method = STANDARD
+) -> str:
     """Return a sentence where a recorded command does not follow from what its controller was given, with the machine at ``values``.
 
     The text is empty where it does, where nothing was replayed, and for commands ``of_another_law``: what the lesson's controller leaves of
@@ -41,11 +40,15 @@ def contradicted(experiment: Experiment, values: Mapping[str, float], of_another
         return ""
     laws = of_another_law or {}
     for row, share in unexplained_share(experiment, values):
-        if share > CONTROLLED:
+        if share > method.recording_checks.unexplained_command:
             name = experiment.machine.compare[row]
-            if told := _late_channel(experiment, values, row, share) or _other_zero(experiment, values, row, share):
+            if told := _late_channel(experiment, values, row, share, method=method) or _other_zero(
+                experiment, values, row, share, method=method
+            ):
                 return told
-            if (name in laws and (share < _LAW or laws[name])) or _reads_through_a_converter(experiment, row):
+            if (name in laws and (share < method.recording_checks.another_law or laws[name])) or _reads_through_a_converter(
+                experiment, row
+            ):
                 continue
             return (
                 f"{share:.0%} of {name} does not follow from what its controller was given: a channel is shifted, swapped or in another "
@@ -60,7 +63,7 @@ def _reads_through_a_converter(experiment: Experiment, row: int) -> bool:
     return any("bits" in ports.get(name, ()) for name in passed_through(experiment.sensed.plan, experiment.sensed.channels[row]))
 
 
-def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int, share: float) -> str:
+def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int, share: float, method: Method = STANDARD) -> str:
     """Return a sentence where a command follows from what its controller was given once one channel is shifted; empty where none does."""
     name = experiment.machine.compare[row]
     controller = name.partition(".")[0]
@@ -72,8 +75,13 @@ def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int,
         def left(samples: float, channel: str = channel) -> float:
             return dict(unexplained_share(_shifted(experiment, channel, samples), values))[row]
 
-        found = minimize_scalar(left, bounds=(-_FURTHEST, _FURTHEST), method="bounded", options={"xatol": 0.01, "maxiter": 25})
-        if found.fun < BY_SHIFT * share:
+        found = minimize_scalar(
+            left,
+            bounds=(-method.recording_checks.shift_looked_for, method.recording_checks.shift_looked_for),
+            method="bounded",
+            options={"xatol": 0.01, "maxiter": 25},
+        )
+        if found.fun < method.recording_checks.left_by_shift * share:
             how = "later" if found.x < 0.0 else "earlier"
             late = f"{abs(found.x) * period * 1e3:.3g} ms ({abs(found.x):.2g} samples)"
             return (
@@ -83,7 +91,7 @@ def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int,
     return ""
 
 
-def _other_zero(experiment: Experiment, values: Mapping[str, float], row: int, share: float) -> str:
+def _other_zero(experiment: Experiment, values: Mapping[str, float], row: int, share: float, method: Method = STANDARD) -> str:
     """Return a sentence where a command follows from what its controller was given once its reference is read from another zero; empty
     where it does not. The first guess is how far apart the two are in the middle; what is left of the command then tells how far that is
     off."""
@@ -111,7 +119,9 @@ def _other_zero(experiment: Experiment, values: Mapping[str, float], row: int, s
     first = residual(0.0)[begin:]
     slope = (residual(step)[begin:] - first) / step
     more = -float(slope @ first) / max(float(slope @ slope), 1e-300)
-    if root_mean_square(residual(more)[begin:]) > min(FOLLOWS * size, BY_SHIFT * share * size):
+    if root_mean_square(residual(more)[begin:]) > min(
+        method.recording_checks.follows * size, method.recording_checks.left_by_shift * share * size
+    ):
         return ""
     shown = shown_with_unit(zero + more, experiment.record.channels[target].unit, 3)
     return (

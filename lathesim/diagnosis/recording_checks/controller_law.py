@@ -14,18 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.unexplained_command import controller_commands
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.replay.experiment import Experiment
 
 _LAGS = (0, 1, 2, 3, 5, 8, 12, 18, 26, 36, 50, 70)
 _RIDGE = 1e-6
-_EXPLAINED = 0.5
-"""Share of what the lesson's controller leaves that the reference must explain on the other recording ..."""
-_ALL = 0.95
-"""Share of it that a feed-forward must explain."""
-OF_THE_COMMAND = 0.01
-"""... and share of the command that this must be."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +42,7 @@ class AnotherLaw:
         return f"{self.share:.1%} of {self.channel} answers to its reference by another law than the lesson's controller{law}"
 
 
-def another_law(experiment: Experiment, validation: Experiment, values: Mapping[str, float]) -> list[AnotherLaw]:
+def another_law(experiment: Experiment, validation: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> list[AnotherLaw]:
     """Return each command that answers to its reference by another law, on ``validation`` as learned on ``experiment``; none where the
     lesson drives no controller with a recorded reference."""
     found = []
@@ -59,9 +54,15 @@ def another_law(experiment: Experiment, validation: Experiment, values: Mapping[
             learned, scored = (one.sensed.one(values)[row] for one in (experiment, validation))
             share = regressed_share(here, learned, there, scored)
             size = float(np.std(scored) / max(float(np.std(np.nan_to_num(validation.sensed.recorded[row]))), 1e-300)) * np.sqrt(share)
-            if share > _EXPLAINED and size > OF_THE_COMMAND:
+            if share > method.recording_checks.law_explained and size > method.recording_checks.law_of_command:
                 at_once = slice(0, 2 * len(references))
-                found.append(AnotherLaw(name, float(size), regressed_share(here[:, at_once], learned, there[:, at_once], scored) > _ALL))
+                found.append(
+                    AnotherLaw(
+                        name,
+                        float(size),
+                        regressed_share(here[:, at_once], learned, there[:, at_once], scored) > method.recording_checks.feed_forward,
+                    )
+                )
     return found
 
 

@@ -15,45 +15,42 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from lathesim.component import Parameter
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.unexplained_command import controller_commands, unexplained_share
 from lathesim.diagnosis.records.controller_value import ControllerValue
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Free
 from lathesim.identification.replay.experiment import Experiment, baseline_free
 
-_WORTH = 0.02
-"""Share of a command that must be left for its controller to be asked about ..."""
-_BY_VALUE = 0.25
-"""... and share of that which another value may leave, ..."""
-_FOLLOWS = 0.2
-"""... and share of the command: with more left it does not follow."""
-FURTHEST = 4.0
-"""Factor by which a value is looked for larger or smaller."""
 _STEPS = 40
 _SCALE = 0.1
 
 
-def controller_value(experiment: Experiment, validation: Experiment, values: Mapping[str, float]) -> ControllerValue | None:
+def controller_value(
+    experiment: Experiment, validation: Experiment, values: Mapping[str, float], method: Method = STANDARD
+) -> ControllerValue | None:
     """Return the value of a controller with which its command follows best, on both recordings; none where the lesson's does as well."""
     if not experiment.machine.replay:
         return None
     best: tuple[float, ControllerValue] | None = None
     for row, share in unexplained_share(experiment, values):
         command = experiment.machine.compare[row]
-        if share < _WORTH:
+        if share < method.recording_checks.value_asked:
             continue
         for name, given in _values_of(experiment, command.partition(".")[0]):
 
             def left(logarithm: float, row: int = row, name: str = name, given: float = given, of: Experiment = experiment) -> float:
                 return dict(unexplained_share(of, {**values, name: given * math.exp(logarithm)}))[row]
 
-            furthest = math.log(FURTHEST)
+            furthest = math.log(method.recording_checks.value_factor)
             found = minimize_scalar(left, bounds=(-furthest, furthest), method="bounded", options={"xatol": 1e-4, "maxiter": _STEPS})
-            better = found.fun < min(_BY_VALUE * share, _FOLLOWS) and (best is None or found.fun < best[0])
-            if better and left(found.x, of=validation) < _BY_VALUE * left(0.0, of=validation):
+            better = found.fun < min(method.recording_checks.value_left * share, method.recording_checks.value_follows) and (
+                best is None or found.fun < best[0]
+            )
+            if better and left(found.x, of=validation) < method.recording_checks.value_left * left(0.0, of=validation):
                 unit = experiment.sensed.plan.unit(name)
                 best = float(found.fun), ControllerValue(name, unit, given, given * math.exp(found.x), command, share)
-    return _settled(best[1], (experiment, validation), values) if best else None
+    return _settled(best[1], (experiment, validation), values, method=method) if best else None
 
 
 def with_commands_followed(experiment: Experiment, values: Mapping[str, float]) -> dict[str, float]:
@@ -67,9 +64,17 @@ def with_commands_followed(experiment: Experiment, values: Mapping[str, float]) 
     return {**constant, **fit(experiment.sensed, free, constant, rounds=2).by_name}
 
 
-def _settled(found: ControllerValue, experiments: tuple[Experiment, Experiment], values: Mapping[str, float]) -> ControllerValue:
+def _settled(
+    found: ControllerValue, experiments: tuple[Experiment, Experiment], values: Mapping[str, float], method: Method = STANDARD
+) -> ControllerValue:
     """Return the value fitted to both recordings, with its standard error."""
-    free = Free(found.name, found.value, _SCALE * found.value, low=found.value / FURTHEST, high=found.value * FURTHEST)
+    free = Free(
+        found.name,
+        found.value,
+        _SCALE * found.value,
+        low=found.value / method.recording_checks.value_factor,
+        high=found.value * method.recording_checks.value_factor,
+    )
     values = {name: value for name, value in values.items() if name != found.name}
     fits = [fit(experiment.sensed, [free], values, slopes="central") for experiment in experiments]
     weights = np.array([1.0 / max(one.error(found.name), 1e-12 * found.value) ** 2 for one in fits])

@@ -7,37 +7,29 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.component import Parameter
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted, Free, with_start
 from lathesim.identification.records.model import Model, is_full_band
 from lathesim.identification.replay.experiment import Experiment
 
-_APART = 4.0
-"""Declared standard deviations by which two recordings of one machine do not differ ..."""
-_SURELY_APART = 10.0
-"""... nor by this many standard errors of the fits."""
-_WORSE = 2.0
-"""Times by which the validation recording must be worse explained than the fitted one for the question to be asked."""
-_EXPLAINED = 0.2
-"""Share of the misfit (root mean square) that may be left with values of its own, for these to be the reason."""
 
-
-def another_machine(model: Model, experiment: Experiment, validation: Experiment) -> str:
+def another_machine(model: Model, experiment: Experiment, validation: Experiment, method: Method = STANDARD) -> str:
     """Return in a sentence that the validation recording is of another machine than the fitted one; empty where it may be of the same.
 
     With values of its own it is explained nearly, with those of the other recording it is not, and the values lie further apart than the
     lesson's uncertainties allow. Where its own values explain little, something else is wrong, and nothing is said here.
     """
-    if not np.any(_sizes(model.validation_fit) > _WORSE * _sizes(model.fitted)):
+    if not np.any(_sizes(model.validation_fit) > method.recording_checks.machine_worse * _sizes(model.fitted)):
         return ""
     own = _by_itself(model, validation)
-    if not np.any(_sizes(own) < _EXPLAINED * _sizes(model.validation_fit)):
+    if not np.any(_sizes(own) < method.recording_checks.machine_explained * _sizes(model.validation_fit)):
         return ""
     first = _by_itself(model, experiment)
     for name, deviation in validation.machine.uncertain.items():
         here, there = first.by_name[name], own.by_name[name]
         error = np.hypot(first.error(name), own.error(name))
-        if abs(here - there) > max(_APART * deviation, _SURELY_APART * error):
+        if abs(here - there) > max(method.recording_checks.machine_apart * deviation, method.recording_checks.machine_surely_apart * error):
             unit = validation.sensed.plan.unit(name)
             return f"{validation.name} is of another machine: {name} is {there:.4g} {unit} there and {here:.4g} {unit} in the fitted one."
     return ""

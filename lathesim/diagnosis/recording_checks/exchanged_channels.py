@@ -7,18 +7,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from lathesim.diagnosis.recording_checks.unexplained_command import CONTROLLED, FOLLOWS, unexplained_share
+from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.recording_checks.unexplained_command import unexplained_share
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 
-_PLAINLY_OFF = 0.1
-_EXCHANGED = 0.1
-"""Two channels are swapped where together they are off by more than the first, as a share of their squares, and exchanged by less than the
-second share of that."""
 
-
-def exchanged_with(experiment: Experiment, values: Mapping[str, float]) -> str:
+def exchanged_with(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
     """Return a sentence where another channel is the command that a controller makes of what it was given, and its own is not: two columns
     are exchanged, though their units differ. The text is empty where none is."""
     if not experiment.machine.replay:
@@ -30,7 +26,12 @@ def exchanged_with(experiment: Experiment, values: Mapping[str, float]) -> str:
         name = experiment.machine.compare[row]
         for other, column in enumerate(recorded):
             size = float(np.std(column))
-            if other != row and share > CONTROLLED and size > 0.0 and root_mean_square(column - simulated[row]) < FOLLOWS * size:
+            if (
+                other != row
+                and share > method.recording_checks.unexplained_command
+                and size > 0.0
+                and root_mean_square(column - simulated[row]) < method.recording_checks.follows * size
+            ):
                 exchanged = experiment.machine.compare[other]
                 return (
                     f"{exchanged} is what the lesson's controller makes of what it was given, and {share:.0%} of {name} "
@@ -39,7 +40,7 @@ def exchanged_with(experiment: Experiment, values: Mapping[str, float]) -> str:
     return ""
 
 
-def swapped(experiment: Experiment, values: Mapping[str, float]) -> str:
+def swapped(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
     """Return a sentence where two channels of one unit are what the machine with ``values`` makes of each other; empty where none are."""
     recorded = np.nan_to_num(experiment.sensed.recorded)
     simulated = recorded - np.nan_to_num(experiment.sensed.one(values))
@@ -48,7 +49,11 @@ def swapped(experiment: Experiment, values: Mapping[str, float]) -> str:
     off = np.sum((recorded[:, None] - simulated[None]) ** 2, axis=2) / power[:, None]
     for first, second in itertools.combinations(range(len(units)), 2):
         as_mapped, exchanged = off[first, first] + off[second, second], off[first, second] + off[second, first]
-        if units[first] == units[second] and as_mapped > _PLAINLY_OFF and exchanged < _EXCHANGED * as_mapped:
+        if (
+            units[first] == units[second]
+            and as_mapped > method.recording_checks.plainly_off
+            and exchanged < method.recording_checks.exchanged * as_mapped
+        ):
             names = f"{experiment.machine.compare[first]} and {experiment.machine.compare[second]}"
             return (
                 f"{names} look swapped: as mapped the machine misses {np.sqrt(0.5 * as_mapped):.0%} of them, exchanged "

@@ -7,23 +7,15 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from lathesim.diagnosis.location.missing_share import FORCES
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 from lathesim.recordings.known_factors import known_factor
 
-GAINS = (0.6, 1.6)
-"""Factors between which an amplifier may be off."""
-_TURNED_ROUND = 0.03
-"""How far a factor may lie beside -1."""
-_UNIT_FROM = (0.4, 2.5)
-"""Factors between which a force may be another one: twice as much is no unit."""
-_BESIDE_A_UNIT, _NEARLY_A_UNIT = 0.1, 0.06
-"""Share of a channel that a mistaken unit may leave, and by how much its factor may be another one: values of the machine are uncertain."""
 
-
-def in_another_unit(experiment: Experiment, values: Mapping[str, float]) -> str:
+def in_another_unit(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
     """Return a sentence where one force is what the machine with ``values`` makes times the factor of a mistaken unit, and hardly anything
     else, and all others are nearly what it makes; empty where none is. Another effect may do the same: of a force that is a share of
     another one, a part of that other one. Where all are off the machine is another one; of motions the mapping asks."""
@@ -31,19 +23,31 @@ def in_another_unit(experiment: Experiment, values: Mapping[str, float]) -> str:
     recorded = np.nan_to_num(experiment.sensed.recorded)[:, begin:]
     simulated = recorded - np.nan_to_num(experiment.sensed.one(values))[:, begin:]
     factors = [float(one @ other) / max(float(other @ other), 1e-300) for one, other in zip(recorded, simulated, strict=True)]
-    off = [row for row, factor in enumerate(factors) if not GAINS[0] < factor < GAINS[1]]
+    off = [
+        row
+        for row, factor in enumerate(factors)
+        if not (method.recording_checks.gain_low, method.recording_checks.gain_high)[0]
+        < factor
+        < (method.recording_checks.gain_low, method.recording_checks.gain_high)[1]
+    ]
     if len(off) != 1 or len(factors) == 1 or experiment.record.unit(experiment.machine.compare[off[0]]) not in FORCES:
         return ""
     (row,) = off
     factor, name = factors[row], experiment.machine.compare[row]
     beside = root_mean_square(recorded[row] - factor * simulated[row])
-    unit = known_factor(factor, _NEARLY_A_UNIT) if not _UNIT_FROM[0] < abs(factor) < _UNIT_FROM[1] else ""
-    if not unit or not beside < _BESIDE_A_UNIT * root_mean_square(recorded[row]):
+    unit = (
+        known_factor(factor, method.recording_checks.unit_near)
+        if not (method.recording_checks.unit_low, method.recording_checks.unit_high)[0]
+        < abs(factor)
+        < (method.recording_checks.unit_low, method.recording_checks.unit_high)[1]
+        else ""
+    )
+    if not unit or not beside < method.recording_checks.unit_left * root_mean_square(recorded[row]):
         return ""
     return f"{name} is {factor:.4g} times what the machine makes, which is the factor of a mistaken unit: {unit}."
 
 
-def wrong_unit(candidates: Iterable[Candidate], values: Mapping[str, float]) -> str:
+def wrong_unit(candidates: Iterable[Candidate], values: Mapping[str, float], method: Method = STANDARD) -> str:
     """Return a sentence where one of some effects would be a factor on a reading that a mistaken unit leaves; empty where none is.
 
     No amplifier is off by 2 pi: the column is. It is asked of effects that took most of the error away: a wrong unit does.
@@ -51,8 +55,14 @@ def wrong_unit(candidates: Iterable[Candidate], values: Mapping[str, float]) -> 
     for candidate in candidates:
         for name, neutral in zip(candidate.parameters, candidate.neutral, strict=True):
             factor = values.get(name, 1.0)
-            if neutral == 1.0 and abs(factor + 1.0) < _TURNED_ROUND:
+            if neutral == 1.0 and abs(factor + 1.0) < method.recording_checks.sign_turned:
                 return f"{candidate.at} reads {factor:.4g} times what the machine does: its sign is turned round."
-            if neutral == 1.0 and not GAINS[0] < abs(factor) < GAINS[1] and (unit := known_factor(factor)):
+            if (
+                neutral == 1.0
+                and not (method.recording_checks.gain_low, method.recording_checks.gain_high)[0]
+                < abs(factor)
+                < (method.recording_checks.gain_low, method.recording_checks.gain_high)[1]
+                and (unit := known_factor(factor))
+            ):
                 return f"{candidate.at} reads {factor:.4g} times what the machine does, which is the factor of a mistaken unit: {unit}."
     return ""

@@ -9,20 +9,20 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.identification.estimation.estimates import Estimate
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.resolution import FEWEST_LEVELS, OFF_GRID, grid_spacing
 
-_COARSER = 1.5
-"""Factor beyond the lesson's own counts from which they are called coarse."""
 
-
-def coarse_counts(experiments: Sequence[Experiment], known: Collection[Candidate] = ()) -> list[tuple[Candidate, Estimate]]:
+def coarse_counts(
+    experiments: Sequence[Experiment], known: Collection[Candidate] = (), method: Method = STANDARD
+) -> list[tuple[Candidate, Estimate]]:
     """Return each effect whose size is the spacing of what a sensor reads, with that spacing, where all recordings show one that is coarser
     than the lesson's sensor has; ``known`` ones are not given again. A sensor that the lesson takes for exact tells nothing: every
     recording keeps only so many digits."""
-    seen = [_on_grids(experiment) for experiment in experiments]
+    seen = [_on_grids(experiment, method=method) for experiment in experiments]
     found = []
     for candidate in experiments[0].candidates:
         spacings = np.array([grids.get(candidate.part, 0.0) for grids in seen])
@@ -33,7 +33,7 @@ def coarse_counts(experiments: Sequence[Experiment], known: Collection[Candidate
     return found
 
 
-def _on_grids(experiment: Experiment) -> dict[str, float]:
+def _on_grids(experiment: Experiment, method: Method = STANDARD) -> dict[str, float]:
     found: dict[str, float] = {}
     period = experiment.machine.assembly.sample_period
     components = {part.name: part.component for part in experiment.machine.assembly.parts}
@@ -44,7 +44,7 @@ def _on_grids(experiment: Experiment) -> dict[str, float]:
             channel = f"{candidate.at}.{ports.get(role, '')}"
             if channel in experiment.machine.compare and (known := _declared(experiment, channel, counts)) > 0.0:
                 spacing = counts * grid_spacing(experiment.record[channel])
-                if spacing > _COARSER * known:
+                if spacing > method.recording_checks.coarser * known:
                     found.setdefault(candidate.part, spacing)
     return found
 

@@ -7,26 +7,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.recording_checks.unexplained_command import BY_SHIFT, CONTROLLED, FOLLOWS, shown_commands, unexplained_share
+from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.recording_checks.unexplained_command import shown_commands, unexplained_share
 from lathesim.engine.assembly import Assembly
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 from lathesim.record import Record
 
-_BY_CLOCK = 0.01
-"""Share of a command that must stay unexplained for a clock that is a little off to be the fault."""
 _PERIODS = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
 """Factors between the true period and the recorded one: clocks of other devices, and seconds for milliseconds."""
 
 
-def of_another_period(experiment: Experiment, values: Mapping[str, float]) -> str:
+def of_another_period(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
     """Return a sentence where a recorded command follows from what its controller was given with another sample period only; empty where it
     does so as recorded, with no other, or nothing was replayed."""
     period, clock = 1e3 * experiment.machine.assembly.sample_period, experiment.machine.clock
     for controller, row in shown_commands(experiment) if experiment.machine.replay and clock != 1.0 else ():
         share = _beyond_floor(experiment, 1.0, values, row)
-        if share > _BY_CLOCK and _beyond_floor(experiment, 1.0 / clock, values, row) < min(FOLLOWS, BY_SHIFT * share):
+        if share > method.recording_checks.clock_unexplained and _beyond_floor(experiment, 1.0 / clock, values, row) < min(
+            method.recording_checks.follows, method.recording_checks.left_by_shift * share
+        ):
             name = experiment.machine.compare[row]
             decides_every, how = period / experiment.machine.decisions, "fast" if clock > 1.0 else "slow"
             return (
@@ -36,8 +37,8 @@ def of_another_period(experiment: Experiment, values: Mapping[str, float]) -> st
             )
     for row, share in unexplained_share(experiment, values) if experiment.machine.replay else ():
         name = experiment.machine.compare[row]
-        for factor in _PERIODS if share > CONTROLLED else ():
-            if _unexplained_at(experiment, factor, values, row) < FOLLOWS:
+        for factor in _PERIODS if share > method.recording_checks.unexplained_command else ():
+            if _unexplained_at(experiment, factor, values, row) < method.recording_checks.follows:
                 return (
                     f"With a sample period of {factor * period:.4g} ms {name} follows from what its controller was given, with "
                     f"{period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of {1.0 / factor:.4g}."

@@ -5,18 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.identification.replay.experiment import Experiment
 
-_PLAINLY = 10.0
-"""Floors, and times what the two differ by otherwise, above which the zero is told."""
 
-
-def sensor_zeros(experiment: Experiment) -> list[str]:
+def sensor_zeros(experiment: Experiment, method: Method = STANDARD) -> list[str]:
     """Return a sentence for each second sensor whose zero plainly lies elsewhere than that of the first."""
     told = []
     for row, (first, apart) in experiment.sensed.zeros().items():
         spread = float(np.std(experiment.sensed.seen[row][np.isfinite(experiment.sensed.seen[row])]))
-        if abs(apart) > _PLAINLY * max(spread, float(experiment.sensed.seen_floors[row])):
+        if abs(apart) > method.recording_checks.zero_plain * max(spread, float(experiment.sensed.seen_floors[row])):
             name, other = experiment.machine.compare[row], experiment.machine.compare[first]
             shown = shown_with_unit(abs(apart), experiment.sensed.plan.unit(experiment.sensed.channels[row]), 3)
             told.append(f"{name} has its zero {shown} beside that of {other}; taken for no error of either.")

@@ -13,13 +13,6 @@ from lathesim.identification.replay.controller_memory import shown_by
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 
-CONTROLLED = 0.2
-"""Share of a controller's command that may stay unexplained by what it was given before the recording is held to be at fault."""
-FOLLOWS = 0.05
-"""Share that may stay unexplained with another sample period for that to be the fault."""
-BY_SHIFT = 0.35
-"""Share of what is unexplained that may stay so with a shift for that to be the fault."""
-
 
 def shown_commands(experiment: Experiment) -> list[tuple[str, int]]:
     """Return each controller with the compared channel (row) that shows its command: itself, or what a drive makes of it."""

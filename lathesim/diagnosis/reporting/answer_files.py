@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.reporting.html_report import write_report
 from lathesim.lessons.changed_lesson import changed_lesson
@@ -16,10 +17,10 @@ def refitted_values(diagnosis: Diagnosis) -> Mapping[str, str]:
     return {name: f"{item.refit_with:.6g} {item.unit}".removesuffix(" 1") for name, item in diagnosis.baseline.items()}
 
 
-def write_answer(diagnosis: Diagnosis, lesson: Lesson, folder: Path) -> list[Path]:
+def write_answer(diagnosis: Diagnosis, lesson: Lesson, folder: Path, method: Method = STANDARD) -> list[Path]:
     """Write the report and, where something was found, the lesson with it in; return the files, the report first."""
     folder.mkdir(parents=True, exist_ok=True)
-    files = [write_report(diagnosis, folder / "report.html")]
+    files = [write_report(diagnosis, folder / "report.html", method=method)]
     if diagnosis.plugin:
         files.append(folder / "discovered_term.py")
         files[-1].write_text(diagnosis.plugin, encoding="utf-8")

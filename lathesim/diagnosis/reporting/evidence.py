@@ -11,29 +11,24 @@ from lathesim.diagnosis.location.dependence import bars
 from lathesim.diagnosis.location.missing_force import places
 from lathesim.diagnosis.location.missing_share import missing_signals
 from lathesim.diagnosis.location.operating_conditions import PARTIAL
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location, VariableBar
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial
 from lathesim.identification.replay.experiment import Experiment
 
-SEEN = 0.1
-"""A variable that explains less than this share of the missing signal is not named as one it depends on."""
-COMPARABLE = 0.2
-"""Of the largest share that is missing at a part: what another part must miss to be suspected beside it."""
 _SIMPLEST = ("sign of velocity", "velocity", "speed", "position", "time")
 _MOTION = 2
 """The first of these are always named; one further down only where it explains clearly more than all before it."""
-_CLEARLY = 0.02
-_MOST_NAMED = 4
 
 
-def gather(experiment: Experiment, validation: Experiment, found: SearchResult, own: Compared) -> Evidence:
+def gather(experiment: Experiment, validation: Experiment, found: SearchResult, own: Compared, method: Method = STANDARD) -> Evidence:
     """Return what the report draws, on the validation recording."""
     before, after = found.baseline, found.model
     return Evidence(
-        bars=tuple(_bars(experiment, validation, before, after)),
-        missing=missing_signals(validation, before, after),
+        bars=tuple(_bars(experiment, validation, before, after, method=method)),
+        missing=missing_signals(validation, before, after, method=method),
         traces=tuple(_traces(validation, own)),
         wires=_wires(validation),
         tried=tuple(_best_of_each(found.tried)),
@@ -77,12 +72,14 @@ def _gains(trial: Trial) -> tuple[float, float]:
     return trial.validation_gain, trial.gain
 
 
-def _bars(experiment: Experiment, validation: Experiment, before: Model, after: Model) -> list[VariableBar]:
-    first = {(bar.channel, bar.variable): bar for bar in bars(experiment, before.fitted, validation, before.validation_fit)}
+def _bars(experiment: Experiment, validation: Experiment, before: Model, after: Model, method: Method = STANDARD) -> list[VariableBar]:
+    first = {(bar.channel, bar.variable): bar for bar in bars(experiment, before.fitted, validation, before.validation_fit, method=method)}
     if after is before:
         second = first
     else:
-        second = {(bar.channel, bar.variable): bar for bar in bars(experiment, after.fitted, validation, after.validation_fit)}
+        second = {
+            (bar.channel, bar.variable): bar for bar in bars(experiment, after.fitted, validation, after.validation_fit, method=method)
+        }
     pairs = ((bar, second[key]) for key, bar in first.items())
     return [VariableBar(bar.channel, bar.variable, bar.share, other.share, bar.within, other.within) for bar, other in pairs]
 
@@ -99,17 +96,17 @@ def _wires(experiment: Experiment) -> tuple[tuple[str, str], ...]:
     return tuple(dict.fromkeys(pairs))
 
 
-def located(validation: Experiment, found: SearchResult, evidence: Evidence, *, named: bool) -> Location:
+def located(validation: Experiment, found: SearchResult, evidence: Evidence, *, named: bool, method: Method = STANDARD) -> Location:
     """Return where the mismatch sits: the hosts of what is named, else the parts in which the replay finds it."""
     worst = places(validation, found.baseline.validation_fit)
     hosts = [candidate.at.partition(".")[0] for candidate in found.model.candidates] if named else []
     channels = [place.channel for place in worst if place.over_floor > 1.0]
-    suspects = hosts or suspected(validation, evidence, channels)
+    suspects = hosts or suspected(validation, evidence, channels, method=method)
     windows = worst[0].windows if worst else ()
-    return Location(tuple(dict.fromkeys(suspects)), tuple(channels), windows, strongest_variables(evidence.bars, channels))
+    return Location(tuple(dict.fromkeys(suspects)), tuple(channels), windows, strongest_variables(evidence.bars, channels, method=method))
 
 
-def suspected(validation: Experiment, evidence: Evidence, off: Collection[str]) -> list[str]:
+def suspected(validation: Experiment, evidence: Evidence, off: Collection[str], method: Method = STANDARD) -> list[str]:
     """Return the parts in which much is missing, the largest share of what acts there first; ``off`` are the channels over their floor.
 
     A part that misses less than a fifth of the largest share is none of them. Where a sensor's reading is off, so may be what it reads, and
@@ -118,7 +115,7 @@ def suspected(validation: Experiment, evidence: Evidence, off: Collection[str]) 
     compare = zip(validation.machine.compare, evidence.missing, strict=True)
     shares = [(item.share_before, item.at) for name, item in compare if name in off and np.isfinite(item.share_before)]
     most = max((share for share, _ in shares), default=0.0)
-    shares = sorted((pair for pair in shares if pair[0] >= COMPARABLE * most), key=lambda pair: -pair[0])
+    shares = sorted((pair for pair in shares if pair[0] >= method.reporting.comparable_part * most), key=lambda pair: -pair[0])
     ports = {part.name: part.component.ports for part in validation.machine.assembly.parts}
     found = []
     for part in [at.partition(".")[0] for _, at in shares]:
@@ -131,7 +128,9 @@ def suspected(validation: Experiment, evidence: Evidence, off: Collection[str]) 
     return found
 
 
-def strongest_variables(bars_: tuple[VariableBar, ...], channels: list[str], *, after: bool = False) -> tuple[str, ...]:
+def strongest_variables(
+    bars_: tuple[VariableBar, ...], channels: list[str], *, after: bool = False, method: Method = STANDARD
+) -> tuple[str, ...]:
     """Return the variables that explain most of what is missing; one that a simpler one nearly replaces is not named.
 
     One that has a value only now and then (time since entry) is named where it explains much of what is missing there.
@@ -147,14 +146,14 @@ def strongest_variables(bars_: tuple[VariableBar, ...], channels: list[str], *, 
                 partial[bar.variable] = max(partial.get(bar.variable, 0.0), within)
             else:
                 shares[bar.variable] = max(shares.get(bar.variable, 0.0), share)
-    narrow = [name for name in sorted(partial, key=lambda name: -partial[name]) if partial[name] > SEEN]
+    narrow = [name for name in sorted(partial, key=lambda name: -partial[name]) if partial[name] > method.reporting.least_dependence]
     chosen: list[str] = []
     for name in sorted(shares, key=lambda name: (_complexity(name), -shares[name])):
         motion = _complexity(name) < _MOTION
         simpler = max((shares[other] for other in chosen), default=0.0)
-        if shares[name] > SEEN and (motion or shares[name] > simpler + _CLEARLY):
+        if shares[name] > method.reporting.least_dependence and (motion or shares[name] > simpler + method.reporting.clearly_more):
             chosen.append(name)
-    return tuple([*narrow, *sorted(chosen, key=lambda name: -shares[name])][:_MOST_NAMED])
+    return tuple([*narrow, *sorted(chosen, key=lambda name: -shares[name])][: int(method.reporting.most_variables)])
 
 
 def _complexity(variable: str) -> int:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 import lathesim
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, ChannelFit, Diagnosis, FoundEffect, MissingSignal, VariableBar
 from lathesim.diagnosis.reporting.number_text import (
     NOTHING,
@@ -43,17 +44,12 @@ _BARS, _TRIED, _DRAWINGS, _MISSING, _CHANNELS = 7, 6, 2, 1, 6
 """How many of each stand on the page: the largest."""
 _STRIP_BEGIN, _STRIP_LENGTH = 40.0, 640.0
 _LEAST_MARK = 1.5
-_MOVED = 3.0
-"""Standard deviations by which a given value must move to be a finding of its own."""
-
-_NEAR = 3.0
-"""Floors up to which a channel is at its floor."""
 
 
-def write_report(diagnosis: Diagnosis, path: str | Path) -> Path:
+def write_report(diagnosis: Diagnosis, path: str | Path, method: Method = STANDARD) -> Path:
     """Write the report of a diagnosis as one HTML file and give its path; :class:`RecordError` where it cannot be written."""
     place = Path(path)
-    text = report_html(diagnosis)
+    text = report_html(diagnosis, method=method)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_text(text, encoding="utf-8")
@@ -62,16 +58,16 @@ def write_report(diagnosis: Diagnosis, path: str | Path) -> Path:
     return place
 
 
-def report_html(diagnosis: Diagnosis) -> str:
+def report_html(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
     """Return the report of a diagnosis as the text of an HTML page."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     loader = FileSystemLoader(Path(__file__).parent)
     page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return page.get_template("report.html.j2").render(page=_page(diagnosis))
+    return page.get_template("report.html.j2").render(page=_page(diagnosis, method=method))
 
 
-def _page(diagnosis: Diagnosis) -> dict[str, Any]:
+def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
     modelled = bool(diagnosis.effects or diagnosis.discovered)
     changed = modelled or diagnosis.verdict == "parameters_only"
     order = _by_size(diagnosis.fit)
@@ -86,7 +82,7 @@ def _page(diagnosis: Diagnosis) -> dict[str, Any]:
         "recording": diagnosis.recording,
         "held_out": diagnosis.validation if diagnosis.validation != diagnosis.recording else "",
         "complete": diagnosis.complete,
-        "figures": _figures(diagnosis, modelled, changed),
+        "figures": _figures(diagnosis, modelled, changed, method=method),
         "findings": list(diagnosis.findings),
         "effects": [_effect(effect) for effect in diagnosis.effects],
         "discovered": diagnosis.discovered,
@@ -110,7 +106,7 @@ def _page(diagnosis: Diagnosis) -> dict[str, Any]:
             for item in _missing(diagnosis) if changed
         ],
         "drawings": _drawings(diagnosis, order),
-        "baseline": [_baseline(name, item, modelled) for name, item in diagnosis.baseline.items()],
+        "baseline": [_baseline(name, item, modelled, method=method) for name, item in diagnosis.baseline.items()],
         "left": list(diagnosis.left),
         "not_told": list(diagnosis.not_told),
         "insert": insert_lines(diagnosis.insert),
@@ -141,7 +137,7 @@ def _over(size: float, floor: float) -> float:
     return size / floor if floor > 0.0 and math.isfinite(size) else 0.0
 
 
-def _figures(diagnosis: Diagnosis, modelled: bool, changed: bool) -> list[tuple[str, str]]:
+def _figures(diagnosis: Diagnosis, modelled: bool, changed: bool, method: Method = STANDARD) -> list[tuple[str, str]]:
     """Return the few numbers that stand largest on the page."""
     found: list[tuple[str, str]] = []
     if diagnosis.effects and diagnosis.names:
@@ -149,7 +145,7 @@ def _figures(diagnosis: Diagnosis, modelled: bool, changed: bool) -> list[tuple[
     if changed:
         found.append(("removed on held-out data", percent(diagnosis.removed_share)))
     if modelled:
-        found.append(("explains the recording", _how_far(diagnosis)))
+        found.append(("explains the recording", _how_far(diagnosis, method=method)))
     if diagnosis.fit:
         worst = diagnosis.fit[_by_size(diagnosis.fit)[0]]
         before, after = times(_over(worst.before, worst.floor)), times(_over(worst.after, worst.floor))
@@ -157,11 +153,11 @@ def _figures(diagnosis: Diagnosis, modelled: bool, changed: bool) -> list[tuple[
     return found
 
 
-def _how_far(diagnosis: Diagnosis) -> str:
+def _how_far(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
     """Return how far an answer explains the recording: where nothing feeds back, what nobody modelled adds up to many floors."""
     if not diagnosis.adequate:
         return "not yet: see what is left"
-    at_floor = all(_over(item.after, item.floor) <= _NEAR for item in diagnosis.fit.values())
+    at_floor = all(_over(item.after, item.floor) <= method.reporting.near_floor for item in diagnosis.fit.values())
     return "down to the floor" if at_floor else "all that follows the motion"
 
 
@@ -320,7 +316,7 @@ def _drawings(diagnosis: Diagnosis, order: Sequence[str]) -> list[Any]:
     return [Markup(text) for text in drawn]
 
 
-def _baseline(name: str, item: BaselineValue, modelled: bool) -> dict[str, Any]:
+def _baseline(name: str, item: BaselineValue, modelled: bool, method: Method = STANDARD) -> dict[str, Any]:
     """Return a row of the table of refitted values: with something modelled what they had absorbed without it, else how far off they
     were."""
     reference, other = (item.refit_with, item.refit_without) if modelled else (item.given, item.refit_with)
@@ -334,5 +330,5 @@ def _baseline(name: str, item: BaselineValue, modelled: bool) -> dict[str, Any]:
         "with_it": value,
         "interval": interval,
         "off": f"{'+' if share > 0.0 else ''}{percent(share)}" if math.isfinite(share) else NOTHING,
-        "moved": math.isfinite(deviation) and abs(other - reference) > _MOVED * deviation > 0.0,
+        "moved": math.isfinite(deviation) and abs(other - reference) > method.reporting.moved * deviation > 0.0,
     }

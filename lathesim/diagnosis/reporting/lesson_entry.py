@@ -9,6 +9,7 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import FoundEffect
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.effect_report import declared_in
@@ -18,9 +19,6 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, with_start
 from lathesim.identification.records.model import is_full_band
 from lathesim.identification.replay.experiment import Experiment
-
-_WORSE = 1.02
-"""Times by which a channel's residual may grow where a part of an effect is left out that the recording does not determine."""
 
 
 def lesson_entry(effect: FoundEffect, candidate: Candidate, fitted: Fitted, experiment: Experiment) -> dict[str, str]:
@@ -65,6 +63,7 @@ def without_undetermined(
     validation: Experiment,
     found: SearchResult,
     values: Mapping[str, float],
+    method: Method = STANDARD,
 ) -> list[FoundEffect]:
     """Return the effects with what may be left out of their lines: parts that are not determined, may be nothing, and are not missed.
 
@@ -75,7 +74,7 @@ def without_undetermined(
     for effect, candidate in zip(effects, candidates, strict=True):
         vanishing = _may_be_nothing(effect, candidate)
         choices = [effect.undetermined, vanishing] if vanishing else []
-        chosen = next((names for names in choices if _is_not_missed(names, candidate, validation, found, values)), ())
+        chosen = next((names for names in choices if _is_not_missed(names, candidate, validation, found, values, method=method)), ())
         found_effects.append(replace(effect, left_out=tuple(chosen)))
     return found_effects
 
@@ -93,7 +92,12 @@ def _may_be_nothing(effect: FoundEffect, candidate: Candidate) -> tuple[str, ...
 
 
 def _is_not_missed(
-    names: Sequence[str], candidate: Candidate, validation: Experiment, found: SearchResult, values: Mapping[str, float]
+    names: Sequence[str],
+    candidate: Candidate,
+    validation: Experiment,
+    found: SearchResult,
+    values: Mapping[str, float],
+    method: Method = STANDARD,
 ) -> bool:
     """Return whether the validation recording is explained as well with some parameters of an effect as they are where nobody names
     them."""
@@ -103,7 +107,7 @@ def _is_not_missed(
         assert isinstance(declared, Parameter)
         neutral[f"{candidate.part}.{name}"] = candidate.effect.neutral.get(name, declared.default)
     sizes = [_residual_sizes(validation, found, {**values, **changed}) for changed in ({}, neutral)]
-    return bool(np.all(sizes[1] <= _WORSE * sizes[0]))
+    return bool(np.all(sizes[1] <= method.reporting.left_out_worse * sizes[0]))
 
 
 def _residual_sizes(validation: Experiment, found: SearchResult, values: Mapping[str, float]) -> np.ndarray:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import BaselineValue, Evidence, FoundEffect, listed, with_unit
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.verdict.ranking import RankedEffect
@@ -15,32 +15,28 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import POSSIBLE
 
-_TOLD_SHARE = 5e-4
-"""Share of what acts at a place above which the share of it that is missing is told."""
-_MUCH = 0.05
-"""Share of what acts at a place above which it is said that nothing explains what is missing there."""
-_HARDLY_SHOWN = 0.01
-"""Floors of a channel by which a value must move it for some ten thousand samples to show that."""
 
-
-def still_missing(evidence: Evidence, variables: tuple[str, ...], found: SearchResult, settings: Settings) -> tuple[str, ...]:
+def still_missing(evidence: Evidence, variables: tuple[str, ...], found: SearchResult, method: Method) -> tuple[str, ...]:
     """Return what is still missing, where, and what it depends on."""
     sentences = []
     for item in evidence.missing:
         before, after = (shown_with_unit(size, item.unit, 3) for size in item.sizes)
         # of a position micrometres are missing, and a share of it says nothing
-        told = max(item.share_before, item.share_after) >= _TOLD_SHARE
+        told = max(item.share_before, item.share_after) >= method.reporting.remark_share
         shares = f", {item.share_before:.1%} of what acts there, and {item.share_after:.1%} after" if told else ""
         sentences.append(f"{after} is still missing at {item.at}; before it was {before}{shares}.")
     if variables:
         sentences.append(f"What is left depends on {', '.join(variables[:3])}.")
-    elif max((item.share_after for item in evidence.missing if np.isfinite(item.share_after)), default=0.0) > _MUCH:
+    elif (
+        max((item.share_after for item in evidence.missing if np.isfinite(item.share_after)), default=0.0)
+        > method.reporting.remark_unexplained
+    ):
         sentences.append("What is left goes with nothing that the machine was doing: noise, or a load that nobody measured.")
     if found.ended_after:
         sentences.append(f"After {found.ended_after} runs no further effect was looked for.")
     for trial in found.tried:
-        small = trial.gain > settings.margin and trial.validation_gain > settings.margin and found.was_held_against(trial)
-        if small and trial.share_of_rest > settings.share_of_rest and found.complete and trial.share_of_all <= settings.share_of_all:
+        small = trial.gain > method.margin and trial.validation_gain > method.margin and found.was_held_against(trial)
+        if small and trial.share_of_rest > method.share_of_rest and found.complete and trial.share_of_all <= method.share_of_all:
             shares = f"{trial.share_of_rest:.0%} of the rest, which is {trial.share_of_all:.1%} of all"
             sentences.append(f"{trial.candidate.name} at {trial.candidate.at} would take away {shares}: too little to name it.")
     return tuple(dict.fromkeys(sentences))
@@ -58,12 +54,12 @@ def implausible_values(implausible: tuple[str, ...], baseline: Mapping[str, Base
     return sentences
 
 
-def not_shown(fitted: Fitted, uncertain: Mapping[str, float], floors: FloatArray) -> list[str]:
+def not_shown(fitted: Fitted, uncertain: Mapping[str, float], floors: FloatArray, method: Method = STANDARD) -> list[str]:
     """Return which ``uncertain`` values (name -> standard deviation) move no channel by a hundredth of its floor (channels,), even as far
     off as possible."""
     found = []
     for name, slope in zip(fitted.names, fitted.sensitivity if fitted.sensitivity is not None else (), strict=False):
-        if name in uncertain and not np.any(np.abs(slope) * POSSIBLE * uncertain[name] > _HARDLY_SHOWN * floors[:, None]):
+        if name in uncertain and not np.any(np.abs(slope) * POSSIBLE * uncertain[name] > method.reporting.hardly_shown * floors[:, None]):
             found.append(f"{name} moves nothing that is compared: whether it is another one, these recordings cannot tell.")
     return found
 

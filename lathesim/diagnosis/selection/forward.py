@@ -14,7 +14,7 @@ from lathesim.diagnosis.candidates.harmonics import is_part_of_a_wave
 from lathesim.diagnosis.candidates.periodic_starts import is_a_wave
 from lathesim.diagnosis.candidates.screening import is_limit, screen
 from lathesim.diagnosis.candidates.starting_points import starting_points
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import believable, credible_if_it_moves, is_an_event, is_of_a_clock, merit, simplest
@@ -33,44 +33,19 @@ from lathesim.identification.records.candidate import Candidate, instants_of
 from lathesim.identification.records.model import Model, Trial, is_full_band
 from lathesim.identification.replay.experiment import STICKING, Experiment
 
-_ALIKE = 0.1
-"""Candidates whose scores differ by less than this share may be the same thing to the channels."""
-_MOST_RIVALS = 3
-_AS_MUCH = 0.8
-"""Share of what the best candidate scores that a finer shape of an effect of the model must screening score to be tried before it."""
-_RELATED, _RELATED_IF_STRAINED = 0.5, 0.1
-"""Share of the screening score of an effect that one of its family with no more values must have expected to be fitted too."""
-_NEARLY_ALL, _FAR_FROM_ALL = 0.95, 0.8
-"""Share of the error that a finer effect must screening score to be tried before simple ones, and how little these must screening score
-then."""
-_MUCH, _MORE, _MUCH_MORE = 0.5, 4, 0.2
-"""Share of the error that further candidates, at most so many, must screening score to be fitted, and by how much that must be more than
-what the first ones explained."""
 _PUSHED = "effort"
-_KEPT = 0.5
-"""Share of what it expected that an effect must keep not to be tried again with the simulated motion."""
-_AGREES = 0.6
-"""Share of its gain on one recording that a friction must gain on the other not to be tried again with the simulated motion."""
-_CLEARLY_BETTER = 1.1
-"""Times by which a friction must gain more with the motion it makes."""
-_SPOILT, _NEARLY_AS_MUCH = 1.05, 0.9
-"""Factor by which an effect may make the lesson's own simulation worse, and share of what it explains that another one must that does
-not."""
-_NEAR = ((0.98, 0.85), (0.95, 0.6))
-"""Once one candidate removes this share of what is left, others are fitted only where they expected that share of the best screening
-score: what cannot be told from it scores as much."""
 
 
-def grow(laboratory: Laboratory, found: SearchResult, settings: Settings, known: Collection[Candidate] = ()) -> None:
+def grow(laboratory: Laboratory, found: SearchResult, method: Method, known: Collection[Candidate] = ()) -> None:
     """Add effects one at a time as long as one is believable, or until the model has come to the ``known`` effects of another one or the
     search has cost all that it may."""
-    while len(found.model.candidates) < settings.most_effects:
+    while len(found.model.candidates) < method.most_effects:
         if known and same_effects(found.model.candidates, known):
             return
-        if not settings.affords(laboratory.runs, len(laboratory.experiment.candidates)):
+        if not method.affords(laboratory.runs, len(laboratory.experiment.candidates)):
             found.ended_after = laboratory.runs
             return
-        quiet = quiet_parts(laboratory, found.model)
+        quiet = quiet_parts(laboratory, found.model, method=method)
         simple, refined = (
             [
                 candidate
@@ -80,18 +55,18 @@ def grow(laboratory: Laboratory, found: SearchResult, settings: Settings, known:
             for asked in (due, finer)
         )
         laboratory.progress(f"screening {len(simple) + len(refined)} candidates")
-        points = starting_points(laboratory.experiment, found.model.fitted, [*simple, *refined])
-        screening = screen(laboratory.experiment.sensed, found.model.fitted, [*simple, *refined], points)
-        found.null_maximum = screening.null_maximum if settings.against_null_maximum else 0.0
+        points = starting_points(laboratory.experiment, found.model.fitted, [*simple, *refined], method=method)
+        screening = screen(laboratory.experiment.sensed, found.model.fitted, [*simple, *refined], points, method=method)
+        found.null_maximum = screening.null_maximum if method.against_null_maximum else 0.0
         promised = max((item.gain for item in screening.ranked), default=0.0)
-        if extend_parameters(laboratory, found, settings, _AS_MUCH * promised):
-            _leave_out_unworthy(laboratory, found, settings)
+        if extend_parameters(laboratory, found, method, method.selection.shape_before_effect * promised):
+            _leave_out_unworthy(laboratory, found, method)
             continue
-        if any(_add(laboratory, found, settings, ranked, screening.ranked) for ranked in in_turn(screening.ranked, simple)):
+        if any(_add(laboratory, found, method, ranked, screening.ranked) for ranked in in_turn(screening.ranked, simple, method=method)):
             continue
-        if not extend_parameters(laboratory, found, settings):
+        if not extend_parameters(laboratory, found, method):
             return
-        _leave_out_unworthy(laboratory, found, settings)
+        _leave_out_unworthy(laboratory, found, method)
 
 
 def same_effects(candidates: Collection[Candidate], others: Collection[Candidate]) -> bool:
@@ -99,18 +74,18 @@ def same_effects(candidates: Collection[Candidate], others: Collection[Candidate
     return {candidate.part for candidate in candidates} == {candidate.part for candidate in others}
 
 
-def in_turn(ranked: Sequence[Screened], plain: Sequence[Candidate]) -> list[tuple[Screened, ...]]:
+def in_turn(ranked: Sequence[Screened], plain: Sequence[Candidate], method: Method = STANDARD) -> list[tuple[Screened, ...]]:
     """Return the candidates as they are tried: simple effects and then finer ones, or the other way round where nothing simple scores what
     a finer one does."""
     simple = tuple(item for item in ranked if item.candidate in plain)
     refined = tuple(item for item in ranked if item.candidate not in plain)
     of_refined, of_simple = (max((item.share for item in items), default=0.0) for items in (refined, simple))
-    return [refined, simple] if of_refined > _NEARLY_ALL and of_simple < _FAR_FROM_ALL else [simple, refined]
+    return (
+        [refined, simple] if of_refined > method.selection.refined_first and of_simple < method.selection.simple_far else [simple, refined]
+    )
 
 
-def _add(
-    laboratory: Laboratory, found: SearchResult, settings: Settings, ranked: tuple[Screened, ...], screened: tuple[Screened, ...]
-) -> bool:
+def _add(laboratory: Laboratory, found: SearchResult, method: Method, ranked: tuple[Screened, ...], screened: tuple[Screened, ...]) -> bool:
     """Add the best of some candidates, ``ranked``, of all that were ``screened``; False where none is believable."""
     if not ranked:
         return False
@@ -118,58 +93,76 @@ def _add(
     best_promises = ", ".join(f"{item.candidate.name} at {item.candidate.at} {item.gain:.0f} ({item.share:.0%})" for item in ranked[:5])
     laboratory.progress(f"  screening scores in nats (null maximum {found.null_maximum:.0f}): {best_promises}")
     tried: list[Trial] = []
-    first = ranked[: settings.screened]
-    waiting = [*first, *[item for item in ranked[settings.screened :] if item.share > _MUCH][:_MORE]]
-    while wave := _wave(laboratory, found, waiting, ranked[0].gain, tried, settings):
-        asked = [Asked(item.candidate, found.model.candidates, found.model.free, _starts(item), item.share) for item in wave]
+    first = ranked[: method.screened]
+    waiting = [
+        *first,
+        *[item for item in ranked[method.screened :] if item.share > method.selection.further_score][
+            : int(method.selection.further_candidates)
+        ],
+    ]
+    while wave := _wave(laboratory, found, waiting, ranked[0].gain, tried, method):
+        asked = [Asked(item.candidate, found.model.candidates, found.model.free, _starts(item, method=method), item.share) for item in wave]
         asked += [*_bare(wave, found.model), *_of_more_stages(wave, found.model)]
         made = side_by_side(laboratory, found.model, asked)
-        to_feel = [*_with_simulated_motion(made, tried, found.model), *_held_at_rest(laboratory.experiment, wave, made, found.model)]
+        to_feel = [
+            *_with_simulated_motion(made, tried, found.model, method=method),
+            *_held_at_rest(laboratory.experiment, wave, made, found.model, method=method),
+        ]
         with_simulated_motion = side_by_side(laboratory, found.model, to_feel)
-        tried += [*made, *[trial for trial in with_simulated_motion if _holds_still(trial, made)]]
+        tried += [*made, *[trial for trial in with_simulated_motion if _holds_still(trial, made, method=method)]]
     found.tried += tried
-    good = [trial for trial in tried if believable(trial, settings, found.null_maximum) and not is_part_of_a_wave(trial, found.model)]
-    good = [trial for trial in good if _is_in_time(laboratory, trial.candidate, trial.model)]
-    good = [trial for trial in good if is_a_wave(laboratory.experiment, trial.candidate, trial.model.fitted.by_name)]
-    good = _without_degradation(good)
-    if not good:
-        return merge_harmonics(laboratory, found, settings, [trial for trial in tried if believable(trial, settings, found.null_maximum)])
-    good.sort(key=lambda trial: -merit(trial, settings))
-    best = simplest(good, settings)
-    good += [
-        trial for trial in _rivals(laboratory, found, ranked, screened, best, tried) if believable(trial, settings, found.null_maximum)
+    good = [
+        trial
+        for trial in tried
+        if believable(trial, method, found.null_maximum) and not is_part_of_a_wave(trial, found.model, method=method)
     ]
-    best = simplest(sorted(good, key=lambda trial: -merit(trial, settings)), settings)
-    if found.model.candidates and best.share_of_all < settings.share_of_all and generalise(laboratory, found, settings, best.share_of_rest):
+    good = [trial for trial in good if _is_in_time(laboratory, trial.candidate, trial.model, method=method)]
+    good = [trial for trial in good if is_a_wave(laboratory.experiment, trial.candidate, trial.model.fitted.by_name, method=method)]
+    good = _without_degradation(good, method=method)
+    if not good:
+        return merge_harmonics(laboratory, found, method, [trial for trial in tried if believable(trial, method, found.null_maximum)])
+    good.sort(key=lambda trial: -merit(trial, method))
+    best = simplest(good, method)
+    good += [
+        trial
+        for trial in _rivals(laboratory, found, ranked, screened, best, tried, method=method)
+        if believable(trial, method, found.null_maximum)
+    ]
+    best = simplest(sorted(good, key=lambda trial: -merit(trial, method)), method)
+    if found.model.candidates and best.share_of_all < method.share_of_all and generalise(laboratory, found, method, best.share_of_rest):
         # what is so small beside the effects that were found is rather a finer form of one of them
         return True
     settled = laboratory.settled(best.model)
-    while why := refusal(laboratory, found.model, best, settled, settings):
+    while why := refusal(laboratory, found.model, best, settled, method):
         laboratory.progress(f"  {best.candidate.name} at {best.candidate.at} is refused: {why}")
         good = [trial for trial in good if trial is not best]
         if not good:
             return False
-        best = simplest(good, settings)
+        best = simplest(good, method)
         settled = laboratory.settled(best.model)
     found.trials[best.candidate.part] = good
     others = [trial for trial in tried if trial.candidate.part not in {known.candidate.part for known in good}]
-    found.unmoved[best.candidate.part] = [trial for trial in others if credible_if_it_moves(trial, settings, found.null_maximum)]
+    found.unmoved[best.candidate.part] = [trial for trial in others if credible_if_it_moves(trial, method, found.null_maximum)]
     if not found.model.candidates:
-        found.restarted_from = sorted((trial for trial in good if trial is not best), key=lambda trial: -merit(trial, settings))
+        found.restarted_from = sorted((trial for trial in good if trial is not best), key=lambda trial: -merit(trial, method))
     before, found.model = found.model, settled
     found.before[best.candidate.part] = before
     if becomes_implausible(before.fitted, found.model.fitted):
         found.implausible_effects.add(best.candidate.part)
     laboratory.progress(f"{best.candidate.name} at {best.candidate.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
-    _eliminate(laboratory, found, settings)
+    _eliminate(laboratory, found, method)
     return True
 
 
-def _without_degradation(good: Sequence[Trial]) -> list[Trial]:
+def _without_degradation(good: Sequence[Trial], method: Method = STANDARD) -> list[Trial]:
     """Return the trials without those with which the lesson's own simulation is further off, where another one explains nearly as much and
     that is no further off: a replay that runs away is held by whatever keeps the machine at rest, and a controller would not have it."""
     kept = max((trial.share_of_rest for trial in good if trial.closed_loop_degradation <= 1.0), default=0.0)
-    return [trial for trial in good if trial.closed_loop_degradation < _SPOILT or kept < _NEARLY_AS_MUCH * trial.share_of_rest]
+    return [
+        trial
+        for trial in good
+        if trial.closed_loop_degradation < method.selection.degrades or kept < method.selection.without_degradation * trial.share_of_rest
+    ]
 
 
 def _bare(wave: Sequence[Screened], model: Model) -> list[Asked]:
@@ -186,18 +179,22 @@ def _bare(wave: Sequence[Screened], model: Model) -> list[Asked]:
     return found
 
 
-def _with_simulated_motion(made: Sequence[Trial], before: Sequence[Trial], model: Model) -> list[Asked]:
+def _with_simulated_motion(made: Sequence[Trial], before: Sequence[Trial], model: Model, method: Method = STANDARD) -> list[Asked]:
     """Return frictions that explain one recording much better than the other, to be tried with the simulated motion: where they hold a part
     still, what the recorded motion lets go adds up over each recording in its own way. So are such that explain nearly all, where
     something else of which that is true as well gains more: a dead zone holds a part still too."""
     frictions = [trial for trial in made if trial.candidate.family == STICKING and trial.gain > 0.0]
-    others = [trial.gain for trial in (*before, *made) if trial.candidate.family != STICKING and trial.share_of_rest > _NEARLY_ALL]
+    others = [
+        trial.gain
+        for trial in (*before, *made)
+        if trial.candidate.family != STICKING and trial.share_of_rest > method.selection.refined_first
+    ]
     most = max(others, default=0.0)
     doubted = [
         trial
         for trial in frictions
-        if not _AGREES * trial.gain < trial.validation_gain < trial.gain / _AGREES
-        or (trial.share_of_rest > _NEARLY_ALL and most > _CLEARLY_BETTER * trial.gain)
+        if not method.selection.recordings_agree * trial.gain < trial.validation_gain < trial.gain / method.selection.recordings_agree
+        or (trial.share_of_rest > method.selection.refined_first and most > method.selection.simulated_motion_gain * trial.gain)
     ]
     found = []
     for trial in doubted:
@@ -207,23 +204,30 @@ def _with_simulated_motion(made: Sequence[Trial], before: Sequence[Trial], model
     return found
 
 
-def _held_at_rest(experiment: Experiment, wave: Sequence[Screened], made: Sequence[Trial], model: Model) -> list[Asked]:
+def _held_at_rest(
+    experiment: Experiment, wave: Sequence[Screened], made: Sequence[Trial], model: Model, method: Method = STANDARD
+) -> list[Asked]:
     """Return pushing effects that kept little of what they expected, to be tried with frictions that sense the simulated motion: at rest
     these hold whatever pushes, and one that senses the recorded motion lets go."""
     found = []
     for item in wave:
         kept = max((trial.share_of_rest for trial in made if trial.candidate.part == item.candidate.part), default=1.0)
         pushes = item.candidate.effect.site == _PUSHED and item.candidate.family != STICKING
-        if pushes and item.share > _MUCH and kept < _KEPT * item.share and experiment.simulated_motion_of(model.candidates):
+        if (
+            pushes
+            and item.share > method.selection.further_score
+            and kept < method.selection.kept_of_score * item.share
+            and experiment.simulated_motion_of(model.candidates)
+        ):
             found.append(Asked(item.candidate, model.candidates, model.free, item.starts[:1], with_simulated_motion=True))
     return found
 
 
-def _holds_still(trial: Trial, made: Sequence[Trial]) -> bool:
+def _holds_still(trial: Trial, made: Sequence[Trial], method: Method = STANDARD) -> bool:
     """Return whether a friction explains the estimation recording clearly better with the motion it makes: else that is no reason to
     prefer it to what holds nothing still."""
     as_recorded = max(other.gain for other in made if other.candidate.part == trial.candidate.part)
-    return trial.gain > _CLEARLY_BETTER * as_recorded
+    return trial.gain > method.selection.simulated_motion_gain * as_recorded
 
 
 def _of_more_stages(wave: Sequence[Screened], model: Model) -> list[Asked]:
@@ -242,27 +246,37 @@ def _of_more_stages(wave: Sequence[Screened], model: Model) -> list[Asked]:
 
 
 def _wave(
-    laboratory: Laboratory, found: SearchResult, waiting: list[Screened], best: float, tried: Sequence[Trial], settings: Settings
+    laboratory: Laboratory, found: SearchResult, waiting: list[Screened], best: float, tried: Sequence[Trial], method: Method
 ) -> list[Screened]:
     """Take from the waiting candidates those that are tried next, as far as the trials so far leave them worth it."""
-    good = [trial for trial in tried if believable(trial, settings, found.null_maximum)]
+    good = [trial for trial in tried if believable(trial, method, found.null_maximum)]
     kept = {trial.candidate.part for trial in good}
     # what expected much and kept none of it is no yardstick
     promised = max((item.gain for item in found.screened if item.candidate.part in kept), default=0.0)
-    least = max(0.5 * (settings.margin + found.null_maximum), settings.worth_a_fit * promised)
+    least = max(0.5 * (method.margin + found.null_maximum), method.worth_a_fit * promised)
     # of all channels together: what explains one of them may be a part of what explains all
     rest = float(found.model.error[::2].sum())
     explained = max((1.0 - float(trial.model.error[::2].sum()) / rest for trial in good), default=0.0)
-    near = best * next((share for removed, share in _NEAR if explained > removed), 0.0)
-    first = found.screened[: settings.screened]
+    near = best * next(
+        (
+            share
+            for removed, share in (
+                (method.selection.near_all, method.selection.near_all_rival),
+                (method.selection.near_most, method.selection.near_most_rival),
+            )
+            if explained > removed
+        ),
+        0.0,
+    )
+    first = found.screened[: method.screened]
     wave: list[Screened] = []
     while waiting and len(wave) < TOGETHER:
         item = waiting.pop(0)
         if item.gain < least:
             waiting.clear()
-        elif not _may_add(item, *((explained, near) if item in first else (explained + _MUCH_MORE, np.inf))):
+        elif not _may_add(item, *((explained, near) if item in first else (explained + method.selection.further_gain, np.inf))):
             continue
-        elif may_be_worth(laboratory, found.model, item, settings):
+        elif may_be_worth(laboratory, found.model, item, method):
             wave.append(item)
     return wave
 
@@ -273,9 +287,9 @@ def _may_add(item: Screened, explained: float, near: float) -> bool:
     return item.share > explained or item.gain >= near
 
 
-def _starts(item: Screened) -> Sequence[FloatArray]:
+def _starts(item: Screened, method: Method = STANDARD) -> Sequence[FloatArray]:
     """Return the starting values of a fit: of an effect that is linear in its one size, one is enough."""
-    return item.starts[: 1 if len(item.candidate.parameters) == 1 and not is_limit(item.candidate).any() else 2]
+    return item.starts[: 1 if len(item.candidate.parameters) == 1 and not is_limit(item.candidate, method=method).any() else 2]
 
 
 def _rivals(
@@ -285,21 +299,28 @@ def _rivals(
     screened: Sequence[Screened],
     best: Trial,
     tried: Sequence[Trial],
+    method: Method = STANDARD,
 ) -> list[Trial]:
     """Fit what expected as much as the best, or is a relative of it that is no less simple, and was not fitted yet: what cannot be told
     from it is said to be tied, and the simpler one is taken. Beside implausible values scores say little."""
     known, together = {trial.candidate.part for trial in tried}, {item.candidate.part for item in ranked}
     promised = next(item.gain for item in ranked if item.candidate.part == best.candidate.part)
     others = [item for item in screened if item.candidate.part not in known]
-    alike = [item for item in others if item.candidate.part in together and abs(item.gain - promised) < _ALIKE * promised][:_MOST_RIVALS]
-    implausible = is_implausible(found.model.fitted)
-    least = _RELATED_IF_STRAINED if implausible else _RELATED
+    alike = [
+        item for item in others if item.candidate.part in together and abs(item.gain - promised) < method.selection.alike_score * promised
+    ][: int(method.selection.most_rivals)]
+    implausible = is_implausible(found.model.fitted, method=method)
+    least = method.selection.relative_score_if_implausible if implausible else method.selection.relative_score
     alike += [item for item in others if item not in alike and _is_relative(item.candidate, best.candidate, item.gain > least * promised)]
     if implausible:
         # of one family at another place: a force and a voltage that add a constant score alike but for implausible values
-        elsewhere = [item for item in others if item.candidate.family == best.candidate.family and item.gain > _RELATED * promised]
+        elsewhere = [
+            item
+            for item in others
+            if item.candidate.family == best.candidate.family and item.gain > method.selection.relative_score * promised
+        ]
         fewer_values = [item for item in elsewhere if len(item.candidate.parameters) <= len(best.candidate.parameters)]
-        alike += [item for item in fewer_values if item not in alike][:_MOST_RIVALS]
+        alike += [item for item in fewer_values if item not in alike][: int(method.selection.most_rivals)]
     asked = [Asked(item.candidate, found.model.candidates, found.model.free, item.starts[:1]) for item in alike]
     rivals = side_by_side(laboratory, found.model, asked)
     found.tried += rivals
@@ -314,12 +335,14 @@ def _is_relative(candidate: Candidate, other: Candidate, promising: bool) -> boo
     return candidate.name in other.effect.refines or (candidate.family == other.family and promising)
 
 
-def _eliminate(laboratory: Laboratory, found: SearchResult, settings: Settings) -> None:
+def _eliminate(laboratory: Laboratory, found: SearchResult, method: Method) -> None:
     """Take out effects that the others have made needless, the earliest first, until none is; a lag that was a part of what they do and is
     next to nothing beside them is."""
 
     def is_needless(candidate: Candidate) -> bool:
-        return not _is_in_time(laboratory, candidate, found.model) or _is_needless(laboratory, found.model, candidate, settings)
+        return not _is_in_time(laboratory, candidate, found.model, method=method) or _is_needless(
+            laboratory, found.model, candidate, method
+        )
 
     while needless := next((candidate for candidate in found.model.candidates[:-1] if is_needless(candidate)), None):
         laboratory.progress(f"{needless.name} at {needless.at} is no longer needed")
@@ -327,31 +350,33 @@ def _eliminate(laboratory: Laboratory, found: SearchResult, settings: Settings) 
         found.take_over(found.model.candidates[-1], needless)
 
 
-def _leave_out_unworthy(laboratory: Laboratory, found: SearchResult, settings: Settings) -> None:
+def _leave_out_unworthy(laboratory: Laboratory, found: SearchResult, method: Method) -> None:
     """Take out effects that were a part of the finer shape of the last one, and with that explain too little to be worth a name."""
     for candidate in found.model.candidates[:-1]:
         without = fewer(laboratory, found.model, candidate)
         lost = without.error - found.model.error
         rest = without.error + np.maximum(laboratory.everything - laboratory.baseline_error, 0.0)
         of_all, of_rest = float(np.max(lost / laboratory.everything)), float(np.max(lost / rest))
-        much = of_all > settings.share_of_all and of_rest > settings.share_of_rest
-        if not (much or of_rest > settings.nearly_all_of_rest):
+        much = of_all > method.share_of_all and of_rest > method.share_of_rest
+        if not (much or of_rest > method.nearly_all_of_rest):
             laboratory.progress(f"{candidate.name} at {candidate.at} was a part of the shape of {found.model.candidates[-1].name}")
             found.model = without
             found.trials.pop(candidate.part, None)
 
 
-def _is_in_time(laboratory: Laboratory, candidate: Candidate, model: Model) -> bool:
+def _is_in_time(laboratory: Laboratory, candidate: Candidate, model: Model, method: Method = STANDARD) -> bool:
     period = laboratory.experiment.machine.assembly.sample_period
     values, duration = model.fitted.by_name, len(laboratory.experiment.record) * period
-    return is_of_a_clock(candidate, values, period, duration) and is_an_event(instants_of(candidate.parameters), values, duration)
+    return is_of_a_clock(candidate, values, period, duration, method=method) and is_an_event(
+        instants_of(candidate.parameters), values, duration, method=method
+    )
 
 
-def _is_needless(laboratory: Laboratory, model: Model, candidate: Candidate, settings: Settings) -> bool:
+def _is_needless(laboratory: Laboratory, model: Model, candidate: Candidate, method: Method) -> bool:
     """Return whether a model without one of its candidates loses no more than the candidate's parameters cost."""
     without = judged_score(laboratory.experiment, fitted_without(laboratory, model, candidate))
     lost = model.score.above(without, full_band=is_full_band(model.candidates))
-    return lost < settings.margin + settings.per_parameter * len(candidate.parameters)
+    return lost < method.margin + method.per_parameter * len(candidate.parameters)
 
 
 def leave_out(found: SearchResult, candidates: Sequence[Candidate], experiment: Experiment, validation: Experiment, tell: Progress) -> None:

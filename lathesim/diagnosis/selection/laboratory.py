@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lathesim.diagnosis.candidates.screening import is_limit
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.fractional_delay import between_samples
 from lathesim.identification.estimation.least_squares import fit, log_likelihood, noise_of
@@ -22,32 +23,20 @@ from lathesim.identification.replay.experiment import POSSIBLE, Experiment
 
 IMPLAUSIBLE = 0.98 * POSSIBLE
 """Declared standard deviations above which a value of the lesson is implausible: it would go further if it might."""
-IMPLAUSIBLE_TOGETHER = 16.0
-"""Penalty above which the values of the lesson are implausible together."""
+
 _ROUGH = 1e-4
 """A trial's descent ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
 
-_LEFT_AT_ALL, _ADDED = 40.0, 0.1
-"""Whitened power above which something is left in a channel, and share of what is explained in some that may be added in others."""
-_HELD_STILL = 0.15
-"""Share of the error that may be left for frictions to sense the simulated motion."""
-_CLEARLY = 2.0
-"""Factor from that share beyond which a rough fit is enough to tell."""
-_CONTRADICTS = 0.5
-"""Share of the rest that a trial explains above which it should gain: one that does not ended where the noise before it, which all that
-was missing had made loose, let a mean stay that the noise after it cannot."""
+
 _SETTLED = 1.0
 """Nats that a further round of fitting must gain for another one."""
 _FINE = 1e-5
-_AS_PROMISED = 0.98
-"""Share of what was expected that is as good as all of it."""
+
 _SIZES = (1.0, 0.5, 0.2, 0.05)
 """Shares of the size that screening gives an effect from which a fit may begin."""
 _STIFFER = (2.0, 4.0, 8.0)
 _MOST_AFRESH = 2
 """How often slopes are taken afresh in a trial."""
-_WHOLE = 2e-3
-"""How far an order may be from a whole number: as far as the speed is known."""
 
 
 @dataclass
@@ -61,6 +50,7 @@ class Laboratory:
     baseline_error: FloatArray = field(default_factory=lambda: np.zeros(0))
     everything: FloatArray = field(default_factory=lambda: np.zeros(0))
     """The squared error of the baseline in each channel, floor included."""
+    method: Method = STANDARD
     least_gain: float = 0.0
     """Gain in likelihood [nats] that a trial must reach for the validation recording to be asked about it."""
 
@@ -121,12 +111,12 @@ class Laboratory:
         if moved := between_samples(self.experiment, settled, model.candidates, full_band=full_band):
             settled = fit(self.experiment.sensed, moved, constant, rounds=2, full_band=full_band, settle=_SETTLED)
         settled = self.with_better_motion(settled, model.candidates)
-        if is_implausible(settled):
+        if is_implausible(settled, method=self.method):
             # a slow load that nobody measured draws values with it where noise is held to be white
             slow = fit(
                 self.experiment.sensed, with_start(settled), settled.constant, rounds=2, full_band=full_band, settle=_SETTLED, coloured=True
             )
-            settled = settled if is_implausible(slow) else self._with_white_noise(slow, full_band=full_band)
+            settled = settled if is_implausible(slow, method=self.method) else self._with_white_noise(slow, full_band=full_band)
         return self.model(model.candidates, settled)
 
     def _with_white_noise(self, fitted: Fitted, *, full_band: bool) -> Fitted:
@@ -147,13 +137,18 @@ class Laboratory:
         def share(other: Fitted) -> float:
             """Return what is left where the simulated motion is sensed, over what is left where the recorded one is."""
             recorded, simulated = (other, fitted) if with_simulated_motion else (fitted, other)
-            return _share_left(*(self.error(self.experiment, one)[::2] for one in (recorded, simulated)))
+            before, after = (self.error(self.experiment, one)[::2] for one in (recorded, simulated))
+            return _share_left(before, after, method=self.method)
 
         rough = fit(self.experiment.sensed, with_start(fitted), constant, rounds=1, full_band=full_band, tolerance=_ROUGH, slopes="kept")
-        if share(rough) < _HELD_STILL / _CLEARLY if with_simulated_motion else share(rough) > _HELD_STILL * _CLEARLY:
+        if (
+            share(rough) < self.method.selection.simulated_motion_left / self.method.selection.coarse_fit_decides
+            if with_simulated_motion
+            else share(rough) > self.method.selection.simulated_motion_left * self.method.selection.coarse_fit_decides
+        ):
             return fitted
         other = fit(self.experiment.sensed, with_start(rough), constant, rounds=2, full_band=full_band, settle=_SETTLED)
-        if (share(other) < _HELD_STILL) == with_simulated_motion:
+        if (share(other) < self.method.selection.simulated_motion_left) == with_simulated_motion:
             return fitted
         return other if with_simulated_motion or self._holds_there_too(fitted, other, motion) else fitted
 
@@ -186,7 +181,9 @@ class Laboratory:
     ) -> FloatArray:
         """Return starting values with the effect as large as it does best there, everything else as it was: what screening made of a
         response to a usual size may swing a machine far beyond anything that was recorded, from where a fit hardly finds back."""
-        sizes = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(candidate)
+        sizes = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(
+            candidate, method=self.method
+        )
         points = [np.where(sizes, candidate.neutral + share * (start - candidate.neutral), start) for share in _SIZES]
         # a light table on a soft spring is further away, not nearer: what vanishes there is a spring that is stiff
         stiffer = np.array([name == f"{candidate.part}.{candidate.effect.resonance}" for name in candidate.parameters])
@@ -223,7 +220,12 @@ class Laboratory:
             known = {}
         best: Fitted | None = None
         for start in starts:
-            freed = [*free, *candidate_free(candidate, self._at_best_size(before, candidate, start, free, constant, full_band=full_band))]
+            freed = [
+                *free,
+                *candidate_free(
+                    candidate, self._at_best_size(before, candidate, start, free, constant, full_band=full_band), method=self.method
+                ),
+            ]
             # weighed as the model before it is: where a start swings far, a noise model of its own would find that quite usual
             fitted = fit(
                 self.experiment.sensed,
@@ -239,7 +241,7 @@ class Laboratory:
             )
             if best is None or fitted.score > best.score:
                 best = fitted
-            if self._removed(before, fitted) > _AS_PROMISED * promised:
+            if self._removed(before, fitted) > self.method.selection.score_reached * promised:
                 break
         assert best is not None
         nearby = before.fitted
@@ -260,7 +262,7 @@ class Laboratory:
                 known=known,
                 slopes="kept",
             )
-        implausible_before = is_implausible(before.fitted)
+        implausible_before = is_implausible(before.fitted, method=self.method)
         if implausible_before:
             # what the effect explains had implausible the values of the machine: from there a fit may not find its way back
             other = fit(
@@ -274,10 +276,12 @@ class Laboratory:
             )
             best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
-        if gain <= self.least_gain and self._removed(before, best) > _CONTRADICTS:
+        if gain <= self.least_gain and self._removed(before, best) > self.method.selection.must_gain_too:
             best = fit(self.experiment.sensed, with_start(best), constant, rounds=2, full_band=full_band, settle=_SETTLED, slopes="kept")
             gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
-        restores_plausibility = implausible_before and 4.0 * float(np.sum(prior_deviations(best) ** 2)) < IMPLAUSIBLE_TOGETHER
+        restores_plausibility = (
+            implausible_before and 4.0 * float(np.sum(prior_deviations(best) ** 2)) < self.method.selection.implausible_penalty
+        )
         if not (gain > self.least_gain or restores_plausibility):
             return Trial(candidate, replace(before, candidates=candidates, fitted=best), gain, -np.inf, 0.0, 0.0, 0.0)
         model = self.model(candidates, best)
@@ -301,19 +305,19 @@ class Laboratory:
             moved,
             *shares,
             restores_plausibility,
-            is_implausible(best),
+            is_implausible(best, method=self.method),
             becomes_implausible(before.fitted, best),
             *full_band_gains,
             closed_loop_degradation,
         )
 
 
-def _share_left(before: FloatArray, after: FloatArray) -> float:
+def _share_left(before: FloatArray, after: FloatArray, method: Method = STANDARD) -> float:
     """Return what is left ``after`` over what was ``before``, (channels,): in the channel where that is least, as what is missing in others
     has nothing to do with it; in all where others are left with more, by a part of what is explained."""
-    telling, change = before > _LEFT_AT_ALL, before - after
+    telling, change = before > method.selection.unexplained_power, before - after
     taken, added = float(change.clip(min=0.0).sum()), float(-change.clip(max=0.0).sum())
-    if not telling.any() or added > _ADDED * taken:
+    if not telling.any() or added > method.selection.increase_elsewhere * taken:
         return float(after.sum() / before.sum())
     return float(np.min(after[telling] / before[telling]))
 
@@ -323,10 +327,10 @@ def _at_given_values(free: Sequence[Free]) -> list[Free]:
     return [replace(item, start=item.given) if np.isfinite(item.uncertainty) else item for item in free]
 
 
-def is_implausible(fitted: Fitted) -> bool:
+def is_implausible(fitted: Fitted, method: Method = STANDARD) -> bool:
     """Return whether values of the lesson are further off than it holds possible, one by itself or all together."""
     off = prior_deviations(fitted)
-    return float(off @ off) > IMPLAUSIBLE_TOGETHER or float(off.max(initial=0.0)) > IMPLAUSIBLE
+    return float(off @ off) > method.selection.implausible_penalty or float(off.max(initial=0.0)) > IMPLAUSIBLE
 
 
 def becomes_implausible(before: Fitted, after: Fitted) -> bool:
@@ -348,7 +352,7 @@ def _far(before: Fitted, after: Fitted) -> bool:
     return any(abs(values[name] - start) > 3.0 * before.error(name) for name, start in both)
 
 
-def candidate_free(candidate: Candidate, start: FloatArray) -> list[Free]:
+def candidate_free(candidate: Candidate, start: FloatArray, method: Method = STANDARD) -> list[Free]:
     """Return the parameters of a candidate as free ones, starting at ``start``."""
     spread = np.maximum(np.abs(candidate.points).max(axis=0, initial=0.0), np.abs(start)) if len(candidate.points) else np.abs(start)
     spread = np.where(spread > 0.0, spread, candidate.usual)
@@ -357,7 +361,10 @@ def candidate_free(candidate: Candidate, start: FloatArray) -> list[Free]:
         for name, value, scale, low, high in zip(candidate.parameters, start, spread, candidate.low, candidate.high, strict=True)
     ]
     # an order is a whole number
-    return [replace(item, uncertainty=_WHOLE, given=round(item.start)) if item.name.endswith(".order") else item for item in free]
+    return [
+        replace(item, uncertainty=method.selection.whole_order, given=round(item.start)) if item.name.endswith(".order") else item
+        for item in free
+    ]
 
 
 def judged_score(experiment: Experiment, fitted: Fitted) -> Score:

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection.acceptance import EQUAL_SHARE, merit
+from lathesim.diagnosis.selection.acceptance import merit
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.candidate import Candidate
@@ -21,39 +21,39 @@ from lathesim.identification.records.model import Model, Trial
 
 _LATE = ("lag", "recording")
 """Families of what acts or shows late."""
-_NEAR = 0.9
-"""Share of what a late effect gained that another one must have gained to be held against it."""
-_EQUAL = 4.0
-"""Nats within which they are alike, or the usual share of what the effect gained."""
 
 
-def ties_of_late_effects(laboratory: Laboratory, found: SearchResult, settings: Settings) -> None:
+def ties_of_late_effects(laboratory: Laboratory, found: SearchResult, method: Method) -> None:
     """Report what is as good as a late effect of the model, once forces may be slow, as tied with it."""
     for candidate in found.model.candidates:
         trials = found.trials.get(candidate.part, [])
         own = next((trial for trial in trials if trial.candidate.part == candidate.part), None)
         if own is None or candidate.family not in _LATE:
             continue
-        near = [trial for trial in trials if _is_near(trial, own, found.model, settings)]
+        near = [trial for trial in trials if _is_near(trial, own, found.model, method)]
         if not near:
             continue
         laboratory.progress(
             f"holding {', '.join(trial.candidate.name for trial in near)} against {candidate.name} with forces that may be slow"
         )
         reached = _with_slow_forces(laboratory, own.model)
-        width = max(_EQUAL, EQUAL_SHARE * own.full_band_gain)
+        width = max(method.selection.tie, method.selection.equal_share * own.full_band_gain)
         alike = {trial.candidate.part for trial in near if _with_slow_forces(laboratory, trial.model) > reached - width}
         found.trials[candidate.part] = [_as_good_as(trial, own) if trial.candidate.part in alike else trial for trial in trials]
 
 
-def _is_near(trial: Trial, own: Trial, model: Model, settings: Settings) -> bool:
+def _is_near(trial: Trial, own: Trial, model: Model, method: Method) -> bool:
     """Return whether a trial of another late effect came near and stood beside the same effects."""
     other: Candidate = trial.candidate
     beside = {candidate.part for candidate in trial.model.candidates} - {other.part} == {
         candidate.part for candidate in own.model.candidates
     } - {own.candidate.part}
     alike = other.family in _LATE and other not in model.candidates and beside
-    return alike and other.part != own.candidate.part and _NEAR * merit(own, settings) < merit(trial, settings) < merit(own, settings)
+    return (
+        alike
+        and other.part != own.candidate.part
+        and method.selection.lag_rival * merit(own, method) < merit(trial, method) < merit(own, method)
+    )
 
 
 def _with_slow_forces(laboratory: Laboratory, model: Model) -> float:

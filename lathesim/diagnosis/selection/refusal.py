@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterable
 
 from lathesim.diagnosis.candidates.periodic_starts import WAVES
 from lathesim.diagnosis.location.missing_force import missing_signal
-from lathesim.diagnosis.location.missing_share import FORCES, NEXT_TO_NOTHING, missing_share, missing_signals, next_to_nothing
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.location.missing_share import FORCES, missing_share, missing_signals, next_to_nothing
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import of_usual_size
 from lathesim.diagnosis.selection.laboratory import Laboratory
@@ -15,34 +15,33 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial
 from lathesim.identification.replay.experiment import Experiment
 
-_MUCH = 0.3
-"""Share of all that was there above which a wave is much of it."""
-_SMALL = 0.01
-"""Share of all that was there below which an effect beside others is asked how much of what acts it is."""
 
-
-def refusal(laboratory: Laboratory, before: Model, trial: Trial, settled: Model, settings: Settings) -> str:
+def refusal(laboratory: Laboratory, before: Model, trial: Trial, settled: Model, method: Method) -> str:
     """Return why the effect of a trial is refused; empty where it is not."""
-    if not of_usual_size(trial.candidate, settled.fitted.by_name, settings):
+    if not of_usual_size(trial.candidate, settled.fitted.by_name, method):
         return "fitted to the end it is no such effect"
-    if is_trifling(laboratory, before, settled, trial):
+    if is_trifling(laboratory, before, settled, trial, method=method):
         return "what it takes away is next to nothing of what acts there"
     return ""
 
 
-def is_trifling(laboratory: Laboratory, before: Model, after: Model, trial: Trial) -> bool:
+def is_trifling(laboratory: Laboratory, before: Model, after: Model, trial: Trial, method: Method = STANDARD) -> bool:
     """Return whether an effect beside others explains next to nothing of what acts: what tiny steps of a simulation leave of large forces,
     any resonance explains."""
-    small = bool(before.candidates) and trial.share_of_all < _SMALL and all_push(laboratory.experiment, [trial.candidate])
-    return small and next_to_nothing(missing_signals(laboratory.validation, before, after))
+    small = (
+        bool(before.candidates)
+        and trial.share_of_all < method.selection.small_effect
+        and all_push(laboratory.experiment, [trial.candidate])
+    )
+    return small and next_to_nothing(missing_signals(laboratory.validation, before, after, method=method), method=method)
 
 
-def is_much_of_it(candidate: Candidate, found: SearchResult) -> bool:
+def is_much_of_it(candidate: Candidate, found: SearchResult, method: Method = STANDARD) -> bool:
     """Return whether a wave is much of what was left: how finely a simulation steps, or when samples were taken, repeats along no way."""
-    return candidate.family == WAVES and found.removed_by(candidate) > _MUCH
+    return candidate.family == WAVES and found.removed_by(candidate) > method.selection.much_of_all
 
 
-def quiet_parts(laboratory: Laboratory, model: Model) -> set[str]:
+def quiet_parts(laboratory: Laboratory, model: Model, method: Method = STANDARD) -> set[str]:
     """Return the parts at which a model with effects leaves so little of what acts that whatever pushed there would be refused."""
     quiet: dict[str, bool] = {}
     if not model.candidates:
@@ -52,7 +51,7 @@ def quiet_parts(laboratory: Laboratory, model: Model) -> set[str]:
         if missing.unit in FORCES:
             share, _ = missing_share(laboratory.validation, model.validation_fit, row)
             part = missing.at.partition(".")[0]
-            quiet[part] = quiet.get(part, True) and share < NEXT_TO_NOTHING
+            quiet[part] = quiet.get(part, True) and share < method.location.integration_error
     return {part for part, is_quiet in quiet.items() if is_quiet}
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import of_usual_size
 from lathesim.diagnosis.selection.forward import grow, leave_out, same_effects
@@ -26,16 +26,13 @@ from lathesim.identification.execution.budget import Progress, until
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.experiment import Experiment, baseline_free
 
-_MOST_REFUSED = 2
-"""Refusals after which a model is not grown on."""
 
-
-def search(experiment: Experiment, validation: Experiment, settings: Settings | None = None, tell: Progress | None = None) -> SearchResult:
+def search(experiment: Experiment, validation: Experiment, method: Method = STANDARD, tell: Progress | None = None) -> SearchResult:
     """Search the candidates of an experiment; ``validation`` judges. Stopped with Ctrl-C it gives what was found until then."""
-    chosen = replace(settings or Settings(), possible=possible_sizes(experiment))
+    chosen = replace(method, possible=possible_sizes(experiment, method=method))
     progress = tell or (lambda text: None)
     progress("fitting the baseline")
-    laboratory = Laboratory(experiment, validation, until(chosen.longest, progress), least_gain=chosen.margin)
+    laboratory = Laboratory(experiment, validation, until(chosen.longest, progress), least_gain=chosen.margin, method=chosen)
     fitted = fit(experiment.sensed, [*baseline_free(experiment.machine), *experiment.start_states(experiment.sensed.plan)], rounds=3)
     laboratory.weigh(fitted)
     fitted = laboratory.with_better_motion(fitted, ())
@@ -60,14 +57,14 @@ def search(experiment: Experiment, validation: Experiment, settings: Settings | 
                 laboratory.progress("better than what was found before")
                 found = replace(other, tried=found.tried, ended_after=found.ended_after)
                 break
-        if simpler := two_for_one(laboratory, baseline, found.model):
+        if simpler := two_for_one(laboratory, baseline, found.model, method=chosen):
             found.model = laboratory.settled(simpler[0])
             found.trials |= {trial.candidate.part: [trial] for trial in simpler[1]}
             laboratory.progress(f"as good and simpler: {' and '.join(trial.candidate.name for trial in simpler[1])}")
-        simplify(laboratory, found)
-        fix_parameters(laboratory, found)
-        specialise(laboratory, found)
-        if far := find_implausible_value(laboratory, baseline, found.model):
+        simplify(laboratory, found, method=chosen)
+        fix_parameters(laboratory, found, method=chosen)
+        specialise(laboratory, found, method=chosen)
+        if far := find_implausible_value(laboratory, baseline, found.model, method=chosen):
             names = (far.name, *far.instead)
             if far.better:
                 laboratory.progress(f"better than any effect: {far.name} is outside the plausible range of the lesson")
@@ -76,7 +73,7 @@ def search(experiment: Experiment, validation: Experiment, settings: Settings | 
                 found.values_instead = names
         retry_rivals(laboratory, found, chosen)
         ties_of_late_effects(laboratory, found, chosen)
-        found.forms = forms_of_two(laboratory, found.model)
+        found.forms = forms_of_two(laboratory, found.model, method=chosen)
         found.complete = True
     except KeyboardInterrupt:
         laboratory.progress("stopped; what was found until here is kept")
@@ -87,16 +84,16 @@ def _listed(candidates: Iterable[Candidate]) -> str:
     return " and ".join(candidate.name for candidate in candidates)
 
 
-def _grown(laboratory: Laboratory, found: SearchResult, settings: Settings, known: Sequence[Candidate] = ()) -> None:
+def _grown(laboratory: Laboratory, found: SearchResult, method: Method, known: Sequence[Candidate] = ()) -> None:
     """Let a model grow, refine it, and take out again what needs a machine that is not there; one that comes to the ``known`` effects of
     another model is that one."""
-    grow(laboratory, found, settings, known)
+    grow(laboratory, found, method, known)
     if known and same_effects(found.model.candidates, known):
         return
-    if generalise(laboratory, found, settings):
-        grow(laboratory, found, settings)
-    if add_prerequisites(laboratory, found, settings):
-        grow(laboratory, found, settings)
+    if generalise(laboratory, found, method):
+        grow(laboratory, found, method)
+    if add_prerequisites(laboratory, found, method):
+        grow(laboratory, found, method)
     while becomes_implausible(found.baseline.fitted, found.model.fitted) or _is_implausible(found):
         last = found.model.candidates[-1]
         laboratory.progress(f"{last.name} at {last.at} is rejected: it needs a parameter outside the plausible range of the lesson")
@@ -105,9 +102,9 @@ def _grown(laboratory: Laboratory, found: SearchResult, settings: Settings, know
             leave_out(found, [last], laboratory.experiment, laboratory.validation, laboratory.progress)
             continue
         found.model = found.before[last.part]
-        if len(found.refused) <= _MOST_REFUSED:
+        if len(found.refused) <= int(method.selection.most_refused):
             # what it had made needless is there again, and something else may come beside that or in its place
-            grow(laboratory, found, settings)
+            grow(laboratory, found, method)
 
 
 def _is_implausible(found: SearchResult) -> bool:

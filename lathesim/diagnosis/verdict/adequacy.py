@@ -12,6 +12,7 @@ from lathesim.diagnosis.location.closed_loop_fit import Compared
 from lathesim.diagnosis.location.command_coherence import CommandCoherence, command_coherence
 from lathesim.diagnosis.location.narrow_band import NarrowBand, narrow_bands
 from lathesim.diagnosis.location.operating_conditions import TOGETHER
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw
 from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Evidence, listed
 from lathesim.diagnosis.records.search import SearchResult
@@ -20,7 +21,6 @@ from lathesim.diagnosis.selection.refusal import is_much_of_it
 from lathesim.diagnosis.verdict.limit_cycles import off_by_chance
 from lathesim.diagnosis.verdict.ranking import removed_in_band
 from lathesim.diagnosis.verdict.residual_tests import (
-    MOST,
     degrades_every_channel,
     is_missing_for_sure,
     leaves_much,
@@ -35,9 +35,6 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
-
-_APART = 20.0
-"""Times what both can resolve by which two sensors of one motion may differ without a reason: less is in their interpolation."""
 
 
 @dataclass(frozen=True)
@@ -75,40 +72,50 @@ def adequacy(
     taken: float,
     laws: Sequence[AnotherLaw],
     unsized: Sequence[Candidate],
+    method: Method = STANDARD,
 ) -> Adequacy:
     """Return what speaks against a model that explains the share ``taken`` of the error; ``laws`` are controllers that have another one,
     ``unsized`` the effects whose size may be nothing."""
     effects = bool(found.model.candidates)
-    drawn = drawn_by_waves(experiment, found.model.candidates, found.model.fitted.by_name) if effects else ()
+    drawn = drawn_by_waves(experiment, found.model.candidates, found.model.fitted.by_name, method=method) if effects else ()
     implausible = _implausible(experiment, found, baseline)
-    bands = tuple(narrow_bands(validation, found.model.validation_fit) or narrow_bands(experiment, found.model.fitted))
+    bands = tuple(
+        narrow_bands(validation, found.model.validation_fit, method=method) or narrow_bands(experiment, found.model.fitted, method=method)
+    )
     if effects:
         # with two variables at once a table shows how finely an effect of the right form is simulated
         evidence = replace(evidence, bars=tuple(bar for bar in evidence.bars if not bar.variable.startswith(TOGETHER)))
-    left = left_over(evidence, experiment.machine.compare) if effects else None
-    other_form = of_another_form(left)
+    left = left_over(evidence, experiment.machine.compare, method=method) if effects else None
+    other_form = of_another_form(left, method=method)
     commanded: list[CommandCoherence] = []
-    told, fit = _told(validation, found, evidence, own.fit)
+    told, fit = _told(validation, found, evidence, own.fit, method=method)
     bands = tuple(band for band in bands if band.channel in fit)
-    reasons = [*shortfalls(told, list(fit), implausible, baseline, bands, fit), *other_form, *map(str, laws)]
+    reasons = [*shortfalls(told, list(fit), implausible, baseline, bands, fit, method=method), *other_form, *map(str, laws)]
     if effects:
-        reasons += too_little(evidence, taken, waves=all(is_much_of_it(candidate, found) for candidate in found.model.candidates))
+        reasons += too_little(
+            evidence,
+            taken,
+            waves=all(is_much_of_it(candidate, found, method=method) for candidate in found.model.candidates),
+            method=method,
+        )
     elif found.far_off:
         # a value that the lesson holds impossible has to explain what it is believed for
-        reasons += leaves_much(evidence, taken) or still_follows(evidence, experiment.machine.compare, own.fit)
+        reasons += leaves_much(evidence, taken, method=method) or still_follows(
+            evidence, experiment.machine.compare, own.fit, method=method
+        )
     else:
-        commanded = [] if laws else _commanded(experiment, validation, found)
+        commanded = [] if laws else _commanded(experiment, validation, found, method=method)
         reasons += [*map(str, commanded)]
-        reasons += [*is_missing_for_sure(told, fit), *_sensors_apart(validation, found.model.validation_fit)]
-        reasons += [] if reasons else mostly_follows(told, list(fit))
+        reasons += [*is_missing_for_sure(told, fit, method=method), *_sensors_apart(validation, found.model.validation_fit, method=method)]
+        reasons += [] if reasons else mostly_follows(told, list(fit), method=method)
     # without anything that feeds back a simulation drifts with whatever nobody modelled
-    degraded = effects and validation.feeds_back and degrades_every_channel(own.fit)
+    degraded = effects and validation.feeds_back and degrades_every_channel(own.fit, method=method)
     if degraded:
         reasons.append("with it the lesson's own simulation is further off in every channel")
-    weak = leaves_much(evidence, taken) if effects and not reasons else []
+    weak = leaves_much(evidence, taken, method=method) if effects and not reasons else []
     weak += [f"the recordings do not determine how large {candidate.name} at {candidate.at} is" for candidate in unsized]
     # a machine that cannot be is no explanation where much is left as well, or nothing beside it is sure to be there
-    impossible = bool(implausible) and (taken < MOST or (effects and len(unsized) == len(found.model.candidates)))
+    impossible = bool(implausible) and (taken < method.verdict.explains_most or (effects and len(unsized) == len(found.model.candidates)))
     if drawn:
         names = listed([f"{candidate.name} at {candidate.at}" for candidate in drawn])
         few = "are there so few times that together they" if len(drawn) > 1 else "is not once there as a whole and"
@@ -129,26 +136,26 @@ def adequacy(
 
 
 def _told(
-    experiment: Experiment, found: SearchResult, evidence: Evidence, fit: Mapping[str, ChannelFit]
+    experiment: Experiment, found: SearchResult, evidence: Evidence, fit: Mapping[str, ChannelFit], method: Method = STANDARD
 ) -> tuple[Evidence, dict[str, ChannelFit]]:
     """Return what is missing, and the fit, of the channels that are off by more than converters make by chance."""
-    null_maximum = off_by_chance(experiment, found.model.validation_fit.by_name, fit)
+    null_maximum = off_by_chance(experiment, found.model.validation_fit.by_name, fit, method=method)
     pairs = [pair for pair in zip(experiment.machine.compare, evidence.missing, strict=True) if pair[0] not in null_maximum]
     return replace(evidence, missing=tuple(missing for _, missing in pairs)), {name: fit[name] for name, _ in pairs}
 
 
-def _commanded(experiment: Experiment, validation: Experiment, found: SearchResult) -> list[CommandCoherence]:
+def _commanded(experiment: Experiment, validation: Experiment, found: SearchResult, method: Method = STANDARD) -> list[CommandCoherence]:
     """Return what answers to a driven input of what a model leaves, at most one."""
-    told = command_coherence((experiment, validation), (found.model.fitted.by_name, found.model.validation_fit.by_name))
+    told = command_coherence((experiment, validation), (found.model.fitted.by_name, found.model.validation_fit.by_name), method=method)
     return [told] if told else []
 
 
-def _sensors_apart(experiment: Experiment, fitted: Fitted) -> list[str]:
+def _sensors_apart(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> list[str]:
     """Return the reason where two sensors of one motion differ by far more than both can resolve: no load does that."""
     reasons = []
     for sight in (sight for sight in experiment.sensed.redundant_sensors if not sight.rate):
         apart = root_mean_square(fitted.residual[sight.row])
-        if apart > _APART * experiment.sensed.seen_floors[sight.row]:
+        if apart > method.verdict.sensors_apart * experiment.sensed.seen_floors[sight.row]:
             names = [experiment.machine.compare[row] for row in (sight.row, sight.first)]
             size = shown_with_unit(apart, experiment.sensed.plan.unit(experiment.sensed.channels[sight.row]))
             reasons.append(f"{names[0]} and {names[1]} differ by {size} (root mean square)")

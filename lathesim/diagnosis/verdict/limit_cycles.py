@@ -15,16 +15,16 @@ from collections.abc import Mapping
 import numpy as np
 
 from lathesim.component import Parameter
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import ChannelFit
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 
-_ALIKE = 1.5
-"""Times as far as its steps move it that a channel may be off."""
 
-
-def off_by_chance(experiment: Experiment, values: Mapping[str, float], fit: Mapping[str, ChannelFit]) -> set[str]:
+def off_by_chance(
+    experiment: Experiment, values: Mapping[str, float], fit: Mapping[str, ChannelFit], method: Method = STANDARD
+) -> set[str]:
     """Return the channels that the lesson's own simulation with some ``values`` is off by (``fit``) no more than the steps of converters
     move it; none where no converter reads a sensor."""
     converters = [(part.name, part.component) for part in experiment.machine.assembly.parts if "bits" in part.component.ports]
@@ -37,4 +37,4 @@ def off_by_chance(experiment: Experiment, values: Mapping[str, float], fit: Mapp
     with_steps, without = experiment.own.outputs(names, np.array(rows))
     begin = int(SETTLING * experiment.own.samples)
     moved = {name: root_mean_square((with_steps - without)[row][begin:]) for row, name in enumerate(experiment.machine.compare)}
-    return {name for name, size in moved.items() if 0.0 < fit[name].after < _ALIKE * size}
+    return {name for name, size in moved.items() if 0.0 < fit[name].after < method.verdict.limit_cycle * size}

@@ -8,23 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.diagnosis.candidates.periodic_starts import WAVES
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection.acceptance import TIE_SHARE, merit
+from lathesim.diagnosis.selection.acceptance import merit
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.identification.noise.noise_model import white_noise
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
-
-TIE = 4.0
-"""Nats within which two candidates cannot be told apart, or :data:`TIE_SHARE` of what the better one gains."""
-_HARDLY_ANY = 1.5
-"""Floors of a channel up to which its error is hardly any."""
-_NOTHING = 0.03
-"""Share of the error of a channel, its floor included, that is nothing."""
-NAMED_SHARE = 0.5
-"""Share of the baseline's error that the effects must remove for them to be named."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +33,7 @@ class RankedEffect:
     """Refined forms of it that would show too little in the recording to be told from it."""
 
 
-def rank_effects(found: SearchResult, settings: Settings, one_sided: Sequence[Candidate] = ()) -> list[RankedEffect]:
+def rank_effects(found: SearchResult, method: Method, one_sided: Sequence[Candidate] = ()) -> list[RankedEffect]:
     """Return how sure each effect of the model is, the one that removes most first. It is tied with a ``one_sided`` form of it, which no
     recording could have shown."""
     result = []
@@ -53,14 +44,16 @@ def rank_effects(found: SearchResult, settings: Settings, one_sided: Sequence[Ca
         if chosen is None:
             result.append(RankedEffect(candidate, 0.5, (), (), 0.0, 0.0, unseen))
             continue
-        best = merit(chosen, settings)
-        width = max(TIE, TIE_SHARE * best)
-        trials = [trial for trial in trials if abs(trial.share_of_all - chosen.share_of_all) < TIE_SHARE or trial is chosen]
+        best = merit(chosen, method)
+        width = max(method.selection.tie, method.selection.tie_share * best)
+        trials = [
+            trial for trial in trials if abs(trial.share_of_all - chosen.share_of_all) < method.selection.tie_share or trial is chosen
+        ]
         others = [trial for trial in trials if trial.candidate.part != candidate.part]
         tied = tuple(
-            trial.candidate for trial in others if best - merit(trial, settings) < width and trial.candidate not in found.model.candidates
+            trial.candidate for trial in others if best - merit(trial, method) < width and trial.candidate not in found.model.candidates
         )
-        weights = [np.exp(-max(0.0, best - merit(trial, settings)) / (0.5 * width)) for trial in others]
+        weights = [np.exp(-max(0.0, best - merit(trial, method)) / (0.5 * width)) for trial in others]
         probability = float(1.0 / (1.0 + sum(weights)))
         tied += tuple(other for other in one_sided if other.at == candidate.at and is_told_by_direction(candidate, other))
         forms = tuple(found.forms.get(candidate.part, ()))
@@ -82,15 +75,15 @@ def removed_in_band(found: SearchResult) -> float:
     return float(1.0 - after[::2].sum() / before[::2].sum()) if before[::2].sum() > 0.0 else 0.0
 
 
-def explains_nothing(experiment: Experiment, before: Fitted, after: Fitted) -> bool:
+def explains_nothing(experiment: Experiment, before: Fitted, after: Fitted, method: Method = STANDARD) -> bool:
     """Return whether a fit explains no more than chance does of another's error, whichever channel of the recording is looked at, and
     whether there is hardly any: where an error is left that nothing explains, something is missing."""
     over = np.sqrt(np.mean(np.square(before.residual), axis=1)) / experiment.sensed.seen_floors
-    if np.max(over) > _HARDLY_ANY:
+    if np.max(over) > method.verdict.hardly_any_error:
         return False
     laboratory = Laboratory(experiment, experiment, lambda text: None)
     laboratory.weigh(before)
-    return laboratory.most_removed(experiment, before, after) < _NOTHING
+    return laboratory.most_removed(experiment, before, after) < method.verdict.no_error
 
 
 def removed_share(experiment: Experiment, before: Fitted, after: Fitted) -> float:

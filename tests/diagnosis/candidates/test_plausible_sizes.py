@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.selection.acceptance import of_usual_size
 from lathesim.effects.force_over_time import WearForceGrowth
 from lathesim.identification.catalogue.placement import insert_candidates
@@ -28,7 +28,7 @@ def test_a_size_is_believed_where_that_much_acts(possible: float, believed: bool
     (experiment, _) = experiments(recording(RUBBING), recording(RUBBING, seed=2))
     candidate = next(candidate for candidate in experiment.candidates if candidate.name == "CoulombFriction")
     (level,) = candidate.parameters
-    assert of_usual_size(candidate, {level: 50_000.0}, Settings(possible={level: possible})) == believed
+    assert of_usual_size(candidate, {level: 50_000.0}, Method(possible={level: possible})) == believed
 
 
 @pytest.mark.parametrize(
@@ -42,4 +42,4 @@ def test_of_a_growth_and_a_rate_of_wear_only_the_product_is_judged(growth: float
         f"{candidate.part}.{name}": value
         for name, value in (("growth", growth), ("rate", rate), ("break_in", 1e-5), ("break_in_time", 30.0))
     }
-    assert of_usual_size(candidate, values, Settings()) == usual
+    assert of_usual_size(candidate, values, Method()) == usual

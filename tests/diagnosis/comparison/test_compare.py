@@ -175,7 +175,7 @@ def test_what_goes_with_everything_as_much_as_with_the_time_is_told_of_the_time_
         DependenceScore("x_encoder.position", name, share, share)
         for name, share in (("velocity of x_axis", 0.83), ("time", 0.82), ("position", 0.9))
     ]
-    monkeypatch.setattr(comparing, "bars", lambda *given: told)
+    monkeypatch.setattr(comparing, "bars", lambda *given, **_: told)
     assert [item.variable for item in comparing._depends_on(*[None] * 4)] == ["time", "position"]  # type: ignore[arg-type]
 
 

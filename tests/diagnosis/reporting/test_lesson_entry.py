@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lathesim.component import Parameter
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.effect_report import bounded
@@ -61,7 +61,7 @@ def test_every_effect_of_the_catalogue_is_written_with_units(name: str, registry
 def found_with(*effects: type) -> tuple[Experiment, Experiment, SearchResult]:
     """Give a table that rubs, searched with an effect that has more to it than the rubbing."""
     experiment, validation = experiments(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2), effects=effects)
-    return experiment, validation, search(experiment, validation, Settings())
+    return experiment, validation, search(experiment, validation, Method())
 
 
 @pytest.fixture(scope="module")

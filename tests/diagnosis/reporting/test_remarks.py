@@ -59,9 +59,9 @@ def test_a_value_that_no_channel_shows_is_said_to_be_one() -> None:
 
 def judge(monkeypatch: pytest.MonkeyPatch, taken: float, after: float, *, far_off: tuple[str, ...] = (), effects: int = 0) -> Adequacy:
     """Judge a model that needs the pressure of the chip further off than the lesson holds possible."""
-    monkeypatch.setattr(judging, "narrow_bands", lambda *given: [])
-    monkeypatch.setattr(judging, "removed_in_band", lambda found: taken)
-    monkeypatch.setattr(judging, "off_by_chance", lambda *given: set())
+    monkeypatch.setattr(judging, "narrow_bands", lambda *given, **_: [])
+    monkeypatch.setattr(judging, "removed_in_band", lambda found, **_: taken)
+    monkeypatch.setattr(judging, "off_by_chance", lambda *given, **_: set())
     signal = np.ones(4)
     missing = MissingSignal(MAIN, "N", signal, signal, after * signal, 10.0 * signal, 0.13, after)
     own: Any = SimpleNamespace(fit={MAIN: ChannelFit("N", 1.7, 55.0, 25.0, "held out")})

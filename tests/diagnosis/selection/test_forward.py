@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection import forward as growth
 from lathesim.diagnosis.selection.forward import _may_add, in_turn
@@ -15,7 +15,7 @@ from lathesim.diagnosis.selection.moves.restart import plainly_better, restarts
 from lathesim.identification.records.model import Score, Trial
 from lathesim.identification.replay.experiment import STICKING
 
-SETTINGS = Settings()
+SETTINGS = Method()
 
 
 def candidate(name: str, share: float) -> Any:
@@ -87,8 +87,8 @@ def found_with(share_of_rest: float, moves: float = 5.0) -> SearchResult:
 
 
 def test_a_search_is_begun_otherwise_where_something_refused_takes_away_most(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart._exchanged", lambda laboratory, found, refused: iter(()))
-    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_implausible", lambda fitted: False)
+    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart._exchanged", lambda laboratory, found, refused, **_: iter(()))
+    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_implausible", lambda fitted, **_: False)
     laboratory: Any = None
     again = list(restarts(laboratory, found_with(0.8), SETTINGS))
     assert [candidate.name for other in again for candidate in other.model.candidates] == ["another first effect"]
@@ -107,15 +107,15 @@ def test_what_is_not_believed_beside_strained_values_is_taken_in_once(
     """A tight spot and a cogging: the friction that is the mean of the one was taken up by the viscous coefficient, until both are in."""
     asked: list[bool] = []
 
-    def believable(trial: Any, settings: Settings, null_maximum: float) -> bool:
-        asked.append(settings.despite_implausible_values)
+    def believable(trial: Any, method: Method, null_maximum: float) -> bool:
+        asked.append(method.despite_implausible_values)
         return believed
 
-    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_implausible", lambda fitted: strain > 2.9)
+    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_implausible", lambda fitted, **_: strain > 2.9)
     monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.believable", believable)
-    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_part_of_a_wave", lambda trial, model: False)
-    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.simplest", lambda good, settings: good[0])
-    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.merit", lambda trial, settings: 1.0)
+    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.is_part_of_a_wave", lambda trial, model, **_: False)
+    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.simplest", lambda good, method, **_: good[0])
+    monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.merit", lambda trial, method, **_: 1.0)
     found = found_with(0.3)
     found.model.fitted, found.restarted_from = None, []
     found.tried = [trial("drawn", found.model.candidates, 0.3)]
@@ -133,7 +133,7 @@ def test_a_search_that_was_to_ease_the_values_counts_only_if_it_does(monkeypatch
     other.model.fitted = None
     for implausible in (True, False):
         monkeypatch.setattr(
-            "lathesim.diagnosis.selection.moves.restart.is_implausible", lambda fitted, implausible=implausible: implausible
+            "lathesim.diagnosis.selection.moves.restart.is_implausible", lambda fitted, implausible=implausible, **_: implausible
         )
         assert plainly_better(other, found, SETTINGS) is not implausible
 
@@ -151,8 +151,8 @@ def test_a_lag_that_shrinks_to_next_to_nothing_beside_another_effect_goes(
     filtered, play = lag("filter"), SimpleNamespace(name="Backlash", part="play", at="x_scale", parameters=("play.width",))
     grown = SimpleNamespace(candidates=(filtered, play), fitted=SimpleNamespace(by_name={"filter.lag": late}))
     left = SimpleNamespace(candidates=(play,), fitted=grown.fitted)
-    monkeypatch.setattr(growth, "_is_needless", lambda *given: False)
-    monkeypatch.setattr(growth, "fewer", lambda laboratory, model, candidate: left)
+    monkeypatch.setattr(growth, "_is_needless", lambda *given, **_: False)
+    monkeypatch.setattr(growth, "fewer", lambda laboratory, model, candidate, **_: left)
     found: Any = SearchResult(grown, grown)  # type: ignore[arg-type]
     machine = SimpleNamespace(assembly=SimpleNamespace(sample_period=2e-3))
     laboratory: Any = SimpleNamespace(experiment=SimpleNamespace(machine=machine, record=[0.0] * 100), progress=lambda text: None)
@@ -258,7 +258,7 @@ def test_what_was_a_part_of_a_finer_shape_goes(without: tuple[float, ...], kept:
     ripple, friction = (SimpleNamespace(name=name, at="x_axis", part=name) for name in ("ripple", "friction"))
     whole: Any = SimpleNamespace(candidates=(ripple, friction), error=np.array([0.02]))
     fewer: Any = SimpleNamespace(candidates=(friction,), error=np.array(without))
-    monkeypatch.setattr(growth, "fewer", lambda laboratory, model, candidate: fewer)
+    monkeypatch.setattr(growth, "fewer", lambda laboratory, model, candidate, **_: fewer)
     laboratory: Any = SimpleNamespace(everything=np.ones(1), baseline_error=np.ones(1), progress=lambda text: None)
     found = SearchResult(whole, whole)
     growth._leave_out_unworthy(laboratory, found, SETTINGS)

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection import lag_ties as late_rivals
 from lathesim.diagnosis.selection.lag_ties import ties_of_late_effects
@@ -30,12 +30,12 @@ def trial(name: str, gain: float, score: float, family: str = "lag") -> Trial:
     ids=["alike with slow forces", "worse with them too", "never near", "not late"],
 )
 def test_only_the_colour_of_the_forces_tells_them_apart(rival: Trial, tied: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(late_rivals, "with_start", lambda fitted: [fitted])
+    monkeypatch.setattr(late_rivals, "with_start", lambda fitted, **_: [fitted])
     monkeypatch.setattr(late_rivals, "fit", lambda sensed, free, *given, **kinds: free[0])
     own = trial("filter", 18_900.0, 100_000.0)
     found = SearchResult(own.model, own.model, {"filter": [own, rival]})
     laboratory: Any = SimpleNamespace(experiment=SimpleNamespace(sensed=None), progress=lambda text: None)
-    ties_of_late_effects(laboratory, found, Settings())
+    ties_of_late_effects(laboratory, found, Method())
     first, second = found.trials["filter"]
     assert first is own
     assert (second.full_band_gain == own.full_band_gain) == tied

@@ -6,9 +6,8 @@ from typing import Any
 
 import pytest
 
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection import refusal
 from lathesim.diagnosis.selection.forward import grow
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.diagnosis.selection.refusal import is_much_of_it, is_trifling, pushes_at, quiet_parts
@@ -45,20 +44,20 @@ def test_a_force_is_held_against_what_acts(push: float, trifling: bool) -> None:
     assert not is_trifling(laboratory, model, large.model, large)
 
 
-def test_what_only_pushes_is_not_looked_for_where_nothing_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_only_pushes_is_not_looked_for_where_nothing_is_missing() -> None:
     """The counts of this encoder alone are half a percent of what acts."""
-    monkeypatch.setattr(refusal, "NEXT_TO_NOTHING", 0.01)
+    method = dataclasses.replace(Method(), location=dataclasses.replace(Method().location, integration_error=0.01))
     laboratory, model, _ = with_friction(0.0)
     baseline_alone = dataclasses.replace(model, candidates=())
-    assert quiet_parts(laboratory, baseline_alone) == set()
-    assert quiet_parts(laboratory, model) == {"x_axis"}
+    assert quiet_parts(laboratory, baseline_alone, method=method) == set()
+    assert quiet_parts(laboratory, model, method=method) == {"x_axis"}
     assert [pushes_at(candidate, {"x_axis"}) for candidate in laboratory.experiment.candidates] == [True, True]
     said: list[str] = []
     laboratory.progress = said.append
-    grow(laboratory, SearchResult(baseline_alone, model), Settings())
+    grow(laboratory, SearchResult(baseline_alone, model), method)
     assert said == ["screening 0 candidates"]
     laboratory, model, _ = with_friction(1.0)
-    assert quiet_parts(laboratory, model) == set()
+    assert quiet_parts(laboratory, model, method=method) == set()
 
 
 @pytest.mark.parametrize(

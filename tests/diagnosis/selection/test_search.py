@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.location.closed_loop_fit import compared
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.evidence import gather, runners_up
 from lathesim.diagnosis.selection.acceptance import believable, merit, replaces
@@ -23,7 +23,7 @@ from tests.diagnosis.pushed_table import Hidden, experiments, pair, recording
 
 RUBBING = Hidden(dry=8.0)
 RUBBING_AND_PUSHED = Hidden(dry=8.0, law=lambda v, q, t: 6.0)
-SETTINGS = Settings()
+SETTINGS = Method()
 
 
 @functools.cache
@@ -53,7 +53,7 @@ def test_what_is_hidden_is_found_and_nothing_else(hidden: Hidden, effects: list[
 
 
 def test_a_search_that_has_cost_all_that_it_may_looks_for_no_further_effect() -> None:
-    found = search(*experiments(*(recording(RUBBING_AND_PUSHED, seed=seed) for seed in (1, 2))), Settings(most_runs=1, runs_a_candidate=0))
+    found = search(*experiments(*(recording(RUBBING_AND_PUSHED, seed=seed) for seed in (1, 2))), Method(most_runs=1, runs_a_candidate=0))
     assert names(found) == []
     assert found.ended_after > 1
     assert found.complete

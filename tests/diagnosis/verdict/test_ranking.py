@@ -5,7 +5,7 @@ import functools
 
 import pytest
 
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.search import search
 from lathesim.diagnosis.verdict.ranking import RankedEffect, explains_nothing, rank_effects, removed_in_band
@@ -14,7 +14,7 @@ from lathesim.identification.records.model import Trial
 from lathesim.identification.replay.experiment import baseline_free
 from tests.diagnosis.pushed_table import Hidden, pair
 
-SETTINGS = Settings()
+SETTINGS = Method()
 
 
 @functools.cache

@@ -18,7 +18,7 @@ def test_most_of_the_error_must_go_on_both_recordings(
     left: tuple[float, float], feeds_back: bool, agreed: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     experiment: Any = SimpleNamespace(feeds_back=feeds_back)
-    monkeypatch.setattr(own_simulation, "own_error", lambda experiment, values: values["left"])
+    monkeypatch.setattr(own_simulation, "own_error", lambda experiment, values, **_: values["left"])
     recordings: Any = [(experiment, *(SimpleNamespace(by_name={"left": size}) for size in (100.0, after))) for after in left]
     assert agreed_in_closed_loop(*recordings) == pytest.approx(agreed)
 
@@ -46,7 +46,7 @@ def test_values_come_from_the_recorded_motion_where_its_simulation_is_as_good(
 
     monkeypatch.setattr(parameters, "_estimates", by_motion)
     errors = iter((1.0, error_of_recorded))
-    monkeypatch.setattr(parameters, "own_error", lambda experiment, values: next(errors))
+    monkeypatch.setattr(parameters, "own_error", lambda experiment, values, **_: next(errors))
     assert estimates(model, experiment, experiment, None).inflation == {"simulated": 1.0, "recorded": 2.0}[taken]
 
 

@@ -58,7 +58,7 @@ def test_what_a_converter_rounds_does_not_add_up_in_an_integral(monkeypatch: pyt
     assert not any(name.startswith(("rounding_", "rounded_")) for name in parts)
     step = 20.0 / 1023.0 / Tachometer.declarations["gain"].default
     assert np.std(experiment.sensed.one({})[0]) < 0.1 * step
-    monkeypatch.setattr(problem, "plain_replay", lambda *given: {})
+    monkeypatch.setattr(problem, "plain_replay", lambda *given, **_: {})
     assert np.std(replace(experiment).sensed.one({})[0]) > step
 
 

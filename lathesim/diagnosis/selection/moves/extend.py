@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.diagnosis.candidates.screening import screened_instead
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import believable
@@ -24,18 +24,8 @@ from lathesim.identification.records.candidate import Candidate, instants_of, ju
 from lathesim.identification.records.model import Model
 from lathesim.identification.signal.analysis import strongest_jumps
 
-_WORTH_ASKING = 0.5
-"""Share of the margin of belief, and of the share of the error an effect has to remove, that a shape must screening score to be fitted."""
 
-_OF_ALL = 0.01
-"""Share of all the error that a shape must remove: less than an effect, as no new name is at stake, and more than the recorded motion of a
-replay, which has the error of its sensor in it, makes of a pure sine."""
-
-_OF_FIRST = 0.2
-"""The same as a share of the nats that the plain shape gained: beside a load that drifts no share of the error tells."""
-
-
-def extend_parameters(laboratory: Laboratory, found: SearchResult, settings: Settings, promised: float = 0.0) -> bool:
+def extend_parameters(laboratory: Laboratory, found: SearchResult, method: Method, promised: float = 0.0) -> bool:
     """Return an effect of the model its finer shape where that scores more than ``expected`` [nats] and is believable; say whether one was
     given."""
     asked = [
@@ -46,7 +36,7 @@ def extend_parameters(laboratory: Laboratory, found: SearchResult, settings: Set
     promises = [(*item, screened_instead(laboratory.experiment.sensed, found.model.fitted, *item[:2], item[2][1:])) for item in asked]
     promises.sort(key=lambda item: -item[3].gain)
     for candidate, shaped, starts, screening_score in promises:
-        if screening_score.gain < promised or not _is_worth_asking(screening_score, settings):
+        if screening_score.gain < promised or not _is_worth_asking(screening_score, method):
             return False
         laboratory.progress(
             f"asking whether {candidate.name} at {candidate.at} has a finer shape, which promises {screening_score.gain:.0f} nats"
@@ -57,8 +47,10 @@ def extend_parameters(laboratory: Laboratory, found: SearchResult, settings: Set
         trial = told(laboratory, laboratory.trial(found.model, shaped, kept, free, [starts[0], best]))
         found.tried.append(trial)
         first = next((one for one in found.trials.get(candidate.part, ()) if one.candidate.part == candidate.part), None)
-        much = first is not None and min(trial.gain, trial.validation_gain) > _OF_FIRST * first.gain
-        if believable(trial, replace(settings, share_of_all=_OF_ALL), 0.0) or (much and trial.moves > settings.small_move):
+        much = first is not None and min(trial.gain, trial.validation_gain) > method.selection.shape_of_first * first.gain
+        if believable(trial, replace(method, share_of_all=method.selection.shape_of_all), 0.0) or (
+            much and trial.moves > method.small_move
+        ):
             # what was as good and may take the same shape is as good still: a screw and an encoder's disc
             alike = [
                 one for one in found.trials.get(candidate.part, ()) if one.candidate.effect.finer_shape == candidate.effect.finer_shape
@@ -109,8 +101,8 @@ def _shape_of(candidate: Candidate) -> Candidate | None:
     return candidate.shaped if candidate.shaped is not None and not set(candidate.shaped.parameters) <= set(candidate.parameters) else None
 
 
-def _is_worth_asking(screening_score: Screened, settings: Settings) -> bool:
-    return screening_score.gain > settings.margin and screening_score.share > _WORTH_ASKING * settings.share_of_rest
+def _is_worth_asking(screening_score: Screened, method: Method) -> bool:
+    return screening_score.gain > method.margin and screening_score.share > method.selection.shape_score * method.share_of_rest
 
 
 def _left(laboratory: Laboratory, model: Model, candidate: Candidate, start: FloatArray) -> float:

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import listed
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.laboratory import Laboratory
@@ -19,17 +20,12 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, with_start
 from lathesim.identification.records.model import Model, is_full_band
 
-SURELY = 3.0
-"""Standard errors above which a value of a finer shape is there."""
-_AS_GOOD = 3.0
-"""Nats that a value must be worth on the fitted or on the validation recording."""
 
-
-def fix_parameters(laboratory: Laboratory, found: SearchResult) -> None:
+def fix_parameters(laboratory: Laboratory, found: SearchResult, method: Method = STANDARD) -> None:
     """Hold at nothing the values of effects that neither recording needs, and with each those that say something of it alone."""
     for candidate in found.model.candidates:
         spared: list[str] = []
-        while (leaner := _without_the_most_needless(laboratory, found.model, _there(found.model, candidate))) is not None:
+        while (leaner := _without_the_most_needless(laboratory, found.model, _there(found.model, candidate), method=method)) is not None:
             found.model, names = leaner
             spared += [name.partition(".")[2] for name in names]
         if spared:
@@ -41,45 +37,48 @@ def _there(model: Model, candidate: Candidate) -> Candidate:
     return next(other for other in model.candidates if other.part == candidate.part)
 
 
-def _without_the_most_needless(laboratory: Laboratory, model: Model, candidate: Candidate) -> tuple[Model, list[str]] | None:
+def _without_the_most_needless(
+    laboratory: Laboratory, model: Model, candidate: Candidate, method: Method = STANDARD
+) -> tuple[Model, list[str]] | None:
     """Return the model without the value of a candidate that it misses least, and the names of what went; none where it misses each."""
     best: tuple[Model, list[str]] | None = None
-    for name, nothing in _may_be_held(candidate, model.fitted):
+    for name, nothing in _may_be_held(candidate, model.fitted, method=method):
         leaner, names = _held(laboratory, model, candidate, name, nothing)
-        if is_as_good(leaner, model) and (
+        if is_as_good(leaner, model, method=method) and (
             best is None or leaner.score.above(best[0].score, full_band=is_full_band(model.candidates)) > 0.0
         ):
             best = leaner, names
     return best
 
 
-def is_as_good(leaner: Model, model: Model) -> bool:
+def is_as_good(leaner: Model, model: Model, method: Method = STANDARD) -> bool:
     """Return whether a model with fewer values loses next to nothing of a model's likelihood, on either recording."""
     full_band = is_full_band(model.candidates)
     return (
-        max(model.score.above(leaner.score, full_band=full_band), model.validation.above(leaner.validation, full_band=full_band)) < _AS_GOOD
+        max(model.score.above(leaner.score, full_band=full_band), model.validation.above(leaner.validation, full_band=full_band))
+        < method.selection.parameter_worth
     )
 
 
-def _unsure_shape(candidate: Candidate, fitted: Fitted) -> Iterator[str]:
+def _unsure_shape(candidate: Candidate, fitted: Fitted, method: Method = STANDARD) -> Iterator[str]:
     """Return the values of a finer shape that may well be nothing."""
     for name in candidate.parameters:
         if (
             name.partition(".")[2] in candidate.effect.finer_shape
             and name not in candidate.spare
-            and abs(fitted.by_name[name]) < SURELY * fitted.error(name)
+            and abs(fitted.by_name[name]) < method.selection.surely_there * fitted.error(name)
         ):
             yield name
 
 
-def _may_be_held(candidate: Candidate, fitted: Fitted) -> Iterator[tuple[str, float]]:
+def _may_be_held(candidate: Candidate, fitted: Fitted, method: Method = STANDARD) -> Iterator[tuple[str, float]]:
     """Return the values that may be nothing with the effect still there, and what is nothing: those that are so unless they are given, and
     those of its sizes beside which another one makes it sensed."""
     sizes = [name for name in candidate.parameters if name.partition(".")[2] in candidate.effect.neutral]
     if len(sizes) > 1:
         yield from ((name, float(candidate.effect.neutral[name.partition(".")[2]])) for name in sizes)
     yield from ((name, 0.0) for name in candidate.spare)
-    yield from ((name, 0.0) for name in _unsure_shape(candidate, fitted))
+    yield from ((name, 0.0) for name in _unsure_shape(candidate, fitted, method=method))
 
 
 def _held(laboratory: Laboratory, model: Model, candidate: Candidate, name: str, nothing: float) -> tuple[Model, list[str]]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from lathesim.diagnosis.candidates.periodic_starts import WAVES
 from lathesim.diagnosis.candidates.screening import least_shown, screened_instead
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import believable, merit, of_usual_size, replaces
@@ -16,16 +16,11 @@ from lathesim.diagnosis.selection.refusal import is_trifling, pushes_at, quiet_p
 from lathesim.diagnosis.selection.trials import Asked, side_by_side
 from lathesim.identification.records.model import Model, Trial
 
-_SURELY_THERE = 10.0
-"""Margins that a wave must screening score to be fitted whatever share of the rest that is."""
-_MUCH_BETTER = 0.5
-"""Share of the error of the lesson's own simulation that may be left, in the channel where most is, for implausible values to be eased."""
 
-
-def generalise(laboratory: Laboratory, found: SearchResult, settings: Settings, least: float = 0.0) -> bool:
+def generalise(laboratory: Laboratory, found: SearchResult, method: Method, least: float = 0.0) -> bool:
     """Let a refined form take the place of an effect where it removes much of what is left, or ``least`` of it; say whether one did."""
     changed = False
-    quiet = quiet_parts(laboratory, found.model)
+    quiet = quiet_parts(laboratory, found.model, method=method)
     for candidate in found.model.candidates:
         rest = tuple(other for other in found.model.candidates if other is not candidate)
         forms = [other for other in laboratory.experiment.candidates if other.at == candidate.at and candidate.name in other.effect.refines]
@@ -40,12 +35,12 @@ def generalise(laboratory: Laboratory, found: SearchResult, settings: Settings, 
             starts = form_starts(candidate, other, found.model)
             motion = laboratory.experiment.simulated_motion_of([other]) if with_simulated_motion else {}
             screening_score = screened_instead(laboratory.experiment.sensed, found.model.fitted, candidate, other, starts[1:], motion)
-            cost = settings.margin + settings.per_parameter * len(other.parameters)
+            cost = method.margin + method.per_parameter * len(other.parameters)
             if least_shown(laboratory.experiment.sensed, found.model.fitted, candidate, other) < cost:
                 found.unseen.setdefault(candidate.part, []).append(other)
             # where a friction holds by its own motion a screening score says little of how much
-            promising = screening_score.gain > 0.5 * settings.margin and (
-                with_simulated_motion or may_be_worth(laboratory, found.model, screening_score, settings)
+            promising = screening_score.gain > 0.5 * method.margin and (
+                with_simulated_motion or may_be_worth(laboratory, found.model, screening_score, method)
             )
             if promising and not pushes_at(candidate, quiet):
                 asked.append(Asked(other, rest, kept, starts, with_simulated_motion=with_simulated_motion))
@@ -59,15 +54,15 @@ def generalise(laboratory: Laboratory, found: SearchResult, settings: Settings, 
             laboratory.progress(f"asking whether {candidate.name} at {candidate.at} has a finer form")
         swaps = side_by_side(laboratory, found.model, asked)
         found.tried += swaps
-        good = [trial for trial in swaps if believable(trial, settings, 0.0)]
-        good = [trial for trial in good if replaces(trial, candidate, settings) and trial.share_of_rest >= least]
-        good = good or [trial for trial in swaps if _restores_plausibility(trial, settings)]
-        good = [trial for trial in good if not is_trifling(laboratory, found.model, trial.model, trial)]
+        good = [trial for trial in swaps if believable(trial, method, 0.0)]
+        good = [trial for trial in good if replaces(trial, candidate, method) and trial.share_of_rest >= least]
+        good = good or [trial for trial in swaps if _restores_plausibility(trial, method)]
+        good = [trial for trial in good if not is_trifling(laboratory, found.model, trial.model, trial, method=method)]
         if not good:
             # the first micrometres of a friction are sensed through the noise of an encoder: promising, and yet not to be fitted
-            found.unseen.setdefault(candidate.part, []).extend(trial.candidate for trial in swaps if not trial.gain > settings.margin)
+            found.unseen.setdefault(candidate.part, []).extend(trial.candidate for trial in swaps if not trial.gain > method.margin)
         if good:
-            best = max(good, key=lambda trial: merit(trial, settings))
+            best = max(good, key=lambda trial: merit(trial, method))
             laboratory.progress(f"{best.candidate.name} takes the place of {candidate.name}: {best.gain:.0f} nats")
             found.trials[best.candidate.part] = good
             found.take_over(best.candidate, candidate)
@@ -77,23 +72,25 @@ def generalise(laboratory: Laboratory, found: SearchResult, settings: Settings, 
     return changed
 
 
-def _restores_plausibility(trial: Trial, settings: Settings) -> bool:
+def _restores_plausibility(trial: Trial, method: Method) -> bool:
     """Return whether with a trial no value of the lesson is implausible any more and the lesson's own simulation is much better: a
     friction that senses recorded motion explains a spring of some micrometres with a viscosity that the machine cannot have."""
-    usual = of_usual_size(trial.candidate, trial.model.fitted.by_name, settings)
-    return trial.restores_plausibility and usual and 0.0 < trial.closed_loop_degradation < _MUCH_BETTER
+    usual = of_usual_size(trial.candidate, trial.model.fitted.by_name, method)
+    return trial.restores_plausibility and usual and 0.0 < trial.closed_loop_degradation < method.selection.restores_values
 
 
-def may_be_worth(laboratory: Laboratory, model: Model, item: Screened, settings: Settings) -> bool:
+def may_be_worth(laboratory: Laboratory, model: Model, item: Screened, method: Method) -> bool:
     """Return whether what a candidate scores may come to the shares of the error that an effect must remove."""
-    if is_implausible(model.fitted) or (item.candidate.family == WAVES and item.gain > _SURELY_THERE * settings.margin):
+    if is_implausible(model.fitted, method=method) or (
+        item.candidate.family == WAVES and item.gain > method.selection.wave_surely_there * method.margin
+    ):
         # what repeats hundreds of times scores little as long as its length is a little off
         return True
     # beside effects that were found already the noise is known well, and what is expected is hardly ever surpassed
-    share = 1.0 if model.candidates else settings.worth_a_fit
-    if item.share < share * settings.share_of_rest:
+    share = 1.0 if model.candidates else method.worth_a_fit
+    if item.share < share * method.share_of_rest:
         return False
-    if item.share > settings.nearly_worth * settings.nearly_all_of_rest:
+    if item.share > method.nearly_worth * method.nearly_all_of_rest:
         return True
     rest = model.error + np.maximum(laboratory.everything - laboratory.baseline_error, 0.0)
-    return float(np.max(item.shares * rest / laboratory.everything)) > share * settings.share_of_all
+    return float(np.max(item.shares * rest / laboratory.everything)) > share * method.share_of_all

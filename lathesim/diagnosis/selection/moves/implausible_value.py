@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from lathesim.diagnosis.recording_checks.controller_value import FURTHEST
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible, judged_score
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.threads import together
@@ -16,16 +16,6 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Free, with_start
 from lathesim.identification.records.model import Model, is_full_band
 from lathesim.identification.replay.experiment import Experiment, baseline_free
-
-_WIDER = 10.0
-"""By what factor a value may be further off than declared."""
-_BETTER = 0.03
-"""Share of what is gained by which one explanation must be better than another; within it they cannot be told apart."""
-_LEAST = 10.0
-"""Nats that a value must gain."""
-_HOPELESS = 0.3
-"""Share of what was reached below which, after a rough fit of the estimation recording, a value is not fitted on; what is reached counts
-a gain there one and a half times at most."""
 
 
 @dataclass(frozen=True)
@@ -41,26 +31,26 @@ class ImplausibleValue:
     """The factor of a sensor that would do as well, and by which it is better only as the likelier of two numbers."""
 
 
-def find_implausible_value(laboratory: Laboratory, baseline: Model, model: Model) -> ImplausibleValue | None:
+def find_implausible_value(laboratory: Laboratory, baseline: Model, model: Model, method: Method = STANDARD) -> ImplausibleValue | None:
     """Return the model with the value that explains more than ``model`` does once it is let loose, or as much; none where no value does."""
-    if not is_implausible(baseline.fitted):
+    if not is_implausible(baseline.fitted, method=method):
         return None
     laboratory.progress("asking whether one value outside its plausible range explains it")
     reached = _merit(model, baseline)
     for candidates, start in (((), baseline), (model.candidates, model)) if model.candidates else (((), baseline),):
-        if start is model and not is_implausible(model.fitted):
+        if start is model and not is_implausible(model.fitted, method=method):
             continue
-        found = sorted(_each(laboratory, baseline, candidates, start, reached), key=lambda item: -item[0])
+        found = sorted(_each(laboratory, baseline, candidates, start, reached, method=method), key=lambda item: -item[0])
         if not found:
             continue
         best, name, loose = found[0]
-        width = max(_LEAST, _BETTER * abs(best))
-        if best > reached - width and best > _LEAST:
+        width = max(method.selection.value_gain, method.selection.value_better * abs(best))
+        if best > reached - width and best > method.selection.value_gain:
             alike = tuple(other for merit, other, _ in found[1:] if merit > best - width)
             # effects beside which other values would have to be impossible still are no rivals of one value that does as well, and an
             # encoder that is off by any factor is one number too, and the stranger one
             factor = _factor(model, laboratory.experiment)
-            beaten = best > reached + (-width if not candidates and (factor or is_implausible(model.fitted)) else width)
+            beaten = best > reached + (-width if not candidates and (factor or is_implausible(model.fitted, method=method)) else width)
             return ImplausibleValue(loose, name, alike, beaten, factor if beaten and best < reached + width else "")
     return None
 
@@ -77,7 +67,7 @@ def _factor(model: Model, experiment: Experiment) -> str:
 
 
 def _each(
-    laboratory: Laboratory, baseline: Model, candidates: tuple[Candidate, ...], start: Model, reached: float
+    laboratory: Laboratory, baseline: Model, candidates: tuple[Candidate, ...], start: Model, reached: float, method: Method = STANDARD
 ) -> list[tuple[float, str, Model]]:
     """Return merit, name and model for each value that no other one is implausible beside and that comes near what was ``reached``."""
     full_band, constant = is_full_band(candidates), start.fitted.constant
@@ -86,19 +76,19 @@ def _each(
         free = [replace(item, start=other.start) if other.name == item.name else other for other in start.free]
         free = [replace(other, start=other.given) if other.name in laboratory.experiment.machine.uncertain else other for other in free]
         rough = fit(laboratory.experiment.sensed, free, constant, rounds=1, full_band=full_band, slopes="kept")
-        if judged_score(laboratory.experiment, rough).above(baseline.score, full_band=True) < _HOPELESS * reached:
+        if judged_score(laboratory.experiment, rough).above(baseline.score, full_band=True) < method.selection.value_hopeless * reached:
             return None
         fitted = fit(laboratory.experiment.sensed, with_start(rough), constant, rounds=3, full_band=full_band)
         loose = laboratory.model(candidates, laboratory.with_better_motion(fitted, candidates))
-        return None if is_implausible(loose.fitted) else (_merit(loose, baseline), item.name, loose)
+        return None if is_implausible(loose.fitted, method=method) else (_merit(loose, baseline), item.name, loose)
 
-    loose_ones = [_of_a_machine(item) for item in baseline_free(laboratory.experiment.machine, _WIDER)]
+    loose_ones = [_of_a_machine(item, method=method) for item in baseline_free(laboratory.experiment.machine, method.selection.value_wider)]
     return [found for found in together(loosened, loose_ones) if found is not None]
 
 
-def _of_a_machine(item: Free) -> Free:
+def _of_a_machine(item: Free, method: Method = STANDARD) -> Free:
     """Return a loosened value within a factor of what the lesson gives: a motor without any force explains whatever hides behind it."""
-    low, high = sorted((item.given / FURTHEST, item.given * FURTHEST))
+    low, high = sorted((item.given / method.recording_checks.value_factor, item.given * method.recording_checks.value_factor))
     return replace(item, low=max(item.low, low), high=min(item.high, high)) if item.given else item
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.diagnosis.candidates.harmonics import second_line
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import merit
 from lathesim.diagnosis.selection.elimination import fewer
@@ -25,21 +25,21 @@ from lathesim.identification.records.model import Trial
 _LINES = ("amplitude", "second", "period", "phase", "second_phase")
 
 
-def merge_harmonics(laboratory: Laboratory, found: SearchResult, settings: Settings, harmonics: Sequence[Trial]) -> bool:
+def merge_harmonics(laboratory: Laboratory, found: SearchResult, method: Method, harmonics: Sequence[Trial]) -> bool:
     """Put an effect of two lines in the place of a wave of the model, where what was tried beside it is its second line and both recordings
     are explained better for what the further values cost; say whether one was put."""
-    for trial in sorted(harmonics, key=lambda one: -merit(one, settings)):
-        wave = second_line(trial, found.model)
+    for trial in sorted(harmonics, key=lambda one: -merit(one, method)):
+        wave = second_line(trial, found.model, method=method)
         whole = _of_two_lines(laboratory, wave, found.model.candidates) if wave is not None else None
         if wave is None or whole is None:
             continue
         laboratory.progress(f"asking whether {wave.name} at {wave.at} and its second harmonic are one {whole.name}")
         before = fewer(laboratory, found.model, wave)
         one = told(laboratory, laboratory.trial(before, whole, before.candidates, before.free, _starts(trial, wave, whole)))
-        due = settings.margin + settings.per_parameter * max(0, len(whole.parameters) - len(wave.parameters))
+        due = method.margin + method.per_parameter * max(0, len(whole.parameters) - len(wave.parameters))
         model, old = one.model, found.model
         better = model.score.above(old.score, full_band=True) > due
-        if better and model.validation.above(old.validation, full_band=True) > settings.validation_margin:
+        if better and model.validation.above(old.validation, full_band=True) > method.validation_margin:
             laboratory.progress(f"{whole.name} takes the place of {wave.name}")
             found.trials[whole.part] = [replace(one, share_of_all=min(1.0, found.removed_by(wave) + trial.share_of_all))]
             found.before[whole.part] = before

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from lathesim.diagnosis.candidates.eligibility import stands
 from lathesim.diagnosis.candidates.screening import screen
 from lathesim.diagnosis.candidates.starting_points import starting_points
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.elimination import fewer
 from lathesim.diagnosis.selection.laboratory import Laboratory
@@ -20,7 +20,7 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial, is_full_band
 
 
-def add_prerequisites(laboratory: Laboratory, found: SearchResult, settings: Settings) -> bool:
+def add_prerequisites(laboratory: Laboratory, found: SearchResult, method: Method) -> bool:
     """Put what an effect of the model stands on into it, in the place of the effect, of another one at the same part, of both, or of
     none, where that explains both recordings as well for what its values cost; say whether that was done."""
     for candidate in found.model.candidates:
@@ -33,9 +33,9 @@ def add_prerequisites(laboratory: Laboratory, found: SearchResult, settings: Set
         laboratory.progress(
             f"asking whether {' or '.join(ground.name for ground in grounds)} is there, on which {candidate.name} at {candidate.at} stands"
         )
-        for gone, trial in _instead(laboratory, found.model, candidate, others, grounds):
+        for gone, trial in _instead(laboratory, found.model, candidate, others, grounds, method=method):
             model = laboratory.settled(trial.model)
-            if _is_as_good(model, found.model, settings):
+            if _is_as_good(model, found.model, method):
                 for other in gone:
                     found.take_over(trial.candidate, other)
                 laboratory.progress(
@@ -45,9 +45,9 @@ def add_prerequisites(laboratory: Laboratory, found: SearchResult, settings: Set
                 found.model = model
                 return True
             if gone == (candidate,):
-                again = _on_top(laboratory, trial.model, candidate)
+                again = _on_top(laboratory, trial.model, candidate, method=method)
                 both = laboratory.settled(again.model)
-                if _is_as_good(both, found.model, settings):
+                if _is_as_good(both, found.model, method):
                     laboratory.progress(f"{trial.candidate.name} at {trial.candidate.at} is there too")
                     found.trials |= {trial.candidate.part: [trial], candidate.part: [again]}
                     found.model = both
@@ -56,33 +56,37 @@ def add_prerequisites(laboratory: Laboratory, found: SearchResult, settings: Set
 
 
 def _instead(
-    laboratory: Laboratory, model: Model, candidate: Candidate, others: list[Candidate], grounds: list[Candidate]
+    laboratory: Laboratory, model: Model, candidate: Candidate, others: list[Candidate], grounds: list[Candidate], method: Method = STANDARD
 ) -> Iterator[tuple[tuple[Candidate, ...], Trial]]:
     """Return the effects that are left out with the trial of a ground in their place, the fewest effects first."""
     for gone in [*((other, candidate) for other in others), (candidate,), *((other,) for other in others)]:
         before = model
         for other in gone:
             before = fewer(laboratory, before, other)
-        points = starting_points(laboratory.experiment, before.fitted, grounds)
-        for item in screen(laboratory.experiment.sensed, before.fitted, grounds, points).ranked:
+        points = starting_points(laboratory.experiment, before.fitted, grounds, method=method)
+        for item in screen(laboratory.experiment.sensed, before.fitted, grounds, points, method=method).ranked:
             yield gone, laboratory.trial(before, item.candidate, before.candidates, before.free, item.starts[:1])
 
 
-def _on_top(laboratory: Laboratory, before: Model, candidate: Candidate) -> Trial:
+def _on_top(laboratory: Laboratory, before: Model, candidate: Candidate, method: Method = STANDARD) -> Trial:
     """Try an effect anew on the ground that it needs: from what it was without it, a way to both may be long."""
     (item,) = screen(
-        laboratory.experiment.sensed, before.fitted, [candidate], starting_points(laboratory.experiment, before.fitted, [candidate])
+        laboratory.experiment.sensed,
+        before.fitted,
+        [candidate],
+        starting_points(laboratory.experiment, before.fitted, [candidate], method=method),
+        method=method,
     ).ranked
     return laboratory.trial(before, candidate, before.candidates, before.free, item.starts)
 
 
-def _is_as_good(model: Model, other: Model, settings: Settings) -> bool:
+def _is_as_good(model: Model, other: Model, method: Method) -> bool:
     """Return whether a model explains both recordings no worse than another one, for what the values and effects cost that it has fewer."""
     fewer_values = sum(len(candidate.parameters) for candidate in other.candidates) - sum(
         len(candidate.parameters) for candidate in model.candidates
     )
     fewer_effects = len(other.candidates) - len(model.candidates)
-    due = settings.margin * fewer_effects + settings.per_parameter * fewer_values
+    due = method.margin * fewer_effects + method.per_parameter * fewer_values
     full_band = is_full_band(model.candidates) or is_full_band(other.candidates)
     return min(model.score.above(other.score, full_band=full_band), model.validation.above(other.validation, full_band=full_band)) > -due
 

@@ -15,56 +15,53 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.diagnosis.candidates.harmonics import is_part_of_a_wave
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import believable, merit, simplest
 from lathesim.diagnosis.selection.elimination import fewer
 from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible
 from lathesim.identification.records.model import Trial
 
-_MOST = 2
-"""Beginnings that are tried beside the first."""
-_MUCH = 0.5
-"""Share of what is left that something must explain on its own."""
 
-
-def restarts(laboratory: Laboratory, found: SearchResult, settings: Settings) -> Iterator[SearchResult]:
+def restarts(laboratory: Laboratory, found: SearchResult, method: Method) -> Iterator[SearchResult]:
     """Return searches to be gone on with that begin otherwise; none where nothing that is not believed does much."""
-    if is_implausible(found.model.fitted) and (drawn := _despite_implausible_values(found, settings)):
+    if is_implausible(found.model.fitted, method=method) and (drawn := _despite_implausible_values(found, method)):
         yield SearchResult(found.baseline, drawn.model, {**found.trials, drawn.candidate.part: [drawn]}, to_ease=True)
-    refused = _refused(found, settings)
+    refused = _refused(found, method)
     if refused is None or not found.model.candidates:
         return
     for trial in _exchanged(laboratory, found, refused):
-        if believable(trial, settings, found.null_maximum):
+        if believable(trial, method, found.null_maximum):
             yield SearchResult(found.baseline, trial.model, {**found.trials, trial.candidate.part: [trial]})
-    for trial in [trial for trial in found.restarted_from if trial.candidate.part not in found.refused][:_MOST]:
+    for trial in [trial for trial in found.restarted_from if trial.candidate.part not in found.refused][
+        : int(method.selection.most_restarts)
+    ]:
         yield SearchResult(found.baseline, trial.model, {trial.candidate.part: [trial]})
 
 
-def _refused(found: SearchResult, settings: Settings) -> Trial | None:
+def _refused(found: SearchResult, method: Method) -> Trial | None:
     """Return what explains most of what the effects that were found leave, moves a channel by more than the rest there, and is not believed
     beside them; nothing where a part of a wave that was found explains more. What is lost in the rest is no sign of a wrong beginning."""
     there = found.model.candidates
     asked = [trial for trial in found.tried if trial.candidate.part not in found.refused]
     beside = [trial for trial in asked if trial.model.candidates[:-1] == there and trial.candidate not in there]
-    gaining = [trial for trial in beside if min(trial.gain, trial.validation_gain) > settings.margin]
-    much = [trial for trial in gaining if trial.share_of_rest > _MUCH and trial.moves > settings.smallest_move]
+    gaining = [trial for trial in beside if min(trial.gain, trial.validation_gain) > method.margin]
+    much = [trial for trial in gaining if trial.share_of_rest > method.selection.restart_explains and trial.moves > method.smallest_move]
     most = max(much, key=lambda trial: trial.share_of_rest, default=None)
-    return None if most is None or is_part_of_a_wave(most, found.model) else most
+    return None if most is None or is_part_of_a_wave(most, found.model, method=method) else most
 
 
-def _despite_implausible_values(found: SearchResult, settings: Settings) -> Trial | None:
+def _despite_implausible_values(found: SearchResult, method: Method) -> Trial | None:
     """Return the best of what would be believed beside the effects that were found, were no value of the lesson implausible."""
-    at_given_values = replace(settings, despite_implausible_values=True)
+    at_given_values = replace(method, despite_implausible_values=True)
     beside = [
         trial
         for trial in found.tried
         if trial.model.candidates[:-1] == found.model.candidates and trial.candidate.part not in found.refused
     ]
     good = [trial for trial in beside if trial.implausible and believable(trial, at_given_values, found.null_maximum)]
-    good = [trial for trial in good if not is_part_of_a_wave(trial, found.model)]
-    return simplest(sorted(good, key=lambda trial: -merit(trial, settings)), settings) if good else None
+    good = [trial for trial in good if not is_part_of_a_wave(trial, found.model, method=method)]
+    return simplest(sorted(good, key=lambda trial: -merit(trial, method)), method) if good else None
 
 
 def _exchanged(laboratory: Laboratory, found: SearchResult, refused: Trial) -> Iterator[Trial]:
@@ -76,15 +73,15 @@ def _exchanged(laboratory: Laboratory, found: SearchResult, refused: Trial) -> I
         yield laboratory.trial(before, refused.candidate, before.candidates, before.free, [start])
 
 
-def plainly_better(other: SearchResult, found: SearchResult, settings: Settings) -> bool:
+def plainly_better(other: SearchResult, found: SearchResult, method: Method) -> bool:
     """Return whether another model explains both recordings better, by more than the parameters cost that it has more, and has come to
     what it was begun for."""
-    if other.to_ease and is_implausible(other.model.fitted):
+    if other.to_ease and is_implausible(other.model.fitted, method=method):
         return False
     more = sum(len(candidate.parameters) for candidate in other.model.candidates) - sum(
         len(candidate.parameters) for candidate in found.model.candidates
     )
-    due = settings.margin + settings.per_parameter * max(more, 0)
+    due = method.margin + method.per_parameter * max(more, 0)
     fitted = other.model.score.above(found.model.score, full_band=True)
     judged = other.model.validation.above(found.model.validation, full_band=True)
     return bool(min(fitted, judged) > due)

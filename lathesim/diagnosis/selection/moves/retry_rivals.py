@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection.acceptance import EQUAL_SHARE, TIE_SHARE, believable, merit
+from lathesim.diagnosis.selection.acceptance import believable, merit
 from lathesim.diagnosis.selection.elimination import fewer
 from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible
 from lathesim.diagnosis.selection.trials import Asked, side_by_side
@@ -23,23 +23,20 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Trial
 
-_NEAR = 0.8
-"""Share of what an effect gained that a rival must have gained to be tried again."""
-_MOST = 4
 _LATE = frozenset({"lag", "recording"})
 """Families of what acts or shows late."""
 
 
-def retry_rivals(laboratory: Laboratory, found: SearchResult, settings: Settings) -> None:
+def retry_rivals(laboratory: Laboratory, found: SearchResult, method: Method) -> None:
     """Hold each effect of a model of several against what came near it, in the place of it."""
     if len(found.model.candidates) < 2:
         return
     for candidate in found.model.candidates:
-        rivals = _near(candidate, found, settings)
+        rivals = _near(candidate, found, method)
         if not rivals:
             continue
         laboratory.progress(f"trying again what came near {candidate.name} at {candidate.at}")
-        if _takes_two_places(laboratory, found, candidate, rivals, settings):
+        if _takes_two_places(laboratory, found, candidate, rivals, method):
             return
         before = fewer(laboratory, found.model, candidate)
         values = found.model.fitted.by_name
@@ -50,11 +47,11 @@ def retry_rivals(laboratory: Laboratory, found: SearchResult, settings: Settings
         # what it explained when it came in is what it is credited with
         more = found.removed_by(candidate) - own.share_of_all
         never_moved = {trial.candidate.part for trial in found.unmoved.get(candidate.part, [])}
-        others = [trial for trial in others if trial.candidate.part not in never_moved or believable(trial, settings, 0.0)]
+        others = [trial for trial in others if trial.candidate.part not in never_moved or believable(trial, method, 0.0)]
         if not others:
             continue
-        best = max(others, key=lambda trial: merit(trial, settings))
-        chosen = best if _is_better(best, own, settings) else own
+        best = max(others, key=lambda trial: merit(trial, method))
+        chosen = best if _is_better(best, own, method) else own
         credited = [replace(trial, share_of_all=trial.share_of_all + more) for trial in (own, *others)]
         if chosen is not own:
             laboratory.progress(f"{chosen.candidate.name} takes the place of {candidate.name} beside the rest")
@@ -78,20 +75,22 @@ def _in_its_shape(trial: Trial, candidate: Candidate, values: Mapping[str, float
     return rival, starts
 
 
-def _near(candidate: Candidate, found: SearchResult, settings: Settings) -> list[Trial]:
+def _near(candidate: Candidate, found: SearchResult, method: Method) -> list[Trial]:
     """Return the trials of other effects that came near an effect of the model, the nearest first."""
     trials = [*found.trials.get(candidate.part, []), *found.unmoved.get(candidate.part, [])]
     own = next((trial for trial in trials if trial.candidate.part == candidate.part), None)
     if own is None:
         return []
     there = {other.part for other in found.model.candidates}
-    near = [trial for trial in trials if trial.candidate.part not in there and merit(trial, settings) > _NEAR * merit(own, settings)]
-    return sorted(near, key=lambda trial: -merit(trial, settings))[:_MOST]
+    near = [
+        trial
+        for trial in trials
+        if trial.candidate.part not in there and merit(trial, method) > method.selection.rival_gain * merit(own, method)
+    ]
+    return sorted(near, key=lambda trial: -merit(trial, method))[: int(method.selection.most_retried)]
 
 
-def _takes_two_places(
-    laboratory: Laboratory, found: SearchResult, candidate: Candidate, rivals: Sequence[Trial], settings: Settings
-) -> bool:
+def _takes_two_places(laboratory: Laboratory, found: SearchResult, candidate: Candidate, rivals: Sequence[Trial], method: Method) -> bool:
     """Let a rival of a late effect take its place and that of another one, if it does as well as both: two channels that are late are one
     drive that is. Say whether one did."""
     both = [other for other in found.model.candidates if other is not candidate and {other.family, candidate.family} <= _LATE]
@@ -104,15 +103,15 @@ def _takes_two_places(
             before,
             [Asked(trial.candidate, before.candidates, before.free, [start]) for trial, start in zip(asked, starts, strict=True)],
         )
-        for trial in sorted((trial for trial in tried if believable(trial, settings, 0.0)), key=lambda trial: -merit(trial, settings)):
+        for trial in sorted((trial for trial in tried if believable(trial, method, 0.0)), key=lambda trial: -merit(trial, method)):
             settled = laboratory.settled(trial.model)
-            saved = settings.margin + settings.per_parameter * (
+            saved = method.margin + method.per_parameter * (
                 len(candidate.parameters) + len(other.parameters) - len(trial.candidate.parameters)
             )
             # one delay is never simulated as well as two shifts are fitted
-            if found.model.score.above(settled.score, full_band=True) < max(saved, EQUAL_SHARE * trial.gain) and not is_implausible(
-                settled.fitted
-            ):
+            if found.model.score.above(settled.score, full_band=True) < max(
+                saved, method.selection.equal_share * trial.gain
+            ) and not is_implausible(settled.fitted, method=method):
                 laboratory.progress(f"{trial.candidate.name} takes the places of {candidate.name} and {other.name}")
                 shared = min(found.removed_by(candidate) + found.removed_by(other), 1.0)
                 found.model = settled
@@ -122,13 +121,13 @@ def _takes_two_places(
     return False
 
 
-def _is_better(trial: Trial, own: Trial, settings: Settings) -> bool:
+def _is_better(trial: Trial, own: Trial, method: Method) -> bool:
     """Return whether a rival does clearly better, and needs no other machine. Of the same equation at another place less is clear."""
-    more = merit(trial, settings) - merit(own, settings)
+    more = merit(trial, method) - merit(own, method)
     shape = own.candidate.effect.finer_shape
     share = (
-        EQUAL_SHARE
+        method.selection.equal_share
         if shape and trial.candidate.effect.finer_shape == shape and trial.candidate.family == own.candidate.family
-        else TIE_SHARE
+        else method.selection.tie_share
     )
-    return more > max(settings.margin, share * merit(own, settings)) and not is_implausible(trial.model.fitted)
+    return more > max(method.margin, share * merit(own, method)) and not is_implausible(trial.model.fitted, method=method)

@@ -5,19 +5,16 @@ from __future__ import annotations
 
 from lathesim.diagnosis.candidates.screening import screen
 from lathesim.diagnosis.candidates.starting_points import starting_points
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.elimination import fewer
 from lathesim.diagnosis.selection.laboratory import Laboratory
-from lathesim.diagnosis.selection.moves.split import AS_GOOD, AS_GOOD_SHARE
 from lathesim.diagnosis.selection.trials import Asked, side_by_side
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial, is_full_band
 
-_PROMISED, _MOST = 0.5, 3
-"""Share of the error left without an effect that a relative must screening score to explain, and how many are asked."""
 
-
-def simplify(laboratory: Laboratory, found: SearchResult) -> None:
+def simplify(laboratory: Laboratory, found: SearchResult, method: Method = STANDARD) -> None:
     """Put simpler relatives in the place of effects of a model of several, where both recordings are explained as well by them.
 
     Asked are those of the same family with fewer values that screening score most beside the other effects; the effect itself is told to be
@@ -31,13 +28,15 @@ def simplify(laboratory: Laboratory, found: SearchResult) -> None:
         laboratory.progress(f"asking whether something simpler does what {candidate.name} at {candidate.at} does")
         before = fewer(laboratory, found.model, candidate)
         own = _held_against(found.model, before)
-        points = starting_points(laboratory.experiment, before.fitted, relatives)
+        points = starting_points(laboratory.experiment, before.fitted, relatives, method=method)
         promising = [
-            item for item in screen(laboratory.experiment.sensed, before.fitted, relatives, points).ranked if item.share > _PROMISED
+            item
+            for item in screen(laboratory.experiment.sensed, before.fitted, relatives, points, method=method).ranked
+            if item.share > method.selection.simpler_score
         ]
-        asked = [Asked(item.candidate, rest, before.free, item.starts[:1]) for item in promising[:_MOST]]
+        asked = [Asked(item.candidate, rest, before.free, item.starts[:1]) for item in promising[: int(method.selection.most_simpler)]]
         trials = side_by_side(laboratory, before, asked)
-        good = [trial for trial in trials if _as_good(trial, own)]
+        good = [trial for trial in trials if _as_good(trial, own, method=method)]
         if good:
             best = max(good, key=lambda trial: (-len(trial.candidate.parameters), trial.gain))
             gain, validation_gain, full_band, full_band_validation = own
@@ -62,10 +61,13 @@ def _is_simpler(candidate: Candidate, other: Candidate) -> bool:
     return candidate.family == other.family and len(candidate.parameters) < len(other.parameters)
 
 
-def _as_good(trial: Trial, own: tuple[float, float, float, float]) -> bool:
+def _as_good(trial: Trial, own: tuple[float, float, float, float], method: Method = STANDARD) -> bool:
     """Return whether a trial gains what ``own`` does, on both recordings: the gains in the band of the motion and on all frequencies."""
     gains = (trial.gain, trial.validation_gain, trial.full_band_gain, trial.full_band_validation_gain)
-    return all(gain > other - max(AS_GOOD, AS_GOOD_SHARE * abs(other)) for gain, other in zip(gains, own, strict=True))
+    return all(
+        gain > other - max(method.selection.tie, method.selection.one_for_two_share * abs(other))
+        for gain, other in zip(gains, own, strict=True)
+    )
 
 
 def _held_against(model: Model, before: Model) -> tuple[float, float, float, float]:

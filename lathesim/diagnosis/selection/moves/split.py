@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lathesim.diagnosis.candidates.screening import screened_instead
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.selection.laboratory import Laboratory, candidate_free, judged_score
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import fit
@@ -17,15 +18,8 @@ from lathesim.identification.estimation.transfer import transferred
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Score, Trial, is_full_band
 
-AS_GOOD = 4.0
-"""Nats that the one may be behind the two, on each recording ..."""
-AS_GOOD_SHARE = 0.02
-"""... or this share of what the second of the two gains."""
-_PROMISED = 0.2
-"""Share of what the second of the two gains that the one must screening score in its place to be fitted."""
 
-
-def forms_of_two(laboratory: Laboratory, model: Model) -> dict[str, list[Candidate]]:
+def forms_of_two(laboratory: Laboratory, model: Model, method: Method = STANDARD) -> dict[str, list[Candidate]]:
     """Return, by the part of a candidate, the refined forms of it that explain both recordings as well as it does with another candidate
     beside it."""
     found: dict[str, list[Candidate]] = {}
@@ -34,13 +28,13 @@ def forms_of_two(laboratory: Laboratory, model: Model) -> dict[str, list[Candida
         beside = [other for other in model.candidates if other is not candidate and other.at == candidate.at]
         for form in finer:
             for other in beside:
-                if _as_good(laboratory, model, (candidate, other), form):
+                if _as_good(laboratory, model, (candidate, other), form, method=method):
                     for one in (candidate, other):
                         found.setdefault(one.part, []).append(form)
     return found
 
 
-def two_for_one(laboratory: Laboratory, baseline: Model, model: Model) -> tuple[Model, list[Trial]] | None:
+def two_for_one(laboratory: Laboratory, baseline: Model, model: Model, method: Method = STANDARD) -> tuple[Model, list[Trial]] | None:
     """Return the model in which a refined form gives way to the simple one and an effect of one value beside it, where they explain as
     much, with the trials of the two; else none."""
     for form in model.candidates:
@@ -54,7 +48,9 @@ def two_for_one(laboratory: Laboratory, baseline: Model, model: Model) -> tuple[
         for other in (item for item in at if _is_plain(item) and _is_beside(item, simple)):
             both = (*kept, simple)
             second = laboratory.trial(first.model, other, both, first.model.free, list(other.points[:1]))
-            allowed = max(AS_GOOD, AS_GOOD_SHARE * min(second.full_band_gain, second.full_band_validation_gain))
+            allowed = max(
+                method.selection.tie, method.selection.one_for_two_share * min(second.full_band_gain, second.full_band_validation_gain)
+            )
             full_band = is_full_band(model.candidates)
             behind = [ours.above(theirs, full_band=full_band) for ours, theirs in _scores(second.model, model)]
             if second.validation_gain > 0.0 and min(behind) > -allowed:
@@ -83,7 +79,7 @@ def _without(laboratory: Laboratory, baseline: Model, model: Model, candidate: C
     return laboratory.model(kept, fit(laboratory.experiment.sensed, free, model.fitted.constant, rounds=2, full_band=is_full_band(kept)))
 
 
-def _as_good(laboratory: Laboratory, model: Model, two: tuple[Candidate, Candidate], form: Candidate) -> bool:
+def _as_good(laboratory: Laboratory, model: Model, two: tuple[Candidate, Candidate], form: Candidate, method: Method = STANDARD) -> bool:
     kept = tuple(candidate for candidate in model.candidates if candidate not in two)
     gone = {name for candidate in two for name in candidate.parameters}
     free = [item for item in model.free if item.name not in gone]
@@ -98,14 +94,21 @@ def _as_good(laboratory: Laboratory, model: Model, two: tuple[Candidate, Candida
         slopes="kept",
     )
     gained = model.score.above(judged_score(laboratory.experiment, without), full_band=full_band)
-    if screened_instead(laboratory.experiment.sensed, without, two[0], form, starts).gain < _PROMISED * gained:
+    if screened_instead(laboratory.experiment.sensed, without, two[0], form, starts).gain < method.selection.one_for_two_score * gained:
         return False
     tried = [
-        fit(laboratory.experiment.sensed, [*free, *candidate_free(form, start)], constant, rounds=2, full_band=full_band, slopes="kept")
+        fit(
+            laboratory.experiment.sensed,
+            [*free, *candidate_free(form, start, method=method)],
+            constant,
+            rounds=2,
+            full_band=full_band,
+            slopes="kept",
+        )
         for start in starts
     ]
     best = max(tried, key=lambda fitted: fitted.score)
-    allowed = max(AS_GOOD, AS_GOOD_SHARE * gained)
+    allowed = max(method.selection.tie, method.selection.one_for_two_share * gained)
     if judged_score(laboratory.experiment, best).above(model.score, full_band=full_band) < -allowed:
         return False
     validation = judged_score(laboratory.validation, transferred(laboratory.validation, best, (*kept, form)))

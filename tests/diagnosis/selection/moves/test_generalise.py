@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.selection.moves import generalise as refinement
 
 
@@ -18,14 +18,14 @@ def test_a_finer_form_that_eases_strained_values_needs_no_gain(
     restores_plausibility: bool, closed_loop_degradation: float, eases: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Springs of some micrometres were explained by a viscosity that the machine cannot have."""
-    monkeypatch.setattr(refinement, "of_usual_size", lambda candidate, values, settings: True)
+    monkeypatch.setattr(refinement, "of_usual_size", lambda candidate, values, method, **_: True)
     made: Any = SimpleNamespace(
         candidate=None,
         model=SimpleNamespace(fitted=SimpleNamespace(by_name={})),
         restores_plausibility=restores_plausibility,
         closed_loop_degradation=closed_loop_degradation,
     )
-    assert refinement._restores_plausibility(made, Settings()) == eases
+    assert refinement._restores_plausibility(made, Method()) == eases
 
 
 @pytest.mark.parametrize(
@@ -37,8 +37,8 @@ def test_a_wave_is_fitted_though_it_promises_little_of_the_rest(
     family: str, gain: float, worth: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over hundreds of turns its length has to be right to a thousandth, and a search begins beside it."""
-    monkeypatch.setattr(refinement, "is_implausible", lambda fitted: False)
+    monkeypatch.setattr(refinement, "is_implausible", lambda fitted, **_: False)
     item: Any = SimpleNamespace(candidate=SimpleNamespace(family=family), gain=gain, share=0.02)
     model: Any = SimpleNamespace(candidates=("another",), fitted=None)
     laboratory: Any = None
-    assert refinement.may_be_worth(laboratory, model, item, Settings()) == worth
+    assert refinement.may_be_worth(laboratory, model, item, Method()) == worth

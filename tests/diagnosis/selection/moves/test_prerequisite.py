@@ -3,7 +3,7 @@
 import numpy as np
 
 from lathesim.diagnosis.candidates.eligibility import stands
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.laboratory import Laboratory, candidate_free
 from lathesim.diagnosis.selection.moves.prerequisite import add_prerequisites
@@ -30,11 +30,11 @@ def test_dry_friction_takes_the_place_of_an_excess_that_has_nothing_to_stand_on(
     free = [*baseline(experiment), *(item for candidate, start in starts for item in candidate_free(candidate, start))]
     found.model = laboratory.model((offset, excess), fit(experiment.sensed, free, rounds=2))
     assert not stands(excess, found.model, experiment)
-    assert add_prerequisites(laboratory, found, Settings())
+    assert add_prerequisites(laboratory, found, Method())
     assert {candidate.name for candidate in found.model.candidates} == {"ForceOffset", "CoulombFriction"}
     assert told[-1] == "CoulombFriction at x_axis takes the place of StribeckFriction"
     assert abs(found.model.fitted.by_name[f"{dry.part}.level"] - 8.0) < 0.5
-    assert not add_prerequisites(laboratory, found, Settings())
+    assert not add_prerequisites(laboratory, found, Method())
 
 
 def peak(v: float, q: float, t: float) -> float:
@@ -54,7 +54,7 @@ def test_dry_friction_comes_in_beside_an_excess_that_took_it_for_its_own() -> No
     dry, excess = by_name["CoulombFriction"], by_name["StribeckFriction"]
     trial = laboratory.trial(before, excess, (), before.free, [np.array([15.0, 0.2, 1.0])])
     found = SearchResult(before, trial.model, {excess.part: [trial]})
-    assert add_prerequisites(laboratory, found, Settings())
+    assert add_prerequisites(laboratory, found, Method())
     assert told[-1] == "CoulombFriction at x_axis is there too"
     values = found.model.fitted.by_name
     assert abs(values[f"{dry.part}.level"] - 8.0) < 0.5

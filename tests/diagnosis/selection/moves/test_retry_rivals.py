@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.method import Settings
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.moves import retry_rivals as rivals_again
 from lathesim.diagnosis.verdict.ranking import rank_effects
@@ -39,24 +39,26 @@ def test_a_rival_that_does_far_worse_beside_the_rest_is_no_tie(again: float, tie
         assert all(np.array_equal(one.starts[0], [1.0]) for one in those)
         return [trial(delay, 1000.0), trial(lag, again)]
 
-    monkeypatch.setattr(rivals_again, "fewer", lambda laboratory, full, one: model(friction))
+    monkeypatch.setattr(rivals_again, "fewer", lambda laboratory, full, one, **_: model(friction))
     monkeypatch.setattr(rivals_again, "side_by_side", side_by_side)
     laboratory: Any = SimpleNamespace(progress=lambda text: None)
-    assert rank_effects(found, Settings())[0].tied == (lag,)
-    rivals_again.retry_rivals(laboratory, found, Settings())
+    assert rank_effects(found, Method())[0].tied == (lag,)
+    rivals_again.retry_rivals(laboratory, found, Method())
     assert asked == ["delay", "lag"]
-    assert rank_effects(found, Settings())[0].tied == ((lag,) if tied else ())
+    assert rank_effects(found, Method())[0].tied == ((lag,) if tied else ())
 
 
 def test_a_rival_that_does_better_beside_the_rest_takes_the_place(monkeypatch: pytest.MonkeyPatch) -> None:
     """A current that was shown late did better than a drive that acts late, until the friction was in."""
     shown_late, delay, friction = candidate("shown_late"), candidate("delay"), candidate("friction")
     found = SearchResult(model(), model(shown_late, friction), {shown_late.part: [trial(shown_late, 500.0), trial(delay, 470.0)]})
-    monkeypatch.setattr(rivals_again, "fewer", lambda laboratory, full, one: model(friction))
-    monkeypatch.setattr(rivals_again, "is_implausible", lambda fitted: False)
-    monkeypatch.setattr(rivals_again, "side_by_side", lambda laboratory, before, asked: [trial(shown_late, 600.0), trial(delay, 900.0)])
+    monkeypatch.setattr(rivals_again, "fewer", lambda laboratory, full, one, **_: model(friction))
+    monkeypatch.setattr(rivals_again, "is_implausible", lambda fitted, **_: False)
+    monkeypatch.setattr(
+        rivals_again, "side_by_side", lambda laboratory, before, asked, **_: [trial(shown_late, 600.0), trial(delay, 900.0)]
+    )
     laboratory: Any = SimpleNamespace(progress=lambda text: None, settled=lambda one: one)
-    rivals_again.retry_rivals(laboratory, found, Settings())
+    rivals_again.retry_rivals(laboratory, found, Method())
     assert found.model.candidates == (delay,)
     assert [trial.candidate for trial in found.trials[delay.part]] == [shown_late, delay]
     assert shown_late.part not in found.trials
@@ -87,23 +89,23 @@ def test_an_encoders_disc_is_held_against_a_screw_in_the_same_shape(again: float
         asked.extend(those)
         return [trial(screw, 1000.0), trial(those[1].candidate, again)]
 
-    monkeypatch.setattr(rivals_again, "fewer", lambda laboratory, full, one: model(friction))
+    monkeypatch.setattr(rivals_again, "fewer", lambda laboratory, full, one, **_: model(friction))
     monkeypatch.setattr(rivals_again, "side_by_side", side_by_side)
-    monkeypatch.setattr(rivals_again, "is_implausible", lambda fitted: False)
+    monkeypatch.setattr(rivals_again, "is_implausible", lambda fitted, **_: False)
     laboratory: Any = SimpleNamespace(progress=lambda text: None, settled=lambda one: one)
-    rivals_again.retry_rivals(laboratory, found, Settings())
+    rivals_again.retry_rivals(laboratory, found, Method())
     assert asked[1].candidate.parameters == ("try_eccentric.amplitude", "try_eccentric.second_sine")
     assert [start.tolist() for start in asked[1].starts] == [[-1.9, 0.3], [-1.9, -0.3]]
     assert (found.model is full) == kept
 
 
 def test_a_single_effect_is_not_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rivals_again, "side_by_side", lambda *given: pytest.fail("asked"))
+    monkeypatch.setattr(rivals_again, "side_by_side", lambda *given, **_: pytest.fail("asked"))
     delay, lag = candidate("delay"), candidate("lag")
     found = SearchResult(model(), model(delay), {delay.part: [trial(delay, 500.0), trial(lag, 499.0)]})
     laboratory: Any = None
-    rivals_again.retry_rivals(laboratory, found, Settings())
-    assert rank_effects(found, Settings())[0].tied == (lag,)
+    rivals_again.retry_rivals(laboratory, found, Method())
+    assert rank_effects(found, Method())[0].tied == (lag,)
 
 
 @pytest.mark.parametrize(("lost", "taken"), [(100.0, True), (5000.0, False)], ids=["does what both do", "does much less"])
@@ -124,19 +126,19 @@ def test_two_late_channels_are_one_late_drive(lost: float, taken: bool, monkeypa
         ]
 
     monkeypatch.setattr(
-        rivals_again, "fewer", lambda laboratory, full, one: model(*[other for other in full.candidates if other is not one])
+        rivals_again, "fewer", lambda laboratory, full, one, **_: model(*[other for other in full.candidates if other is not one])
     )
-    monkeypatch.setattr(rivals_again, "is_implausible", lambda fitted: False)
-    monkeypatch.setattr(rivals_again, "believable", lambda trial, settings, null_maximum: True)
+    monkeypatch.setattr(rivals_again, "is_implausible", lambda fitted, **_: False)
+    monkeypatch.setattr(rivals_again, "believable", lambda trial, method, null_maximum, **_: True)
     monkeypatch.setattr(
         rivals_again,
         "side_by_side",
-        lambda laboratory, before, those: (
+        lambda laboratory, before, those, **_: (
             side_by_side(laboratory, before, those)
             or [trial(one.candidate, 40000.0 if one.candidate is current else 13000.0) for one in those]
         ),
     )
     laboratory: Any = SimpleNamespace(progress=lambda text: None, settled=lambda one: one)
-    rivals_again.retry_rivals(laboratory, found, Settings())
+    rivals_again.retry_rivals(laboratory, found, Method())
     assert found.model.candidates == ((friction, delay) if taken else (friction, current, encoder))
     assert found.removed_by(delay) == (1.0 if taken else 0.0)

@@ -1,0 +1,75 @@
+"""Limits of where something is missing and what it depends on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lathesim.diagnosis.method.limit import Limit
+
+
+@dataclass(frozen=True)
+class LocationLimits:
+    """Limits of where something is missing and what it depends on."""
+
+    coherent_share: Limit = Limit(
+        0.3, "share of residual",
+        "a residual coherent with the command above this share is a response that the model lacks",
+        "calibrated",
+        "on sound machines no share was coherent; on one with a table on a spring 0.87 was",
+    )  # fmt: skip
+    coherence_over_floor: Limit = Limit(
+        8.0, "noise floors",
+        "coherence is tested where a channel is off by more than this: integration steps are coherent with the command as well",
+    )  # fmt: skip
+    small_dependence: Limit = Limit(0.1, "share of the possible", "a dependence below this is tested against chance")
+    beyond_chance: Limit = Limit(
+        2.0, "times the largest of 19 draws",
+        "a dependence score counts above this",
+        "derived",
+        "with dozens of scores, one of twenty exceeds the largest of 19 draws by chance alone; twice as much leaves room",
+    )  # fmt: skip
+    unexplained_share: Limit = Limit(
+        0.95, "share of missing force",
+        "effects that leave more than this of what was missing behind a channel explain nothing there",
+    )  # fmt: skip
+    integration_error: Limit = Limit(
+        0.002, "share of acting force",
+        "a missing force below this share is the error of the integration steps",
+        "calibrated",
+        "a simulation that steps leaves 0.2 % on the project's own axes",
+    )  # fmt: skip
+    band_share: Limit = Limit(0.2, "share of whitened residual", "a narrow band must hold this share to be reported")
+    band_towers: Limit = Limit(
+        50.0, "times the prominence limit",
+        "a band that stands out by this much more is reported at a smaller share",
+    )  # fmt: skip
+    band_share_of_raw: Limit = Limit(
+        0.3, "share of raw residual",
+        "a band that towers must hold this share of the unwhitened residual: a noise model takes a strong line for noise",
+    )  # fmt: skip
+    band_below: Limit = Limit(
+        0.25, "share of frequency",
+        "a swing has nothing up to this share of its frequency, where slow noise has as much",
+    )  # fmt: skip
+    band_quiet: Limit = Limit(0.2, "share of top power", "below a swing the power stays under this share of its top")
+    band_edge: Limit = Limit(0.1, "share of top power", "a band ends where the power falls below this share")
+    band_least_cycles: Limit = Limit(60, "cycles in a recording", "the strongest band below this is the motion's own or a slow drift")
+    band_driven: Limit = Limit(12.0, "times the local median", "a drive this strong at a frequency is what swings there")
+    band_of_floor: Limit = Limit(0.5, "resolutions", "a band must move its channel by this much")
+    band_of_step: Limit = Limit(
+        0.41, "resolutions, rms",
+        "a band must move its channel by more than the rounding of a difference",
+        "derived",
+        "the rounding error of one reading is uniform, 0.29 of a step (rms); of the difference of two readings 0.41",
+    )  # fmt: skip
+    band_highest: Limit = Limit(0.9, "share of the resolved frequencies", "above this a difference of two samples rings by itself")
+    standstill: Limit = Limit(0.02, "share of top speed", "a part slower than this stands still")
+    rest_worth_saying: Limit = Limit(
+        0.1, "share of samples",
+        "standstill is reported as an operating condition above this share of the recording",
+    )  # fmt: skip
+    commanded_standstill: Limit = Limit(0.001, "share of top speed", "a motion without sensor noise stands still below this")
+    whole_order: Limit = Limit(
+        0.03, "orders",
+        "an order this near a whole number is one: a speed that is given, not recorded, is known to a few per cent",
+    )  # fmt: skip
