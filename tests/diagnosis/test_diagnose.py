@@ -2,16 +2,20 @@
 
 import functools
 import math
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-import lathesim.diagnosis.diagnose as diagnosing
+import lathesim.diagnosis.answer as answering
+import lathesim.diagnosis.pruning as pruning
 import lathesim.diagnosis.verdict.adequacy as judging
 from lathesim.diagnosis.diagnose import ask, diagnose
+from lathesim.diagnosis.method import Limit
 from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.recording_checks.checks import of_a_slow_log
 from lathesim.diagnosis.records.diagnosis import Diagnosis, as_json
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
@@ -106,10 +110,11 @@ def test_what_is_in_no_catalogue_is_told_as_a_formula() -> None:
 
 def test_where_nothing_is_named_no_effect_is_surer_than_what_it_took_away(monkeypatch: pytest.MonkeyPatch) -> None:
     """A friction that takes away part of what is missing is told as that: no name, no line to paste, and the place from the replay."""
-    monkeypatch.setattr(diagnosing, "NAMED_SHARE", 2.0)
     monkeypatch.setattr(judging, "shortfalls", lambda *given, **_: ["something is left"])
-    monkeypatch.setattr(diagnosing, "removed_share", lambda *given, **_: 0.3)
-    found = diagnose(question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2)))
+    monkeypatch.setattr(answering, "removed_share", lambda *given, **_: 0.3)
+    asked = question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2))
+    strict = replace(asked.method, verdict=replace(asked.method.verdict, named_share=Limit(2.0, "share of error", "never reached")))
+    found = diagnose(replace(asked, method=strict))
     assert (found.verdict, found.insert, found.shortfall, found.not_told) == ("unknown", (), "", ())
     assert [(effect.effect, effect.probability) for effect in found.effects] == [("CoulombFriction", 0.3)]
     assert found.location.components == ("x_axis",)
@@ -125,10 +130,11 @@ def test_a_named_model_that_is_not_adequate_says_why(monkeypatch: pytest.MonkeyP
 def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is asked beside others only: a friction stays, an offset whose interval holds nothing goes, and nothing speaks against that."""
     two = Hidden(dry=8.0, law=offset)
-    monkeypatch.setattr(diagnosing, "interval_includes_neutral", lambda candidate, *given, **_: candidate.name == "ForceOffset")
+    for step in (pruning, answering):
+        monkeypatch.setattr(step, "interval_includes_neutral", lambda candidate, *given, **_: candidate.name == "ForceOffset")
     for reasons in ("shortfalls", "of_another_form", "too_little", "leaves_much"):
         monkeypatch.setattr(judging, reasons, lambda *given, **more: [])
-    monkeypatch.setattr(diagnosing, "_doubtful", lambda *given, **_: [])
+    monkeypatch.setattr(pruning, "doubtful_effects", lambda *given, **_: [])
     found = diagnose(question(recording(two, seed=1), recording(two, seed=2)))
     assert ([effect.effect for effect in found.effects], found.adequate) == (["CoulombFriction"], True)
     monkeypatch.setattr(judging, "shortfalls", lambda *given, **_: ["something is left"])
@@ -138,8 +144,8 @@ def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answ
 
 def test_effects_that_take_nothing_away_of_the_judge_go_where_nothing_else_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is believed and of no use on the judging recording was a load of the other one."""
-    monkeypatch.setattr(diagnosing, "explains_nothing", lambda *given, **_: False)
-    monkeypatch.setattr(diagnosing, "removed_share", lambda *given, **_: -0.1)
+    monkeypatch.setattr(pruning, "explains_nothing", lambda *given, **_: False)
+    monkeypatch.setattr(answering, "removed_share", lambda *given, **_: -0.1)
     asked = question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2))
     assert diagnose(asked).verdict == "unknown"  # without the friction most that is missing goes with the speed
     for reasons in ("shortfalls", "is_missing_for_sure", "mostly_follows"):
@@ -174,9 +180,9 @@ def test_what_a_controller_did_between_two_samples_is_no_missing_physics(
     slow = Finding(kind, "", "one sample every 2.5 ms, and x_controller decides every 1 ms", "")
     asked = ask("An axis", controlled, (Recorded("fit.csv", record, (slow,)),), EFFECTS)
     answer: Any = SimpleNamespace(verdict=verdict, location=SimpleNamespace(components=(suspect, "x_encoder")))
-    sentence = diagnosing._of_a_slow_log(asked, answer)
-    assert sentence.startswith("One sample every 2.5 ms, and x_controller decides every 1 ms: what nothing explains") == told
-    assert bool(sentence) == told
+    sentences = of_a_slow_log(asked.fitted.findings, asked.machine, answer)
+    assert "".join(sentences).startswith("One sample every 2.5 ms, and x_controller decides every 1 ms: what nothing explains") == told
+    assert bool(sentences) == told
 
 
 def test_one_recording_is_judged_on_its_second_half() -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from lathesim.component import Parameter
 from lathesim.effects.register import stock_effects
-from lathesim.identification.replay.experiment import Machine, Rig, build_rigs
+from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
@@ -30,7 +30,7 @@ DRAWINGS = (0, 1, 3, 4)
 SI = {"mm": 1e-3, "m/min": 1.0 / 60.0}
 
 
-def rig_of(made: MadeCase, folder: Path) -> Rig:
+def rig_of(made: MadeCase, folder: Path) -> Experiment:
     """Give the program's view of a case, with the true values in place of those the lesson gives."""
     path = folder / "lesson.yaml"
     told = dataclasses.replace(made.told, given=made.true_values, known_coulomb=made.true_values.get("coulomb", 0.0))
@@ -43,7 +43,7 @@ def rig_of(made: MadeCase, folder: Path) -> Rig:
         target: Channel(target, unit, columns[column][1] * SI.get(unit, 1.0)) for target, (column, unit) in {**driven, **seen}.items()
     }
     record = Record(columns["time"][1], channels, {"sample_period": 1e-3})
-    return build_rigs(Machine(prepared.machinery, tuple(driven), tuple(seen), {}, {}), [("fit", record)], ())[0]
+    return build_experiments(Machine(prepared.machinery, tuple(driven), tuple(seen), {}, {}), [("fit", record)], ())[0]
 
 
 def residuals_in_floors(made: MadeCase, folder: Path) -> dict[str, float]:

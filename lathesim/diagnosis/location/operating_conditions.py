@@ -1,7 +1,7 @@
 """What a machine was doing at each sample: the variables that a mismatch may depend on.
 
 A variable has no value (NaN) where it makes no sense: time since entry while the tool is out of the cut, spindle angle likewise, time out
-of the cut while it is in. Where no sensor tells, the lesson's own simulation does (:attr:`Rig.doing`).
+of the cut while it is in. Where no sensor tells, the lesson's own simulation does (:attr:`Experiment.doing`).
 """
 
 from __future__ import annotations

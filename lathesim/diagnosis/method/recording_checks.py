@@ -85,3 +85,7 @@ class CheckLimits:
     )  # fmt: skip
     follows: Limit = Limit(0.05, "share of command", "with the fault mended, less than this may stay unexplained")
     left_by_shift: Limit = Limit(0.35, "share of unexplained command", "a shift of one channel must leave less than this")
+    rounded_mostly: Limit = Limit(0.9, "share of samples", "a rounded column is the level that the replayed converter gives")
+    counts_low: Limit = Limit(0.5, "times the span of the command", "a column of counts spans at least this: a loop follows its command")
+    counts_high: Limit = Limit(2.0, "times the span of the command", "a column of counts spans at most this")
+    turned_left: Limit = Limit(0.3, "share of column", "with its sign turned a column may leave this: values of the machine are uncertain")

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 
 from lathesim.component import DiscreteState, Law, Output, Parameter
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray, Part
 from lathesim.identification.machine.roles import decides
 from lathesim.identification.replay.closed_loop import SETTLING
@@ -19,23 +20,15 @@ from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 from lathesim.identification.signal.resolution import FEWEST_LEVELS, OFF_GRID, grid_spacing, smallest_step
 
-_MOSTLY = 0.9
-"""Share of the samples in which a rounded column is the level that the replayed converter gives. Of a column that was recorded behind the
-converter already, none is changed by rounding."""
-_LIKE_COMMAND = (0.5, 2.0)
-"""Span of a column of counts, worth what the encoder says, over that of the command it follows. Assumed: a loop follows its command."""
-_TURNED = 0.3
-"""Share of a column that may be left beside the machine's answer with its sign turned round: values of the machine are uncertain."""
 
-
-def mapped_elsewhere(experiment: Experiment, values: Mapping[str, float]) -> str:
+def mapped_elsewhere(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
     """Return a sentence where a column is of another place than the lesson maps it to; empty where none is."""
     simulated = np.nan_to_num(experiment.sensed.recorded - experiment.sensed.one(values)) if experiment.machine.replay else None
     return (
         _behind_converter(experiment)
-        or (_before_converter(experiment, simulated) if simulated is not None else "")
-        or _in_counts(experiment)
-        or (_turned_round(experiment, simulated) if simulated is not None else "")
+        or (_before_converter(experiment, simulated, method) if simulated is not None else "")
+        or _in_counts(experiment, method)
+        or (_turned_round(experiment, simulated, method) if simulated is not None else "")
     )
 
 
@@ -77,7 +70,7 @@ def _behind_converter(experiment: Experiment) -> str:
     return ""
 
 
-def _before_converter(experiment: Experiment, simulated: FloatArray) -> str:
+def _before_converter(experiment: Experiment, simulated: FloatArray, method: Method) -> str:
     for part, before, behind, law in _converters(experiment):
         if behind not in experiment.machine.compare or not before:
             continue
@@ -90,7 +83,10 @@ def _before_converter(experiment: Experiment, simulated: FloatArray) -> str:
             continue
         step = float(np.min(np.diff(levels)))
         off = float(np.mean(np.abs(rounded - column) > OFF_GRID * step))
-        if off > _MOSTLY and float(np.mean(np.abs(rounded - replayed) < OFF_GRID * step)) > _MOSTLY:
+        if (
+            off > method.recording_checks.rounded_mostly
+            and float(np.mean(np.abs(rounded - replayed) < OFF_GRID * step)) > method.recording_checks.rounded_mostly
+        ):
             return (
                 f"{behind} holds what lies between the levels of {part.name}: the column was recorded before that converter. "
                 f"Compare {before} with it, and leave {behind} out."
@@ -98,7 +94,7 @@ def _before_converter(experiment: Experiment, simulated: FloatArray) -> str:
     return ""
 
 
-def _in_counts(experiment: Experiment) -> str:
+def _in_counts(experiment: Experiment, method: Method) -> str:
     """Return the sentence for a reading of whole numbers which, worth a count each, spans as much as the command that it follows."""
     parts = {part.name: part for part in experiment.machine.assembly.parts}
     for name in experiment.machine.compare:
@@ -115,19 +111,19 @@ def _in_counts(experiment: Experiment) -> str:
         if not count or not spacing or spacing < count / OFF_GRID or not followed:
             continue
         span, asked = float(np.ptp(column)) * count / spacing, max(float(np.ptp(np.nan_to_num(one))) for one in followed)
-        if _LIKE_COMMAND[0] * asked < span < _LIKE_COMMAND[1] * asked:
+        if method.recording_checks.counts_low * asked < span < method.recording_checks.counts_high * asked:
             return f"{name} holds whole counts of the encoder, each worth {count:.4g} {unit}. Write unit: counts for its column."
     return ""
 
 
-def _turned_round(experiment: Experiment, simulated: FloatArray) -> str:
+def _turned_round(experiment: Experiment, simulated: FloatArray, method: Method) -> str:
     """Return the sentence for the one channel that is what the machine makes, with the other sign: no physics turns a sign round."""
     begin = int(SETTLING * experiment.sensed.samples)
     recorded, made = np.nan_to_num(experiment.sensed.recorded)[:, begin:], simulated[:, begin:]
     turned = []
     for name, one, other in zip(experiment.machine.compare, recorded, made, strict=True):
         factor = float(one @ other) / max(float(other @ other), 1e-300)
-        if factor < 0.0 and root_mean_square(one - factor * other) < _TURNED * root_mean_square(one):
+        if factor < 0.0 and root_mean_square(one - factor * other) < method.recording_checks.turned_left * root_mean_square(one):
             turned.append(name)
     if len(turned) != 1:
         return ""

@@ -133,7 +133,7 @@ def _trail(file: Path | None) -> Iterator[None]:
     asked = steps.diagnose
     with file.open("w", encoding="utf-8") as lines:
 
-        def told(question: steps.Question, tell: steps.Tell | None = None) -> Any:
+        def told(question: steps.Question, tell: steps.Progress | None = None) -> Any:
             began = time.perf_counter()
             return asked(question, lambda text: print(f"{time.perf_counter() - began:7.1f}  {text}", file=lines, flush=True))
 

@@ -1,0 +1,202 @@
+"""The answer of a diagnosis, put together from the search, the estimates and the tests of what is left."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.diagnosis.discovery.generated_plugin import plugin_text
+from lathesim.diagnosis.discovery.sparse_regression import discover
+from lathesim.diagnosis.location.closed_loop_fit import compared
+from lathesim.diagnosis.location.operating_conditions import resting
+from lathesim.diagnosis.location.spindle_orders import told, turn_lines
+from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.preparation import Prepared, as_measured, other_laws
+from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagnosis, Interval, no_surer_than
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
+from lathesim.diagnosis.reporting.evidence import gather, located, strongest_variables
+from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_validation, without_undetermined
+from lathesim.diagnosis.reporting.remarks import implausible_values, not_determined, not_shown, still_missing, unseen_forms, value_instead
+from lathesim.diagnosis.selection.laboratory import Laboratory, judged_score
+from lathesim.diagnosis.verdict.adequacy import Adequacy, adequacy
+from lathesim.diagnosis.verdict.decision import Facts, decide, sentence_of
+from lathesim.diagnosis.verdict.ranking import RankedEffect, rank_effects, removed_share
+from lathesim.diagnosis.verdict.residual_tests import not_adequate
+from lathesim.identification.estimation.estimates import (
+    CONFIDENCE,
+    Estimate,
+    Estimates,
+    interval_includes_neutral,
+    with_error_of_form,
+)
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.execution.budget import Progress
+from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records.fit import with_start
+from lathesim.identification.replay.experiment import Experiment
+
+
+def describe(
+    prepared: Prepared,
+    found: SearchResult,
+    values: Estimates,
+    counts: Sequence[tuple[Candidate, Estimate]],
+    progress: Progress,
+) -> Diagnosis:
+    """Return the answer: effects ranked, what is left tested, the verdict decided, and all of it in words."""
+    question, experiment, validation = prepared.question, prepared.experiment, prepared.validation
+    progress("simulating the lesson before and after")
+    moved = _values_are_off(experiment, found, as_measured(experiment, found).by_name, method=question.method)
+    before = found.baseline.validation_fit if found.model.candidates else as_measured(validation, found)
+    reported_fit = on_validation(validation, found, values.values())
+    as_the_lesson = {found.controller.name: found.controller.given} if found.controller else {}
+    own = compared(validation, {**before.by_name, **as_the_lesson}, reported_fit.by_name)
+    evidence = gather(experiment, validation, found, own, method=question.method)
+    ranked = [
+        *rank_effects(found, question.method, experiment.one_sided),
+        *[RankedEffect(candidate, 1.0, (), (), np.nan, np.nan) for candidate, _ in counts],
+    ]
+    read = {f"{candidate.part}.{candidate.effect.spacing}": count for candidate, count in counts}
+    after = strongest_variables(evidence.bars, [], after=True, method=question.method)
+    baseline = _baseline(experiment, found, values)
+    taken = removed_share(validation, before, reported_fit)
+    unsized = [
+        candidate
+        for candidate in found.model.candidates
+        if interval_includes_neutral(candidate, values, question.method.verdict.undetermined_size)
+    ]
+    judged = adequacy(
+        experiment,
+        validation,
+        found,
+        evidence,
+        own,
+        baseline,
+        taken,
+        other_laws(question, found, experiment, validation),
+        unsized,
+        method=question.method,
+    )
+    sure = with_error_of_form(values, found.model.candidates, judged.form_left) if judged.form_left else values
+    rule = decide(_facts(found, ranked, moved, judged, sure), question.method)
+    verdict = rule.verdict
+    names = verdict in ("named", "tied")
+    told_of = replace(sure, by_name={**sure.by_name, **read})
+    candidates = [item.candidate for item in ranked]
+    effects = tuple(reported(item, told_of, experiment) for item in ranked)
+    if names:
+        effects = tuple(without_undetermined(effects, candidates, validation, found, told_of.values(), method=question.method))
+    else:
+        effects = tuple(no_surer_than(max(0.0, taken), effect) for effect in effects)
+    if effects and found.values_instead:
+        effects = (replace(effects[0], tied_with=(*effects[0].tied_with, *found.values_instead)), *effects[1:])
+    location = located(validation, found, evidence, named=names, method=question.method)
+    if found.controller and not effects:
+        location = replace(location, components=(found.controller.name.partition(".")[0],))
+    if judged.laws and not names:
+        location = replace(location, components=tuple(law.controller for law in judged.laws))
+    if counts:
+        hosts = [candidate.at.partition(".")[0] for candidate in (*found.model.candidates, *[candidate for candidate, _ in counts])]
+        others = location.components if found.model.candidates else ()
+        location = replace(location, components=tuple(dict.fromkeys([*hosts, *others])))
+    candidate = None
+    if not judged.adequate:
+        progress("looking for a formula for what is left")
+        candidate = discover(experiment, found.model.fitted, validation, found.model.validation_fit, method=question.method)
+    return Diagnosis(
+        verdict=verdict,
+        sentence=sentence_of(verdict, effects, found.values_off),
+        lesson=question.lesson,
+        recording=question.fitted.name,
+        validation="",
+        effects=effects,
+        location=location,
+        fit=own.fit,
+        removed_share=taken,
+        adequate=judged.adequate,
+        shortfall=not_adequate((*judged.reasons, *judged.weak)) if names else "",
+        baseline=baseline,
+        insert=tuple(lesson_entry(*pair, found.model.fitted, experiment) for pair in zip(effects, candidates, strict=True))
+        if names
+        else (),
+        left=(
+            *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in judged.laws),
+            *still_missing(evidence, after, found, question.method),
+            *resting(validation, found.model.validation_fit, method=question.method),
+            *map(str, judged.bands),
+            *(f"{told}." for told in judged.commanded),
+            *(f"{name} is off by no more than its loop swings by chance between two steps of a converter." for name in judged.by_chance),
+            *told(
+                turn_lines(validation, found.model.validation_fit, method=question.method),
+                {name: item.unit for name, item in own.fit.items()},
+            ),
+            *implausible_values(judged.implausible, baseline),
+            *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors, method=question.method),
+            *value_instead(found.far_off, baseline, found.factor_instead, whole=judged.adequate or names),
+        ),
+        not_told=(*not_determined(effects), *unseen_forms(ranked)) if names else (),
+        discovered=f"{candidate.formula}, which explains {candidate.share:.0%} of what is left at {candidate.at}" if candidate else "",
+        plugin=plugin_text(candidate) if candidate else "",
+        evidence=evidence,
+    )
+
+
+def _facts(found: SearchResult, ranked: Sequence[RankedEffect], moved: bool, judged: Adequacy, sure: Estimates) -> Facts:
+    """Return what the decision rests on; no error of the effects' form may make the first one nothing (``sure``)."""
+    first = ranked[0] if ranked else None
+    return Facts(
+        effects=bool(ranked),
+        test_fails=bool(judged.reasons),
+        values_differ=bool(moved or found.values_off),
+        explained=judged.removed,
+        first_may_be_zero=first is not None
+        and first.candidate in found.model.candidates
+        and interval_includes_neutral(first.candidate, sure),
+        tied=bool(first and (first.tied or found.values_instead)),
+    )
+
+
+def recording_fault(question: Question, faults: Sequence[str], findings: tuple[str, ...], began: float) -> Diagnosis:
+    """Return the answer to recordings that are at fault."""
+    return Diagnosis(
+        "recording_fault",
+        f"{VERDICTS['recording_fault']} {faults[0]}",
+        question.lesson,
+        question.fitted.name,
+        question.validation.name if question.validation else question.fitted.name,
+        findings=tuple(dict.fromkeys((*findings, *faults))),
+        wall_time=time.perf_counter() - began,
+    )
+
+
+def _values_are_off(experiment: Experiment, found: SearchResult, given: dict[str, float], method: Method = STANDARD) -> bool:
+    """Return whether other values of the uncertain parameters explain much that the given ones leave."""
+    laboratory = Laboratory(experiment, experiment, lambda text: None, found.baseline.fitted.noise)
+    names = [item for item in with_start(found.baseline.fitted) if item.name not in experiment.machine.uncertain]
+    constant = {name: given[name] for name in experiment.machine.uncertain}
+    as_given = fit(experiment.sensed, names, constant, rounds=2, iterations=6, slopes="kept")
+    error, refitted = laboratory.error(experiment, as_given), found.baseline.error
+    gain = found.baseline.score.motion - judged_score(experiment, as_given).motion
+    return bool(gain > 10.0 and np.max((error - refitted) / error) > method.verdict.values_moved)
+
+
+def _baseline(experiment: Experiment, found: SearchResult, values: Estimates) -> dict[str, BaselineValue]:
+    result = {}
+    for item in found.baseline.fitted.free:
+        if item.name not in experiment.machine.uncertain:
+            continue
+        estimate = values.by_name[item.name]
+        half = CONFIDENCE * estimate.error
+        declared = declared_in(experiment, item.name)
+        interval = bounded(Interval(estimate.value, declared.unit, estimate.value - half, estimate.value + half), declared)
+        without = found.baseline.fitted.by_name[item.name]
+        result[item.name] = BaselineValue(declared.unit, item.given, without, estimate.value, interval.low, interval.high)
+    if other := found.controller:
+        half = CONFIDENCE * other.error
+        result[other.name] = BaselineValue(other.unit, other.given, other.value, other.value, other.value - half, other.value + half)
+    return result

@@ -1,0 +1,116 @@
+"""Recordings made ready to be answered: their experiments, a controller value that is another one, and checks on the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from lathesim.diagnosis.candidates.eligibility import without_one_sided
+from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.recording_checks.checks import against_commands, found_by
+from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw, another_law
+from lathesim.diagnosis.recording_checks.controller_value import controller_value, with_commands_followed
+from lathesim.diagnosis.recording_checks.exchanged_channels import exchanged_with
+from lathesim.diagnosis.recording_checks.mapped_elsewhere import mapped_elsewhere
+from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
+from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
+from lathesim.diagnosis.records.controller_value import ControllerValue
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import Experiment, baseline_free, build_experiments
+from lathesim.identification.replay.validation_split import parted
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """The experiments of a question, and what was found out before anything is searched.
+
+    ``whole`` is the experiment of the whole file where both recordings are parts of one. ``controller`` is a value that replaces the
+    lesson's; ``question`` is the one with that value. With ``faults`` the recordings are not fit to be answered, and there are no
+    experiments where the reader found them.
+    """
+
+    question: Question
+    findings: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
+    experiments: tuple[Experiment, ...] = ()
+    whole: Experiment | None = None
+    validation_name: str = ""
+    controller: ControllerValue | None = None
+
+    @property
+    def experiment(self) -> Experiment:
+        """The estimation recording."""
+        return self.experiments[0]
+
+    @property
+    def validation(self) -> Experiment:
+        """The validation recording."""
+        return self.experiments[1]
+
+
+def prepare(question: Question) -> Prepared:
+    """Return the experiments of a question, checked by themselves and against the commands of the lesson's controllers.
+
+    The order matters: a wrong sample period is asked for before any value of a controller is doubted, as all of them would make up for it.
+    """
+    method = question.method
+    recordings = [recorded for recorded in (question.fitted, question.validation) if recorded]
+    # what both recordings have in common is said once
+    findings = tuple(dict.fromkeys(str(finding) for recorded in recordings for finding in recorded.findings))
+    if faults := tuple(str(fault) for recorded in recordings for fault in recorded.faults):
+        return Prepared(question, findings, faults)
+    experiments, whole, name = _experiments(question)
+    findings = tuple(dict.fromkeys((*findings, *(zero for one in experiments for zero in sensor_zeros(one, method=method)))))
+    prepared = Prepared(question, findings, (), tuple(experiments), whole, name)
+    if faults := found_by((exchanged_with,), [(one, as_given(one)) for one in experiments], method):
+        return replace(prepared, faults=faults)
+    if faults := found_by((mapped_elsewhere,), [(one, as_given(one)) for one in experiments], method):
+        return replace(prepared, faults=faults)
+    given = with_commands_followed(prepared.experiment, as_given(prepared.experiment))
+    if faults := found_by((of_another_period,), [(one, given) for one in experiments], method):
+        return replace(prepared, faults=faults)
+    if other := controller_value(prepared.experiment, prepared.validation, given, method=method):
+        question = replace(question, machine=other.in_machine(question.machine))
+        experiments, whole, name = _experiments(question)
+        prepared = Prepared(question, (*findings, str(other)), (), tuple(experiments), whole, name, other)
+        given = with_commands_followed(prepared.experiment, as_given(prepared.experiment))
+    # a feed-forward may be more than all that the lesson's controller does
+    laws = {law.channel: law.feed_forward for law in another_law(prepared.experiment, prepared.validation, given, method=method)}
+    return replace(prepared, faults=against_commands(prepared.experiments, given, laws, method))
+
+
+def _experiments(question: Question) -> tuple[list[Experiment], Experiment | None, str]:
+    """Return the experiments of the fitted and of the validation recording, and of the whole where both are parts of one file."""
+    fitted = question.fitted
+    if question.validation is not None:
+        pairs = [(fitted.name, fitted.record), (question.validation.name, question.validation.record)]
+        return (
+            without_one_sided(build_experiments(question.machine, pairs, question.effects), method=question.method),
+            None,
+            question.validation.name,
+        )
+    experiment, validation, whole = without_one_sided(
+        parted(question.machine, fitted.name, fitted.record, question.effects), method=question.method
+    )
+    return [experiment, validation], whole, validation.name
+
+
+def as_given(experiment: Experiment) -> dict[str, float]:
+    """Return the uncertain values as the lesson has them."""
+    return {item.name: item.given for item in baseline_free(experiment.machine)}
+
+
+def as_measured(experiment: Experiment, found: SearchResult) -> Fitted:
+    """Return the values as the lesson has them, with the start of the recording fitted."""
+    constant = {item.name: item.given for item in found.baseline.fitted.free if item.name in experiment.machine.uncertain}
+    starts = experiment.start_states(experiment.sensed.plan)
+    return fit(experiment.sensed, starts, constant, rounds=2, iterations=6, slopes="kept")
+
+
+def other_laws(question: Question, found: SearchResult, experiment: Experiment, validation: Experiment) -> list[AnotherLaw]:
+    """Return the controllers that have another law; a slower log, or a reading that is late, makes another one of the lesson's own."""
+    slow_log = any(finding.kind in ("coarse", "interpolated") for finding in question.fitted.findings)
+    if slow_log or any(candidate.effect.late_by for candidate in found.model.candidates):
+        return []
+    return another_law(experiment, validation, with_commands_followed(experiment, as_given(experiment)), method=question.method)

@@ -1,0 +1,113 @@
+"""Effects that go again once everything is fitted: their size may be nothing, or they do not improve the validation recording."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lathesim.diagnosis.location.closed_loop_fit import Compared, compared
+from lathesim.diagnosis.location.missing_share import missing_signals, next_to_nothing
+from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.preparation import Prepared
+from lathesim.diagnosis.records.diagnosis import Diagnosis
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.reporting.evidence import gather
+from lathesim.diagnosis.reporting.lesson_entry import on_validation
+from lathesim.diagnosis.selection.acceptance import is_of_a_clock
+from lathesim.diagnosis.selection.forward import leave_out
+from lathesim.diagnosis.selection.refusal import all_push, is_much_of_it
+from lathesim.diagnosis.verdict.ranking import explains_nothing
+from lathesim.diagnosis.verdict.residual_tests import degrades_a_channel, hardly_missed
+from lathesim.identification.estimation.estimates import (
+    Estimates,
+    estimates,
+    interval_includes_neutral,
+    is_significant,
+    only_combination_identifiable,
+)
+from lathesim.identification.execution.budget import Progress
+from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.replay.experiment import Experiment
+
+
+def prune_undetermined(prepared: Prepared, found: SearchResult, progress: Progress) -> Estimates:
+    """Take the effects out of ``found`` that the recordings do not determine, and return the estimates of the rest."""
+    experiment, validation, method = prepared.experiment, prepared.validation, prepared.question.method
+    values = estimates(found.model, experiment, validation, prepared.whole)
+    if doubtful := doubtful_effects(found, experiment, validation, values, method=method):
+        progress(f"dropping {', '.join(candidate.name for candidate in doubtful)}: its confidence interval includes zero")
+        leave_out(found, doubtful, experiment, validation, progress)
+        values = estimates(found.model, experiment, validation, prepared.whole)
+    reported_fit = on_validation(validation, found, values.values())
+    if found.model.candidates and explains_nothing(validation, found.baseline.validation_fit, reported_fit, method=method):
+        names = ", ".join(candidate.name for candidate in found.model.candidates)
+        progress(f"dropping {names}: it does not improve the validation recording")
+        leave_out(found, found.model.candidates, experiment, validation, progress)
+        values = estimates(found.model, experiment, validation, prepared.whole)
+    return values
+
+
+def doubtful_effects(
+    found: SearchResult, experiment: Experiment, validation: Experiment, values: Estimates, method: Method = STANDARD
+) -> list[Candidate]:
+    """Return the effects whose size may be nothing: those whose sizes the recordings do not agree on, lags of a small part of a sample, and
+    such whose intervals hold nothing.
+    All go that act at moving parts and explain next to nothing of what acts there.
+    Of these a single one goes where nothing that matters was missing, and small ones beside others where no force that matters was missing
+    at their place or the lesson's own simulation is further off with the whole model in some channel."""
+    trifling = (
+        found.model.candidates
+        and all_push(experiment, found.model.candidates)
+        and not any(is_much_of_it(candidate, found, method=method) for candidate in found.model.candidates)
+    )
+    if trifling and next_to_nothing(missing_signals(validation, found.baseline, found.model, method=method), method=method):
+        return list(found.model.candidates)
+    period, model = experiment.machine.assembly.sample_period, found.model.fitted.by_name
+    in_time = [
+        candidate
+        for candidate in found.model.candidates
+        if is_of_a_clock(candidate, model, period, len(experiment.record) * period, method=method)
+    ]
+    doubtful = [candidate for candidate in found.model.candidates if candidate not in in_time or not is_significant(candidate, values)]
+    unsure = [
+        candidate
+        for candidate in found.model.candidates
+        if candidate not in doubtful
+        and interval_includes_neutral(candidate, values)
+        and not only_combination_identifiable(candidate, values)
+    ]
+    single = len(found.model.candidates) == 1
+    unsure = [candidate for candidate in unsure if single or found.removed_by(candidate) < method.verdict.named_share]
+    if not unsure:
+        return doubtful
+    own = _own(validation, found, values)
+    if not single and degrades_a_channel(own.fit, method=method):
+        return doubtful + unsure
+    evidence = gather(experiment, validation, found, own, method=method)
+    channels = validation.machine.compare
+    return doubtful + [
+        candidate for candidate in unsure if hardly_missed(evidence, channels, "" if single else candidate.at, method=method)
+    ]
+
+
+def _own(validation: Experiment, found: SearchResult, values: Estimates) -> Compared:
+    return compared(validation, found.baseline.validation_fit.by_name, on_validation(validation, found, values.values()).by_name)
+
+
+def leaner_model(
+    prepared: Prepared, found: SearchResult, answer: Diagnosis, values: Estimates, progress: Progress
+) -> tuple[SearchResult, bool] | None:
+    """Return the search without effects whose size may be nothing, or without any where none improves the validation recording (true);
+    nothing where all would go for their size."""
+    useless = bool(found.model.candidates) and answer.removed_share <= 0.0 and prepared.question.method.against_null_maximum
+    doubtful = [
+        candidate
+        for candidate in found.model.candidates
+        if useless or (interval_includes_neutral(candidate, values) and not only_combination_identifiable(candidate, values))
+    ]
+    if not doubtful or (len(doubtful) == len(found.model.candidates) and not useless):
+        return None
+    why = "which do not improve the validation recording" if useless else "whose interval includes zero"
+    progress(f"asking whether {', '.join(candidate.name for candidate in doubtful)} can go, {why}")
+    leaner = replace(found)
+    leave_out(leaner, doubtful, prepared.experiment, prepared.validation, progress)
+    return leaner, useless
