@@ -64,6 +64,12 @@ STOCK = {
     "NeuralRegulator": "contour.neural_regulator",
     "ZeroPhasePrefilter": "contour.zero_phase_prefilter",
     "PredictiveController": "contour.predictive_controller",
+    "RegenerativeCut": "chatter.regenerative_cut",
+    "ToolMode": "chatter.tool_mode",
+    "SteadySpindle": "chatter.steady_spindle",
+    "ImpactHammer": "chatter.impact_hammer",
+    "Accelerometer": "chatter.accelerometer",
+    "SampledSensor": "chatter.sampled_sensor",
 }
 """Class name -> the file it stands in."""
 

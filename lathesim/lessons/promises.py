@@ -26,6 +26,8 @@ def check_promises(lesson: Lesson, assembly: Assembly, registry: Registry) -> No
     check_goals(settings, lesson.source, registry)
     parts = {part.name: part.component for part in assembly.parts}
     for name, text in settings.uncertain.items():
+        if name.startswith("tool_point."):
+            continue  # of the cut, not of a part
         declared = _item(lesson, name, parts, (Parameter, State), "parameter", ("uncertain", name))
         with placed_at(lesson.source.place(("uncertain", name))):
             share = split_quantity(text)[1] == "%"

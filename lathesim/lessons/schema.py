@@ -184,15 +184,67 @@ class ModeEntry(_Model):
     direction: Quantity = "0 deg"
 
 
-class ToolPointEntry(_Model):
-    """What decides whether a cut chatters: the modes of the tool point, and the cut that excites them."""
+class ResponseEntry(_Model):
+    """A measured frequency response of the tool point."""
 
-    modes: Annotated[list[ModeEntry], Field(min_length=1)]
-    cutting_stiffness: Quantity = Field(description="force per chip area, as '700 N/mm^2'")
+    file: Text = Field(description="CSV, MAT or UFF 58, beside the lesson")
+    quantity: Literal["receptance", "mobility", "accelerance"] | None = None
+    unit: Text | None = Field(default=None, description="where the file gives none, as 'g/N'")
+    direction: Quantity = "0 deg"
+
+
+class MillingEntry(_Model):
+    """Milling with straight teeth, in place of a turning cut."""
+
+    teeth: Count
+    tangential: Quantity = Field(description="tangential force per chip area, as '600 N/mm^2'")
+    normal: Quantity = Field(description="normal force per chip area")
+    entry: Quantity = Field(default="0 deg", description="angle at which a tooth enters the cut")
+    leave: Quantity = Field(default="180 deg", description="angle at which it leaves the cut")
+
+
+class TapEntry(_Model):
+    """How the tool point is tapped with a hammer."""
+
+    hits: Count = 5
+    peak: Quantity = "800 N"
+    scatter: Quantity = "10 %"
+    contact: Quantity = "0.4 ms"
+    rate: Quantity = "12.8 kHz"
+    length: Quantity = "2 s"
+    force_noise: Quantity = "0.5 N"
+    sensor: Literal["displacement", "velocity", "acceleration"] = "displacement"
+    noise: Quantity | None = Field(default=None, description="noise of the sensor, as '2 nm' or '0.05 m/s^2'")
+    double_hits: Quantity = Field(default="10 %", description="chance that the hammer bounces")
+    range: Quantity = Field(default="5 kN", description="largest force that the hammer reads")
+
+
+class ToolPointEntry(_Model):
+    """What decides whether a cut chatters: the modes of the tool point, its measured response or its parts, and the cut that excites it."""
+
+    modes: list[ModeEntry] = Field(default_factory=list)
+    response: ResponseEntry | None = None
+    assembly: Text | None = Field(default=None, description="an assembly file, as of 'lathesim couple'")
+    cutting_stiffness: Quantity | None = Field(default=None, description="force per chip area, as '700 N/mm^2'")
     force_angle: Quantity = Field(default="0 deg", description="angle of the cutting force from the surface normal")
     process_damping: Quantity = Field(default="0 N/m", description="force per width and slope of the surface")
     diameter: Quantity = Field(default="36 mm", description="diameter at which it cuts, for the process damping")
     interrupted: Quantity = Field(default="1", description="share of each turn in which a slotted bar is in the cut")
+    milling: MillingEntry | None = None
+    tap: TapEntry = TapEntry()
+    speed: Quantity | None = Field(default=None, description="speed of the lesson's cut, shown on the map")
+    width: Quantity | None = Field(default=None, description="chip width of the lesson's cut, shown on the map")
+
+    @model_validator(mode="after")
+    def _has_one_source(self) -> ToolPointEntry:
+        given = sum((bool(self.modes), self.response is not None, self.assembly is not None))
+        if given != 1:
+            raise PydanticCustomError("tool_point", "the tool point is given by one of 'modes', 'response' and 'assembly'.")
+        if self.cutting_stiffness is None and self.milling is None:
+            raise PydanticCustomError("tool_point", "the cut has no 'cutting_stiffness'. Write one, as '700 N/mm^2', or 'milling:'.")
+        if (self.speed is None) != (self.width is None):
+            raise PydanticCustomError("tool_point", "the lesson's cut has a speed and a width. Write both, or neither.")
+        return self
 
 
 class Changes(_Model):
@@ -239,7 +291,7 @@ class LessonSettings(Changes):
     goals: list[Goal] = Field(default_factory=list)
     start_point: StartPoint | None = Field(default=None, description="where the tool stands at first, instead of the machine's")
     recordings: Recordings | None = None
-    tool_point: ToolPointEntry | None = Field(default=None, description="modes and cut, for 'lathesim lobes'")
+    tool_point: ToolPointEntry | None = Field(default=None, description="tool point and cut, for 'lathesim lobes', 'tap' and 'cuts'")
     uncertain: dict[PartItem, Quantity] = Field(default_factory=dict, description="one standard deviation, as '5 %' or a quantity")
 
 

@@ -43,5 +43,5 @@ def test_a_lesson_without_a_tool_point_and_one_that_cannot_be_are_told(
     Path("mine.yaml").write_text(TEXT % "{frequency: 100 Hz, damping: -5 %, stiffness: 1e6 N/m}", encoding="utf-8")
     assert "damping ratio -0.05" in call(capsys, "lobes", "mine.yaml").err
     Path("mine.yaml").write_text(TEXT % "{frequency: 100 Hz, damping: 5 %, stiffness: 1e6 N/m}", encoding="utf-8")
-    assert "Use the method 'collocation'" in call(capsys, "lobes", "mine.yaml").err
+    assert "Use the method 'collocation'" in call(capsys, "lobes", "mine.yaml", "--method", "frequency").err
     assert call(capsys, "lobes", LESSON, "--speed", "0..5:2").code == 2

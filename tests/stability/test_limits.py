@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from lathesim.errors import LessonError
-from lathesim.stability.cuts import milling, turning
-from lathesim.stability.frequency_limit import limit_at, smallest_limit, speeds_of
-from lathesim.stability.modes import Mode, ToolPoint
-from lathesim.stability.periodic_delay import DelayEquation, kind_of, multipliers, smallest_unstable
+from lathesim.stability.limits.delay_equations import milling, turning
+from lathesim.stability.limits.frequency_limit import limit_at, smallest_limit, speeds_of
+from lathesim.stability.limits.periodic_delay import DelayEquation, kind_of, multipliers, smallest_unstable
+from lathesim.stability.tool_point.modes import Mode, ToolPoint
 
 KS = 700e6
 FREQUENCY = math.sqrt(1e6 / 2.5) / (2.0 * math.pi)

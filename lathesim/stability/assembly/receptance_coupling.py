@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from lathesim.errors import LessonError
-from lathesim.stability.beams import Beam, Complex, euler_bernoulli, timoshenko
+from lathesim.stability.assembly.beams import Beam, Complex, euler_bernoulli, timoshenko
 
 MODELS = {"euler_bernoulli": euler_bernoulli, "timoshenko": timoshenko}
 
 
 def coupled_tip(parts: tuple[Complex, Complex, Complex, Complex], base: Complex, joint: Complex | None = None) -> Complex:
-    """Return the receptance of the tip: G11 = R11 - R12 (R22 + base + K^-1)^-1 R21.
+    """Return the receptance (..., 2, 2) of the tip: G11 = R11 - R12 (R22 + base + K^-1)^-1 R21.
 
     ``parts`` are R11, R12, R21 and R22 of the outer part, ``base`` is the receptance (2, 2) of what it is fixed to, and ``joint`` the
     stiffness K (2, 2) of an elastic joint [N/m, N/rad; N, N*m/rad]; without one the joint is rigid.
@@ -35,9 +35,9 @@ def base_from_tip(parts: tuple[Complex, Complex, Complex, Complex], tip: Complex
 
 
 def assembly_tip(
-    beams: Sequence[Beam], frequency: float, *, model: str = "timoshenko", base: Complex | None = None, joints: Sequence[Any] = ()
+    beams: Sequence[Beam], frequency: Any, *, model: str = "timoshenko", base: Complex | None = None, joints: Sequence[Any] = ()
 ) -> Complex:
-    """Return the receptance of the free tip of beams in a row, the first at the tip, at a frequency [Hz].
+    """Return the receptance of the free tip of beams in a row, the first at the tip, at frequencies [Hz] of any shape.
 
     The last beam is free at its far end, or fixed to a ``base``; ``joints`` are the stiffnesses between them, None for rigid.
     """

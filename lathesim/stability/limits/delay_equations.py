@@ -9,8 +9,8 @@ import numpy as np
 
 from lathesim.errors import LessonError
 from lathesim.record import FloatArray
-from lathesim.stability.modes import Mode, ToolPoint
-from lathesim.stability.periodic_delay import DelayEquation
+from lathesim.stability.limits.periodic_delay import DelayEquation
+from lathesim.stability.tool_point.modes import Mode, ToolPoint
 
 
 def turning(

@@ -11,12 +11,15 @@ process damping. Left out: the tool leaving the cut, and what is not linear.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from lathesim.stability.modes import ToolPoint
+from lathesim.record import FloatArray
+from lathesim.stability.tool_point.frequency_response import FrequencyResponse
+from lathesim.stability.tool_point.modes import ToolPoint
 
 _POINTS_OF_A_TURN = 48
 """Points of the grid for each turn of exp(-j w tau), assumed: a zero between two of them is met, as Im D turns that slowly."""
@@ -43,16 +46,34 @@ class Limit:
 def limit_at(tool: ToolPoint, stiffness: float, speed: float, *, process_damping: float = 0.0, diameter: float = 0.0) -> Limit:
     """Return the limit at a speed [rpm] for a cutting stiffness Ks [N/m^2]; ``process_damping`` C [N/m] acts at ``diameter`` [m]."""
     delay = 60.0 / speed
-    drag = process_damping / (math.pi * diameter * speed / 60.0) if process_damping > 0.0 else 0.0
-
-    def inverse_width(frequency: Any) -> Any:
-        omega = 2.0 * np.pi * np.asarray(frequency)
-        return -(stiffness * (1.0 - np.exp(-1j * omega * delay)) + 1j * omega * drag) * tool.receptance(frequency)
-
     highest = _HIGHEST * max(mode.frequency for mode in tool.modes)
     sharpest = min(max(mode.damping, 1e-4) * mode.frequency for mode in tool.modes)
     count = max(2000, math.ceil(highest * delay * _POINTS_OF_A_TURN), math.ceil(_POINTS_OF_A_MODE * highest / sharpest))
     grid = np.linspace(highest / count, highest, count)
+    return _smallest(grid, tool.receptance, stiffness, speed, process_damping, diameter)
+
+
+def limit_of_response(
+    response: FrequencyResponse, factor: float, stiffness: float, speed: float, *, process_damping: float = 0.0, diameter: float = 0.0
+) -> Limit:
+    """Return the limit at a speed [rpm] from a measured response, straight between its lines, of which the force feels the ``factor``."""
+    count = math.ceil(response.highest * 60.0 / speed * _POINTS_OF_A_TURN)
+    first = max(float(response.frequency[0]), 1e-6)
+    grid = np.union1d(response.frequency[response.frequency >= first], np.linspace(first, response.highest, max(2, count)))
+    return _smallest(grid, lambda frequency: factor * response.receptance(frequency), stiffness, speed, process_damping, diameter)
+
+
+def _smallest(
+    grid: FloatArray, receptance: Callable[[Any], Any], stiffness: float, speed: float, process_damping: float, diameter: float
+) -> Limit:
+    """Return the smallest limit on a grid of frequencies [Hz] fine enough to see each zero of Im D."""
+    delay = 60.0 / speed
+    drag = process_damping / (math.pi * diameter * speed / 60.0) if process_damping > 0.0 else 0.0
+
+    def inverse_width(frequency: Any) -> Any:
+        omega = 2.0 * np.pi * np.asarray(frequency)
+        return -(stiffness * (1.0 - np.exp(-1j * omega * delay)) + 1j * omega * drag) * receptance(frequency)
+
     values = inverse_width(grid)
     crossed = np.flatnonzero((values.imag[:-1] * values.imag[1:] <= 0.0) & (np.maximum(values.real[:-1], values.real[1:]) > 0.0))
     low, high = grid[crossed], grid[crossed + 1]

@@ -1,0 +1,87 @@
+"""``lathesim tap LESSON``: the tool point hit with a hammer, and its frequency response."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from lathesim.stability.tool_point.estimate_response import TapEstimate
+
+
+@click.command()
+@click.argument("lesson")
+@click.option("--recording", type=click.Path(path_type=Path), metavar="FILE.csv", help="Hits that were recorded: time, force and response.")
+@click.option("--seed", type=click.IntRange(min=0), help="Another seed of noise and hand.")
+@click.option("--hits", type=click.IntRange(1, 50), help="How many hits are to be kept.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), metavar="F.csv|F.mat|F.uff", help="Where the response goes  [default: lathesim_runs/]."
+)
+@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-tap/1) and nothing else.")
+@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the response with its coherence.")
+def tap(
+    lesson: str, recording: Path | None, seed: int | None, hits: int | None, out: Path | None, as_json: bool, save: Path | None
+) -> None:
+    """Hit the tool point of LESSON with a hammer and estimate its frequency response along the normal.
+
+    Double hits and overloads are found, left out and said; another hit is then made in their place. 'tap:' under 'tool_point:' says how it
+    is tapped. With --recording the hits of a file are evaluated instead; its columns name time, force and displacement, velocity or
+    acceleration, with their units. 'lathesim modes' finds the modes in the file that is written.
+    """
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.stability.tool_point.tap_lesson import recorded_tap, tap_lesson
+    from lathesim.stability.tool_point.write_response import write_response
+
+    loaded = load_lesson(lesson)
+    found = recorded_tap(recording) if recording is not None else tap_lesson(loaded, loaded.settings.seed if seed is None else seed, hits)
+    place = out or Path("lathesim_runs") / loaded.name / "tap.csv"
+    write_response(found.response, place)
+    if save is not None:
+        from lathesim.analysis.plots import save_figure
+        from lathesim.analysis.response_figure import response_figure
+
+        response = found.response
+        save_figure(
+            response_figure(f"{loaded.title}: tap test", response.frequency, response.receptance_values, coherence=response.coherence), save
+        )
+    if as_json:
+        click.echo(json.dumps(_as_json(found, place), indent=2))
+        return
+    _tell(found, place)
+    if save is not None:
+        click.echo(f"See {save}")
+
+
+def _as_json(found: TapEstimate, place: Path) -> dict[str, Any]:
+    response = found.response
+    return {
+        "schema": "lathesim-tap/1",
+        "response": str(place),
+        "lines": len(response.frequency),
+        "highest_frequency_hz": response.highest,
+        "window_rate_per_s": response.window_rate,
+        "hits": [{"hit": hit.number, "peak_n": hit.peak, "kept": not hit.reason, "reason": hit.reason} for hit in found.hits],
+        "lowest_coherence": None if response.coherence is None else float(response.coherence.min()),
+        "largest_difference_of_h1_and_h2": float(abs(found.by_h2 / response.receptance_values - 1.0).max()),
+    }
+
+
+def _tell(found: TapEstimate, place: Path) -> None:
+    import numpy as np
+
+    response = found.response
+    for hit in found.hits:
+        click.echo(f"hit {hit.number}: {hit.peak:.0f} N, " + (f"left out: {hit.reason}" if hit.reason else "kept"))
+    kept = sum(not hit.reason for hit in found.hits)
+    click.echo(
+        f"\nResponse of {kept} hits by H1, {response.frequency[0]:.3g} to {response.highest:.0f} Hz in {len(response.frequency)} lines"
+    )
+    if response.coherence is not None:
+        poor = float(np.mean(response.coherence < 0.9))
+        click.echo(f"Coherence: median {np.median(response.coherence):.4f}; below 0.9 at {100.0 * poor:.0f} % of the lines")
+    if response.window_rate:
+        click.echo(f"The response had not died out: an exponential window of {response.window_rate:.3g} 1/s is in it, and kept in the file")
+    click.echo(f"Response: {place}\nNext: lathesim modes {place}")

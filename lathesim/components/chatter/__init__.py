@@ -1,0 +1,1 @@
+"""Cuts that can chatter, the modes that swing, and the hammer that taps them."""

@@ -1,0 +1,1 @@
+"""Receptance coupling: beams and joints to the tip of an assembly."""

@@ -1,0 +1,144 @@
+"""Receptances of free beams at their two ends, after Euler and Bernoulli and after Timoshenko.
+
+A generalised receptance is R = [[h, l], [n, p]]: displacement and rotation over force and moment. Material damping makes E and G complex,
+E (1 + j eta).
+
+Source: R. E. D. Bishop, D. C. Johnson, The Mechanics of Vibration (1960), tables of receptances; T. Schmitz, K. S. Smith, Machining
+Dynamics (2019), chapter 7; G. R. Cowper, J. Appl. Mech. 33 (1966), shear coefficients.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from lathesim.errors import LessonError
+from lathesim.record import FloatArray
+
+Complex = np.ndarray[Any, np.dtype[np.complex128]]
+
+
+@dataclass(frozen=True)
+class Material:
+    """Young's modulus [Pa], density [kg/m^3], loss factor [1], Poisson's ratio [1]."""
+
+    modulus: float
+    density: float
+    loss: float = 0.0
+    poisson: float = 0.3
+
+
+@dataclass(frozen=True)
+class Beam:
+    """A free beam: length [m], cross-section [m^2], second moment of area [m^4], shear coefficient [1]."""
+
+    length: float
+    area: float
+    inertia: float
+    shear: float
+    material: Material
+
+    def __post_init__(self) -> None:
+        for word, value in (("length", self.length), ("cross-section", self.area), ("second moment of area", self.inertia)):
+            if not value > 0.0:
+                raise LessonError(f"a beam has the {word} {value:g}.", remedy="Give a value above 0.")
+
+
+def cylinder(diameter: float, length: float, material: Material, bore: float = 0.0) -> Beam:
+    """Return a cylinder [m], hollow with a ``bore``."""
+    if not 0.0 <= bore < diameter:
+        raise LessonError(f"a bore of {bore:g} m is not inside the diameter {diameter:g} m.", remedy="Give one smaller than the diameter.")
+    nu = material.poisson
+    return Beam(
+        length,
+        0.25 * math.pi * (diameter**2 - bore**2),
+        math.pi / 64.0 * (diameter**4 - bore**4),
+        6.0 * (1.0 + nu) / (7.0 + 6.0 * nu),
+        material,
+    )
+
+
+def prism(width: float, height: float, length: float, material: Material) -> Beam:
+    """Return a prism [m] that bends along its ``height``."""
+    nu = material.poisson
+    return Beam(length, width * height, width * height**3 / 12.0, 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu), material)
+
+
+Ports = tuple[Complex, Complex, Complex, Complex]
+"""R11, R12, R21 and R22, each (..., 2, 2); end 1 is the outer one, at s = L, and end 2 at s = 0."""
+_LONGEST = 3.0
+"""Wave number times length up to which the exponential of a beam is computed at once; longer ones are put together from pieces."""
+
+
+def euler_bernoulli(beam: Beam, frequency: Any) -> Ports:
+    """Return the receptances of a beam at frequencies [Hz] of any shape, SI.
+
+    Left out: shear and rotary inertia.
+    """
+    omega = 2.0 * math.pi * _above_zero(frequency)
+    stiffness = beam.material.modulus * (1.0 + 1j * beam.material.loss) * beam.inertia
+    wave = (omega**2 * beam.material.density * beam.area / stiffness) ** 0.25
+    a = wave * beam.length
+    # sinh and cosh over exp(a), which would overflow for long beams
+    shrink = np.exp(-a)
+    s, c, sh, ch = np.sin(a), np.cos(a), 0.5 * (1.0 - shrink**2), 0.5 * (1.0 + shrink**2)
+    f1, f3, f5, f6 = s * sh, c * ch - shrink, c * sh - s * ch, c * sh + s * ch
+    f7, f8, f10 = s * shrink + sh, s * shrink - sh, c * shrink - ch
+    h, hx = -f5 / (stiffness * wave**3 * f3), f8 / (stiffness * wave**3 * f3)
+    slope, slope_x = f1 / (stiffness * wave**2 * f3), f10 / (stiffness * wave**2 * f3)
+    p, px = f6 / (stiffness * wave * f3), f7 / (stiffness * wave * f3)
+    near = _matrix(h, -slope, -slope, p)
+    far = _matrix(h, slope, slope, p)
+    near_by_far = _matrix(hx, slope_x, -slope_x, px)
+    return far, np.swapaxes(near_by_far, -1, -2).copy(), near_by_far, near
+
+
+def timoshenko(beam: Beam, frequency: Any) -> Ports:
+    """Return the receptances of a beam at frequencies [Hz] of any shape, with shear and rotary inertia, as :func:`euler_bernoulli`.
+
+    The state (y, theta, M, Q) goes along the beam as  y' = theta + Q/(kappa G A),  theta' = M/(E I),  M' = -Q - rho I w^2 theta,
+    Q' = -rho A w^2 y,  by the exponential of its matrix. A beam of many waves is put together from halves.
+    """
+    omega = 2.0 * math.pi * _above_zero(frequency)
+    modulus = beam.material.modulus * (1.0 + 1j * beam.material.loss)
+    wave = np.abs((omega**2 * beam.material.density * beam.area / (modulus * beam.inertia)) ** 0.25)
+    halvings = max(0, math.ceil(math.log2(max(float(wave.max()) * beam.length / _LONGEST, 1e-9))))
+    shear = beam.shear * modulus / (2.0 * (1.0 + beam.material.poisson)) * beam.area
+    rate = np.zeros((*omega.shape, 4, 4), dtype=np.complex128)
+    rate[..., 0, 1], rate[..., 0, 3] = 1.0, 1.0 / shear
+    rate[..., 1, 2] = 1.0 / (modulus * beam.inertia)
+    rate[..., 2, 1], rate[..., 2, 3] = -beam.material.density * beam.inertia * omega**2, -1.0
+    rate[..., 3, 0] = -beam.material.density * beam.area * omega**2
+    way = scipy.linalg.expm(rate * (beam.length / 2**halvings))
+    # what acts from outside on the ends: (M, Q) at s = L, and -(M, Q) at s = 0
+    inverse = np.linalg.inv(way[..., 2:, :2])
+    here_by_far, here_by_near = inverse, inverse @ way[..., 2:, 2:]
+    far_by_far, far_by_near = way[..., :2, :2] @ inverse, way[..., :2, :2] @ inverse @ way[..., 2:, 2:] - way[..., :2, 2:]
+    swap = [1, 0]
+    ports: Ports = (far_by_far[..., swap], far_by_near[..., swap], here_by_far[..., swap], here_by_near[..., swap])
+    for _ in range(halvings):
+        ports = joined(ports, ports)
+    return ports
+
+
+def joined(outer: Ports, inner: Ports) -> Ports:
+    """Return the receptances of two parts joined rigidly, end 2 of the outer to end 1 of the inner."""
+    a11, a12, a21, a22 = outer
+    b11, b12, b21, b22 = inner
+    between = np.linalg.inv(a22 + b11)
+    return a11 - a12 @ between @ a21, a12 @ between @ b12, b21 @ between @ a21, b22 - b21 @ between @ b12
+
+
+def _above_zero(frequency: Any) -> FloatArray:
+    found = np.asarray(frequency, dtype=np.float64)
+    if not (found > 0.0).all():
+        raise LessonError(f"a receptance at {float(found.min()):g} Hz is that of a free body.", remedy="Give frequencies above 0.")
+    return found
+
+
+def _matrix(a: Any, b: Any, c: Any, d: Any) -> Complex:
+    return np.stack([np.stack([a, b], axis=-1), np.stack([c, d], axis=-1)], axis=-2)

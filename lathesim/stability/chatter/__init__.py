@@ -1,0 +1,1 @@
+"""Chatter told from other vibration in a recording."""

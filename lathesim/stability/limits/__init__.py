@@ -1,0 +1,1 @@
+"""Limits of the chip width, by three methods that share no code."""

@@ -1,0 +1,148 @@
+"""The stability lobes: the limit of the chip width over the spindle speed, by any of three methods."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lathesim.errors import LessonError
+from lathesim.stability.limits.delay_equations import milling, turning
+from lathesim.stability.limits.frequency_limit import Limit, limit_at, limit_of_response, smallest_limit
+from lathesim.stability.limits.lesson_cut import Cut, with_modes
+from lathesim.stability.limits.measured_limit import limits_of_lines
+from lathesim.stability.limits.periodic_delay import DelayEquation, chatter_frequency, kind_of, smallest_unstable
+from lathesim.stability.tool_point.frequency_response import FrequencyResponse
+from lathesim.stability.tool_point.modes import ToolPoint
+
+METHODS = ("frequency", "collocation", "time")
+_WIDEST = 50.0
+"""Times the smallest limit up to which a limit is looked for by collocation and in the time domain, assumed: nobody cuts wider."""
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class LobePoint:
+    """The limit at a speed, and how stability is lost there: "Hopf" or "flip"; 95 % bounds of the limit [m] where something is
+    uncertain."""
+
+    limit: Limit
+    kind: str
+    low: float = math.nan
+    high: float = math.nan
+
+
+@dataclass(frozen=True)
+class StabilityMap:
+    """Limits over speed with the method they come from, the smallest of all speeds, and sentences worth telling."""
+
+    points: tuple[LobePoint, ...]
+    method: str
+    smallest: Limit
+    findings: tuple[str, ...] = field(default=())
+
+
+def stability_map(cut: Cut, speeds: Sequence[float], method: str, progress: Progress | None = None) -> StabilityMap:
+    """Return the limit at each speed [rpm].
+
+    An interrupted cut and milling need the method "collocation" or "time", :class:`LessonError` otherwise. A measured response is taken as
+    it is by the method "frequency"; the others fit modes to it, which is said.
+    """
+    for speed in speeds:
+        if not speed > 0.0 or not math.isfinite(speed):
+            raise LessonError(f"the speed is {speed:g} rpm.", remedy="Give speeds above 0.")
+    if method == "frequency":
+        if cut.share < 1.0 or cut.milling is not None:
+            word = "An interrupted cut" if cut.milling is None else "Milling"
+            raise LessonError(f"{word.lower()} has no limit in the frequency domain.", remedy="Use the method 'collocation'.")
+        return _by_frequency(cut, speeds)
+    tool, told = with_modes(cut)
+    smallest = Limit(math.nan, math.nan) if cut.milling is not None else smallest_limit(tool, cut.stiffness)
+    findings = (told,) if told else ()
+    points = []
+    for place, speed in enumerate(speeds):
+        points.append(_by_collocation(cut, tool, speed) if method == "collocation" else _by_time(cut, tool, speed))
+        if progress is not None:
+            progress(place + 1, len(speeds))
+    return StabilityMap(tuple(points), method, smallest, findings)
+
+
+def _by_frequency(cut: Cut, speeds: Sequence[float]) -> StabilityMap:
+    tool = cut.tool
+    if isinstance(tool, FrequencyResponse):
+        response = cut.factor * tool.receptance_values
+        lowest = int(np.argmin(response.real))
+        reach = -0.5 / (cut.stiffness * float(response.real[lowest])) if response.real[lowest] < 0.0 else math.inf
+        smallest = Limit(math.nan, reach, float(tool.frequency[lowest]))
+        if cut.process_damping > 0.0:
+            limits = [
+                limit_of_response(tool, cut.factor, cut.stiffness, speed, process_damping=cut.process_damping, diameter=cut.diameter)
+                for speed in speeds
+            ]
+        else:
+            limits = limits_of_lines(tool.frequency, response, cut.stiffness, np.asarray(speeds))
+        findings = tool.findings
+        if tool.window_rate:
+            findings += (
+                f"the response was weighted by a window of {tool.window_rate:.3g} 1/s and looks more damped than the tool point is",
+            )
+    else:
+        limits = [limit_at(tool, cut.stiffness, speed, process_damping=cut.process_damping, diameter=cut.diameter) for speed in speeds]
+        smallest, findings = smallest_limit(tool, cut.stiffness), ()
+    points = tuple(LobePoint(limit, "Hopf" if math.isfinite(limit.width) else "") for limit in limits)
+    return StabilityMap(points, "frequency", smallest, findings)
+
+
+def equation_of(cut: Cut, tool: ToolPoint, speed: float) -> Callable[[float], DelayEquation]:
+    """Return what makes the delay equation of a cut at a speed [rpm] from a chip width [m]."""
+    mill = cut.milling
+    if mill is None:
+        return lambda width: turning(
+            tool, cut.stiffness, width, speed, process_damping=cut.process_damping, diameter=cut.diameter, share=cut.share
+        )
+    if len(tool.modes) != 1:
+        raise LessonError(f"milling takes one mode, along the feed, and there are {len(tool.modes)}.", remedy="Give one mode.")
+    return lambda width: milling(
+        tool.modes[0], mill.tangential, mill.normal, width, speed, teeth=mill.teeth, entry=mill.entry, leave=mill.leave
+    )
+
+
+def first_guess(cut: Cut, tool: ToolPoint) -> float:
+    """Return a chip width [m] that is stable or nearly so, from which widths are raised."""
+    if cut.milling is None:
+        smallest = smallest_limit(tool, cut.stiffness).width
+        if math.isfinite(smallest):
+            return 0.5 * smallest
+        stiff = sum(abs(factor) / mode.stiffness for mode, factor in zip(tool.modes, tool.factors, strict=True))
+        return 0.05 / (cut.stiffness * stiff)
+    mode = tool.modes[0]
+    force = math.hypot(cut.milling.tangential, cut.milling.normal)
+    return 0.5 * 2.0 * mode.stiffness * max(mode.damping, 1e-4) * (1.0 + mode.damping) / (force * cut.milling.teeth)
+
+
+def _by_collocation(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:
+    guess = first_guess(cut, tool)
+    make = equation_of(cut, tool, speed)
+    width, multiplier = smallest_unstable(make, guess, largest=2.0 * _WIDEST * guess)
+    if not math.isfinite(width):
+        return LobePoint(Limit(speed, width), "")
+    frequency = chatter_frequency(make(width), multiplier)
+    delay = make(width).period
+    return LobePoint(Limit(speed, width, frequency, int(frequency * delay + 1e-9)), kind_of(multiplier))
+
+
+def _by_time(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:
+    from lathesim.stability.limits.growth import vibration_frequency
+    from lathesim.stability.limits.time_limit import time_limit
+
+    if cut.milling is not None:
+        raise LessonError("the method 'time' runs turning cuts only.", remedy="Use the method 'collocation' for milling.")
+    guess = first_guess(cut, tool)
+    common = {"process_damping": cut.process_damping, "diameter": cut.diameter, "share": cut.share}
+    width, multiplier = time_limit(tool, cut.stiffness, speed, guess, 2.0 * _WIDEST * guess, **common)
+    if not math.isfinite(width):
+        return LobePoint(Limit(speed, width), "")
+    frequency = vibration_frequency(tool, cut.stiffness, speed, width, multiplier, **common)
+    return LobePoint(Limit(speed, width, frequency, int(frequency * 60.0 / speed + 1e-9)), kind_of(multiplier))

@@ -1,0 +1,205 @@
+"""Multipliers of linear delay equations with periodic coefficients, by collocation on Chebyshev points.
+
+x'(t) = A(t) x(t) + B(t) x(t - tau) with the period tau. One period is cut into elements where A or B jump and such that none holds more
+than a few vibrations; in each the solution is a polynomial through Chebyshev points that fulfils the equation there. The map from one
+period to the next is a matrix, and the equation is stable where all its eigenvalues lie inside the unit circle.
+
+Source: E. A. Butcher et al., J. Comput. Nonlinear Dyn. 4 (2009), Chebyshev collocation of periodic delay equations; L. N. Trefethen,
+Spectral Methods in MATLAB (2000), differentiation matrix.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from lathesim.record import FloatArray
+
+Complex = np.ndarray[Any, np.dtype[np.complex128]]
+
+POINTS = 40
+"""Points of an element. Spectral accuracy: 40 for four vibrations leave about 1e-10."""
+_LOOK_POINTS = 22
+"""Points with which a limit is looked for before it is found with all."""
+VIBRATIONS = 4.0
+"""Vibrations of an element at most."""
+
+
+@dataclass(frozen=True)
+class DelayEquation:
+    """A(t) and B(t) as functions of time [s] to matrices, the period [s], its breaks [s], and the highest frequency in it [Hz]."""
+
+    now: Callable[[float], FloatArray]
+    before: Callable[[float], FloatArray]
+    period: float
+    breaks: tuple[float, ...] = ()
+    frequency: float = 0.0
+
+
+def multipliers(equation: DelayEquation, points: int = POINTS) -> Complex:
+    """Return the multipliers of an equation, the largest first."""
+    present, former, _ = _matrices(equation, points)
+    # what of the turn before does not count in the equation has columns of zeros: the rest alone has the same multipliers
+    counts = np.flatnonzero(former.any(axis=0))
+    if not len(counts):
+        return np.zeros(1, dtype=np.complex128)
+    values = scipy.linalg.eigvals(scipy.linalg.solve(present, former[:, counts])[counts])
+    return np.asarray(values[np.argsort(-np.abs(values))])
+
+
+def chatter_frequency(equation: DelayEquation, multiplier: complex, points: int = POINTS) -> float:
+    """Return the frequency [Hz] of the strongest vibration that goes with a multiplier.
+
+    x(t) exp(-lambda t) repeats each period, so the vibration has the frequencies (arg(multiplier) + 2 pi k)/(2 pi tau); the strongest is
+    found by the Fourier integrals of the vibration over one period, with the weights of Clenshaw and Curtis.
+    """
+    present, former, times = _matrices(equation, points)
+    values, vectors = scipy.linalg.eig(scipy.linalg.solve(present, former))
+    place = int(np.argmin(np.abs(values - multiplier) + 1e3 * (np.abs(values) < 0.5 * abs(multiplier))))
+    size = equation.now(0.0).shape[0]
+    positions = vectors[:, place].reshape(-1, size)[:, 0::2]
+    period = equation.period
+    rate = np.log(values[place]) / period
+    weights = _weights(equation, points)
+    highest = max(4, math.ceil(3.0 * max(equation.frequency, 1.0 / period) * period))
+    best, found = -1.0, 0.0
+    for k in range(-highest, highest + 1):
+        wave = np.exp(-(rate + 2j * np.pi * k / period) * times) * weights
+        strength = float((np.abs(wave @ positions) ** 2).sum())
+        if strength > best:
+            best, found = strength, abs(rate.imag / (2.0 * np.pi) + k / period)
+    return float(found)
+
+
+def _weights(equation: DelayEquation, points: int) -> FloatArray:
+    """Return the weights of the integral over a period at the points of all elements; the point at the left end of each is left out."""
+    nodes = np.cos(np.pi * np.arange(points + 1) / points)
+    order = np.argsort(nodes)
+    degrees = np.arange(points + 1)
+    integrals = np.where(degrees % 2 == 0, 2.0 / (1.0 - np.minimum(degrees, 10**9).astype(float) ** 2 + (degrees == 1)), 0.0)
+    weights = np.linalg.solve(np.polynomial.chebyshev.chebvander(nodes[order], points).T, integrals)[1:]
+    return np.concatenate([0.5 * (end - begin) * weights for begin, end in _elements(equation)])
+
+
+def _matrices(equation: DelayEquation, points: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the matrices P and F of  P x = F x_before  over one period, and the times of their rows."""
+    elements = _elements(equation)
+    nodes, differentiation = _chebyshev(points)
+    size = equation.now(0.0).shape[0]
+    block = points * size
+    present, former = np.zeros((len(elements) * block, len(elements) * block)), np.zeros((len(elements) * block, len(elements) * block))
+    identity = np.eye(size)
+    inner = np.kron(differentiation[:, :points], identity)
+    times = []
+    for number, (begin, end) in enumerate(elements):
+        half = 0.5 * (end - begin)
+        where = slice(number * block, (number + 1) * block)
+        present[where, where] = inner / half
+        for row in range(points):
+            time = begin + half * (nodes[row] + 1.0)
+            at = slice(number * block + row * size, number * block + (row + 1) * size)
+            inside = time - 1e-13 * equation.period if row == points - 1 else time
+            present[at, at] -= equation.now(inside)
+            former[at, at] += equation.before(inside)
+            times.append(time)
+        start = np.kron(differentiation[:, points:] / half, identity)
+        if number:
+            present[where, number * block - size : number * block] += start
+        else:
+            former[where, -size:] -= start
+    return present, former, np.array(times)
+
+
+def _elements(equation: DelayEquation) -> list[tuple[float, float]]:
+    """Return the ends of the elements: breaks, and between them parts of at most so many vibrations."""
+    edges = [0.0, *sorted(time for time in equation.breaks if 0.0 < time < equation.period), equation.period]
+    found = []
+    for begin, end in itertools.pairwise(edges):
+        parts = max(1, math.ceil((end - begin) * equation.frequency / VIBRATIONS))
+        steps = np.linspace(begin, end, parts + 1)
+        found += list(zip(steps[:-1].tolist(), steps[1:].tolist(), strict=True))
+    return found
+
+
+def _chebyshev(points: int) -> tuple[FloatArray, FloatArray]:
+    """Return the Chebyshev points behind -1 in rising order, (points,), and the differentiation matrix (points, points + 1), -1 in the last
+    column."""
+    angles = np.pi * np.arange(points + 1) / points
+    x = np.cos(angles)
+    weight = np.ones(points + 1)
+    weight[[0, -1]] = 2.0
+    weight *= (-1.0) ** np.arange(points + 1)
+    difference = x[:, None] - x[None, :]
+    matrix = np.outer(weight, 1.0 / weight) / (difference + np.eye(points + 1))
+    matrix -= np.diag(matrix.sum(axis=1))
+    order = np.argsort(x)[1:]
+    columns = np.append(order, points)
+    return x[order], matrix[np.ix_(order, columns)]
+
+
+def smallest_unstable(
+    equation_of: Callable[[float], DelayEquation], guess: float, *, largest: float = math.inf, growth: float = 1.15
+) -> tuple[float, complex]:
+    """Return the smallest parameter at which a multiplier leaves the unit circle, and that multiplier; infinity where none does so.
+
+    ``guess`` is a parameter that is stable; it is raised by ``growth`` until it is not, at most to ``largest``, and the limit is bisected.
+    """
+
+    def rate(value: float, points: int = POINTS) -> tuple[float, complex]:
+        first = complex(multipliers(equation_of(value), points)[0])
+        return math.log(max(abs(first), 1e-300)), first
+
+    low = guess
+    while rate(low)[0] > 0.0:
+        low *= 0.5
+        if low < 1e-12 * guess:
+            return 0.0, rate(low)[1]
+    high = low * growth
+    while rate(high, _LOOK_POINTS)[0] <= 0.0:
+        low, high = high, high * growth
+        if high > largest:
+            return math.inf, 0j
+    return _between(rate, low, high, growth)
+
+
+def _between(rate: Callable[[float], tuple[float, complex]], low: float, high: float, growth: float) -> tuple[float, complex]:
+    """Return where the rate changes its sign between two values that were seen with fewer points, by false position (Illinois)."""
+    (below, at_low), (above, at_high) = rate(low), rate(high)
+    while below > 0.0:
+        high, above, at_high = low, below, at_low
+        low /= growth
+        below, at_low = rate(low)
+    while above <= 0.0:
+        low, below, at_low = high, above, at_high
+        high *= growth
+        above, at_high = rate(high)
+    side = 0
+    left, right = below, above
+    for _ in range(60):
+        if high - low < 1e-10 * high:
+            break
+        part = min(max(-left / (right - left), 1e-6), 1.0 - 1e-6) if right > left else 0.5
+        middle = low + part * (high - low)
+        found, multiplier = rate(middle)
+        if found > 0.0:
+            high, right, at_high = middle, found, multiplier
+            left *= 0.5 if side == 1 else 1.0
+            side = 1
+        else:
+            low, left = middle, found
+            right *= 0.5 if side == -1 else 1.0
+            side = -1
+        if abs(found) < 1e-11:
+            return middle, multiplier
+    return 0.5 * (low + high), at_high
+
+
+def kind_of(multiplier: complex) -> str:
+    """Return how stability is lost: "flip" where the multiplier is near -1, else "Hopf"."""
+    return "flip" if abs(multiplier.imag) < 1e-3 * abs(multiplier) and multiplier.real < 0.0 else "Hopf"

@@ -1,0 +1,275 @@
+"""How many modes a response has, decided on taps that were not fitted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lathesim.errors import RecordingError
+from lathesim.record import FloatArray
+from lathesim.stability.tool_point.frequency_response import Complex, FrequencyResponse
+from lathesim.stability.tool_point.modal_fit import ModalModel, begin_modes, fit_modes
+from lathesim.stability.tool_point.modes import Mode
+from lathesim.stability.tool_point.noise_weights import NoiseWeights, weights_of_mean, weights_of_residual
+
+MOST_MODES = 12
+NORMAL_95 = 1.959964
+_WORTH = 2.0
+"""Standard errors by which held-out taps have to be met better before a further mode is believed."""
+_CHANCE = 0.3
+"""A gain has to exceed this share of the chance scatter of a misfit as well, assumed: filters and windows are not perfect either."""
+_NOT_WORTH = 2
+_DESCRIBED = 1.5
+"""A search ends after so many further modes that brought nothing, once the misfit is about that of the noise."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its 95 % interval, SI."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class FoundMode:
+    """A mode of the tool point: natural frequency [Hz], damping ratio, stiffness [N/m], each with its interval."""
+
+    frequency: Estimate
+    damping: Estimate
+    stiffness: Estimate
+
+    @property
+    def mode(self) -> Mode:
+        """The mode as a tool point takes it."""
+        return Mode(self.frequency.value, self.damping.value, self.stiffness.value)
+
+
+@dataclass(frozen=True, eq=False)
+class FoundModes:
+    """The modes of a response, the model they belong to, and how their number was decided: its text and the held-out misfit of each
+    number."""
+
+    modes: tuple[FoundMode, ...]
+    model: ModalModel
+    decided_on: str
+    held_out: tuple[tuple[int, float], ...]
+
+
+def find_modes(response: FrequencyResponse, count: int | None = None) -> FoundModes:
+    """Return the modes of a response; ``count`` fixes their number, else the hits that were not fitted decide.
+
+    Without single hits every second line is held out. :class:`RecordingError` where no mode stands out of the noise.
+    """
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        held: tuple[tuple[int, float], ...] = ()
+        text = "the number given"
+        start: ModalModel | None = None
+        if count is None:
+            start, held, text = _count(response)
+            if start is None:
+                raise RecordingError("no mode stands out of the noise.", remedy="Tap again, harder or with a softer tip.")
+            count = len(start.omega)
+        model = _fitted(response, count, start)
+    return FoundModes(_with_intervals(model), model, text, held)
+
+
+def _fitted(response: FrequencyResponse, count: int, start: ModalModel | None) -> ModalModel:
+    if response.hits is not None and len(response.hits) >= 2:
+        hits = response.hits
+        model, shape = start, None
+        for _ in range(3):
+            weights = weights_of_mean(response, hits, len(hits), shape)
+            model = fit_modes(
+                response.frequency,
+                response.receptance_values,
+                weights,
+                count,
+                rest=_rest(response),
+                window_rate=response.window_rate,
+                start=model,
+            )
+            shape = model.response(response.frequency)
+        assert model is not None
+        return model
+    return _fitted_without_hits(response, count, start)
+
+
+def _rest(response: FrequencyResponse) -> bool:
+    """Whether terms for modes outside the band are part of the model: they cost little, and a band always ends somewhere."""
+    return len(response.frequency) > 64
+
+
+def _fitted_without_hits(response: FrequencyResponse, count: int, start: ModalModel | None) -> ModalModel:
+    """Return a fit whose weights come from its own misfit, in turns."""
+    flat = np.full(len(response.frequency), 1e-3 * float(np.abs(response.receptance_values).max()))
+    weights = NoiseWeights(flat, np.zeros((0, 0)), np.zeros(0))
+    model = start
+    for _ in range(4):
+        model = fit_modes(
+            response.frequency,
+            response.receptance_values,
+            weights,
+            count,
+            rest=_rest(response),
+            window_rate=response.window_rate,
+            start=model,
+        )
+        weights = weights_of_residual(response, response.receptance_values - model.response(response.frequency))
+    assert model is not None
+    return model
+
+
+def _count(response: FrequencyResponse) -> tuple[ModalModel | None, tuple[tuple[int, float], ...], str]:
+    """Return where the fit of the right number of modes begins, the held-out misfit of each number tried, and what was held out."""
+    if response.hits is not None and len(response.hits) >= 3:
+        folds = _folds_of_hits(response)
+        text = f"each of {len(folds)} hits in turn, which was not fitted"
+    else:
+        folds = _folds_of_lines(response)
+        text = "every second line, which was not fitted"
+    found = _Search(response, folds)
+    model: ModalModel | None = None
+    best, chosen, since = found.score(None), model, 0
+    held = [(0, float(best.mean()))]
+    for count in range(1, MOST_MODES + 1):
+        # the place where a mode begins is looked for once; each fold then fits it to its own data
+        first = folds[0]
+        model = begin_modes(
+            first.frequency, first.fitted, first.weights, count, rest=found.rest, window_rate=response.window_rate, start=model
+        )
+        score = found.score(model)
+        held.append((count, float(score.mean())))
+        since += 1
+        if _is_better(best, score, folds):
+            best, chosen, since = score, model, 0
+        elif since >= _NOT_WORTH and best.mean() < _DESCRIBED:
+            break
+    if chosen is not None:
+        chosen = found.without_the_needless(chosen, best)
+    return chosen, tuple(held), text
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The folds of a response, on which models of some numbers of modes are tried."""
+
+    response: FrequencyResponse
+    folds: list[_Fold]
+
+    @property
+    def rest(self) -> bool:
+        return _rest(self.response)
+
+    def score(self, start: ModalModel | None) -> FloatArray:
+        """Return the misfit of the data held out in each fold, over what noise leaves; the fit begins at ``start``."""
+        row = []
+        for fold in self.folds:
+            misfit = fold.held
+            if start is not None:
+                count = len(start.omega)
+                rate = self.response.window_rate
+                own = fit_modes(fold.frequency, fold.fitted, fold.weights, count, rest=self.rest, window_rate=rate, start=start)
+                misfit = fold.held - own.response(fold.held_frequency)
+            row.append(fold.held_weights.misfit(misfit) / (2.0 * len(fold.held)))
+        return np.array(row)
+
+    def without_the_needless(self, model: ModalModel, score: FloatArray) -> ModalModel:
+        """Return a model less the modes without which held-out data are met as well."""
+        while len(model.omega) > 1:
+            tried = []
+            for out in _needless(model):
+                fewer = replace(
+                    model, omega=np.delete(model.omega, out), damping=np.delete(model.damping, out), residue=np.delete(model.residue, out)
+                )
+                tried.append((self.score(fewer), fewer))
+            best, fewer = min(tried, key=lambda item: float(item[0].mean()))
+            if _is_better(best, score, self.folds):
+                return model
+            model, score = fewer, best
+        return model
+
+
+def _needless(model: ModalModel) -> list[int]:
+    """Return the modes that may be needless: the weakest two, and one of the two closest to each other."""
+    strength = np.abs(model.residue) / (model.damping * model.omega**2)
+    gaps = np.diff(model.omega) / model.omega[1:]
+    return list(dict.fromkeys([*np.argsort(strength)[:2].tolist(), int(np.argmin(gaps)) + 1]))
+
+
+def _is_better(before: FloatArray, after: FloatArray, folds: list[_Fold]) -> bool:
+    """Whether held-out data are met better, beyond what chance would do; ``before`` and ``after`` are misfits of each fold."""
+    gain = before - after
+    lines = 2.0 * len(folds[0].held)
+    chance = math.sqrt(2.0 / lines / len(gain)) * _CHANCE * float(after.mean())
+    spread = float(gain.std(ddof=1)) / math.sqrt(len(gain)) if len(gain) > 1 else 0.0
+    return float(gain.mean()) > max(_WORTH * spread, chance)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fold:
+    frequency: FloatArray
+    fitted: Complex
+    weights: NoiseWeights
+    held_frequency: FloatArray
+    held: Complex
+    held_weights: NoiseWeights
+
+
+def _folds_of_hits(response: FrequencyResponse) -> list[_Fold]:
+    assert response.hits is not None
+    hits = response.hits
+    train = weights_of_mean(response, hits, len(hits) - 1)
+    single = weights_of_mean(response, hits, 1)
+    f = response.frequency
+    return [_Fold(f, np.delete(hits, out, axis=0).mean(axis=0), train, f, hits[out], single) for out in range(len(hits))]
+
+
+def _folds_of_lines(response: FrequencyResponse) -> list[_Fold]:
+    values, f = response.receptance_values, response.frequency
+    # neighbours differ by little more than the noise: the second difference of four lines tells its size
+    rough = np.convolve(values, [1.0, -3.0, 3.0, -1.0], "same") / math.sqrt(20.0)
+    rough[:2], rough[-2:] = rough[2], rough[-3]
+    weights = weights_of_residual(response, rough)
+    floor = NoiseWeights(np.maximum(weights.deviation, 1e-4 * np.abs(values)), weights.directions, weights.share)
+    folds = []
+    for odd in (0, 1):
+        fit, out = np.arange(odd, len(f), 2), np.arange(1 - odd, len(f), 2)
+        folds.append(
+            _Fold(f[fit], values[fit], _part(floor, fit), f[out], values[out], _part(floor, out))
+        )  # fmt: skip
+    return folds
+
+
+def _part(weights: NoiseWeights, lines: Any) -> NoiseWeights:
+    return NoiseWeights(weights.deviation[lines], np.zeros((0, 0)), np.zeros(0))
+
+
+def _with_intervals(model: ModalModel) -> tuple[FoundMode, ...]:
+    """Return the modes with 95 % intervals, by the covariance of the logarithms; k = w^2/R."""
+    assert model.covariance is not None
+    count = len(model.omega)
+    c = model.covariance
+    found = []
+    for at in range(count):
+        w, z, r = float(model.omega[at]), float(model.damping[at]), float(model.residue[at])
+        i, j, k = at, count + at, 2 * count + at
+        stiffness = 4.0 * c[i, i] + c[k, k] - 4.0 * c[i, k]
+        found.append(
+            FoundMode(
+                _interval(w / (2.0 * math.pi), c[i, i]),
+                _interval(z, c[j, j]),
+                _interval(w * w / r if r != 0.0 else math.inf, stiffness),
+            )
+        )
+    return tuple(found)
+
+
+def _interval(value: float, variance: float) -> Estimate:
+    reach = math.exp(min(NORMAL_95 * math.sqrt(max(variance, 0.0)), 50.0))
+    ends = sorted((value / reach, value * reach))
+    return Estimate(value, ends[0], ends[1])

@@ -1,0 +1,208 @@
+"""Modes from a frequency response: a weighted fit of poles and residues, with intervals.
+
+    H(w) = sum_i R_i / (s^2 + 2 zeta_i w_i s + w_i^2) + U + L/s^2,   s = j w + r
+
+R_i is 1/m_i, so that k_i = w_i^2/R_i; U and L stand for the modes above and below the band, and r is the rate of an exponential window.
+Poles and residues are found together by Levenberg and Marquardt; a further mode begins where the misfit is largest. Source: N. M. M. Maia,
+J. M. M. Silva, Theoretical and Experimental Modal Analysis (1997), chapter 4. Left out: complex residues.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lathesim.record import FloatArray
+from lathesim.stability.tool_point.frequency_response import Complex
+from lathesim.stability.tool_point.noise_weights import NoiseWeights, loose_weights, running_mean
+
+_FIRST_DAMPING = (0.03, 0.008)
+"""Damping ratios that a new mode begins with."""
+_PLACES = 4
+_TRIED = 2
+"""How many places for a new mode are looked at, and how many of them are followed to the end."""
+_SPARE = 1
+_STEPS = 30
+_ENOUGH = 1e-3
+"""A fit ends when a step gains less than this of the sum of squares."""
+_LEAST_DAMPING, _MOST_DAMPING = 1e-6, 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class ModalModel:
+    """Modes of a fit: natural frequencies [rad/s], damping ratios, residues 1/m [1/kg], the terms U [m/N] and L, and the covariance.
+
+    ``covariance`` belongs to the logarithms of frequency, damping and residue of each mode in turn, then U and L over their scale.
+    """
+
+    omega: FloatArray
+    damping: FloatArray
+    residue: FloatArray
+    rest: FloatArray
+    window_rate: float
+    misfit: float = math.nan
+    covariance: FloatArray | None = None
+
+    def response(self, frequency: FloatArray, *, windowed: bool = True) -> Complex:
+        """Return the receptance [m/N] at frequencies [Hz]."""
+        s = laplace(frequency, self.window_rate if windowed else 0.0)
+        return np.asarray(self.columns(s) @ np.concatenate([self.residue, self.rest]))
+
+    def columns(self, s: Complex) -> Complex:
+        """Return the response for a residue of 1 of each mode, then those of U and L, (lines, modes + 2)."""
+        first = [1.0 / (s * s + 2.0 * z * w * s + w * w) for w, z in zip(self.omega, self.damping, strict=True)]
+        return np.stack([*first, *([np.ones_like(s), 1.0 / (s * s)] if len(self.rest) else [])], axis=1)
+
+
+def laplace(frequency: FloatArray, rate: float) -> Complex:
+    """Return s = j w + rate at frequencies [Hz]."""
+    return np.asarray(2j * np.pi * np.asarray(frequency) + rate, dtype=np.complex128)
+
+
+def fit_modes(
+    frequency: FloatArray,
+    values: Complex,
+    weights: NoiseWeights,
+    count: int,
+    *,
+    rest: bool,
+    window_rate: float = 0.0,
+    start: ModalModel | None = None,
+) -> ModalModel:
+    """Return the best model of ``count`` modes; ``start`` is one of as many modes or fewer, from which it goes on.
+
+    Where modes are is looked for under looser weights, by which no peak outweighs all others; the full weights have the last word.
+    """
+    model = start or ModalModel(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(2 if rest else 0), window_rate)
+    s = laplace(frequency, window_rate)
+    if len(model.omega) < count:
+        model = _grown(model, frequency, s, values, loose_weights(weights, values), count)
+    return _refined(model, s, values, weights)
+
+
+def begin_modes(
+    frequency: FloatArray,
+    values: Complex,
+    weights: NoiseWeights,
+    count: int,
+    *,
+    rest: bool,
+    window_rate: float = 0.0,
+    start: ModalModel | None = None,
+) -> ModalModel:
+    """Return a model of ``count`` modes under the looser weights: where :func:`fit_modes` may begin."""
+    model = start or ModalModel(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(2 if rest else 0), window_rate)
+    return _grown(model, frequency, laplace(frequency, window_rate), values, loose_weights(weights, values), count)
+
+
+def _grown(model: ModalModel, frequency: FloatArray, s: Complex, values: Complex, weights: NoiseWeights, count: int) -> ModalModel:
+    """Return a model of ``count`` modes: one more than that is put in, one after another, and what matters least is taken out."""
+    asked = count + _SPARE
+    while len(model.omega) < asked:
+        begun = [
+            _solved(_with_mode(model, 2.0 * math.pi * place, damping), s, values, weights)
+            for place in _worst(frequency, values - model.response(frequency), weights)
+            for damping in _FIRST_DAMPING
+        ]
+        begun.sort(key=lambda item: item.misfit)
+        model = min((_refined(item, s, values, weights) for item in begun[:_TRIED]), key=lambda item: item.misfit)
+    while len(model.omega) > count:
+        fewer = [_solved(_without(model, out), s, values, weights) for out in range(len(model.omega))]
+        fewer.sort(key=lambda item: item.misfit)
+        model = min((_refined(item, s, values, weights) for item in fewer[:_TRIED]), key=lambda item: item.misfit)
+    return model
+
+
+def _without(model: ModalModel, out: int) -> ModalModel:
+    return replace(model, omega=np.delete(model.omega, out), damping=np.delete(model.damping, out), residue=np.delete(model.residue, out))
+
+
+def _worst(frequency: FloatArray, misfit: Complex, weights: NoiseWeights) -> list[float]:
+    """Return the frequencies [Hz] at which a misfit is largest, apart from each other."""
+    power = running_mean(np.abs(misfit / weights.deviation) ** 2, 5)
+    found: list[float] = []
+    for place in np.argsort(-power):
+        if all(abs(frequency[place] - other) > 0.015 * other for other in found):
+            found.append(float(frequency[place]))
+        if len(found) == _PLACES:
+            break
+    return found
+
+
+def _with_mode(model: ModalModel, omega: float, damping: float) -> ModalModel:
+    return ModalModel(
+        np.append(model.omega, omega), np.append(model.damping, damping), np.append(model.residue, 0.0), model.rest, model.window_rate
+    )
+
+
+def _solved(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeights) -> ModalModel:
+    """Return a model with the residues and rests that fit best for its poles."""
+    count = len(model.omega)
+    columns = model.columns(s)
+    gram = weights.gram(np.concatenate([columns, values[:, None]], axis=1))
+    amounts = _solve(gram[:-1, :-1], gram[:-1, -1])
+    misfit = float(gram[-1, -1] - amounts @ gram[:-1, -1])
+    return replace(model, residue=amounts[:count], rest=amounts[count:], misfit=misfit)
+
+
+def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    return np.asarray(np.linalg.lstsq(matrix / np.outer(scale, scale), right / scale, rcond=1e-13)[0] / scale)
+
+
+def _refined(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeights) -> ModalModel:
+    """Return a model with poles and residues where the weighted misfit is smallest, and the covariance there."""
+    count = len(model.omega)
+    slowest, quickest = 0.5 * abs(s[0].imag) + 1e-3, 1.2 * abs(s[-1].imag)
+    model = _solved(model, s, values, weights)
+    brake = 1e-3
+    for _ in range(_STEPS):
+        matrix, slope = _normal(model, s, values, weights)
+        scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+        reduced = matrix / np.outer(scale, scale)
+        for _ in range(8):
+            step = np.linalg.lstsq(reduced + brake * np.eye(len(reduced)), slope / scale, rcond=None)[0] / scale
+            moved = np.clip(step[: 2 * count], -0.5, 0.5)
+            trial = replace(
+                model,
+                omega=np.clip(model.omega * np.exp(moved[:count]), slowest, quickest),
+                damping=np.clip(model.damping * np.exp(moved[count:]), _LEAST_DAMPING, _MOST_DAMPING),
+            )
+            trial = _solved(trial, s, values, weights)
+            if trial.misfit <= model.misfit:
+                break
+            brake *= 8.0
+        else:
+            break
+        gained = model.misfit - trial.misfit
+        model, brake = trial, max(brake / 8.0, 1e-9)
+        if gained < _ENOUGH * max(1.0, 1e-3 * model.misfit / len(s)):
+            break
+    matrix, _ = _normal(model, s, values, weights)
+    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    inverse = np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-14) / np.outer(scale, scale)
+    order = np.argsort(model.omega)
+    arranged = np.concatenate([order, count + order, 2 * count + order])
+    return replace(
+        model,
+        omega=model.omega[order],
+        damping=model.damping[order],
+        residue=model.residue[order],
+        covariance=inverse[np.ix_(arranged, arranged)],
+    )
+
+
+def _normal(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeights) -> tuple[FloatArray, FloatArray]:
+    """Return the normal matrix and the slope for the logarithms of frequency, damping and residue, and the rests."""
+    columns = model.columns(s)
+    count = len(model.omega)
+    w, z, r = model.omega, model.damping, model.residue
+    squared = -r * columns[:, :count] ** 2
+    by_frequency = squared * (2.0 * z * w * s[:, None] + 2.0 * w * w)
+    by_damping = squared * (2.0 * z * w * s[:, None])
+    by_amount = columns * np.concatenate([r, np.ones(len(model.rest))])
+    misfit = values - columns @ np.concatenate([r, model.rest])
+    gram = weights.gram(np.concatenate([by_frequency, by_damping, by_amount, misfit[:, None]], axis=1))
+    return gram[:-1, :-1], gram[:-1, -1]

@@ -1,0 +1,66 @@
+"""The cut in the loop: growth from turn to turn against the multipliers of collocation, plain as compiled, and chatter that stays."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lathesim.engine.run import run
+from lathesim.stability.limits.delay_equations import turning
+from lathesim.stability.limits.growth import growth, rig
+from lathesim.stability.limits.periodic_delay import multipliers
+from lathesim.stability.limits.time_limit import time_limit
+from lathesim.stability.tool_point.modes import Mode, ToolPoint
+
+SLOTTED = ToolPoint((Mode(75.0, 0.02, 8e6),), (1.0,))
+POINTS = [
+    (1500, 1.0, 2.6446), (2000, 1.0, 1.9462), (2500, 1.0, 0.6015), (6000, 1.0, 0.5453), (1500, 0.5, 5.7593), (2500, 0.5, 1.2225),
+    (3500, 0.5, 4.5752), (4000, 0.5, 10.819), (2000, 0.25, 6.4423), (3000, 0.25, 4.4855), (3500, 0.25, 15.61), (6000, 0.25, 2.2566),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("speed", "share", "width"), POINTS)
+def test_growth_in_the_engine_is_the_multiplier(speed: float, share: float, width: float) -> None:
+    widths = np.array([0.98, 1.02]) * width * 1e-3
+    found = growth(rig(SLOTTED, 6e8, speed, share=share), widths)
+    wanted = [abs(multipliers(turning(SLOTTED, 6e8, float(at), speed, share=share))[0]) for at in widths]
+    assert [abs(value) for value in found] == pytest.approx(wanted, abs=1e-5)
+
+
+def test_growth_converges_with_the_fourth_order() -> None:
+    wanted = abs(multipliers(turning(SLOTTED, 6e8, 2.65e-3, 1500.0))[0])
+    errors = []
+    for steps in (12, 24):
+        made = rig(SLOTTED, 6e8, 1500.0, steps_of_a_vibration=steps, fewest_steps=1)
+        errors.append(abs(abs(growth(made, np.array([2.65e-3]))[0]) - wanted))
+    assert 3.5 < np.log2(errors[0] / errors[1]) < 4.8
+
+
+@pytest.mark.parametrize("share", [1.0, 0.4])
+def test_the_cut_runs_plain_as_compiled(share: float) -> None:
+    made = rig(SLOTTED, 6e8, 3000.0, share=share, values={"exponent": 0.75, "always_in_contact": 0.0, "run_out": 1e-5})
+    changed = {"mode_1.swing": 1e-5}
+    runs = [run(made.plan, duration=0.06, engine=engine, overrides=changed) for engine in ("plain", "compiled")]
+    assert np.array_equal(runs[0]["mode_1.displacement"], runs[1]["mode_1.displacement"])
+
+
+def test_the_limit_in_the_time_domain_with_two_modes() -> None:
+    two = ToolPoint((Mode(250.0, 0.012, 2.26e8), Mode(150.0, 0.010, 2.13e8)), (0.75, 0.5))
+    width, _ = time_limit(two, 1e9, 5000.0, 3e-3, 0.2)
+    assert width == pytest.approx(9.9268e-3, rel=5e-4)
+
+
+def settled(exponent: float, share_of_limit: float, start: float, turns: int = 900) -> float:
+    """Return the peak-to-peak vibration [m] of the last turns of a cut of 0.1 mm at 2500 rpm, where it may leave the part."""
+    values = {"exponent": exponent, "always_in_contact": 0.0, "feed": 1e-4}
+    made = rig(SLOTTED, 6e8, 2500.0, values=values)
+    changed = {"mode_1.swing": start, "cut.width": share_of_limit * 0.6015e-3}
+    record = run(made.plan, duration=turns * 60.0 / 2500.0, engine="compiled", overrides=changed)
+    last = record["mode_1.displacement"][-10 * made.samples_of_a_turn :]
+    return float(last.max() - last.min())
+
+
+def test_chatter_once_begun_lives_on_below_the_limit_with_a_force_that_bends() -> None:
+    assert settled(0.75, 0.96, 3e-4) > 2e-5
+    assert settled(0.75, 0.90, 3e-4) < 1e-6
+    assert settled(1.0, 0.96, 3e-4) < 1e-5
