@@ -47,9 +47,18 @@ class Batch:
     steps_per_sample: int = 0
 
     def run(
-        self, names: Sequence[str], values: FloatArray, reduce: Reduce = np.copy, tables: Mapping[str, Sequence[FloatArray]] | None = None
+        self,
+        names: Sequence[str],
+        values: FloatArray,
+        reduce: Reduce = np.copy,
+        tables: Mapping[str, Sequence[FloatArray]] | None = None,
+        lengths: Sequence[int] | None = None,
     ) -> list[Any]:
-        """Run all members and give their results in order; ``tables`` gives ``part.table`` another array for each member."""
+        """Run all members and give their results in order.
+
+        ``tables`` gives ``part.table`` another array for each member, as the paths of many part programs; ``lengths`` how many samples
+        each is run: what comes after is NaN.
+        """
         plan = self.plan
         members = np.atleast_2d(np.asarray(values, dtype=float))
         positions = [plan.settable(name) for name in names]
@@ -71,12 +80,13 @@ class Batch:
             record = np.zeros((self.samples, len(plan.channels)))
             for turn in turns:
                 live = _member(base, positions, members[turn])
+                count = self.samples if lengths is None else min(self.samples, lengths[turn])
                 own = tuple(
                     np.ascontiguousarray(places[place][turn], dtype=float) if place in places else table
                     for place, table in enumerate(live.tables)
                 )
                 done = module.run_block(
-                    0, self.samples, period, step, steps, live.parameters, live.states, live.discrete, live.memories, own, noise,
+                    0, count, period, step, steps, live.parameters, live.states, live.discrete, live.memories, own, noise,
                     record.reshape(-1),
                 )  # fmt: skip
                 record[abs(done) :] = np.nan

@@ -130,6 +130,21 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     return MappedRecording(Record(np.arange(end - begin, dtype=np.float64) * np.float64(period), kept, meta), tuple(findings), resolution)
 
 
+def rows_as_taken(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Return the times [s] of the rows, as the file tells them, and the values [SI] of each compared channel; NaN where none was written.
+
+    Nothing is put on an even grid: way-points come when they come. Raises :class:`RecordingError` where a column is missing.
+    """
+    wanted = [signal for signal in mapping.signals if signal.role == "compare"]
+    columns = {signal.target: _in_si(_column(table, signal, findings), signal) for signal in wanted}
+    rows = len(next(iter(columns.values())))
+    if mapping.rate is not None:
+        return np.arange(rows) / mapping.rate, columns
+    time, began = _time(table, mapping, findings)
+    _same_length(table, mapping, columns, time)
+    return time + began, columns
+
+
 def _column(table: RawTable, signal: SignalMapping, findings: list[Finding]) -> FloatArray:
     """Give the column of a signal in ``signal.unit`` and before its scale."""
     found = table.column_name(signal.column)

@@ -55,7 +55,7 @@ class OscillatoryElement(Component):
 
     frequency = Parameter("rad/s", 15.0, low=1e-6, doc="w: where it answers most")
     damping = Parameter("1", 0.4, low=0.0, doc="z: damping ratio")
-    gain = Parameter("1", 0.02, doc="g: weight of the element")
+    gain = Parameter("1", 0.02, low=0.0, doc="g: weight of the element")
 
     swing = State("m*s^2", doc="twice integrated error of the element")
     rate = State("m*s", doc="its rate")

@@ -1,0 +1,82 @@
+"""``lathesim emulate LESSON RECORDING... --out DIR``: a closed machine learnt from way-points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from lathesim.cli.registry import open_registry, plugins_option
+
+
+@click.command()
+@click.argument("lesson")
+@click.argument("recordings", nargs=-1, required=True, metavar="[PROGRAM=]RECORDING...")
+@click.option(
+    "--validate", "validate", multiple=True, metavar="[PROGRAM=]FILE", help="Way-points of a program that is not fitted, to judge on."
+)
+@click.option(
+    "--method",
+    type=click.Choice(("replay", "genetic", "evolution", "cma")),
+    default="replay",
+    show_default=True,
+    help="Least squares, the genetic algorithm as published, differential evolution, or CMA-ES.",
+)
+@click.option(
+    "--lambda", "weight", type=click.FloatRange(min=0.0), default=0.0, show_default=True, help="Weight of recorded speeds in Q [s^2]."
+)
+@click.option("--free", multiple=True, metavar="PART.NAME,...", help="What is learnt [default: what the lesson calls uncertain].")
+@click.option(
+    "--bounds",
+    "factor",
+    type=click.FloatRange(min=1.01),
+    help="Values stay within 1/FACTOR to FACTOR of the given ones [default: 4; 2 for populations].",
+)
+@click.option("--population", type=click.IntRange(min=8), default=50, show_default=True, help="Size of a population.")
+@click.option("--generations", type=click.IntRange(min=1), default=100, show_default=True, help="How many populations.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which random numbers the populations take.")
+@click.option("--keep-structure", is_flag=True, help="Change values only: insert no effect, replace no part.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, metavar="DIR", help="Where lesson and report go.")
+@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-emulation/1) and nothing else.")
+@plugins_option
+def emulate(
+    lesson: str, recordings: tuple[str, ...], validate: tuple[str, ...], method: str, weight: float, free: tuple[str, ...],
+    factor: float | None, population: int, generations: int, seed: int, keep_structure: bool, out: Path, as_json: bool,
+    plugin_folders: tuple[Path, ...],
+) -> int:  # fmt: skip
+    """Learn the machine of LESSON from way-points of its programs, and say what they cannot tell.
+
+    A recording may be uneven in time and as slow as 10 Hz. PROGRAM is a variant of the lesson or a part program; without it, a file that
+    is called as one of them is a run of that. DIR gets lesson.yaml, which runs, report.html and emulation.json. Ctrl-C keeps the best
+    machine so far.
+    """
+    import json
+
+    from lathesim.cli.interrupting import interruptible
+    from lathesim.experiments.emulation.emulation import Question
+    from lathesim.experiments.emulation.emulation import emulate as learn
+    from lathesim.experiments.emulation.methods import Effort
+    from lathesim.experiments.emulation.report import as_json as json_of
+    from lathesim.experiments.emulation.report import told_lines, write_emulation
+    from lathesim.lessons.lesson import load_lesson
+
+    names = tuple(name.strip() for text in free for name in text.split(",") if name.strip())
+    question = Question(
+        method, weight, factor or (4.0 if method == "replay" else 2.0), names, not keep_structure, Effort(population, generations), seed
+    )
+    loaded = load_lesson(lesson)
+    registry = open_registry(plugin_folders)
+
+    def say(sentence: str) -> None:
+        click.echo(sentence, err=True)
+
+    with interruptible() as stop:
+        found = learn(loaded, recordings, validate, registry, question, (lambda sentence: None) if as_json else say, stop)
+    places = write_emulation(found, out)
+    if as_json:
+        click.echo(json.dumps(json_of(found), indent=2))
+    else:
+        for line in told_lines(found):
+            click.echo(line)
+        click.echo(f"\nThe lesson is {places['lesson']}, the report {places['report']}")
+    return 130 if found.stopped else 0

@@ -1,0 +1,115 @@
+"""``lathesim experiment LESSON [DIAGNOSIS.json] --out DIR``: the next part program, the one that tells most."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from lathesim.cli.case_options import variant_option
+from lathesim.cli.registry import open_registry, plugins_option
+
+
+@click.command()
+@click.argument("lesson")
+@click.argument("diagnosis", required=False, type=click.Path(path_type=Path), metavar="[DIAGNOSIS.json]")
+@click.option("--between", metavar="EFFECT@PART,...", help="The rivals; 'nothing' is one of them: the machine as the lesson has it.")
+@click.option("--for", "wanted", multiple=True, metavar="PART.NAME,...", help="Values to be known as well as possible, instead of rivals.")
+@click.option("--criterion", type=click.Choice(("D", "A", "E")), default="D", show_default=True, help="What is made best with --for.")
+@click.option("--rate", metavar="FREQUENCY", help="How often the recording takes a row, with --for [default: as the lesson says].")
+@click.option("--at-most", default="30 s", show_default=True, metavar="TIME", help="How long the program may last.")
+@click.option("--programs", type=click.IntRange(min=4), default=100, show_default=True, help="How many programs are tried.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which programs these are.")
+@click.option("--no-trial", is_flag=True, help="Do not run the diagnosis on simulated recordings of each rival.")
+@click.option(
+    "--without",
+    "left_out",
+    multiple=True,
+    type=click.Choice(("average", "refit", "price", "floor")),
+    help="Leave a step of the design out, to see what it is good for: the program gets worse.",
+)
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, metavar="DIR", help="Where program and lesson go.")
+@click.option("--json", "as_json", is_flag=True, help="Print the prediction (schema lathesim-experiment/1) and nothing else.")
+@variant_option
+@plugins_option
+def experiment(
+    lesson: str,
+    diagnosis: Path | None,
+    between: str | None,
+    wanted: tuple[str, ...],
+    criterion: str,
+    rate: str | None,
+    at_most: str,
+    programs: int,
+    seed: int,
+    no_trial: bool,
+    left_out: tuple[str, ...],
+    out: Path,
+    as_json: bool,
+    variant: str | None,
+    plugin_folders: tuple[Path, ...],
+) -> int:
+    """Write the next part program for the machine of LESSON: the one whose run is expected to tell most for its seconds.
+
+    Rivals come from --between, or from what a diagnosis left tied. Each is refitted to the others, over what the lesson calls uncertain.
+    DIR gets program.nc, lesson.yaml to diagnose the run with, prediction.json and experiment.png. Ctrl-C keeps the best program so far.
+    """
+    import json
+
+    from lathesim.cli.interrupting import interruptible
+    from lathesim.errors import LatheSimError
+    from lathesim.experiments.design.discrimination import Conditions
+    from lathesim.experiments.design.experiment import Wish, design_experiment
+    from lathesim.experiments.design.experiment_files import as_json as json_of
+    from lathesim.experiments.design.experiment_files import told_lines, write_experiment, write_program_and_lesson
+    from lathesim.experiments.design.prediction import foretell
+    from lathesim.experiments.design.rivals import named_between, named_in_diagnosis
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.units import quantity
+
+    limit = quantity(at_most, "s")
+    if limit < 2.0:
+        raise LatheSimError(f"a program of {limit:g} s is too short to tell anything.", place="--at-most", remedy="Allow 2 s or more.")
+    if sum((diagnosis is not None, between is not None, bool(wanted))) != 1:
+        raise click.UsageError("Name the rivals with --between, give a DIAGNOSIS.json, or name values with --for: one of the three.")
+    loaded = load_lesson(lesson)
+    registry = open_registry(plugin_folders)
+    wish = Wish(
+        limit,
+        programs,
+        seed=seed,
+        conditions=Conditions(*(name not in left_out for name in ("average", "refit", "price", "floor"))),
+        rate=quantity(rate, "Hz") if rate else 0.0,
+    )
+
+    def say(sentence: str) -> None:
+        if not as_json:
+            click.echo(sentence, err=True)
+
+    if wanted:
+        from lathesim.experiments.design.precision import design_for_precision, precision_lines, write_precision
+
+        names = [name.strip() for text in wanted for name in text.split(",") if name.strip()]
+        with interruptible() as stop:
+            precise = design_for_precision(loaded, names, registry, wish, criterion, variant, say, stop)
+        told = write_precision(precise, out)
+        click.echo(json.dumps(told, indent=2) if as_json else "\n".join(precision_lines(precise, out)))
+        return 130 if precise.stopped else 0
+    named = named_between(between) if between is not None else named_in_diagnosis(diagnosis or Path(), loaded.name)
+    place = "--between" if between is not None else str(diagnosis)
+    with interruptible() as stop:
+        found = design_experiment(loaded, named, registry, wish, variant, place, say, stop)
+        file = write_program_and_lesson(found, out)
+        foretold = []
+        if not no_trial and not found.stopped:
+            try:
+                foretold = foretell(found.scene, found.program, file, registry, seed, say, 60.0)
+            except KeyboardInterrupt:
+                foretold = []
+    write_experiment(found, foretold, out)
+    if as_json:
+        click.echo(json.dumps(json_of(found, foretold), indent=2))
+    else:
+        for line in told_lines(found, foretold, out):
+            click.echo(line)
+    return 130 if found.stopped else 0

@@ -1,0 +1,1 @@
+"""The next part program, chosen by what it is expected to tell."""

@@ -1,0 +1,161 @@
+"""``design_experiment``: a lesson and rivals to the part program whose run tells them apart, or to why none can."""
+
+from __future__ import annotations
+
+import threading
+import time as clock
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.errors import LatheSimError
+from lathesim.experiments.design.discrimination import Conditions, Worth, worths
+from lathesim.experiments.design.families import Candidate, candidates
+from lathesim.experiments.design.laying import Laid
+from lathesim.experiments.design.rivals import Named, place_rivals
+from lathesim.experiments.design.room import room_of
+from lathesim.experiments.design.scene import Scene
+from lathesim.identification.replay.loading import uncertainties
+from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.recording_mapping import mapping_of
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import Registry
+
+_CANDIDATES = 100
+_BATCH = 25
+"""Programs of one batch, so that progress is told and Ctrl-C heard."""
+_FINALISTS = 6
+_REFITS = 3
+UNDECIDABLE = 0.25
+"""Chance to decide below which rivals are said not to be told apart."""
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What is asked of a design: how long a run may last [s], how many programs are tried, over how many draws, and what is left out.
+
+    ``rate`` [Hz] is how often a recording with --for takes a row; 0: as the lesson says, else each sample.
+    """
+
+    at_most: float = 30.0
+    candidates: int = _CANDIDATES
+    draws: int = 3
+    seed: int = 1
+    conditions: Conditions = field(default_factory=Conditions)
+    rate: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Designed:
+    """The best program with what it is worth, the others it was chosen from, and what each channel tells of each pair.
+
+    ``by_channel`` (pairs, channels) holds the share of T that each channel brings, ``traces`` (rivals, channels, times) what is read.
+    """
+
+    lesson: Lesson
+    scene: Scene
+    program: Laid
+    worth: Worth
+    tried: tuple[tuple[str, float, float], ...]
+    floors: FloatArray
+    pairs: tuple[tuple[str, str, float], ...]
+    by_channel: FloatArray
+    traces: FloatArray
+    runs: int
+    wall_time: float
+    stopped: bool
+
+    @property
+    def decidable(self) -> bool:
+        """Whether the run can be expected to tell."""
+        return self.worth.chance >= UNDECIDABLE
+
+
+def design_experiment(
+    lesson: Lesson, named: Sequence[Named], registry: Registry, wish: Wish, variant: str | None = None, place: str = "--between",
+    say: Say = lambda sentence: None, stop: threading.Event | None = None,
+) -> Designed:  # fmt: skip
+    """Return the program whose run is expected to tell the rivals apart best per second.
+
+    Raises :class:`LatheSimError` where the lesson maps no recording, moves no axis, or a rival has no place.
+    """
+    began = clock.perf_counter()
+    prepared = prepare(lesson, registry, variant)
+    mapping = mapping_of(lesson, prepared.machinery)
+    channels = mapping.targets("compare")
+    room = room_of(prepared)
+    assembly, rivals = place_rivals(named, prepared.machinery, channels, registry, wish.draws, wish.seed, place)
+    resolution = {signal.target: signal.resolution for signal in mapping.signals if signal.resolution}
+    uncertain = uncertainties(lesson, prepared.plan) if lesson.settings.uncertain else {}
+    scene = Scene(assembly, rivals, channels, uncertain, room, resolution, 1.1 * wish.at_most + 1.0, stop)
+    say(f"{len(rivals)} rivals: {', '.join(rival.name for rival in rivals)}. Trying {wish.candidates} programs ...")
+    laid = _laid(scene, candidates(room, wish.at_most, wish.candidates, wish.seed))
+    if not laid:
+        fact = f"no program of at most {wish.at_most:g} s fits into the travel of the machine."
+        raise LatheSimError(fact, place="--at-most", remedy="Allow more time.")
+    floors = scene.floors(laid[0])
+    judged: list[tuple[Laid, Worth]] = []
+    stopped = False
+    try:
+        for first in range(0, len(laid), _BATCH):
+            some = laid[first : first + _BATCH]
+            judged += zip(some, worths(scene, some, floors, wish.draws, wish.conditions), strict=True)
+            say(f"  {len(judged)} of {len(laid)} programs; the best decides with a chance of {max(item.chance for _, item in judged):.2f}")
+        best = sorted(judged, key=lambda pair: -_score(pair[1], wish.conditions))[:_FINALISTS]
+        say("Refitting the rivals to each other on the best programs ...")
+        final = [(program, worths(scene, [program], floors, wish.draws, wish.conditions, _REFITS)[0]) for program, _ in best]
+    except KeyboardInterrupt:
+        if not judged:
+            raise
+        if stop is not None:
+            stop.clear()
+        stopped, final = True, judged
+    program, worth = max(final, key=lambda pair: _score(pair[1], wish.conditions))
+    pairs, by_channel, traces = _told_by(scene, program, worth, floors)
+    tried = tuple((item.candidate.title, item.seconds, value.chance) for item, value in judged)
+    return Designed(
+        lesson, scene, program, worth, tried, floors, pairs, by_channel, traces, scene.runs, clock.perf_counter() - began, stopped
+    )
+
+
+def _score(worth: Worth, conditions: Conditions) -> float:
+    # where nothing decides, the rivals that stay furthest apart still tell most
+    far = float(np.log1p(worth.apart[worth.apart > 0.0].min())) if (worth.apart > 0.0).any() else 0.0
+    return (worth.score if conditions.price else worth.chance) + 1e-3 * far
+
+
+def _laid(scene: Scene, found: Sequence[Candidate]) -> list[Laid]:
+    laid = []
+    for candidate in found:
+        try:
+            laid.append(scene.lay(candidate))
+        except LatheSimError:
+            continue
+    return laid
+
+
+def _told_by(
+    scene: Scene, program: Laid, worth: Worth, floors: FloatArray
+) -> tuple[tuple[tuple[str, str, float], ...], FloatArray, FloatArray]:
+    """Return T of each pair (the smaller way round, mean over draws), the share of each channel in it, and what each rival reads."""
+    rows = np.array([scene.values(rival, rival.sizes[len(rival.sizes) // 2]) for rival in scene.rivals])
+    traces = scene.readings([program], [rows])[0]
+    weight = scene.weight(program, floors)
+    pairs, shares = [], []
+    for a in range(len(scene.rivals)):
+        for b in range(a + 1, len(scene.rivals)):
+            far = float(np.minimum(worth.apart[a, b], worth.apart[b, a]).mean())
+            pairs.append((scene.rivals[a].name, scene.rivals[b].name, far))
+            sums = np.square((traces[a] - traces[b]) * weight[:, None]).sum(axis=1)
+            shares.append(sums / max(float(sums.sum()), 1e-300))
+    return tuple(pairs), np.array(shares), traces
+
+
+def lesson_file(folder: Path) -> Path:
+    """Return where the lesson of an experiment stands in its folder."""
+    return folder / "lesson.yaml"

@@ -1,0 +1,135 @@
+"""A designed experiment written down: program, lesson, prediction, picture."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.experiments.design.experiment import Designed
+from lathesim.experiments.design.prediction import Foretold
+from lathesim.lessons.changed_lesson import changed_lesson
+
+SCHEMA = "lathesim-experiment/1"
+
+
+def program_of(found: Designed) -> str:
+    """Return the text of the program, with what it is for on top."""
+    names = " or ".join(rival.name for rival in found.scene.rivals)
+    title = [f"Tells {names}".replace("@", " at "), f"Made of {found.program.candidate.title}; about {found.program.seconds:.1f} s"]
+    return found.scene.lay(found.program.candidate, title).text
+
+
+def write_program_and_lesson(found: Designed, folder: Path) -> Path:
+    """Write program.nc and lesson.yaml, which maps a recording as the lesson does, and return the place of the lesson."""
+    folder.mkdir(parents=True, exist_ok=True)
+    program = folder / "program.nc"
+    program.write_text(program_of(found), encoding="utf-8")
+    names = ", ".join(rival.name for rival in found.scene.rivals)
+    text = f"A run of this program tells apart {names}. Record it, and diagnose it with this lesson.\n"
+    further: dict[str, Any] = {"variants": {}, "try": [], "goals": [], "lesson": f"{found.lesson.title}, the next run", "text": text}
+    if found.scene.room.needs_duration:
+        further["duration"] = f"{np.ceil(10.0 * found.program.seconds) / 10.0:.1f} s"
+    written = changed_lesson(found.lesson, [], {}, folder, program=program, further=further)
+    place = folder / "lesson.yaml"
+    place.write_text(written, encoding="utf-8")
+    return place
+
+
+def as_json(found: Designed, foretold: Sequence[Foretold]) -> dict[str, Any]:
+    """Return the prediction for programs, everything in SI."""
+    chance = _chance(found, foretold)
+    return {
+        "schema": SCHEMA,
+        "lesson": found.lesson.name,
+        "program": "program.nc",
+        "seconds": found.program.seconds,
+        "decidable": found.decidable,
+        "chance_to_decide": chance,
+        "rivals": [
+            {
+                "rival": rival.name,
+                "chance_to_decide": found.worth.by_rival[number],
+                "verdict": next((item.verdict for item in foretold if item.rival == rival.name), None),
+                "named": next((list(item.named) for item in foretold if item.rival == rival.name), []),
+            }
+            for number, rival in enumerate(found.scene.rivals)
+        ],
+        "pairs": [{"rivals": [first, second], "apart": far} for first, second, far in found.pairs],
+        "record": [
+            {"channel": name, "at_least_hz": 1.0 / found.scene.period, "share": float(found.by_channel[:, place].mean())}
+            for place, name in enumerate(found.scene.channels)
+        ],
+        "if_nothing_tells": None if found.decidable else undecidable_sentence(found),
+        "tried": len(found.tried),
+        "runs": found.runs,
+        "wall_time_s": found.wall_time,
+        "stopped": found.stopped,
+    }
+
+
+def _chance(found: Designed, foretold: Sequence[Foretold]) -> float:
+    """Return the chance to decide: the expected one, and what was seen on the simulated recordings, each counting as one half."""
+    if not foretold:
+        return found.worth.chance
+    seen = sum(item.right for item in foretold) / len(foretold)
+    return 0.5 * found.worth.chance + 0.5 * seen
+
+
+def undecidable_sentence(found: Designed) -> str:
+    """Return why no motion inside the limits tells the closest pair, and what would."""
+    first, second, far = min(found.pairs, key=lambda pair: pair[2])
+    place = next(number for number, pair in enumerate(found.pairs) if pair[:2] == (first, second))
+    best = found.scene.channels[int(np.argmax(found.by_channel[place]))]
+    fact = f"No program of at most {max(seconds for _, seconds, _ in found.tried):.0f} s inside the limits tells {first} from {second}"
+    return f"{fact} (T = {far:.3g}). {_what_would(found, first, second, best)}"
+
+
+def _what_would(found: Designed, first: str, second: str, best: str) -> str:
+    effects = [rival.term.effect for rival in found.scene.rivals if rival.name in (first, second) and rival.term is not None]
+    sites = {effect.site for effect in effects}
+    if "reading" in sites or "measured" in sites:
+        return f"A second sensor of the same motion would, behind or before the one of {best.partition('.')[0]}."
+    if any(effect.experiment for effect in effects):
+        return f"What would: {' '.join(dict.fromkeys(effect.experiment for effect in effects if effect.experiment))}"
+    return f"A finer sensor at {best}, a load, or a longer way would."
+
+
+def told_lines(found: Designed, foretold: Sequence[Foretold], folder: Path) -> Iterator[str]:
+    """Yield the experiment as a person reads it at a terminal."""
+    if found.stopped:
+        yield "Stopped: this is the best program so far."
+    if not found.decidable:
+        yield undecidable_sentence(found)
+    yield f"Program: {found.program.candidate.title}, {found.program.seconds:.1f} s; chance to decide {_chance(found, foretold):.2f}."
+    for first, second, far in found.pairs:
+        yield f"  {first} and {second}: apart by T = {far:.4g} noise levels squared, each refitted to the other"
+    for item in foretold:
+        named = f" ({', '.join(item.named)})" if item.named else ""
+        yield f"  If it is {item.rival}, the diagnosis says: {item.verdict}{named}."
+    order = np.argsort(-found.by_channel.mean(axis=0))
+    names = [found.scene.channels[place] for place in order if found.by_channel[:, place].mean() > 0.05]
+    yield f"Record {', '.join(names)} at {1.0 / found.scene.period:.0f} Hz: there they differ."
+    yield f"{len(found.tried)} programs, {found.runs} runs, {found.wall_time:.1f} s."
+    yield f"Run {folder / 'program.nc'}, then: lathesim diagnose {folder / 'lesson.yaml'} RECORDING"
+
+
+def write_experiment(found: Designed, foretold: Sequence[Foretold], folder: Path) -> dict[str, Path]:
+    """Write prediction.json and the picture beside program and lesson."""
+    from lathesim.analysis.experiment_figure import experiment_figure
+    from lathesim.analysis.plots import save_figure
+
+    places = {"prediction": folder / "prediction.json", "picture": folder / "experiment.png"}
+    places["prediction"].write_text(json.dumps(as_json(found, foretold), indent=2), encoding="utf-8")
+    units = [found.scene.plan.unit(name) for name in found.scene.channels]
+    names = [rival.name for rival in found.scene.rivals]
+    chosen = (found.program.seconds, found.worth.chance)
+    figure = experiment_figure(
+        found.lesson.title, names, list(found.scene.channels), units, found.traces, found.program.seconds, found.floors, list(found.tried),
+        chosen,
+    )  # fmt: skip
+    save_figure(figure, places["picture"])
+    return places

@@ -1,0 +1,43 @@
+"""A candidate program to the path that a machine walks: written, read back and laid as any part program is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.experiments.design.families import Candidate
+from lathesim.experiments.design.program_text import program_text
+from lathesim.experiments.design.room import Room
+from lathesim.program.interpreter import interpret
+from lathesim.program.path import Limits, lay_path
+from lathesim.program.words import read_program
+
+_AFTER = 0.3
+"""Time [s] that is recorded after the end of a program."""
+
+
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """A candidate program as the machine would run it: its text, its path table, and how long it is recorded [s]."""
+
+    candidate: Candidate
+    text: str
+    table: FloatArray
+    seconds: float
+
+
+def lay_candidate(candidate: Candidate, room: Room, title: Sequence[str] = ()) -> Laid:
+    """Return a candidate as path. Raises what the reading of a program raises where it leaves the travel or feed of the room."""
+    text = program_text(title or [candidate.title], candidate.moves, room)
+    axes = {axis.letter: axis for axis in (*room.axes, *([room.idle] if room.idle else []))}
+    start = (axes["X"].start if "X" in axes else 0.0, axes["Z"].start if "Z" in axes else 0.0)
+    program = interpret(read_program(text, "program.nc"), room.dialect, start=start)
+    bounds = {f"{letter.lower()}_{side}": value for letter, axis in axes.items() for side, value in _reach(axis.low, axis.high, axis.start)}
+    table = lay_path(program, Limits(feed=room.feed * (1.0 + 1e-6), **bounds)).table
+    return Laid(candidate, text, table, candidate.seconds * 1.02 + _AFTER)
+
+
+def _reach(low: float, high: float, start: float) -> tuple[tuple[str, float], tuple[str, float]]:
+    """Return the travel of an axis, with the place where it begins."""
+    return ("low", min(low, start) - 1e-6), ("high", max(high, start) + 1e-6)

@@ -1,0 +1,175 @@
+"""The rivals of an experiment: effects at places, each of which could be what a machine has."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.engine.assembly import Assembly, FloatArray
+from lathesim.errors import LatheSimError, nearest
+from lathesim.identification.catalogue.placement import insert_candidates
+from lathesim.identification.records.candidate import Candidate as Term
+from lathesim.plugins import Registry
+
+NOTHING = "nothing"
+"""Name of the rival that leaves the machine as the lesson has it."""
+
+
+@dataclass(frozen=True)
+class Rival:
+    """One of the rivals: its name as ``Effect@part``, its term in the machine that holds all of them, and sizes it may have.
+
+    ``sizes`` (draws, parameters) [SI]; without a term the rival is that nothing was left out.
+    """
+
+    name: str
+    term: Term | None
+    sizes: FloatArray
+
+    @property
+    def effect(self) -> str:
+        """The name of its effect."""
+        return self.name.partition("@")[0]
+
+
+@dataclass(frozen=True)
+class Named:
+    """A rival as it was asked for: effect, part, and what is known of its sizes (parameter -> low, high [SI])."""
+
+    effect: str
+    at: str
+    known: dict[str, tuple[float, float]]
+
+
+def named_between(text: str) -> list[Named]:
+    """Return the rivals of ``'Backlash@x_axis,PreslidingFriction@x_axis'``."""
+    found = []
+    for item in (piece.strip() for piece in text.split(",")):
+        if not item:
+            continue
+        effect, _, at = item.partition("@")
+        found.append(Named(effect.strip(), at.strip(), {}))
+    return found
+
+
+def named_in_diagnosis(path: Path, lesson_name: str) -> list[Named]:
+    """Return the rivals that a diagnosis left: what it named and what is tied with it, else all that it lists.
+
+    Raises :class:`LatheSimError` where the file is no diagnosis, or one that left nothing to tell.
+    """
+    try:
+        told: Any = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise LatheSimError(f"the diagnosis cannot be read: {error.strerror}.", place=str(path), remedy="Check the path.") from error
+    except ValueError:
+        told = None
+    if not isinstance(told, dict) or not str(told.get("schema", "")).startswith("lathesim-diagnosis/"):
+        raise LatheSimError("this is no diagnosis.", place=str(path), remedy="Give what 'lathesim diagnose --json FILE' wrote.")
+    effects = [item for item in told.get("effects") or [] if isinstance(item, dict) and item.get("effect")]
+    found: list[Named] = []
+    for item in effects:
+        at = str(item.get("at", ""))
+        known = {
+            name: (float(value["low"]), float(value["high"]))
+            for name, value in (item.get("parameters") or {}).items()
+            if isinstance(value, dict) and _number(value.get("low")) and _number(value.get("high"))
+        }
+        found.append(Named(str(item["effect"]), at, known))
+        found += [_tied(str(other), at) for other in item.get("tied_with") or []]
+    unique = list({(item.effect, item.at): item for item in reversed(found)}.values())[::-1]
+    if len(unique) < 2:
+        verdict = told.get("verdict", "unknown")
+        fact = f"the diagnosis ({verdict}) leaves nothing to be told apart."
+        raise LatheSimError(fact, place=str(path), remedy="Name rivals with --between 'Effect@part,Effect@part', or values with --for.")
+    return unique
+
+
+def _number(value: object) -> bool:
+    return isinstance(value, (int, float)) and bool(np.isfinite(value))
+
+
+def _tied(text: str, at: str) -> Named:
+    effect, _, other = text.replace(" at ", "@").partition("@")
+    return Named(effect.strip(), other.strip() or at, {})
+
+
+def place_rivals(
+    named: Sequence[Named], assembly: Assembly, compared: Sequence[str], registry: Registry, draws: int, seed: int, place: str
+) -> tuple[Assembly, list[Rival]]:
+    """Return the machine with every rival in it, neutral, and the rivals with sizes drawn from what is known or usual.
+
+    ``Effect@part`` may name the part that moves where the effect sits at a sensor of it. Raises :class:`LatheSimError` where a rival has no
+    place, and where two are the same.
+    """
+    wanted = [item for item in named if item.effect != NOTHING]
+    effects = {item.effect: registry.effect(item.effect) for item in wanted}
+    holding, terms = insert_candidates(assembly, effects.values(), compared)  # type: ignore[arg-type]
+    rivals: list[Rival] = []
+    for number, item in enumerate(named):
+        if item.effect == NOTHING:
+            rivals.append(Rival(NOTHING, None, np.zeros((draws, 0))))
+            continue
+        term = _term(item, terms, assembly, place)
+        rivals.append(Rival(f"{item.effect}@{term.at}", term, _sizes(term, item.known, draws, seed + number)))
+    names = [rival.name for rival in rivals]
+    if len(set(names)) < len(names):
+        double = next(name for name in names if names.count(name) > 1)
+        raise LatheSimError(f"two rivals are the same: {double}.", place=place, remedy="Name another effect, or another part.")
+    if len(rivals) < 2:
+        raise LatheSimError("one rival alone needs no experiment.", place=place, remedy="Name two or more, or 'nothing' beside it.")
+    kept = {rival.term.part for rival in rivals if rival.term is not None}
+    return _without(holding, assembly, effects.values(), compared, terms, kept), rivals
+
+
+def _without(
+    holding: Assembly, assembly: Assembly, effects: Any, compared: Sequence[str], terms: Sequence[Term], kept: set[str]
+) -> Assembly:
+    """Return the machine that holds all places; those that are no rivals stay neutral and cost nothing."""
+    return holding
+
+
+def _term(item: Named, terms: Sequence[Term], assembly: Assembly, place: str) -> Term:
+    own = [term for term in terms if term.name == item.effect]
+    if not own:
+        fact = f"{item.effect} has no place in this machine."
+        raise LatheSimError(fact, place=place, remedy="See 'lathesim effects NAME' for where it sits.")
+    exact = [term for term in own if term.at == item.at]
+    if exact:
+        return exact[0]
+    motion = [term for term in own if term.of_motion == item.at or term.at.partition(".")[0] == item.at]
+    if motion:
+        return next((term for term in motion if term.second), motion[0])
+    if not item.at and len(own) == 1:
+        return own[0]
+    parts = sorted({term.of_motion or term.at for term in own})
+    known = {part.name for part in assembly.parts}
+    fact = f"{item.effect} does not sit at '{item.at}'." if item.at else f"{item.effect} has several places."
+    remedy = nearest(item.at, parts) if item.at and item.at not in known else f"It can sit at {', '.join(parts)}."
+    raise LatheSimError(fact, place=place, remedy=remedy or f"It can sit at {', '.join(parts)}.")
+
+
+def _sizes(term: Term, known: dict[str, tuple[float, float]], draws: int, seed: int) -> FloatArray:
+    """Return sizes (draws, parameters) between what is known or usual, spread evenly, on a logarithmic scale above zero."""
+    from scipy.stats import qmc
+
+    count = len(term.parameters)
+    if count == 0:
+        return np.zeros((draws, 0))
+    unit = qmc.Sobol(count, seed=seed).random(1 << max(0, (draws - 1).bit_length()))[:draws]
+    rows = np.empty((draws, count))
+    for column, name in enumerate(term.parameters):
+        item = name.partition(".")[2]
+        low, high = known.get(item) or _range(term, column)
+        low, high = max(low, float(term.low[column])), min(high, float(term.high[column]))
+        rows[:, column] = low * (high / low) ** unit[:, column] if low > 0.0 else low + (high - low) * unit[:, column]
+    return rows
+
+
+def _range(term: Term, column: int) -> tuple[float, float]:
+    values = term.points[:, column] if len(term.points) else term.usual[[column]]
+    return float(values.min()), float(values.max())

@@ -1,0 +1,135 @@
+"""What a part program of a lesson may do: which axes it moves, how far, how fast, and in which words it is written."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.component import Parameter
+from lathesim.engine.assembly import Part
+from lathesim.errors import LatheSimError
+from lathesim.lessons.program_path import limits_of, path_of_program, start_of
+from lathesim.lessons.simulate import Prepared
+from lathesim.path_columns import END_X, END_Z, FEED, FEED_MODE, KIND, LINE_MOVE, PER_MINUTE, START_X, START_Z
+from lathesim.program.dialects import DIALECTS
+
+_CLEARANCE = 1e-3
+"""How far from a stock a program in air stays [m]; assumed."""
+_USUAL_FEED = 0.05
+"""Largest feed [m/s] where neither the machine nor a program of the lesson tells one; assumed."""
+_USUAL_STROKE = 0.02
+"""Travel [m] where neither tells one; assumed."""
+_AXES = {"X": ("x_reference", 0), "Z": ("z_reference", 1)}
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A free axis: its word, where it begins, and its travel [m] (X is a radius)."""
+
+    letter: str
+    start: float
+    low: float
+    high: float
+
+    @property
+    def stroke(self) -> float:
+        """The length of the travel [m]."""
+        return self.high - self.low
+
+
+@dataclass(frozen=True)
+class Room:
+    """The limits of a lesson's programs. ``idle`` is an axis that no part follows: its moves are rests of the others.
+
+    ``acceleration`` [m/s^2] is infinite where the interpolator knows none; ``duration`` tells whether the lesson must say how long it runs.
+    """
+
+    interpolator: Part
+    axes: tuple[Axis, ...]
+    idle: Axis | None
+    feed: float
+    acceleration: float
+    dialect: str
+    needs_duration: bool
+
+    @property
+    def dwells(self) -> bool:
+        """Whether the dialect has a word for a rest."""
+        return DIALECTS[self.dialect].dwell is not None
+
+    def time(self, way: float, speed: float) -> float:
+        """Return how long a block takes [s]."""
+        if way <= 0.0:
+            return 0.0
+        if math.isinf(self.acceleration):
+            return way / speed
+        peak = min(speed, math.sqrt(way * self.acceleration))
+        return way / peak + peak / self.acceleration
+
+
+def room_of(prepared: Prepared) -> Room:
+    """Return what a part program of the lesson may do.
+
+    Limits are those of the machine's travel; where it has none, the programs of the lesson say how far and how fast it goes. A machine
+    with a stock is moved beside it, in air. Raises :class:`LatheSimError` where no part program moves the machine.
+    """
+    lesson = prepared.case.lesson
+    walking = [part for part in prepared.machinery.parts if "path" in part.tables]
+    followed = {wire.source for wire in prepared.machinery.wires}
+    letters = [letter for letter, (output, _) in _AXES.items() if any(f"{part.name}.{output}" in followed for part in walking)]
+    if not letters:
+        fact = "no part program moves this machine: nothing follows the reference of an interpolator."
+        remedy = "Add an interpolator in the lesson's 'add:' and wire a controller's reference to it."
+        raise LatheSimError(fact, place=str(lesson.path), remedy=remedy)
+    interpolator = walking[0]
+    spans, feed = _of_programs(prepared)
+    limits = limits_of(lesson.machine)
+    given = start_of(lesson.machine) or DIALECTS[lesson.settings.dialect].start
+    bounds = {"X": (limits.x_low, limits.x_high), "Z": (limits.z_low, limits.z_high)}
+    axes = []
+    for letter in ("X", "Z"):
+        low, high = (limit if math.isfinite(limit) else span for limit, span in zip(bounds[letter], spans[_AXES[letter][1]], strict=True))
+        if letter == "X":
+            low = max(low, _stock_radius(prepared) + _CLEARANCE) if _stock_radius(prepared) else low
+            high = max(high, low + (_USUAL_STROKE if _stock_radius(prepared) and not math.isfinite(bounds["X"][1]) else 0.0))
+        if high - low < 1e-9 and letter in letters:
+            fact = f"the {letter} axis has no travel: the machine gives no limits and the lesson's program does not move it."
+            raise LatheSimError(fact, place=str(lesson.path), remedy="Write 'travel:' in the machine template.")
+        axes.append(Axis(letter, given[_AXES[letter][1]], low, high if high - low > 1e-9 else low + _USUAL_STROKE))
+    largest = limits.feed if math.isfinite(limits.feed) else feed
+    return Room(
+        interpolator,
+        tuple(axis for axis in axes if axis.letter in letters),
+        next((axis for axis in axes if axis.letter not in letters), None),
+        largest,
+        _acceleration(interpolator),
+        lesson.settings.dialect,
+        not prepared.machinery.finish,
+    )
+
+
+def _of_programs(prepared: Prepared) -> tuple[tuple[tuple[float, float], tuple[float, float]], float]:
+    """Return the spans of X and Z [m] and the largest feed per minute [m/s] of the lesson's own program."""
+    case = prepared.case
+    if case.program is None:
+        return ((0.0, _USUAL_STROKE), (0.0, _USUAL_STROKE)), _USUAL_FEED
+    table = path_of_program(case.program, case.lesson.settings.dialect, start=start_of(case.lesson.machine)).table
+    x, z = table[:, [START_X, END_X]], table[:, [START_Z, END_Z]]
+    by_minute = table[(table[:, KIND] >= LINE_MOVE) & (table[:, FEED_MODE] == PER_MINUTE), FEED]
+    fastest = float(by_minute.max()) if len(by_minute) and by_minute.max() > 0.0 else _USUAL_FEED
+    return ((float(x.min()), float(x.max())), (float(z.min()), float(z.max()))), fastest
+
+
+def _acceleration(interpolator: Part) -> float:
+    declared = interpolator.component.declared(Parameter).get("acceleration")
+    return math.inf if declared is None else float(interpolator.parameters.get("acceleration", declared.default))
+
+
+def _stock_radius(prepared: Prepared) -> float:
+    for part in prepared.machinery.parts:
+        declared = part.component.declared(Parameter).get("stock_radius")
+        if declared is not None:
+            return float(np.float64(part.parameters.get("stock_radius", declared.default)))
+    return 0.0

@@ -1,0 +1,114 @@
+"""Runs of many programs on the machine that holds all rivals: what each rival would make a recording read."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import threading
+from collections.abc import Sequence
+
+import numpy as np
+
+from lathesim.engine.assembly import Assembly, FloatArray
+from lathesim.engine.batch import Batch
+from lathesim.engine.wiring import wire
+from lathesim.experiments.design.families import Candidate
+from lathesim.experiments.design.laying import Laid, lay_candidate
+from lathesim.experiments.design.rivals import Rival
+from lathesim.experiments.design.room import Room
+from lathesim.experiments.replica import given_values
+from lathesim.identification.signal.resolution import channel_floor
+
+_ROWS = 1200
+"""Mean values of a recording that are compared for each channel; a finer look costs time and tells little more; assumed."""
+_STEADY = 0.1
+"""Share of a floor that does not average out over a stretch: what no model follows; assumed."""
+
+
+class Scene:
+    """The machine with all rivals and its uncertain values, and the channels of a recording.
+
+    ``names`` are the uncertain values, then the parameters of every rival. ``given`` are their values with all rivals neutral,
+    ``deviation`` one standard deviation of the uncertain ones.
+    """
+
+    def __init__(
+        self, assembly: Assembly, rivals: Sequence[Rival], channels: Sequence[str], uncertain: dict[str, float], room: Room,
+        resolution: dict[str, float], longest: float, stop: threading.Event | None = None,
+    ) -> None:  # fmt: skip
+        self.rivals, self.channels, self.room, self.stop = tuple(rivals), tuple(channels), room, stop
+        self.path_name = f"{room.interpolator.name}.path"
+        machine = dataclasses.replace(assembly, finish="", record=self.channels)
+        self.period = machine.sample_period
+        self.plan = wire(machine)
+        self.batch = Batch(self.plan, math.ceil(longest / self.period) + 1, noisy=False)
+        self.uncertain = tuple(name for name in uncertain if name in self.plan.parameters)
+        parameters = [name for rival in rivals if rival.term is not None for name in rival.term.parameters]
+        self.names = (*self.uncertain, *parameters)
+        self.given = given_values(self.plan, self.names)
+        for rival in rivals:
+            if rival.term is not None:
+                for name, value in zip(rival.term.parameters, rival.term.neutral, strict=True):
+                    self.given[self.names.index(name)] = value
+        self.deviation = np.array([uncertain[name] for name in self.uncertain])
+        self.resolution = resolution
+        self.runs = 0
+
+    def columns(self, rival: Rival) -> list[int]:
+        """Return where the parameters of a rival stand among the names."""
+        return [self.names.index(name) for name in rival.term.parameters] if rival.term is not None else []
+
+    def values(self, rival: Rival, sizes: FloatArray) -> FloatArray:
+        """Return the values of all names with a rival of these sizes."""
+        row = self.given.copy()
+        row[self.columns(rival)] = sizes
+        return row
+
+    def lay(self, candidate: Candidate, title: Sequence[str] = ()) -> Laid:
+        """Return a candidate as path; its text is read back as any part program is. Raises what the reading of a program raises."""
+        return lay_candidate(candidate, self.room, title)
+
+    def readings(self, programs: Sequence[Laid], rows: Sequence[FloatArray]) -> list[FloatArray]:
+        """Return for each program the means (members, channels, stretches) [SI] of its ``rows`` (members, names): one batch of one plan."""
+        if self.stop is not None and self.stop.is_set():
+            raise KeyboardInterrupt
+        values = np.vstack(rows)
+        owner = np.repeat(np.arange(len(programs)), [len(item) for item in rows])
+        lengths = [self._samples(programs[int(place)]) for place in owner]
+        tables = {self.path_name: [programs[int(place)].table for place in owner]}
+        stretches = {length: max(1, length // _ROWS) for length in set(lengths)}
+
+        def reduced(record: FloatArray) -> FloatArray:
+            length = int(np.isfinite(record[0]).sum()) or record.shape[1]
+            every = stretches.get(length, max(1, length // _ROWS))
+            whole = length // every * every
+            return np.asarray(record[:, :whole].reshape(record.shape[0], -1, every).mean(axis=2))
+
+        found = self.batch.run(self.names, values, reduced, tables, lengths)
+        self.runs += len(values)
+        result, first = [], 0
+        for item in rows:
+            members = found[first : first + len(item)]
+            shortest = min(member.shape[1] for member in members)
+            result.append(np.array([member[:, :shortest] for member in members]))
+            first += len(item)
+        return result
+
+    def _samples(self, program: Laid) -> int:
+        return min(self.batch.samples, max(20, math.ceil(program.seconds / self.period)))
+
+    def floors(self, program: Laid) -> FloatArray:
+        """Return what a sample of each channel cannot resolve (channels,) [SI], one standard deviation, from a run as given."""
+        record = self.batch.run(self.names, self.given[None], np.copy, {self.path_name: [program.table]}, [self._samples(program)])[0]
+        found = []
+        for name, values in zip(self.channels, record, strict=True):
+            resolution = self.resolution.get(name, 0.0)
+            finite = values[np.isfinite(values)]
+            found.append(max(channel_floor(finite, resolution), resolution, 1e-5 * float(np.abs(finite).max()), 1e-15))
+        return np.array(found)
+
+    def weight(self, program: Laid, floors: FloatArray, *, steady: bool = True) -> FloatArray:
+        """Return one over the standard deviation of a stretch's mean, for each channel."""
+        every = max(1, self._samples(program) // _ROWS)
+        share = 1.0 / every + (_STEADY**2 if steady else 0.0)
+        return np.asarray(1.0 / (floors * math.sqrt(share)))

@@ -1,0 +1,1 @@
+"""A closed machine learnt from way-points of its programs."""

@@ -1,0 +1,282 @@
+"""``emulate``: a lesson and way-points of its programs to a machine that follows them, and what they could not tell."""
+
+from __future__ import annotations
+
+import threading
+import time as clock
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.errors import LatheSimError
+from lathesim.experiments.emulation.free_values import FreeValue, bounds, free_values, values_of
+from lathesim.experiments.emulation.importance import Importance, importances
+from lathesim.experiments.emulation.methods import METHODS, Effort
+from lathesim.experiments.emulation.objective import Objective
+from lathesim.experiments.emulation.only_noise import is_noise
+from lathesim.experiments.emulation.structure import Change, changed, possible_changes
+from lathesim.experiments.emulation.unseen import Unseen, judge_unseen
+from lathesim.experiments.hidden_directions import Telling, telling
+from lathesim.experiments.replica import Replica, Setting
+from lathesim.experiments.waypoints import Waypoints, read_waypoints
+from lathesim.lessons.lesson import Lesson
+from lathesim.plugins import Registry
+
+_LEAST_FLOOR = 1e-6
+"""Noise [m] below which way-points of machines are not; assumed."""
+_MOST_CHANGES = 4
+_FIRST, _LATER = 15, 8
+"""Runs of the machine that a descent may make before and after its floor is set to what is left, besides those for derivatives."""
+_WORTH = 0.9
+"""A change of the structure must bring the deviation to this share; assumed."""
+_SETTLED = 2.0
+"""Time [s] from which on the cross-design tables count, as published."""
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of an emulation: the search, the weight of speeds (lambda), the factor of the bounds, and how much it may do."""
+
+    method: str = "replay"
+    weight: float = 0.0
+    factor: float = 4.0
+    free: tuple[str, ...] = ()
+    structure: bool = True
+    effort: Effort = field(default_factory=Effort)
+    seed: int = 1
+    importance: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Emulation:
+    """The outcome: the changed lesson with its values [SI], how well it follows each recording, and what was learnt.
+
+    ``cross`` holds sqrt(MSE(x) + MSE(y)) [m] after 2 s: row recording, column the machine fitted to that recording alone. ``stopped`` is
+    true where Ctrl-C ended the search: the best point until then is told.
+    """
+
+    lesson: Lesson
+    changes: tuple[Change, ...]
+    free: tuple[FreeValue, ...]
+    values: FloatArray
+    recorded: tuple[Waypoints, ...]
+    given_rms: tuple[float, ...]
+    fitted_rms: tuple[float, ...]
+    cross: tuple[tuple[float, ...], ...]
+    noise: float
+    telling: Telling
+    importance: tuple[Importance, ...]
+    unseen: tuple[Unseen, ...]
+    unseen_recorded: tuple[Waypoints, ...]
+    runs: int
+    wall_time: float
+    stopped: bool
+    question: Question
+
+
+def emulate(
+    lesson: Lesson, recordings: Sequence[str], validate: Sequence[str], registry: Registry, question: Question,
+    say: Say = lambda sentence: None, stop: threading.Event | None = None,
+) -> Emulation:  # fmt: skip
+    """Learn the values, and where they do not suffice the structure, of a machine from way-points.
+
+    Raises what :func:`read_waypoints` raises, and :class:`LatheSimError` where nothing can be learnt.
+    """
+    began = clock.perf_counter()
+    fitted = _Fitting(lesson, recordings, validate, registry, question, stop)
+    given = fitted.objective(()).position_rms(np.zeros(len(fitted.free(()))))
+    say(f"As given, the machine is off by {_listed_mm(given)} (rms).")
+    best = fitted.best((), say)
+    if question.structure and not best.stopped:
+        best = _with_structure(fitted, best, say)
+    return _outcome(fitted, best, given, clock.perf_counter() - began, say)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A structure with its best point."""
+
+    changes: tuple[Change, ...]
+    objective: Objective
+    point: FloatArray
+    misfit: float
+    stopped: bool = False
+
+
+class _Fitting:
+    """The recordings, read once for each structure, and the searches on them."""
+
+    def __init__(
+        self, lesson: Lesson, recordings: Sequence[str], validate: Sequence[str], registry: Registry, question: Question,
+        stop: threading.Event | None,
+    ) -> None:  # fmt: skip
+        self.lesson, self.registry, self.question, self.stop = lesson, registry, question, stop
+        self.given, self.unseen_given = tuple(recordings), tuple(validate)
+        self.recorded = self.read(lesson, self.given)
+        self.runs = 0
+        self.factor = question.factor
+
+    def read(self, lesson: Lesson, given: Sequence[str]) -> tuple[Waypoints, ...]:
+        return tuple(read_waypoints(lesson, text, self.registry) for text in given)
+
+    def free(self, changes: Sequence[Change]) -> list[FreeValue]:
+        plan = self.recorded[0].prepared.plan
+        own = free_values(self.lesson, plan, self.question.free, self.factor)
+        return own + [value for change in changes for value in change.brings]
+
+    def objective(self, changes: Sequence[Change], recordings: Sequence[str] | None = None, weight: float | None = None) -> Objective:
+        lesson = changed(self.lesson, changes) if changes else self.lesson
+        read = self.recorded if not changes and recordings is None else self.read(lesson, self.given if recordings is None else recordings)
+        free = self.free(changes)
+        replica = Replica(
+            [Setting(item.name, item.prepared.machinery, item.channels, item.time) for item in read],
+            [item.name for item in free],
+            self.stop,
+        )
+        floor = max([_LEAST_FLOOR, *(size / np.sqrt(12.0) for item in read for size in item.resolution.values())])
+        return Objective(replica, free, read, self.question.weight if weight is None else weight, floor)
+
+    def best(self, changes: Sequence[Change], say: Say, start: FloatArray | None = None, method: str = "") -> _Found:
+        objective = self.objective(changes)
+        low, high = bounds(objective.free)
+        search = METHODS[method or self.question.method]
+        told = [clock.monotonic()]
+
+        def tell(runs: int, cost: float) -> None:
+            if clock.monotonic() - told[0] > 2.0:
+                told[0] = clock.monotonic()
+                say(f"  {runs} runs, off by {1e3 * np.sqrt(max(cost, 0.0)):.4g} mm")
+
+        stopped = False
+        try:
+            if search is METHODS["replay"]:
+                point = _descend(objective, low, high, self.question, start, tell)
+            else:
+                point = search(objective, low, high, self.question.effort, self.question.seed, tell)
+        except KeyboardInterrupt:
+            if not objective.history.points:
+                raise
+            if self.stop is not None:
+                self.stop.clear()
+            point, stopped = objective.history.best(), True
+        misfit = float(np.square(objective.vector(point)).sum())
+        self.runs += objective.replica.runs
+        return _Found(tuple(changes), objective, point, misfit, stopped)
+
+
+def _descend(objective: Objective, low: FloatArray, high: FloatArray, question: Question, start: FloatArray | None, tell) -> FloatArray:  # type: ignore[no-untyped-def]
+    """Return the end of the descent, with the floor set to what is left and the descent gone on with, so that the pull has its weight."""
+    from lathesim.experiments.emulation.methods import descend
+
+    point = descend(objective, low, high, np.zeros(len(low)) if start is None else start, tell, _FIRST)
+    for _ in range(2):
+        left = objective.floor * float(np.sqrt(np.square(objective.vector(point)).mean()))
+        if left < 1.2 * objective.floor:
+            break
+        objective.floor = left
+        point = descend(objective, low, high, point, tell, _LATER)
+    return point
+
+
+def _with_structure(fitted: _Fitting, best: _Found, say: Say) -> _Found:
+    """Change the structure step by step while each change takes away a good part of what is left."""
+    count = sum(item.time.size * len(item.channels) for item in fitted.recorded)
+    while len(best.changes) < _MOST_CHANGES and not best.stopped:
+        left = _left(best, count)
+        if is_noise(best.objective, best.point):
+            break
+        taken = {change.title for change in best.changes}
+        prepared = best.objective.recorded[0].prepared
+        trials = []
+        for change in possible_changes(prepared, fitted.registry):
+            if change.title in taken:
+                continue
+            start = np.concatenate([best.point, np.zeros(len(change.brings))])
+            try:
+                trial = fitted.best((*best.changes, change), lambda sentence: None, start, "replay")
+            except LatheSimError:
+                continue
+            trials.append(trial)
+            say(f"  with {change.title}: {1e3 * _left(trial, count):.4g} mm")
+            if trial.stopped:
+                break
+        if not trials:
+            break
+        winner = min(trials, key=lambda item: _left(item, count))
+        if _left(winner, count) > _WORTH * left:
+            break
+        say(f"Kept: {winner.changes[-1].title}.")
+        best = winner
+    return best
+
+
+def _left(found: _Found, count: int) -> float:
+    return found.objective.floor * float(np.sqrt(found.misfit / count))
+
+
+def _outcome(fitted: _Fitting, best: _Found, given: Sequence[float], wall: float, say: Say) -> Emulation:
+    objective, point, question = best.objective, best.point, fitted.question
+    low, high = bounds(objective.free)
+    residual = objective.vector(point)[0]
+    freedom = max(1, residual.size - len(point))
+    noise = max(objective.floor * float(np.sqrt(np.square(residual).sum() / freedom)), _LEAST_FLOOR)
+    say("What the recordings tell ...")
+    told = _telling(objective, point, noise)
+    ranked = importances(objective, point, noise, low, high, question.seed) if question.importance and not best.stopped else []
+    unseen: list[Unseen] = []
+    unseen_objective = None
+    if fitted.unseen_given:
+        unseen_objective = fitted.objective(best.changes, fitted.unseen_given)
+        unseen_objective.floor = objective.floor
+        unseen = judge_unseen(objective, unseen_objective, point)
+    cross = _cross(fitted, best, say) if len(fitted.recorded) > 1 and not best.stopped else ()
+    lesson = changed(fitted.lesson, best.changes) if best.changes else fitted.lesson
+    return Emulation(
+        lesson, best.changes, objective.free, values_of(objective.free, point), objective.recorded, tuple(given),
+        tuple(objective.position_rms(point)), cross, noise, told, tuple(ranked), tuple(unseen),
+        unseen_objective.recorded if unseen_objective is not None else (), fitted.runs + objective.replica.runs, wall,
+        best.stopped, question,
+    )  # fmt: skip
+
+
+def _telling(objective: Objective, point: FloatArray, noise: float) -> Telling:
+    slopes = objective.slopes(point) * (objective.floor / noise)
+    here = objective.vector(point)[0]
+
+    def moved(directions: FloatArray) -> FloatArray:
+        found = objective.vector(point + directions)
+        return np.asarray(np.abs(found - here).max(axis=1) * (objective.floor / noise))
+
+    return telling([item.name for item in objective.free], slopes, moved)
+
+
+def _cross(fitted: _Fitting, best: _Found, say: Say) -> tuple[tuple[float, ...], ...]:
+    """Return the cross-design table: each recording alone fitted, from where the joint fit ended, and held against all."""
+    from lathesim.experiments.emulation.methods import descend
+
+    columns = []
+    for text in fitted.given:
+        alone = fitted.objective(best.changes, [text])
+        alone.floor = best.objective.floor
+        low, high = bounds(alone.free)
+        try:
+            if fitted.question.method == "replay":
+                point = descend(alone, low, high, best.point, lambda runs, cost: None, _LATER)
+            else:
+                point = METHODS[fitted.question.method](
+                    alone, low, high, fitted.question.effort, fitted.question.seed, lambda runs, cost: None
+                )
+        except KeyboardInterrupt:
+            return ()
+        fitted.runs += alone.replica.runs
+        columns.append(best.objective.position_rms(point, _SETTLED))
+        say(f"  fitted to {alone.recorded[0].name} alone: off by {_listed_mm(columns[-1])}")
+    return tuple(tuple(column[row] for column in columns) for row in range(len(columns)))
+
+
+def _listed_mm(sizes: Sequence[float]) -> str:
+    return ", ".join(f"{1e3 * size:.4g} mm" for size in sizes)

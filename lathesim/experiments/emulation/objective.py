@@ -1,0 +1,106 @@
+"""What an emulation makes small: the mean square deviation at the way-points, of positions and, weighted, of speeds.
+
+    Q = sum_channels w mean (y - y_model)^2,   w = 1 for a position, lambda for a speed
+
+Source: A. Tiwari et al., J. Manuf. Syst. 68 (2023), section 2.3. Q adds m^2 and (m/s)^2, as printed there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.experiments.emulation.free_values import FreeValue, values_of
+from lathesim.experiments.replica import Replica
+from lathesim.experiments.waypoints import Waypoints
+from lathesim.units import same_dimension
+
+FAR = 1.0
+"""Deviation [SI] that stands for a run that diverged."""
+_STEP = 1e-3
+"""Step of the central differences on the scale of the search."""
+
+
+@dataclass
+class History:
+    """Every point that was tried on the scale of the search, with its Q."""
+
+    points: list[FloatArray] = field(default_factory=list)
+    costs: list[float] = field(default_factory=list)
+
+    def best(self) -> FloatArray:
+        """Return the point with the smallest Q."""
+        return self.points[int(np.argmin(self.costs))]
+
+
+class Objective:
+    """Deviations of a replica from way-points, as a function of points on the scale of the search.
+
+    ``floor`` channel -> [SI] is what one deviation is worth in a sum of squares; Q itself knows no floor.
+    """
+
+    def __init__(self, replica: Replica, free: Sequence[FreeValue], recorded: Sequence[Waypoints], weight: float, floor: float) -> None:
+        self.replica = replica
+        self.free = tuple(free)
+        self.recorded = tuple(recorded)
+        self.weight = weight
+        self.floor = floor
+        self.history = History()
+        self._weights = [np.array([self._weight(item, name) for name in item.channels]) for item in recorded]
+
+    def _weight(self, item: Waypoints, name: str) -> float:
+        return 1.0 if same_dimension(item.prepared.plan.unit(name), "m") else self.weight
+
+    def deviations(self, points: FloatArray, only: Sequence[int] | None = None) -> list[FloatArray]:
+        """Return model minus way-points, for each recording (members, channels, times); 0 where nothing was recorded, FAR where a run
+        diverged."""
+        rows = np.atleast_2d(points)
+        chosen = range(len(self.recorded)) if only is None else only
+        found = []
+        for position, readings in zip(chosen, self.replica.readings(values_of(self.free, rows), only), strict=True):
+            measured = np.array([self.recorded[position].values[name] for name in self.recorded[position].channels])
+            deviation = readings - measured
+            deviation = np.where(np.isnan(measured), 0.0, np.where(np.abs(deviation) < FAR, deviation, FAR * np.sign(deviation + 1e-300)))
+            found.append(np.where(np.isnan(deviation), FAR, deviation))
+        return found
+
+    def costs(self, points: FloatArray) -> FloatArray:
+        """Return Q (members,) [m^2], and remember it."""
+        rows = np.atleast_2d(points)
+        total = np.zeros(len(rows))
+        for deviation, weights in zip(self.deviations(rows), self._weights, strict=True):
+            total += np.einsum("mct,c->m", np.square(deviation), weights) / deviation.shape[2]
+        total /= len(self.recorded)
+        self.history.points += list(rows)
+        self.history.costs += [float(cost) for cost in total]
+        return total
+
+    def vector(self, points: FloatArray) -> FloatArray:
+        """Return the weighted deviations in floors (members, numbers), whose squares add up to the misfit."""
+        rows = np.atleast_2d(points)
+        found = self.deviations(rows)
+        parts = [
+            (deviation * np.sqrt(weights)[:, None]).reshape(len(rows), -1) for deviation, weights in zip(found, self._weights, strict=True)
+        ]
+        return np.concatenate(parts, axis=1) / self.floor
+
+    def slopes(self, point: FloatArray, wanted: Sequence[int] | None = None) -> FloatArray:
+        """Return the derivatives of :meth:`vector` (numbers, names) by central differences, in one batch."""
+        count = len(self.free)
+        chosen = list(range(count)) if wanted is None else list(wanted)
+        steps = np.zeros((len(chosen), count))
+        steps[np.arange(len(chosen)), chosen] = _STEP
+        moved = self.vector(np.vstack([point + steps, point - steps]))
+        return np.asarray((moved[: len(chosen)] - moved[len(chosen) :]).T / (2.0 * _STEP))
+
+    def position_rms(self, point: FloatArray, settled: float = 0.0) -> list[float]:
+        """Return for each recording sqrt(MSE(x) + MSE(y)) [m] of the positions from ``settled`` [s] on."""
+        found = []
+        for item, deviation in zip(self.recorded, self.deviations(point), strict=True):
+            rows = [place for place, name in enumerate(item.channels) if same_dimension(item.prepared.plan.unit(name), "m")]
+            late = item.time >= settled
+            found.append(float(np.sqrt(np.square(deviation[0][rows][:, late]).mean(axis=1).sum())))
+        return found

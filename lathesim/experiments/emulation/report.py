@@ -1,0 +1,197 @@
+"""An emulation written down: the lesson that runs, the report for people, the JSON for programs."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.experiments.emulation.emulation import Emulation
+from lathesim.lessons.changed_lesson import changed_lesson
+
+SCHEMA = "lathesim-emulation/1"
+
+
+def lesson_text(found: Emulation, folder: Path) -> str:
+    """Return the lesson with the learnt values, for a file in ``folder``."""
+    values = {item.name: f"{value:.10g} {item.unit}".removesuffix(" 1") for item, value in zip(found.free, found.values, strict=True)}
+    return changed_lesson(found.lesson, [], values, folder)
+
+
+def as_json(found: Emulation) -> dict[str, Any]:
+    """Return the emulation for programs, everything in SI."""
+    names = [item.name for item in found.recorded]
+    return {
+        "schema": SCHEMA,
+        "lesson": found.lesson.name,
+        "method": found.question.method,
+        "lambda": found.question.weight,
+        "structure": [change.title for change in found.changes],
+        "values": {
+            item.name: {"value": float(value), "unit": item.unit, "given": item.given}
+            for item, value in zip(found.free, found.values, strict=True)
+        },
+        "recordings": [
+            {"name": name, "rms_given_m": given, "rms_m": fitted, "waypoints": int(item.time.size)}
+            for name, item, given, fitted in zip(names, found.recorded, found.given_rms, found.fitted_rms, strict=True)
+        ],
+        "cross_design_m": {"rows": names, "columns": names, "rms": [list(row) for row in found.cross]} if found.cross else None,
+        "noise_m": found.noise,
+        "directions": {
+            "known_to_10_percent": found.telling.known,
+            "information": found.telling.information,
+            "singular_values": [float(size) for size in found.telling.singular],
+            "hidden": [{"powers": item.powers, "sentence": item.sentence} for item in found.telling.hidden],
+            "loose": dict(found.telling.loose),
+        },
+        "importance": [{"name": item.name, "trees": _plain(item.trees), "profile_factor": item.profile} for item in found.importance],
+        "unseen": [{"name": item.name, "rms": item.rms, "largest": item.largest, "in_band": item.covered} for item in found.unseen],
+        "runs": found.runs,
+        "wall_time_s": found.wall_time,
+        "stopped": found.stopped,
+    }
+
+
+def _plain(value: float) -> float | None:
+    return None if np.isnan(value) else value
+
+
+def told_lines(found: Emulation) -> Iterator[str]:
+    """Yield the emulation as a person reads it at a terminal."""
+    if found.stopped:
+        yield "Stopped: this is the best machine so far."
+    yield from _table(_fit_rows(found))
+    if found.changes:
+        yield f"Structure: {', '.join(change.title for change in found.changes)}."
+    if found.cross:
+        yield ""
+        yield "rms after 2 s, row: held against, column: fitted to"
+        yield from _table(_cross_rows(found))
+    for item in found.unseen:
+        yield f"Not fitted: {item.name}: {_rms(item.rms)}, {100 * item.covered:.1f} % of the way-points in the 95 % band."
+    yield ""
+    yield "What these recordings tell"
+    yield from (f"  {sentence}" for sentence in telling_sentences(found))
+    yield f"{found.runs} runs, {found.wall_time:.1f} s."
+
+
+def telling_sentences(found: Emulation) -> Iterator[str]:
+    """Yield what the recordings tell, and what they cannot."""
+    told = found.telling
+    count = len(told.names)
+    yield f"{told.known} of {count} combinations of values are known to 10 % or better, with {1e6 * found.noise:.3g} um of noise."
+    for item in told.hidden:
+        yield item.sentence
+    if told.hidden:
+        number = len(told.hidden)
+        text = (
+            "This combination does not show, whatever the program"
+            if number == 1
+            else f"These {number} combinations do not show, whatever the program"
+        )
+        yield f"{text}: the readings stay still when the machine is run again along {'it' if number == 1 else 'them'}."
+    rest = count - told.known - len(told.hidden)
+    if rest > 0:
+        yield f"{rest} more could show and do not, or not to 10 %: another program would tell more (lathesim experiment)."
+    sure = [name for name in told.names if name not in dict(told.loose)]
+    if sure:
+        yield f"Known by themselves to 10 %: {', '.join(sure)}."
+    elif told.known:
+        yield "No value is known to 10 % by itself: what is known are combinations, such as the lag behind the reference."
+
+
+def _fit_rows(found: Emulation) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = [("recording", "way-points", "as given, rms", "emulated, rms")]
+    for item, given, fitted in zip(found.recorded, found.given_rms, found.fitted_rms, strict=True):
+        rows.append((item.name, str(item.time.size), f"{1e3 * given:.4f} mm", f"{1e3 * fitted:.4f} mm"))
+    return rows
+
+
+def _cross_rows(found: Emulation) -> list[tuple[str, ...]]:
+    names = [item.name for item in found.recorded]
+    return [("", *names), *((name, *(f"{1e3 * size:.4f} mm" for size in row)) for name, row in zip(names, found.cross, strict=True))]
+
+
+def _rms(sizes: dict[str, float]) -> str:
+    return ", ".join(f"{name} {1e3 * size:.4f} mm rms" if size < 10 else f"{name} {size:.4g}" for name, size in sizes.items())
+
+
+def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def report_html(found: Emulation, picture: str) -> str:
+    """Return the report as one HTML page, with a picture that stands beside it."""
+    parts = [
+        "<!doctype html><html lang='en'><head><meta charset='utf-8'>",
+        f"<title>Emulation of {html.escape(found.lesson.title)}</title>",
+        "<style>body{font-family:sans-serif;max-width:60rem;margin:2rem auto;color:#22262b;line-height:1.45}"
+        "td,th{padding:.2rem .8rem;text-align:left;border-bottom:1px solid #e4e7eb}img{max-width:100%}</style></head><body>",
+        f"<h1>Emulation of {html.escape(found.lesson.title)}</h1>",
+        f"<p>Search: {found.question.method}; weight of speeds (lambda): {found.question.weight:g}; {found.runs} runs.</p>",
+        "<h2>How well it follows</h2>", _html_table(_fit_rows(found)),
+    ]  # fmt: skip
+    if found.changes:
+        parts.append(f"<p>Structure changed: {html.escape(', '.join(change.title for change in found.changes))}.</p>")
+    if found.cross:
+        parts += ["<h2>Cross-design table</h2><p>rms after 2 s; row: held against, column: fitted to.</p>", _html_table(_cross_rows(found))]
+    if found.unseen:
+        rows = [("not fitted", "deviation", "in the 95 % band")]
+        rows += [(item.name, _rms(item.rms), f"{100 * item.covered:.1f} %") for item in found.unseen]
+        parts += ["<h2>Programs that were not fitted</h2>", _html_table(rows)]
+    parts += [f"<p><img src='{html.escape(picture)}' alt='deviations at the way-points'></p>"]
+    parts += ["<h2>What these recordings tell, and what they cannot</h2><ul>"]
+    parts += [f"<li>{html.escape(sentence)}</li>" for sentence in telling_sentences(found)] + ["</ul>"]
+    parts += ["<h2>Values</h2>", _html_table(_value_rows(found))]
+    parts += ["</body></html>"]
+    return "\n".join(parts)
+
+
+def _value_rows(found: Emulation) -> list[tuple[str, ...]]:
+    rank = {item.name: item for item in found.importance}
+    loose = dict(found.telling.loose)
+    rows: list[tuple[str, ...]] = [
+        ("value", "given", "emulated", "unit", "relative error", "importance (trees)", "may be off by (profile)")
+    ]
+    for item, value in zip(found.free, found.values, strict=True):
+        error = (
+            f"{100 * loose[item.name]:.3g} %"
+            if item.name in loose and loose[item.name] < 10.0
+            else "not told"
+            if item.name in loose
+            else "below 10 %"
+        )
+        trees = f"{rank[item.name].trees:.3f}" if item.name in rank and not np.isnan(rank[item.name].trees) else "-"
+        profile = rank[item.name].profile if item.name in rank else None
+        rows.append((item.name, f"{item.given:.5g}", f"{value:.5g}", item.unit, error, trees, f"x {profile:.3g}" if profile else "any"))
+    return rows
+
+
+def _html_table(rows: Sequence[tuple[str, ...]]) -> str:
+    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in rows[0])
+    body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows[1:])
+    return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def write_emulation(found: Emulation, folder: Path) -> dict[str, Path]:
+    """Write lesson.yaml, report.html with its picture, and emulation.json into a folder; nothing stays half written."""
+    from lathesim.analysis.emulation_figure import emulation_figure
+    from lathesim.analysis.plots import save_figure
+
+    lesson, report = lesson_text(found, folder), report_html(found, "emulation.png")
+    told = json.dumps(as_json(found), indent=2)
+    folder.mkdir(parents=True, exist_ok=True)
+    panels = [
+        (item.name, item.time, item.values, judged.deviation, judged.band)
+        for item, judged in zip(found.unseen_recorded, found.unseen, strict=True)
+    ] or [(item.name, item.time, item.values, {}, {}) for item in found.recorded]
+    save_figure(emulation_figure(found.lesson.title, panels, found.telling.singular), folder / "emulation.png")
+    places = {"lesson": folder / "lesson.yaml", "report": folder / "report.html", "json": folder / "emulation.json"}
+    for name, text in (("lesson", lesson), ("report", report), ("json", told)):
+        places[name].write_text(text, encoding="utf-8")
+    return places

@@ -1,0 +1,74 @@
+"""How well an emulated machine follows programs that were not fitted, with a band that says how well it thinks it does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.experiments.emulation.objective import Objective
+
+_COVERED = 0.95
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """One recording that was not fitted: rms of each channel [SI], the largest deviation, and which share of the points is in the band."""
+
+    name: str
+    rms: dict[str, float]
+    largest: dict[str, float]
+    covered: float
+    band: dict[str, FloatArray]
+    deviation: dict[str, FloatArray]
+
+
+def judge_unseen(fitted: Objective, unseen: Objective, point: FloatArray) -> list[Unseen]:
+    """Return how the fitted machine does on recordings that were not fitted.
+
+    The band is +-z s with s^2 = a^2 + b^2 g^2 + j C j'. C is the covariance of the values, g^2 what the values' own uncertainty before the
+    fit would make of a reading: a structure that is not quite right errs where the machine has something to show. a, b and z are those
+    that suit the fitted recordings: by likelihood, and so that 95 % of their points are inside.
+    """
+    spread = np.array([item.spread for item in fitted.free])
+    residual = fitted.vector(point)[0]
+    slopes = fitted.slopes(point)
+    noise = max(float(np.square(residual).mean()), 1e-12)
+    inverse = np.linalg.inv(slopes.T @ slopes / noise + np.diag(1.0 / np.square(spread)))
+    activity = np.sqrt(np.square(slopes * spread).sum(axis=1))
+    own = np.einsum("ij,jk,ik->i", slopes, inverse, slopes)
+    level, share = _levels(residual, activity)
+    size = np.sqrt(level**2 + share**2 * np.square(activity) + own)
+    factor = float(np.quantile(np.abs(residual) / size, _COVERED))
+    ahead = unseen.slopes(point)
+    reach = np.sqrt(level**2 + share**2 * np.square(ahead * spread).sum(axis=1) + np.einsum("ij,jk,ik->i", ahead, inverse, ahead))
+    deviations, found, taken = unseen.deviations(point), [], 0
+    for item, deviation in zip(unseen.recorded, deviations, strict=True):
+        count = len(item.time)
+        bands: dict[str, FloatArray] = {}
+        inside: list[FloatArray] = []
+        for row, name in enumerate(item.channels):
+            weight = np.sqrt(unseen._weight(item, name)) or 1.0
+            bands[name] = factor * unseen.floor / weight * reach[taken : taken + count]
+            taken += count
+            inside.append(np.abs(deviation[0][row]) <= bands[name])
+        rms = {name: float(np.sqrt(np.square(deviation[0][row]).mean())) for row, name in enumerate(item.channels)}
+        largest = {name: float(np.abs(deviation[0][row]).max()) for row, name in enumerate(item.channels)}
+        drawn = {name: deviation[0][row] for row, name in enumerate(item.channels)}
+        found.append(Unseen(item.name, rms, largest, float(np.mean(inside)), bands, drawn))
+    return found
+
+
+def _levels(residual: FloatArray, activity: FloatArray) -> tuple[float, float]:
+    """Return a and b of the variance a^2 + b^2 g^2 under which the deviations are most likely, from a grid."""
+    total = float(np.sqrt(np.square(residual).mean())) or 1e-9
+    active = float(np.sqrt(np.square(activity).mean())) or 1.0
+    best, found = np.inf, (total, 0.0)
+    for constant in total * np.geomspace(0.03, 1.5, 16):
+        for share in total / active * np.concatenate([[0.0], np.geomspace(0.03, 2.0, 16)]):
+            variance = constant**2 + share**2 * np.square(activity)
+            cost = float((np.log(variance) + np.square(residual) / variance).sum())
+            if cost < best:
+                best, found = cost, (float(constant), float(share))
+    return found

@@ -1,0 +1,167 @@
+"""The machine of a lesson made ready to be run many times with other values, and read at given times only."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.component import Input, Output
+from lathesim.components.recorded_signal import RecordedSignal
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.engine.batch import Batch
+from lathesim.engine.run import run
+from lathesim.engine.wiring import Plan, wire
+from lathesim.errors import WiringError
+
+_COARSEST = 4
+"""Samples of the lesson that one sample of a replica may take, where nothing but delays is sampled."""
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """One program on one machine, read at ``times`` (n,) [s] on ``channels``; ``name`` is for people."""
+
+    name: str
+    assembly: Assembly
+    channels: tuple[str, ...]
+    times: FloatArray
+
+
+class Replica:
+    """Runs of several settings of one machine with values of ``names``.
+
+    A machine whose sampled parts are delays and an interpolator that nothing feeds is run on the reference, laid once, and with up to four
+    times the sample period. ``runs`` counts the simulations made. With ``stop`` set a batch raises ``KeyboardInterrupt``.
+    """
+
+    def __init__(self, settings: Sequence[Setting], names: Sequence[str], stop: threading.Event | None = None) -> None:
+        self.settings = tuple(settings)
+        self.names = tuple(names)
+        self.stop = stop
+        self.runs = 0
+        self._batches = [_batch(setting, self.names) for setting in self.settings]
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the first setting, in which the names stand."""
+        return self._batches[0].plan
+
+    def readings(self, values: FloatArray, only: Sequence[int] | None = None) -> list[FloatArray]:
+        """Return for each setting the readings (members, channels, times) [SI] for values (members, names) [SI]; NaN where one diverged."""
+        members = np.atleast_2d(values)
+        found = []
+        for position in range(len(self.settings)) if only is None else only:
+            if self.stop is not None and self.stop.is_set():
+                raise KeyboardInterrupt
+            batch, setting = self._batches[position], self.settings[position]
+            rows = batch.run(self.names, members, _reader(setting, batch))
+            self.runs += len(members)
+            found.append(np.array(rows))
+        return found
+
+
+def _reader(setting: Setting, batch: Batch) -> Callable[[FloatArray], FloatArray]:
+    """Return what reads a record at the times of a setting, on straight lines between samples."""
+    position = np.clip(setting.times / batch.plan.assembly.sample_period, 0.0, batch.samples - 1.000001)
+    before = position.astype(int)
+    share = position - before
+
+    def read(record: FloatArray) -> FloatArray:
+        return np.asarray(record[:, before] * (1.0 - share) + record[:, before + 1] * share)
+
+    return read
+
+
+def _batch(setting: Setting, names: Sequence[str]) -> Batch:
+    base = dataclasses.replace(setting.assembly, finish="", record=setting.channels)
+    duration = float(setting.times[-1])
+    interpolators = [part for part in base.parts if "path" in part.tables]
+    fixed = len(interpolators) == 1 and _stands_alone(base, interpolators[0], names)
+    factors = range(_COARSEST, 0, -1) if fixed and _only_delays(base, interpolators[0]) else (1,)
+    for factor in factors:
+        period = base.sample_period * factor
+        coarse = base if factor == 1 else dataclasses.replace(base, sample_period=period, step=period)
+        assembly = _on_reference(base, coarse, interpolators[0], duration) if fixed else coarse
+        batch = Batch(wire(assembly), math.ceil(duration / period) + 2, noisy=False)
+        try:
+            if factor > 1 and _shortest_delay(assembly, names) < period * (1.0 - 1e-9):
+                continue
+            batch.check_step()
+        except WiringError:
+            if factor == 1:
+                raise
+            continue
+        return batch
+    raise AssertionError("a factor of one is always tried")
+
+
+def _stands_alone(assembly: Assembly, part: Part, names: Sequence[str]) -> bool:
+    """Tell whether nothing of the machine feeds a part, and none of its values is among ``names``."""
+    fed = any(item.target.partition(".")[0] == part.name and item.source for item in assembly.wires)
+    return not fed and not any(name.partition(".")[0] == part.name for name in names)
+
+
+def _only_delays(assembly: Assembly, interpolator: Part) -> bool:
+    """Tell whether each sample is one step and every sampled part is a delay line or the interpolator."""
+    sampled = [part for part in assembly.parts if "update" in part.component.laws and part is not interpolator]
+    return math.isclose(assembly.step, assembly.sample_period) and all(part.component.__name__ == "DelayLine" for part in sampled)
+
+
+def _shortest_delay(assembly: Assembly, names: Sequence[str]) -> float:
+    """Return the shortest delay [s] of a machine; half of it where it is among ``names``, as a search may shorten it."""
+    plan = wire(assembly)
+    found = math.inf
+    for name, position in plan.parameters.items():
+        part, _, item = name.partition(".")
+        if plan.parts[part].component.__name__ == "DelayLine" and item == "delay":
+            found = min(found, plan.parameter_values[position])
+    return found
+
+
+def _on_reference(base: Assembly, coarse: Assembly, interpolator: Part, duration: float) -> Assembly:
+    """Return the machine with its interpolator replaced by what it gives, laid with the sample period of ``base``.
+
+    A reference held over a sample is, on average, half a sample late; the straight lines run through the middles of the holds.
+    """
+    prefix = f"{interpolator.name}."
+    wanted = sorted(
+        {item.source for item in base.wires if item.source.startswith(prefix)}
+        | {name for name in base.record or () if name.startswith(prefix)}
+    )
+    own = tuple(item for item in base.wires if item.target.startswith(prefix))
+    alone = Assembly((interpolator,), own, base.sample_period, base.step, record=tuple(wanted))
+    laid = run(wire(alone), duration=duration + 2.0 * coarse.sample_period, engine="auto")
+    outputs = interpolator.component.declared(Output)
+    parts = [part for part in coarse.parts if part is not interpolator]
+    wires = [item for item in coarse.wires if not item.target.startswith(prefix)]
+    rows = np.arange(0.0, duration + 2.0 * coarse.sample_period, coarse.sample_period)
+    for name in wanted:
+        item = name.partition(".")[2]
+        values = np.interp(rows - 0.5 * base.sample_period, laid.time, laid.channels[name].values)
+        unit = outputs[item].unit
+        table = np.column_stack([rows, values])
+        parts.append(Part(f"laid_{item}", RecordedSignal.with_units({"signal": unit}), {"interpolation": 1.0}, tables={"samples": table}))
+        wires = [Wire(wire_.target, f"laid_{item}.signal") if wire_.source == name else wire_ for wire_ in wires]
+    record = tuple(f"laid_{name.partition('.')[2]}.signal" if name.startswith(prefix) else name for name in coarse.record or ())
+    return dataclasses.replace(coarse, parts=tuple(parts), wires=tuple(wires), record=record)
+
+
+def given_values(plan: Plan, names: Sequence[str]) -> FloatArray:
+    """Return the values [SI] of parameters and starts as the machine has them."""
+    arrays: Mapping[str, tuple[float, ...]] = {
+        "parameter": plan.parameter_values,
+        "state": plan.start_states,
+        "discrete": plan.start_discrete,
+    }
+    return np.array([arrays[kind][position] for kind, position in (plan.settable(name) for name in names)])
+
+
+def is_input(plan: Plan, name: str) -> bool:
+    """Tell whether a name is an input held at a constant, rather than a parameter."""
+    part, _, item = name.partition(".")
+    return isinstance(plan.parts[part].component.declarations[item], Input)

@@ -1,0 +1,1 @@
+"""Watermarks on a reference, and guards that tell forged readings by them."""

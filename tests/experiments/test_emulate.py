@@ -1,0 +1,81 @@
+"""A closed controller learnt from way-points at 10 Hz."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare, run_prepared
+from lathesim.plugins import Registry, load_registry
+from tests.cli.command import call
+
+LESSON = "16_a_controller_that_tells_nothing"
+CHANGED = {"x_element_1.gain": 0.03, "x_controller.loop_gain": 24.0, "x_element_3.frequency": 50.0}
+
+
+@pytest.fixture(scope="module")
+def registry() -> Registry:
+    return load_registry(installed=False)
+
+
+def write_waypoints(place: Path, registry: Registry, variant: str, noise: float, seconds: float) -> None:
+    """Write uneven way-points of a machine with other values than the lesson's."""
+    record = run_prepared(prepare(load_lesson(LESSON), registry, variant, CHANGED), engine="compiled")
+    random = np.random.default_rng(5)
+    time = np.arange(0.0, seconds, 0.1) + random.uniform(0.0, 0.03, round(seconds * 10))
+    columns = [np.interp(time, record.time, record[name]) * 1e3 for name in ("x_axis.position", "y_axis.position")]
+    columns = [column + random.normal(0.0, noise * 1e3, len(time)) for column in columns]
+    np.savetxt(place, np.column_stack([time, *columns]), delimiter=",", header="time,x,y", comments="", fmt="%.5f")
+
+
+@pytest.fixture(scope="module")
+def waypoints(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> Path:
+    folder = tmp_path_factory.mktemp("waypoints")
+    write_waypoints(folder / "three_speeds.csv", registry, "three_speeds", 10e-6, 27.0)
+    write_waypoints(folder / "staircase.csv", registry, "staircase", 10e-6, 24.0)
+    return folder
+
+
+@pytest.mark.slow
+def test_emulated_machine_follows_a_program_that_was_not_fitted(
+    capsys: pytest.CaptureFixture[str], waypoints: Path, tmp_path: Path
+) -> None:
+    done = call(
+        capsys,
+        "emulate", LESSON, waypoints / "three_speeds.csv", "--validate", waypoints / "staircase.csv", "--out", tmp_path / "e",
+        "--json",
+    )  # fmt: skip
+    assert done.code == 0, done.err
+    told = json.loads((tmp_path / "e" / "emulation.json").read_text())
+    assert told["schema"] == "lathesim-emulation/1"
+    assert told["recordings"][0]["rms_m"] < 16e-6 < told["recordings"][0]["rms_given_m"]
+    (unseen,) = told["unseen"]
+    assert max(unseen["rms"].values()) < 12e-6
+    assert 0.9 < unseen["in_band"] < 0.985
+    hidden = " ".join(item["sentence"] for item in told["directions"]["hidden"])
+    for gain in ("x_speed_controller.gain", "x_power_controller.gain", "x_controller.loop_gain"):
+        assert f"Only the products of {gain} with each of" in hidden
+    assert call(capsys, "check", str(tmp_path / "e" / "lesson.yaml")).code == 0
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        ("0,0,0\n0.1,1,0\n0.2,2,0\n", "the recording has 3 way-points. Record at least 20, while the axes move."),
+        ("".join(f"{row / 10},5,5\n" for row in range(40)), "nothing moves in the recording. Record a program that moves the axes."),
+    ],
+)
+def test_recordings_that_tell_nothing_are_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path, rows: str, message: str) -> None:
+    (tmp_path / "r.csv").write_text(f"time,x,y\n{rows}")
+    done = call(capsys, "emulate", LESSON, str(tmp_path / "r.csv"), "--out", str(tmp_path / "e"))
+    assert done.code == 1
+    assert message in done.err
+    assert not (tmp_path / "e").exists()
+
+
+def test_unknown_program_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    done = call(capsys, "emulate", LESSON, f"stairs={tmp_path / 'r.csv'}", "--out", str(tmp_path / "e"))
+    assert done.code == 1
+    assert "'stairs' is neither a variant of the lesson nor a part program." in done.err
