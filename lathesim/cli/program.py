@@ -10,19 +10,34 @@ import click
 
 if TYPE_CHECKING:
     from lathesim.program.moves import Move, Program
+    from lathesim.program.nose.tool_nose import Tool
+    from lathesim.program.stock_checks import Bar
 
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--dialect", default="auto", show_default=True, help="paper, linuxcnc or fanuc; else found out, and said.")
+@click.option("--dialect", default="auto", show_default=True, help="paper, linuxcnc, fanuc or fanuc-b; else found out, and said.")
 @click.option("--json", "as_json", is_flag=True, help="Print canonical moves, schema lathe-canon/1.")
 @click.option("--explain", "as_words", is_flag=True, help="Say in a sentence what each block does.")
 @click.option("--check", "as_check", is_flag=True, help="Only say what is odd or wrong; leaves with 1 where something is.")
 @click.option("--plot", "figure", type=click.Path(path_type=Path), metavar="F.png", help="Draw the path.")
 @click.option("--write", "written", type=click.Path(path_type=Path), metavar="F.ngc", help="Write the moves as a plain LinuxCNC program.")
+@click.option("--tool", "tools", multiple=True, metavar="N=RADIUS[,ORIENTATION]", help="Nose of a tool for G41 and G42, as 1=0.8mm,3.")
+@click.option("--stock", metavar="D,L[,FACE]", help="Diameter and length of the bar, and Z of its face [0 mm]; rapids into it are told.")
+@click.option("--strict", is_flag=True, help="Refuse codes that do nothing in the simulation, as those of the machine's builder.")
 @click.option("--block-delete/--no-block-delete", default=True, show_default=True, help="Leave out the lines that begin with /.")
 def program(
-    file: Path, dialect: str, as_json: bool, as_words: bool, as_check: bool, figure: Path | None, written: Path | None, block_delete: bool
+    file: Path,
+    dialect: str,
+    as_json: bool,
+    as_words: bool,
+    as_check: bool,
+    figure: Path | None,
+    written: Path | None,
+    tools: tuple[str, ...],
+    stock: str | None,
+    strict: bool,
+    block_delete: bool,
 ) -> int:
     """Show the moves of a part program. Lengths are in mm and X is a radius."""
     from lathesim.program.canon import canon
@@ -30,6 +45,7 @@ def program(
     from lathesim.program.detect import detect_dialect
     from lathesim.program.explain import explain
     from lathesim.program.interpreter import interpret
+    from lathesim.program.stock_checks import meets_stock
     from lathesim.program.words import read_program_file
 
     if not file.is_file():
@@ -41,8 +57,10 @@ def program(
         detected = detect_dialect(blocks)
         dialect = detected.dialect.name
         click.echo(f"Read in the dialect '{dialect}': {detected.reason}. --dialect chooses another.", err=True)
-    interpreted = interpret(blocks, dialect)
-    warnings = [*interpreted.warnings, *checked(interpreted)]
+    interpreted = interpret(blocks, dialect, tools=dict(map(_tool, tools)), strict=strict)
+    bar = None if stock is None else _bar(stock)
+    warnings = [*interpreted.warnings, *checked(interpreted, blocks), *([] if bar is None else meets_stock(interpreted, bar))]
+    warnings.sort(key=lambda warned: warned.line)
     if figure is not None:
         _draw(interpreted, figure)
     if written is not None:
@@ -59,6 +77,33 @@ def program(
     if as_check and not warnings:
         click.echo(f"{interpreted.name}: {len(interpreted.moves)} moves, nothing odd.")
     return int(as_check and bool(warnings))
+
+
+def _tool(text: str) -> tuple[int, Tool]:
+    """Return number and tool of ``1=0.8mm,3``."""
+    from lathesim.program.nose.tool_nose import Tool
+    from lathesim.units import quantity
+
+    number, equals, nose = text.partition("=")
+    radius, _, orientation = nose.partition(",")
+    if not equals or not number.strip().isdigit() or (orientation.strip() or "3") not in set("0123456789"):
+        raise click.BadParameter(f"'{text}' is no tool; write its number, nose radius and orientation, as 1=0.8mm,3", param_hint="'--tool'")
+    return int(number), Tool(quantity(radius.strip(), "m"), int(orientation.strip() or "3"))
+
+
+def _bar(text: str) -> Bar:
+    """Return the bar of ``40mm,60mm`` or ``40mm,60mm,2mm``: it lies from its face towards the chuck, at smaller Z."""
+    from lathesim.program.stock_checks import Bar
+    from lathesim.units import quantity
+
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) not in (2, 3):
+        raise click.BadParameter(f"'{text}' is no bar; write its diameter and length, as 40mm,60mm", param_hint="'--stock'")
+    values = [quantity(part, "m") for part in parts]
+    if min(values[:2]) <= 0.0:
+        raise click.BadParameter("diameter and length are above 0", param_hint="'--stock'")
+    face = values[2] if len(values) == 3 else 0.0
+    return Bar(0.5 * values[0], face - values[1], values[1])
 
 
 def _write(interpreted: Program, place: Path) -> None:
@@ -78,7 +123,7 @@ def _draw(interpreted: Program, figure: Path) -> None:
     from lathesim.analysis.plots import save_figure
     from lathesim.analysis.program_figure import program_figure
 
-    save_figure(program_figure(interpreted.name, [_points(move) for move in interpreted.moves if move.kind != "dwell"]), figure)
+    save_figure(program_figure(Path(interpreted.name).name, [_points(move) for move in interpreted.moves if move.kind != "dwell"]), figure)
     click.echo(f"drew {figure}", err=True)
 
 

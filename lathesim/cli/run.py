@@ -65,6 +65,7 @@ def run(
     file = find_program_file(program, loaded.path.parent)
     names: list[str | None] = [variant] if variant is not None else list(loaded.variants) or [None]
     prepared = [prepare(loaded, registry, name, changes, program=file) for name in names]
+    _tell_odd_programs(prepared)
     runs = _Runs(loaded, registry, as_json, engine, seed, no_plots)
     if recording is not None:
         prepared = [runs.driven(case, recording) for case in prepared]
@@ -74,6 +75,17 @@ def run(
             break
     runs.tell()
     return STOPPED if runs.stopped else int(runs.failed)
+
+
+def _tell_odd_programs(prepared: list[Prepared]) -> None:
+    """Print what is odd in the programs of machines that cut, once each."""
+    from lathesim.lessons.program_path import program_warnings
+    from lathesim.lessons.raw_stock import raw_stock
+
+    stocks = [(case, raw_stock(case.plan)) for case in prepared]
+    told = [sentence for case, stock in stocks if stock is not None for sentence in program_warnings(case.case, stock)]
+    for sentence in dict.fromkeys(told):
+        click.echo(sentence, err=True)
 
 
 def _record_path(out: Path | None, case: Prepared, *, alone: bool) -> Path:

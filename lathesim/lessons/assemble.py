@@ -18,7 +18,7 @@ from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_tables import table_of
 from lathesim.lessons.part_values import no_item, placed_at, si_value, take_value
-from lathesim.lessons.program_path import limits_of, path_of_program, start_of
+from lathesim.lessons.program_path import limits_of, path_of_program, start_of, tools_of
 from lathesim.plugins import Registry
 from lathesim.units import same_dimension
 
@@ -209,7 +209,7 @@ def _path(case: Case, parts: Mapping[str, _Placed]) -> FloatArray | None:
         raise LessonError(fact, place=str(case.lesson.path), remedy="Write 'program: ...', or give --program.")
     machine = case.lesson.machine
     limits, start = limits_of(machine), start_of(machine, case.lesson)
-    return path_of_program(case.program, case.lesson.settings.dialect, limits, start).table
+    return path_of_program(case.program, case.lesson.settings.dialect, limits, start, tools_of(case.lesson)).table
 
 
 def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registry: Registry) -> Machinery:

@@ -14,8 +14,8 @@ from lathesim.lessons.part_tables import table_file
 from lathesim.shipped import shipped_files
 
 _KEPT = (
-    "lesson", "text", "try", "machine", "dialect", "engine", "program", "duration", "sample_period", "step", "add", "units", "set",
-    "replace", "wires", "every", "tables", "start_point", "insert", "record", "recordings", "uncertain",
+    "lesson", "text", "try", "machine", "dialect", "tools", "engine", "program", "duration", "sample_period", "step", "add",
+    "units", "set", "replace", "wires", "every", "tables", "start_point", "insert", "record", "recordings", "uncertain",
 )  # fmt: skip
 """Keys that a class lesson has, in this order; variants, goals and published values stay behind."""
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
+from lathesim.analysis.nothing_cut import RawStock
 from lathesim.engine.assembly import FloatArray
-from lathesim.lessons.case import Given
+from lathesim.lessons.case import Case, Given
 from lathesim.lessons.lesson import Lesson, Machine
 from lathesim.lessons.part_values import si_value
 from lathesim.path_columns import (
@@ -23,14 +25,57 @@ from lathesim.path_columns import (
     SPINDLE_SPEED,
     START_X,
 )
+from lathesim.program.checks import checked
 from lathesim.program.loading import load_program
+from lathesim.program.moves import Program
+from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.path import Limits, lay_path
 from lathesim.program.path import Path as ToolPath
+from lathesim.program.stock_checks import Bar, meets_stock
 
 
-def path_of_program(program: Path, dialect: str, limits: Limits | None = None, start: tuple[float, float] | None = None) -> ToolPath:
+def path_of_program(
+    program: Path,
+    dialect: str,
+    limits: Limits | None = None,
+    start: tuple[float, float] | None = None,
+    tools: Mapping[int, Tool] | None = None,
+) -> ToolPath:
     """Give the path of a part-program file; :class:`ProgramError` with ``file:line`` where it cannot be laid."""
-    return lay_path(load_program(program, dialect, start=start), limits)
+    return lay_path(load_program(program, dialect, start=start, tools=tools), limits)
+
+
+def program_of(case: Case) -> Program | None:
+    """Give the interpreted part program of a case of a lesson, as its machine reads it; none where it has no program."""
+    if case.program is None:
+        return None
+    lesson = case.lesson
+    return load_program(case.program, lesson.settings.dialect, start=start_of(lesson.machine, lesson), tools=tools_of(lesson))
+
+
+def tools_of(lesson: Lesson) -> dict[int, Tool]:
+    """Give the tools of a lesson, their noses in metres."""
+    found = {}
+    for number, entry in lesson.settings.tools.items():
+        place = lesson.source.place(("tools", number, "nose_radius"))
+        found[number] = Tool(si_value(Given(entry.nose_radius, place, place), "m"), entry.orientation)
+    return found
+
+
+def program_warnings(case: Case, stock: RawStock | None = None) -> list[str]:
+    """Give what may go wrong when the program of a case is cut, each as ``file:line: sentence``; with its raw ``stock`` rapids into it.
+
+    What reading the program says beside it, as of a missing end, is told by ``lathesim program``.
+    """
+    program = program_of(case)
+    if program is None:
+        return []
+    warnings = checked(program)
+    if stock is not None:
+        warnings += meets_stock(program, Bar(stock.stock_radius, stock.face, stock.stock_length, stock.free_end))
+    told = [f"{program.name}:{warned.line}: {warned.sentence}" for warned in sorted(warnings, key=lambda warned: warned.line)]
+    nose = program.assumed.get("nose_compensation")
+    return [*told, f"{program.name}: nose compensation is read with {nose}. Give the tools of the lesson their noses."] if nose else told
 
 
 def limits_of(machine: Machine) -> Limits:

@@ -78,6 +78,13 @@ class StartPoint(_Model):
     z: Quantity
 
 
+class ToolEntry(_Model):
+    """A tool of the turret, for nose compensation; ``orientation`` says where its point lies from the centre of the nose, 1 to 9."""
+
+    nose_radius: Quantity
+    orientation: Annotated[int, Field(strict=True, ge=0, le=9)] = 3
+
+
 class MachineSettings(_Model):
     """A machine template: parts and wires."""
 
@@ -281,6 +288,9 @@ class LessonSettings(Changes):
     try_: list[Text] = Field(default_factory=list, alias="try", description="what to try")
     machine: Text = Field(description="name or path of a machine template")
     dialect: Text = "paper"
+    tools: dict[Annotated[int, Field(ge=1)], ToolEntry] = Field(
+        default_factory=dict, description="tool number -> its nose, for G41 and G42"
+    )
     engine: Literal["auto", "plain", "compiled"] = "auto"
     sample_period: Quantity | None = None
     step: Quantity | None = None

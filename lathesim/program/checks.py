@@ -3,38 +3,94 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
-from lathesim.program.moves import Program
-from lathesim.program.words import Warned
+from lathesim.program.dialects import dialect_named
+from lathesim.program.moves import Move, Program
+from lathesim.program.words import Blocks, Warned
 
 _BEYOND_AXIS = -1e-3
 """[m] how far beyond the spindle's axis a facing cut goes at most, assumed: twice a nose radius of 0.4 mm and a little."""
 _SAME = 1e-9
+_LEADS_TO_RUN_UP = 2.0
+"""How many leads a thread should have to run up to its speed, assumed: a rule of thumb of shops is three."""
+_LARGE_FEED = 2e-3
+"""[m] per revolution above which a feed is a slip, assumed: ten times a roughing feed."""
+_STEPS_LIKELY = 1000.0
+"""A position of so many units without a decimal point is likely meant in the least steps of the control, assumed."""
 
 
-def checked(program: Program) -> list[Warned]:
-    """Return warnings: X far beyond the axis, a surface speed without a limit, feeds in the air at rest, thread in surface speed."""
+def checked(program: Program, blocks: Blocks | None = None) -> list[Warned]:
+    """Return warnings about a program that has been interpreted, the first of each sort; ``blocks`` adds what only its text shows."""
     found: list[Warned] = []
-    seen: set[str] = set()
+    for check in (_beyond_axis, _without_limit, _thread_in_surface_speed, _large_feeds, _run_up):
+        found += _first(check(program))
+    if blocks is not None:
+        found += _first(_decimal_points(program, blocks))
+    return sorted(found, key=lambda warned: warned.line)
 
-    def warn(kind: str, line: int, sentence: str) -> None:
-        if kind not in seen:
-            seen.add(kind)
-            found.append(Warned(line, sentence))
 
+def _first(warnings: Iterator[Warned]) -> list[Warned]:
+    warned = next(warnings, None)
+    return [] if warned is None else [warned]
+
+
+def _cuts(program: Program) -> Iterator[Move]:
+    return (move for move in program.moves if move.kind in ("feed", "arc", "thread"))
+
+
+def _beyond_axis(program: Program) -> Iterator[Warned]:
     ends = [move.end_x for move in program.moves]
-    positive = sum(x > _SAME for x in ends) > sum(x < -_SAME for x in ends)
-    for move in program.moves:
-        cuts = move.kind in ("feed", "arc", "thread")
-        if positive and cuts and move.end_x < _BEYOND_AXIS:
+    if sum(x > _SAME for x in ends) <= sum(x < -_SAME for x in ends):
+        return  # a program for a tool on the other side
+    for move in _cuts(program):
+        if move.end_x < _BEYOND_AXIS:
             x = f"X {1e3 * move.end_x:.4g} mm (radius)"
-            warn("axis", move.line, f"The cut goes beyond the spindle's axis, to {x}. Check the sign and whether X is a diameter.")
+            yield Warned(move.line, f"The cut goes beyond the spindle's axis, to {x}. Check the sign and whether X is a diameter.")
+
+
+def _without_limit(program: Program) -> Iterator[Warned]:
+    for move in _cuts(program):
         spindle = move.spindle
-        if cuts and spindle.direction and spindle.surface and spindle.limit is None:
+        if spindle.direction and spindle.surface and spindle.limit is None:
             smallest = min(abs(move.start_x), abs(move.end_x))
             rpm = 30.0 / math.pi * spindle.speed / smallest if smallest > _SAME else math.inf
             told = "without bound" if math.isinf(rpm) else f"at up to {rpm:.0f} rpm"
-            warn("limit", move.line, f"The spindle runs {told} under constant surface speed. Write a speed limit before it.")
-        if move.kind == "thread" and spindle.surface:
-            warn("thread", move.line, "A thread is cut under constant surface speed, so its lead changes the speed. Write G97 before it.")
-    return found
+            table = dialect_named(program.dialect)
+            how = ", as a D word beside G96" if table.surface_limit else ", as G50 S2500" if table.program_number else ""
+            yield Warned(move.line, f"The spindle runs {told} under constant surface speed. Write a speed limit before it{how}.")
+
+
+def _thread_in_surface_speed(program: Program) -> Iterator[Warned]:
+    for move in program.moves:
+        if move.kind == "thread" and move.spindle.surface:
+            yield Warned(
+                move.line, "A thread is cut under constant surface speed, so its passes turn at different speeds. Write G97 before it."
+            )
+
+
+def _large_feeds(program: Program) -> Iterator[Warned]:
+    for move in program.moves:
+        if move.kind in ("feed", "arc") and move.per_revolution and (move.feed or 0.0) > _LARGE_FEED:
+            told = f"The feed is {1e3 * (move.feed or 0.0):.4g} mm per revolution."
+            yield Warned(move.line, f"{told} If it is meant per minute, choose that mode before F.")
+
+
+def _run_up(program: Program) -> Iterator[Warned]:
+    previous: Move | None = None
+    for move in program.moves:
+        starts = move.kind == "thread" and previous is not None and previous.kind == "rapid"
+        if starts and move.feed and move.length < _LEADS_TO_RUN_UP * move.feed:
+            yield Warned(move.line, f"The thread is only {move.length / move.feed:.2g} leads long, too short to run up to its speed.")
+        previous = move
+
+
+def _decimal_points(program: Program, blocks: Blocks) -> Iterator[Warned]:
+    """Positions without a decimal point: a control set to its least increment reads them in steps of it."""
+    if not dialect_named(program.dialect).program_number:
+        return
+    for block in blocks.blocks:
+        for word in block.words:
+            if word.letter in "XZUW" and word.expression is None and "." not in word.text and abs(word.value) >= _STEPS_LIKELY:
+                sentence = f"{word.text} has no decimal point and is read in whole units."
+                yield Warned(block.line, f"{sentence} Write the point if the control counts in its least steps.")

@@ -46,6 +46,11 @@ class ContourCycles(Motions):
         word = self.take("D")
         if word is not None:
             modal.cycle_depth = self._length(word)
+            retract = self.take("R")
+            for letter in "IKR" if retract is None or retract.value == 1.0 else "IK":
+                self._ignored_word(letter, code)
+            if retract is not None and retract.value != 1.0:
+                modal.cycle_retract = modal.metres(retract.value)
         if modal.cycle_depth is None or modal.cycle_depth <= 0.0:
             raise self.error(
                 f"{code} needs a depth of cut above 0 and has none.",
@@ -53,19 +58,30 @@ class ContourCycles(Motions):
             )
         allow_x, allow_z = self._allowances()
         start = (modal.x, modal.z)
-        contour = [move for move in self._walked(first, last) if move.kind in ("feed", "arc")]
+        walked = self._walked(first, last)
+        contour = [move for move in walked if move.kind in ("feed", "arc")]
+        ways = (abs(walked[0].end_z - walked[0].start_z), abs(walked[0].end_x - walked[0].start_x)) if walked else (0.0, 0.0)
+        feeds_in = len(contour) > 1 and walked[0] is contour[0] and contour[0].kind == "feed" and ways[1 if across else 0] < _MICRON
+        contour = contour[1:] if feeds_in else contour
         if not contour:
             raise self.error(f"The contour of {code} cuts nothing.", "Write it with G1, G2 and G3 behind its first block.")
         retract_by = RETRACT if modal.cycle_retract is None else modal.cycle_retract
         if modal.cycle_retract is None:
             self.assumed["cycle_retract"] = f"{1e3 * RETRACT:g} mm where a cycle does not say"
         self._check_one_way(contour, code, across)
-        roughing = Roughing(start, tuple(contour), allow_x, allow_z, modal.cycle_depth, retract_by, across)
+        self._check_start(contour, code, across)
+        roughing = Roughing(start, tuple(contour), allow_x, allow_z, modal.cycle_depth, retract_by, across, feeds_in)
         extent = max(abs((move.end_z if across else move.end_x) - (start[1] if across else start[0])) for move in contour)
         self._check_count(extent / modal.cycle_depth * len(contour), code)
         self.check_feed()
         self._carry_out(roughing.steps(), code)
         self.passed |= set(range(first, last + 1))
+
+    def _ignored_word(self, letter: str, code: str) -> None:
+        """Say that a word of a cycle changes nothing here."""
+        word = self.block.words.get(letter)
+        if word is not None and (self.take(letter) is not None):
+            self.warn(f"{word.text} of {code} changes nothing in the simulation.")
 
     def _finishing(self) -> None:
         """G70: the contour once along itself, with its own feeds, and back to the start."""
@@ -90,6 +106,12 @@ class ContourCycles(Motions):
             return
         first, last = self._contour_ends(code)
         allow_x, allow_z = self._allowances()
+        i, k, d = (self.take(letter) for letter in "IKD")
+        if i is not None or k is not None:
+            modal.relief = (modal.metres(i.value) if i else 0.0, modal.metres(k.value) if k else 0.0)
+        if d is not None:
+            modal.repeats = max(1, round(d.value))
+            self._check_count(float(modal.repeats), code)
         start = (modal.x, modal.z)
         contour = self._walked(first, last)
         self.check_feed()
@@ -219,6 +241,17 @@ class ContourCycles(Motions):
             self.walking = False
             self.modal, self.moves, self.events, self.block, self.used, self.position, self.block_number, self.passed = kept
 
+    def _check_start(self, contour: list[Move], code: str, across: bool) -> None:
+        """Warn of a cycle that begins beside the depths of its contour: its rapid moves return to there."""
+        depths = [depth for move in contour for depth in ((move.start_z, move.end_z) if across else (move.start_x, move.end_x))]
+        start = self.modal.z if across else self.modal.x
+        if min(depths) + _MICRON < start < max(depths) - _MICRON:
+            axis, double = ("Z", 1.0) if across else ("X", 2.0 if self.modal.diameter else 1.0)
+            self.warn(
+                f"{code} begins at {axis} {1e3 * double * start:.6g} mm, inside its contour from {1e3 * double * min(depths):.6g} to "
+                f"{1e3 * double * max(depths):.6g} mm. Begin it outside; its rapid moves return there."
+            )
+
     def structure(self) -> Structure:
         """Return what belongs together among the statements of the program."""
         raise NotImplementedError
@@ -257,10 +290,12 @@ class ContourCycles(Motions):
         """Append the moves of a cycle; those of no length are left out."""
         modal = self.modal
         for step in steps:
-            if step.arc is None and step.end == (modal.x, modal.z):
+            if step.arc is None and step.kind != "dwell" and step.end == (modal.x, modal.z):
                 continue
             if step.kind == "rapid":
                 self.add("rapid", step.end, cycle=code, cycle_line=self.block.line)
+            elif step.kind == "dwell":
+                self.add("dwell", step.end, seconds=step.seconds, cycle=code, cycle_line=self.block.line)
             elif step.kind == "thread":
                 self.add("thread", step.end, feed=step.lead, per_revolution=True, cycle=code, cycle_line=self.block.line)
             else:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 
 from lathesim.program.contour_cycles import RETRACT, ROUGHING, ContourCycles
+from lathesim.program.cycles.drilling import drilling
 from lathesim.program.cycles.pecking import pecking
 from lathesim.program.cycles.single_pass import facing_pass, lead_along_path, threading_pass, turning_pass
 from lathesim.program.cycles.threading import DriveLineThreading, Threading
 from lathesim.program.meanings import Group, Meaning
 
 SINGLE = (Meaning.TURNING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE_SIMPLE, Meaning.FACING_CYCLE_SIMPLE)
+DRILLING = (Meaning.DRILLING, Meaning.DRILLING_WITH_DWELL, Meaning.PECK_DRILLING, Meaning.BORING)
 _PECKING = (Meaning.FACE_GROOVING_CYCLE, Meaning.GROOVING_CYCLE)
 
 
@@ -20,7 +22,7 @@ class Cycles(ContourCycles):
     def cycle(self) -> bool:
         """Carry out the cycle of the block, by its own code or a single-pass cycle in force; say whether there was one."""
         meaning = self.block.of_group(Group.MOTION)
-        if meaning is None and self.modal.motion in SINGLE:
+        if meaning is None and self.modal.motion in (*SINGLE, *DRILLING):
             named = any(letter in self.block.words and letter not in self.used for letter in ("X", "Z", "U", "W"))
             meaning = self.modal.motion if named else None
         if meaning is None:
@@ -39,6 +41,8 @@ class Cycles(ContourCycles):
             self._pecking(meaning)
         elif meaning is Meaning.THREADING_CYCLE:
             self._threading()
+        elif meaning in DRILLING:
+            self._drilling(meaning)
         elif meaning is Meaning.THREAD_BY_FEED:
             self._thread_by_feed()
         else:
@@ -98,6 +102,51 @@ class Cycles(ContourCycles):
             raise self.error(f"{modal.motion_code} names no end point.", "Add a Z word.")
         self.add("thread", end, feed=lead_along_path(begin, end, lead), per_revolution=True)
 
+    # ---- drilling ----------------------------------------------------------------------------------------------------------------
+
+    def _drilling(self, meaning: Meaning) -> None:
+        """G81 to G85: Z is the bottom, R the plane in front of the hole, Q the peck; they stay in force until G80."""
+        modal = self.modal
+        if meaning in self.block.codes:
+            modal.motion, modal.motion_code = meaning, self.block.codes[meaning].code
+            modal.cycle_words, modal.level = {}, modal.z
+        words = {letter: word for letter in "RQP" if (word := self.take(letter)) is not None}
+        values = {letter: self._length(word) if letter == "Q" else word.value for letter, word in words.items()}
+        if "P" in words:
+            values["P"] = words["P"].value * (1.0 if "." in words["P"].text else 1e-3)
+        start, level = (modal.x, modal.z), modal.z if modal.level is None else modal.level
+        depth_named = "Z" in self.block.words or "W" in self.block.words
+        place = self.target()
+        if depth_named:
+            values["Z"] = place[1]
+        modal.cycle_words.update(values)
+        given = modal.cycle_words
+        if "Z" not in given:
+            raise self.error(f"{modal.motion_code} names no bottom of the hole.", f"Write it as {modal.motion_code} Z-20. R2. F0.1.")
+        plane = self._plane(given.get("R"), level)
+        self.check_feed()
+        if meaning is Meaning.PECK_DRILLING and given.get("Q", 0.0) > 0.0:
+            self._check_count(abs(given["Z"] - plane) / given["Q"], modal.motion_code)
+        steps = drilling(
+            start,
+            (place[0], given["Z"]),
+            plane=plane,
+            back=plane if modal.returns_to_plane else level,
+            peck=given.get("Q", 0.0) if meaning is Meaning.PECK_DRILLING else 0.0,
+            dwell=given.get("P", 0.0),
+            feed_out=meaning is Meaning.BORING,
+        )
+        self._carry_out(steps, modal.motion_code)
+
+    def _plane(self, r: float | None, level: float) -> float:
+        """Return the Z of the R plane [m]: R is a position, as on Haas; below 0 it is counted from where the cycle began, as on Fanuc."""
+        if r is None:
+            return level
+        if r < 0.0:
+            self.assumed["drilling_plane"] = "R below 0 is counted from where the cycle began"
+            return level + self.modal.metres(r)
+        return self.modal.zero[1] + self.modal.metres(r)
+
     # ---- grooving, threading -----------------------------------------------------------------------------------------------------
 
     def _pecking(self, meaning: Meaning) -> None:
@@ -135,11 +184,16 @@ class Cycles(ContourCycles):
             if p is not None:
                 digits = int(p.value)
                 modal.thread_finishing, modal.thread_angle = max(1, digits // 10000), math.radians(digits % 100)
+                modal.thread_chamfer = 0.1 * (digits // 100 % 100)
             modal.thread_smallest = self._length(q) if q is not None else modal.thread_smallest
             modal.thread_allowance = modal.metres(r.value) if r is not None else modal.thread_allowance
             return
         self._check_turning()
-        height, first, taper = self.take("P") or self.take("K"), self.take("Q") or self.take("D"), self.take("R") or self.take("I")
+        one_block = "K" in self.block.words
+        if one_block:  # P is the way of feeding in
+            self.take("P")
+        height, first = (self.take("K"), self.take("D")) if one_block else (self.take("P"), self.take("Q"))
+        taper = self.take("I") if one_block else self.take("R")
         angle = self.take("A")
         if height is None or first is None:
             raise self.error(
@@ -155,7 +209,8 @@ class Cycles(ContourCycles):
             lead=lead,
             smallest=modal.thread_smallest,
             allowance=modal.thread_allowance,
-            finishing=modal.thread_finishing,
+            finishing=0 if one_block else modal.thread_finishing,
+            chamfer=0.0 if one_block else modal.thread_chamfer * lead,
             angle=math.radians(angle.value) if angle is not None else modal.thread_angle,
             taper=modal.metres(taper.value) if taper is not None else 0.0,
         )

@@ -4,80 +4,107 @@ from __future__ import annotations
 
 import math
 
+from lathesim.program.block_sentences import cycle_words, speed_words, statement_words
 from lathesim.program.dialects import Dialect, dialect_named
 from lathesim.program.meanings import Meaning
 from lathesim.program.moves import Event, Move, Program
-from lathesim.program.words import Blocks
+from lathesim.program.words import Block, Blocks
 
 _MOST = 4
 """Moves of one line that are told one by one."""
-_MOTION = {Meaning.RAPID, Meaning.LINE, Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE, Meaning.DWELL}
+_MOTION = {Meaning.RAPID, Meaning.LINE, Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE, Meaning.DWELL, Meaning.THREAD}
 """Codes that the moves themselves tell."""
+_SPEEDS = {Meaning.SURFACE_SPEED, Meaning.SPINDLE_SPEED, Meaning.SPINDLE_LIMIT}
+"""Codes that are told together with their S word."""
 
 
 def explain(blocks: Blocks, program: Program) -> list[tuple[int, str]]:
     """Return physical line and sentence for each block: the codes in words, the moves with their ends, what happens between them."""
     dialect = dialect_named(program.dialect)
-    moves: dict[int, list[Move]] = {}
-    events: dict[int, list[Event]] = {}
-    for move in program.moves:
-        moves.setdefault(move.cycle_line or move.line, []).append(move)
-    for event in program.events:
-        events.setdefault(event.line, []).append(event)
-    contours = {move.line for move in program.moves if move.cycle and move.line != move.cycle_line}
+    told = _Told(program, dialect)
     found = []
-    for block in blocks.blocks:
-        words = [_code_words(word.code, dialect) for word in block.words if word.letter in "GM"]
-        words = [word for word in words if word]
-        words += _event_words(events.get(block.line, []))
-        words += _move_words(moves.get(block.line, []))
-        if not words and block.line in contours:
-            words = ["part of the contour of a cycle"]
-        if not words and block.comments:
-            words = [f"a remark: {block.comments[0]}"]
-        values = [f"{word.text} is {dialect.letters[word.letter]}" for word in block.words if word.letter in dialect.letters]
-        sentence = "; ".join(dict.fromkeys(words)) or "; ".join(values) or "no motion"
+    for block in (*blocks.blocks, *_further(blocks)):
+        sentence = told.sentence(block)
         found.append((block.line, f"{sentence[0].upper()}{sentence[1:]}."))
     return found
 
 
-def _code_words(code: str, dialect: Dialect) -> str:
-    meaning = dialect.codes.get(code)
-    return "" if meaning is None or meaning in _MOTION else f"{code}: {meaning}"
+def _further(blocks: Blocks) -> list[Block]:
+    """Return the blocks of subprograms behind the main program, each once, in the order of their lines."""
+    main = {block.line for block in blocks.blocks}
+    every = [block for group in (*blocks.subprograms.values(), *blocks.locals.values()) for block in group]
+    return sorted({block.line: block for block in every if block.line not in main}.values(), key=lambda block: block.line)
 
 
-def _event_words(events: list[Event]) -> list[str]:
-    return [f"tool {event.tool}" for event in events if event.kind == "tool"] + [
-        f"message '{event.text}'" for event in events if event.kind == "message"
-    ]
+class _Told:
+    """Sentences about blocks; ``inch`` follows the units that the blocks choose."""
+
+    def __init__(self, program: Program, dialect: Dialect) -> None:
+        self.dialect = dialect
+        self.inch = False
+        self.moves: dict[int, list[Move]] = {}
+        self.events: dict[int, list[Event]] = {}
+        self.contours: dict[int, Move] = {}
+        for move in program.moves:
+            self.moves.setdefault(move.cycle_line or move.line, []).append(move)
+            if move.cycle and move.line != move.cycle_line:
+                self.contours.setdefault(move.line, move)
+        for event in program.events:
+            self.events.setdefault(event.line, []).append(event)
+
+    def sentence(self, block: Block) -> str:
+        """Return the sentence about a block, without its capital letter and its stop."""
+        meanings = {word.code: self.dialect.codes.get(word.code) for word in block.words if word.letter in "GM" and word.expression is None}
+        self.inch = (self.inch or Meaning.INCH in meanings.values()) and Meaning.MILLIMETRE not in meanings.values()
+        told = [self._code(code, meaning, block) for code, meaning in meanings.items()]
+        told += speed_words(block, meanings, self.inch)
+        told += statement_words(block)
+        told += [f"tool {event.tool}" for event in self.events.get(block.line, []) if event.kind == "tool"]
+        told += [f"message '{event.text}'" for event in self.events.get(block.line, []) if event.kind == "message"]
+        told += self._moves(self.moves.get(block.line, []))
+        told = [words for words in told if words]
+        if not told and block.line in self.contours:
+            told = [f"part of the contour: {move_sentence(self.contours[block.line], self.dialect)}"]
+        if not told and not block.words and block.comments:
+            told = [f"a remark: {block.comments[0]}"]
+        values = [f"{word.text} is {self.dialect.letters[word.letter]}" for word in block.words if word.letter in self.dialect.letters]
+        return "; ".join(dict.fromkeys(told)) or "; ".join(values) or "nothing is done"
+
+    def _code(self, code: str, meaning: Meaning | None, block: Block) -> str:
+        if meaning is None:
+            return f"{code}: a code of the machine's builder, which does nothing here"
+        if meaning in _MOTION or meaning in _SPEEDS:
+            return ""
+        words = cycle_words(meaning, block, self.dialect)
+        return f"{code}: {meaning}{', ' if words else ''}{words}"
+
+    def _moves(self, moves: list[Move]) -> list[str]:
+        if len(moves) <= _MOST:
+            return [move_sentence(move, self.dialect) for move in moves]
+        kinds = {kind: sum(move.kind == kind for move in moves) for kind in ("rapid", "feed", "arc", "thread", "dwell")}
+        counted = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
+        return [f"{len(moves)} moves ({counted}), the last one to {_end(moves[-1], self.dialect)}"]
 
 
-def _move_words(moves: list[Move]) -> list[str]:
-    if len(moves) <= _MOST:
-        return [move_sentence(move) for move in moves]
-    kinds = {kind: sum(move.kind == kind for move in moves) for kind in ("rapid", "feed", "arc", "thread", "dwell")}
-    counted = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
-    return [f"{len(moves)} moves ({counted}), the last one to {_end(moves[-1])}"]
-
-
-def move_sentence(move: Move) -> str:
-    """Return one move in words: X as a radius, mm."""
+def move_sentence(move: Move, dialect: Dialect) -> str:
+    """Return one move in words, in mm; X as the dialect counts it."""
     if move.kind == "dwell":
         return f"dwell of {move.seconds:g} s"
     if move.kind == "rapid":
-        return f"rapid to {_end(move)}"
+        return f"rapid to {_end(move, dialect)}"
     if move.kind == "thread":
-        return f"thread with a lead of {1e3 * (move.feed or 0.0):.4g} mm to {_end(move)}"
+        return f"thread with a lead of {1e3 * (move.feed or 0.0):.4g} mm to {_end(move, dialect)}"
     feed = ""
     if move.feed is not None:
         feed = f" at {move.feed * 1e3:.4g} mm/rev" if move.per_revolution else f" at {move.feed * 6e4:.4g} mm/min"
     if move.arc is not None:
         turn = "clockwise" if move.arc.clockwise else "counterclockwise"
-        return (
-            f"{turn} arc of radius {move.arc.radius * 1e3:.4g} mm, {math.degrees(abs(move.arc.sweep)):.4g} degrees, to {_end(move)}{feed}"
-        )
-    return f"straight line to {_end(move)}{feed}"
+        angle = math.degrees(abs(move.arc.sweep))
+        return f"{turn} arc of radius {move.arc.radius * 1e3:.4g} mm, {angle:.4g} degrees, to {_end(move, dialect)}{feed}"
+    return f"straight line to {_end(move, dialect)}{feed}"
 
 
-def _end(move: Move) -> str:
+def _end(move: Move, dialect: Dialect) -> str:
+    if dialect.x_is_diameter:
+        return f"X {move.end_x * 2e3:.6g} mm (diameter), Z {move.end_z * 1e3:.6g} mm"
     return f"X {move.end_x * 1e3:.6g} mm (radius), Z {move.end_z * 1e3:.6g} mm"

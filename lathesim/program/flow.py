@@ -23,7 +23,7 @@ from lathesim.program.words import Block
 
 DEEPEST_CALL = 10  # Source: LinuxCNC 2.9, levels of subroutines; Fanuc has 4 to 10
 MOST_CALLS = 9999  # repeats of one call. Source: Fanuc 0i-T operator's manual, subprogram call
-MOST_RUNS = 150_000  # blocks run again by loops and calls, assumed: far more than any part needs, and done in seconds
+MOST_RUNS = 100_000  # blocks run again by loops and calls, assumed: far more than any part needs, and done in seconds
 _LOCALS = 33
 _ARGUMENTS = {
     "A": 1, "B": 2, "C": 3, "D": 7, "E": 8, "F": 9, "H": 11, "I": 4, "J": 5, "K": 6, "M": 13, "Q": 17, "R": 18, "S": 19, "T": 20, "U": 21,
@@ -80,7 +80,7 @@ class Flow(Cycles):
                 position = self._statement(block, block.statement)
                 continue
             self.run_block(block)
-            if self.has(Meaning.SUBPROGRAM_END):
+            if Meaning.SUBPROGRAM_END in self.block.codes:
                 return
             if self.go_to:
                 position = self._numbered_place(self.go_to)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from lathesim.errors import ProgramError
@@ -21,7 +21,7 @@ from lathesim.program.moves import Event, Move, Program
 from lathesim.program.nose.compensation import compensated
 from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.offsets import Offsets
-from lathesim.program.vocabulary import check_vocabulary, other_readings, sort_block
+from lathesim.program.vocabulary import Sorted, check_vocabulary, other_readings, sort_block
 from lathesim.program.words import Block, Blocks, Warned, Word
 
 TURRET_STATIONS = 12  # assumed: a common turret; a tool number beyond it is a slip
@@ -55,6 +55,7 @@ class _Interpreter(Offsets):
     """Runs the steps of every block in their order; ``moved`` says whether there was a move yet."""
 
     moved = False
+    _only_moves = frozenset({Meaning.RAPID, Meaning.LINE, Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE})
 
     def program(self) -> Program:
         """Run every block and give the program."""
@@ -63,6 +64,7 @@ class _Interpreter(Offsets):
             self.units, self.compensation, self.distance, self.once, self.motion, self.spindle_behind, self.subprogram, self.stops,
             self.unused,
         )  # fmt: skip
+        self._motion_steps = (self.feed, self.motion, self.unused)
         self._macro_steps = (self.comment, self.subprogram, self.unused)
         self.structure()
         self.run_blocks()
@@ -70,6 +72,17 @@ class _Interpreter(Offsets):
         self.note_assumptions()
         moves, events = self._compensated()
         return Program(self.blocks.name, self.dialect.name, moves, events, tuple(self.warnings), self.assumed)
+
+    def _steps_of(self, block: Sorted) -> tuple[Callable[[], object], ...]:
+        """Return the steps that a block may need; one that only moves needs three."""
+        if (
+            self._only_moves.issuperset(block.codes)
+            and not (block.builders or block.comments)
+            and "S" not in block.words
+            and "T" not in block.words
+        ):
+            return self._motion_steps
+        return self._macro_steps if Meaning.MACRO_CALL in block.codes else self._steps
 
     def _compensated(self) -> tuple[tuple[Move, ...], tuple[Event, ...]]:
         """Return moves and events with the nose compensation carried out."""
@@ -87,7 +100,7 @@ class _Interpreter(Offsets):
         self.block_number, self.used = block.number.lstrip("0"), set()
         if not self.block.codes and not self.block.words and not block.comments and not self.block.builders:
             return
-        for step in self._macro_steps if self.has(Meaning.MACRO_CALL) else self._steps:
+        for step in self._steps_of(self.block):
             step()
         if not self.moved:
             self.say_groups()
@@ -229,7 +242,10 @@ class _Interpreter(Offsets):
                 self.ignored(self.block.codes[meaning].text, str(meaning))
         if self.has(Meaning.CYCLE_RETURN):
             word = self.block.codes[Meaning.CYCLE_RETURN]
-            self.warn(f"{word.text} ({Meaning.CYCLE_RETURN}) changes nothing in the simulation; {other_readings(word.code, self.dialect)}.")
+            self.modal.returns_to_plane = word.code == "G99"
+            if self.dialect.o_words:
+                told = other_readings(word.code, self.dialect)
+                self.warn(f"{word.text} ({Meaning.CYCLE_RETURN}) changes nothing in the simulation; {told}.")
         if self.has(Meaning.PATH_BLENDED):
             self.take("P")
             self.take("Q")

@@ -52,6 +52,7 @@ class Modal:
     nose: Nose | None = None
     side: int = 0
     level: float | None = None
+    returns_to_plane: bool = False
     cycle_words: dict[str, float] = field(default_factory=dict)
     taper: float = 0.0
     cycle_end: tuple[float, float] | None = None
@@ -64,6 +65,7 @@ class Modal:
     thread_angle: float = 0.0
     thread_smallest: float = 0.0
     thread_allowance: float = 0.0
+    thread_chamfer: float = 0.0
     said: set[Group] = field(default_factory=set)
 
     @property

@@ -6,7 +6,7 @@ both readings.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, not_interpreted
@@ -33,10 +33,11 @@ class Sorted:
     comments: tuple[str, ...]
     builders: tuple[Word, ...] = ()
     """M codes of the machine's builder, which do nothing here."""
+    groups: dict[Group, Meaning] = field(default_factory=dict)
 
     def of_group(self, group: Group) -> Meaning | None:
         """The meaning of this group in the block, if there is one."""
-        return next((meaning for meaning in self.codes if GROUP_OF[meaning] is group), None)
+        return self.groups.get(group)
 
 
 def check_vocabulary(blocks: Blocks, dialect: Dialect) -> None:
@@ -97,6 +98,7 @@ def sort_block(block: Block, dialect: Dialect, place: str) -> Sorted:
     codes: dict[Meaning, Word] = {}
     words: dict[str, Word] = {}
     builders: list[Word] = []
+    groups: dict[Group, Meaning] = {}
     for word in block.words:
         if word.letter not in "GM":
             if word.letter in words:
@@ -112,17 +114,20 @@ def sort_block(block: Block, dialect: Dialect, place: str) -> Sorted:
             builders.append(word)
             continue
         meaning = found
-        for earlier, first in codes.items():
-            if GROUP_OF[earlier] is GROUP_OF[meaning] and not _may_stand_together(earlier, meaning, dialect):
+        group = GROUP_OF[meaning]
+        groups.setdefault(group, meaning)
+        for earlier, first in codes.items() if len(codes) >= len(groups) else ():
+            if GROUP_OF[earlier] is group and not _may_stand_together(earlier, meaning, dialect):
                 told = _apart(first, word, dialect)
                 raise ProgramError(
-                    f"{first.text} and {word.text} exclude each other ({GROUP_OF[meaning]}){told}.",
+                    f"{first.text} and {word.text} exclude each other ({group}){told}.",
                     place=place,
                     remedy="Keep one, or write two blocks.",
                 )
         codes[meaning] = word
     if dialect.cancels_beside_motion and sum(GROUP_OF[meaning] is Group.MOTION for meaning in codes) > 1:
         codes.pop(Meaning.MOTION_OFF, None)
+        groups[Group.MOTION] = next(meaning for meaning in codes if GROUP_OF[meaning] is Group.MOTION)
     for letter, axis in (dialect.incremental or {}).items():
         if letter in words and axis in words:
             raise ProgramError(
@@ -130,7 +135,7 @@ def sort_block(block: Block, dialect: Dialect, place: str) -> Sorted:
                 place=place,
                 remedy="Keep the absolute or the incremental one.",
             )
-    return Sorted(block.line, place, codes, words, block.comments, tuple(builders))
+    return Sorted(block.line, place, codes, words, block.comments, tuple(builders), groups)
 
 
 def _apart(first: Word, second: Word, dialect: Dialect) -> str:

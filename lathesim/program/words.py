@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from lathesim.errors import ProgramError, SeveralFaultsError, nearest
+from lathesim.program.foreign_controls import foreign_control
 from lathesim.program.macros.expressions import Assignment, Expression, ExpressionError, begins_value, parse_assignment, parse_value
 from lathesim.program.macros.statements import Kind, Statement, opens, statement_at
 from lathesim.program.word_faults import no_number, no_word
@@ -28,6 +29,11 @@ MOST_LOCALS = 500  # N numbers behind the end that may be called, assumed: progr
 MOST_FAULTS = 20  # lines at fault that are told, assumed: whoever wrote more has to look at the file anyway
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+_SIMPLE = re.compile(
+    r"[ \t]*(?:[Nn]([0-9]{1,9}(?:\.[0-9]*)?)[ \t]*)?((?:[A-DF-MO-Za-df-mo-z][+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+)[ \t]*)+)"
+)
+"""A line of words only, as nearly all lines are: it needs no walk along its characters."""
+_PAIR = re.compile(r"([A-Z])([+-]?[0-9.]+)")
 _BLOCK_NUMBER = re.compile(r"N([0-9]+\.?[0-9]*)")
 _COMPUTED = re.compile(r"[#\[O]|END")
 _PLAIN = re.compile(r"[A-Z][+-]?[0-9.]+(?![#\[])")
@@ -154,6 +160,10 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
             ending, main = stop.code, main or len(blocks)
             if inside <= 0 and not jumps:
                 break
+    if faults:
+        foreign = foreign_control(text, name, [int(fault.place.rpartition(":")[2]) for fault in faults])
+        if foreign is not None:
+            raise foreign
     if len(faults) == 1:
         raise faults[0]
     if faults:
@@ -231,6 +241,10 @@ def _decoded(content: bytes, name: str) -> str:
 
 def _block(raw: str, line: int, place: str, block_delete: bool) -> Block | None:
     """The block of one line, or None where it is blank or deleted."""
+    simple = _SIMPLE.fullmatch(raw) if len(raw) <= LINE_LIMIT else None
+    if simple is not None:
+        pairs = _PAIR.findall(simple[2].upper())
+        return Block(line, tuple([Word(letter, float(number), letter + number) for letter, number in pairs]), (), simple[1] or "")
     for character in raw:
         if (ord(character) < 32 and character != "\t") or ord(character) == 127:
             raise ProgramError(

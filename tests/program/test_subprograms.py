@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lathesim.errors import ProgramError
+from lathesim.program import flow
 from lathesim.program.interpreter import interpret
 from lathesim.program.moves import Program
 from lathesim.program.words import read_program
@@ -44,10 +45,11 @@ def test_a_cycle_in_a_subprogram_finds_its_own_contour() -> None:
         ("M98 P12\n", "O0012\nM98 P12\nM99\n", "programs deep"),
         ("M99\n", GROOVE, "would repeat it without end"),
         ("M98 P12 L10000\n", GROOVE, "repeats 10000 times"),
-        ("M98 P20 L9999\n", "O0020\nM98 P21 L9999\nM99\nO0021\nG04 P1\nM99\n", "run more than 150000 blocks"),
+        ("M98 P20 L9999\n", "O0020\nM98 P21 L9999\nM99\nO0021\nG04 P1\nM99\n", "run more than 2000 blocks"),
     ],
 )
-def test_a_call_that_cannot_be_made_is_refused(main: str, further: str, sentence: str) -> None:
+def test_a_call_that_cannot_be_made_is_refused(main: str, further: str, sentence: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(flow, "MOST_RUNS", 2000)
     with pytest.raises(ProgramError) as refused:
         run(main, further)
     assert sentence in str(refused.value)

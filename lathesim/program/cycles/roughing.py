@@ -28,7 +28,8 @@ _EPSILON = 1e-9
 class Roughing:
     """What a roughing cycle is told: the contour from its first cut on, allowances (x as a radius, z), depth and retract [m].
 
-    ``across`` is False for G71 (passes along Z, depth in X) and True for G72 (passes along X, depth in Z).
+    ``across`` is False for G71 (passes along Z, depth in X) and True for G72 (passes along X, depth in Z). With ``feeds_in`` the tool goes
+    to its depth by feed, as the first block of the contour does.
     """
 
     start: Point
@@ -38,13 +39,14 @@ class Roughing:
     depth: float
     retract: float
     across: bool = False
+    feeds_in: bool = False
 
     def steps(self) -> list[Step]:
         """Return the whole cycle, from the start point and back to it."""
         walked = [self._turned(point) for point in self._points()]
         start = self._turned(self.start)
         allowed = self.allow_z if self.across else self.allow_x
-        side = 1.0 if start[0] >= max(point[0] for point in walked) - allowed - _EPSILON else -1.0
+        side = self._side(start[0], [point[0] - allowed for point in walked])
         steps: list[Step] = []
         level = start[0] + side * allowed - side * self.depth
         deepest = min(side * point[0] for point in walked)
@@ -52,6 +54,12 @@ class Roughing:
             steps += self._level(level, walked, start, side)
             level -= side * self.depth
         return [*steps, *self._along_contour(walked, start)]
+
+    def _side(self, start: float, depths: Sequence[float]) -> float:
+        """Return 1 where the tool waits above the contour, -1 below; inside its range the contour's first point decides."""
+        if start >= max(depths) - _EPSILON:
+            return 1.0
+        return 1.0 if start > min(depths) + _EPSILON and start > depths[0] + _EPSILON else -1.0
 
     def _points(self) -> list[Point]:
         """Return the contour with its allowances as points, arcs in small steps."""
@@ -82,7 +90,7 @@ class Roughing:
             if abs(end - begin) < _EPSILON:
                 continue
             if place == 0 and is_open:
-                steps.append(self._step("rapid", level, begin))
+                steps.append(self._step("feed" if self.feeds_in else "rapid", level, begin))
             else:
                 steps += [self._step("rapid", start[0], begin), self._step("feed", level, begin)]
             steps.append(self._step("feed", level, end))
@@ -96,7 +104,7 @@ class Roughing:
     def _along_contour(self, walked: Sequence[Point], start: Point) -> list[Step]:
         """Return the pass along the contour with its allowances, and the way back to the start."""
         first, last = walked[0], walked[-1]
-        steps = [self._step("rapid", start[0], first[1]), self._step("rapid", *first)]
+        steps = [self._step("rapid", start[0], first[1]), self._step("feed" if self.feeds_in else "rapid", *first)]
         for move in self.contour:
             end = (move.end_x + self.allow_x, move.end_z + self.allow_z)
             if move.arc is None:

@@ -13,10 +13,14 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Step:
-    """A rapid, a feed, an arc or a thread to ``end``; ``feed`` [m/s or m] where it is not the one in force, ``lead`` [m] along the path."""
+    """A rapid, a feed, an arc or a thread to ``end``, or a dwell of ``seconds``.
 
-    kind: Literal["rapid", "feed", "arc", "thread"]
+    ``feed`` [m/s or m] where it is not the one in force; ``lead`` [m] along the path.
+    """
+
+    kind: Literal["rapid", "feed", "arc", "thread", "dwell"]
     end: Point
     arc: Arc | None = None
     feed: float | None = None
     lead: float | None = None
+    seconds: float = 0.0

@@ -3,7 +3,7 @@
 Pass n stands at the depth d_n = d_1 sqrt(n), at least ``smallest`` deeper than the one before, down to the height less the finishing
 allowance; then come the finishing passes at full depth. The tool is fed along the flank: pass n begins d_n tan(angle/2) further along.
 
-Source: Fanuc 0i-T operator's manual, multiple threading cycle. Left out: the chamfer at the end, and other ways of feeding in.
+Source: Fanuc 0i-T operator's manual, multiple threading cycle. Left out: other ways of feeding in.
 """
 
 from __future__ import annotations
@@ -20,7 +20,10 @@ _EPSILON = 1e-9
 
 @dataclass(frozen=True)
 class Threading:
-    """What G76 is told: the root at the end of the thread, height and depths [m] as radii, ``taper`` as R, ``angle`` [rad], lead [m]."""
+    """What G76 is told: the root at the end of the thread, height and depths [m] as radii, ``taper`` as R, ``angle`` [rad], lead [m].
+
+    Over the last ``chamfer`` [m] along Z the thread runs out at 45 degrees.
+    """
 
     start: Point
     end: Point
@@ -32,6 +35,7 @@ class Threading:
     finishing: int = 1
     angle: float = 0.0
     taper: float = 0.0
+    chamfer: float = 0.0
 
     def depths(self) -> list[float]:
         """Return the depth of each pass below the crest [m], the last ones at full height."""
@@ -59,11 +63,21 @@ class Threading:
             steps += [
                 Step("rapid", (self.start[0], begin[1])),
                 Step("rapid", begin),
-                Step("thread", end, lead=lead_along_path(begin, end, self.lead)),
+                *self._thread(begin, end, outside),
                 Step("rapid", (self.start[0], end[1])),
                 Step("rapid", self.start),
             ]
         return steps
+
+    def _thread(self, begin: Point, end: Point, outside: float) -> list[Step]:
+        """Return the thread of one pass, with its run-out."""
+        lead, length = lead_along_path(begin, end, self.lead), abs(end[1] - begin[1])
+        if not 0.0 < self.chamfer < length:
+            return [Step("thread", end, lead=lead)]
+        share = 1.0 - self.chamfer / length
+        leave = (begin[0] + share * (end[0] - begin[0]), begin[1] + share * (end[1] - begin[1]))
+        out = (leave[0] + outside * self.chamfer, end[1])
+        return [Step("thread", leave, lead=lead), Step("thread", out, lead=lead_along_path(leave, out, self.lead))]
 
 
 @dataclass(frozen=True)

@@ -101,8 +101,9 @@ def parse_assignment(text: str, position: int) -> tuple[Assignment, int]:
     else:
         name = ""
         parser = _Parser(text, position + 1)
-        number = Expression(text[position:], parser.reference())
+        reference = parser.reference()
         behind = parser.position
+        number = Expression(text[position + 1 : behind], reference)
     if text[behind : behind + 1] != "=":
         raise ExpressionError(
             f"{text[position:behind]} stands alone.", f"Assign to it, as in {text[position:behind]}=1, or put a letter before it."
