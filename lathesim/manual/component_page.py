@@ -41,7 +41,7 @@ def component_page(component: type[Component], origin: str) -> str:
 
 
 def _row(name: str, item: object) -> tuple[str, str, str, str]:
-    unit = f"[{getattr(item, 'unit', '1')}]"
+    unit = f"[{plain_unit(getattr(item, 'unit', '1'))}]"
     doc = str(getattr(item, "doc", ""))
     value = ""
     if isinstance(item, Parameter):
@@ -53,6 +53,11 @@ def _row(name: str, item: object) -> tuple[str, str, str, str]:
     elif isinstance(item, Table):
         value = f"{len(item.columns)} columns"
     return name, unit, value, doc
+
+
+def plain_unit(unit: str) -> str:
+    """Return a unit without the braces in which an effect names the units of what it sits on."""
+    return unit.translate({ord("{"): None, ord("}"): None})
 
 
 def _bounds(item: Parameter) -> str:

@@ -6,6 +6,7 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from lathesim.component import Input
+from lathesim.manual.component_page import plain_unit
 
 if TYPE_CHECKING:
     from lathesim.effects.effect import Effect
@@ -30,9 +31,9 @@ def _example_host(effect: type[Effect]) -> str:
     return _EXAMPLE_HOST.get(effect.site, "x_axis")
 
 
-def effect_notes(effect: type[Effect]) -> str:
-    """Give what is known about an effect, for its page."""
-    neutral = ", ".join(f"{name} = {value:g} {effect.declarations[name].unit}" for name, value in effect.neutral.items())
+def effect_notes(effect: type[Effect], width: int = 110) -> str:
+    """Give what is known about an effect, for its page, in lines of so many characters at most."""
+    neutral = ", ".join(f"{name} = {value:g} {plain_unit(effect.declarations[name].unit)}" for name, value in effect.neutral.items())
     rows = [
         ("Catalogue", str(effect.catalogue) if effect.catalogue else "outside it"),
         ("Family", effect.family),
@@ -46,12 +47,12 @@ def effect_notes(effect: type[Effect]) -> str:
     senses = "".join(f", {name}: {_EXAMPLE_SOURCES[name]}" for name in effect.declared(Input) if name in _EXAMPLE_SOURCES)
     example = f"insert: [{{effect: {effect.__name__}, at: {_example_host(effect)}{senses}}}]"
     if effect.placeholders():
-        rows.insert(3, ("Units", "{signal} is the unit of what the wire carries, {flow} and the like that of the port of this role"))
+        rows.insert(3, ("Units", "'signal' is the unit of what the wire carries, 'flow' and the like that of the port of this role"))
     own = [name for name in dict.fromkeys((*effect.nuisance, *effect.remembers)) if name in effect.declarations]
     if own:
         rows.insert(
             next(place for place, (title, _) in enumerate(rows) if title == "Fingerprint"),
             ("Fitted anew", f"in each recording: {', '.join(own)}"),
         )
-    lines = [textwrap.fill(text, 110, initial_indent=f"{title:<14} ", subsequent_indent=" " * 15) for title, text in rows]
+    lines = [textwrap.fill(text, width, initial_indent=f"{title:<14} ", subsequent_indent=" " * 15) for title, text in rows]
     return "\n".join([*lines, f"{'In a lesson':<14} {example}"])

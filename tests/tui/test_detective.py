@@ -12,7 +12,9 @@ from textual.screen import Screen
 from textual.widgets import Input, Select, Static, TabbedContent
 
 from lathesim.cli.main import run_command_line
+from lathesim.diagnosis.records.standing import CandidateStanding
 from lathesim.tui.app import LathesimApp
+from lathesim.tui.drawing.standing_bars import standing_bars
 from lathesim.tui.model.case_file import CaseFile, Guess
 from lathesim.tui.model.column_mapping import COMPARE, TIME, ColumnMeaning, recordings_entry
 from lathesim.tui.screens.detective import DetectiveScreen
@@ -61,6 +63,8 @@ async def test_a_detective_guesses_is_told_inserts_the_effect_and_sees_the_resid
         screen.query_one("#size", Input).value = "19 N"
         screen.take_guess(Guess("CoulombFriction", "x_axis", "19 N"))
         await pilot.press("s")
+        await until_long(pilot, lambda: "CoulombFriction at x_axis" in text(screen, "standing"))
+        assert case.diagnosis is None, "it stands there while the search goes on"
         await until_long(pilot, lambda: case.diagnosis is not None and not screen.busy)
         assert "✓ Right: CoulombFriction at x_axis. ✓ level is 20.2 N, you said 19 N." in text(screen, "judged")
         await pilot.press("i")
@@ -157,6 +161,20 @@ async def test_a_case_is_hidden_for_somebody_else() -> None:
         screen = app.screen
         assert isinstance(screen, DetectiveScreen)
         await until(pilot, lambda: not screen.busy, "the end")
+
+
+def test_candidates_stand_in_the_order_of_what_they_gain() -> None:
+    standings = [
+        CandidateStanding("Backlash at x_encoder", 26.0, np.nan, 0.01),
+        CandidateStanding("TorqueRipple at x_axis", 166.0, -13.0, 0.04),
+        CandidateStanding("CoulombFriction at x_axis", 4951.0, 4979.0, 0.996),
+    ]
+    rows = str(standing_bars(standings, 76)).splitlines()
+    assert rows[1:] == [
+        "CoulombFriction at x_axis  ██████████ 100%   4979",
+        "TorqueRipple at x_axis                  4%    -13",
+        "Backlash at x_encoder                   1%   (26)",
+    ]
 
 
 def test_a_mapping_needs_a_time_and_something_to_compare() -> None:

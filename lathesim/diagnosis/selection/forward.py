@@ -24,7 +24,7 @@ from lathesim.diagnosis.selection.moves.extend import extend_parameters
 from lathesim.diagnosis.selection.moves.generalise import generalise, may_be_worth
 from lathesim.diagnosis.selection.moves.merge_harmonics import merge_harmonics
 from lathesim.diagnosis.selection.refusal import pushes_at, quiet_parts, refusal
-from lathesim.diagnosis.selection.trials import Asked, side_by_side
+from lathesim.diagnosis.selection.trials import Asked, side_by_side, told_screened
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.budget import Progress
@@ -90,8 +90,7 @@ def _add(laboratory: Laboratory, found: SearchResult, method: Method, ranked: tu
     if not ranked:
         return False
     found.screened = ranked
-    best_promises = ", ".join(f"{item.candidate.name} at {item.candidate.at} {item.gain:.0f} ({item.share:.0%})" for item in ranked[:5])
-    laboratory.progress(f"  screening scores in nats (null maximum {found.null_maximum:.0f}): {best_promises}")
+    told_screened(laboratory, ranked[:5], found.null_maximum)
     tried: list[Trial] = []
     first = ranked[: method.screened]
     waiting = [

@@ -7,6 +7,7 @@ import math
 _STEPS = (1.0, 2.0, 5.0, 10.0)
 _APART = (2, 3, 4, 5, 6)
 """Rows from mark to mark."""
+_FEW = 8
 
 
 def axis_ticks(low: float, high: float, most: int) -> tuple[list[float], list[str]]:
@@ -39,10 +40,13 @@ def even_axis(low: float, high: float, rows: int) -> tuple[float, float, list[fl
     """Return limits around ``low`` and ``high`` and marks that all lie a whole number of rows apart, each in the middle of its row.
 
     A plot has few rows: with any limits marks are rounded to rows, and look as if the axis were bent. The limits grow by a third at most.
+    Fewer than 8 rows are too few for that: the limits stay, and marks are rounded.
     """
     span = high - low
     if not math.isfinite(span) or span <= 0.0 or rows < 3:
         return low, high, []
+    if rows < _FEW:
+        return low, high, axis_ticks(low, high, max(2, rows // 2))[0]
     power = math.floor(math.log10(span / rows))
     choices = sorted(
         (factor * 10.0**power * ten / apart, factor * 10.0**power * ten) for ten in (1, 10) for factor in _STEPS[:3] for apart in _APART

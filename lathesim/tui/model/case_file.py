@@ -18,6 +18,7 @@ from lathesim.errors import LatheSimError, RecordingError
 if TYPE_CHECKING:
     from lathesim.diagnosis.comparison.compare import Comparison
     from lathesim.diagnosis.records.diagnosis import Diagnosis
+    from lathesim.diagnosis.records.standing import CandidateStanding
     from lathesim.lessons.lesson import Lesson
     from lathesim.plugins import Registry
     from lathesim.tui.model.setup import Setup
@@ -50,6 +51,8 @@ class CaseFile:
     diagnosis: Diagnosis | None = None
     steps: list[str] = field(default_factory=list)
     """What the search told, the last at the end."""
+    standings: dict[str, CandidateStanding] = field(default_factory=dict)
+    """Each candidate of the search as it stood best so far."""
 
     @property
     def has_mapping(self) -> bool:
@@ -135,10 +138,18 @@ def diagnose(case: CaseFile, setup: Setup | None, registry: Registry, tell: Call
     """Search for what the lesson left out, told step by step; ``stop`` ends the search and keeps what is known until then."""
     from lathesim.diagnosis.diagnose import ask
     from lathesim.diagnosis.diagnose import diagnose as answer
+    from lathesim.diagnosis.records.standing import Standing
     from lathesim.identification.replay.loading import load_case
+
+    case.steps.clear()
+    case.standings.clear()
 
     def told(text: str) -> None:
         case.steps.append(text.strip())
+        for item in text.candidates if isinstance(text, Standing) else ():
+            before = case.standings.get(item.name)
+            if before is None or math.isnan(before.held_out) or item.held_out > before.held_out:
+                case.standings[item.name] = item
         tell(text.strip())
         if stop.is_set():
             stop.clear()

@@ -17,8 +17,10 @@ from textual.widget import Widget
 from textual.widgets import Button, Input, Label, OptionList, RichLog, Select, Static, TabbedContent, TabPane
 from textual.widgets.option_list import Option
 
+from lathesim.component import Parameter
 from lathesim.errors import LatheSimError
 from lathesim.tui.drawing.case_words import scaled, wiring_chain
+from lathesim.tui.drawing.standing_bars import standing_bars
 from lathesim.tui.model import case_file
 from lathesim.tui.model.case_file import CaseFile, Guess
 from lathesim.tui.model.column_mapping import ColumnMeaning, guessed_columns, recordings_entry
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
     from lathesim.tui.screens.conceal_form import Order
 
 RECORDING, COMPARE, GUESS, DIAGNOSIS, ANSWER = "recording", "compare", "guess", "diagnosis", "answer"
+_BESIDE_LIST = 38
+"""Columns beside the page of an effect: the list and a scroll bar."""
 _HOW_TO_BEGIN = """\
 1. Open a recording: of a real machine, or a case that somebody hid for you. Alone? Hide one drawn at random (h).
 2. Compare it with the simulation: where do they differ, and on what does it depend?
@@ -54,9 +58,14 @@ class DetectiveScreen(WorkbenchScreen):
     DetectiveScreen #chain { height: auto; max-height: 6; padding: 0 1; }
     DetectiveScreen #told { height: 1fr; padding: 0 1; }
     DetectiveScreen #effects { width: 34; height: 1fr; }
-    DetectiveScreen #steps { height: 1fr; min-height: 3; }
-    DetectiveScreen #found { height: 2fr; padding: 0 1; }
-    DetectiveScreen #better { height: 1fr; min-height: 7; }
+    DetectiveScreen #standing { height: auto; max-height: 9; padding: 0 1; }
+    DetectiveScreen #steps { height: 1fr; min-height: 3; padding: 0 1; }
+    DetectiveScreen #found { height: 2fr; padding: 0 1; display: none; }
+    DetectiveScreen #better { height: 1fr; min-height: 8; display: none; }
+    DetectiveScreen.-answered #found, DetectiveScreen.-answered #better { display: block; }
+    DetectiveScreen.-answered #standing { display: none; }
+    DetectiveScreen.-answered #steps { height: 4; }
+    DetectiveScreen.-answered.-low #steps { display: none; }
     """
     BINDINGS = [
         Binding("c", "compare", "Compare"),
@@ -116,7 +125,8 @@ class DetectiveScreen(WorkbenchScreen):
                     yield Button("Search (s)", id="do-diagnose", compact=True, variant="primary")
                     yield Button("Insert and run (i)", id="do-insert", compact=True)
                 yield Static("", id="judged", markup=False)
-                yield RichLog(id="steps", wrap=True, max_lines=2000)
+                yield Static("", id="standing", markup=False)
+                yield RichLog(id="steps", wrap=True, min_width=20, max_lines=2000)
                 yield TimePlot(id="better")
                 with VerticalScroll(id="found"):
                     yield Static("", id="answer-text", markup=False)
@@ -287,7 +297,11 @@ class DetectiveScreen(WorkbenchScreen):
 
         registry = self.workbench.registry
         effect = registry.effect(self._effects[event.option_index])
-        self.query_one("#page", Static).update(f"{component_page(effect, '')}\n{effect_notes(cast('Any', effect))}")
+        page = self.query_one("#page", Static)
+        notes = effect_notes(cast("Any", effect), max(40, self.size.width - _BESIDE_LIST))
+        page.update(f"{component_page(effect, registry.origins[effect.__name__])}\n\n{notes}")
+        sizes = [name for name in effect.declared(Parameter) if name not in getattr(effect, "nuisance", ())]
+        self.query_one("#size", Input).placeholder = f"{sizes[0]} with its unit" if sizes else "nothing to guess"
 
     @on(OptionList.OptionSelected, "#effects")
     @on(Button.Pressed, "#take-guess")
@@ -332,7 +346,11 @@ class DetectiveScreen(WorkbenchScreen):
             self.action_guess()
             return
         self._stop.clear()
+        self.set_class(False, "-answered")
         self.query_one("#steps", RichLog).clear()
+        self.query_one("#standing", Static).update(standing_bars((), self.size.width))
+        words = self.query_one("#judged", Static)
+        words.update(str(words.content).removesuffix(" s starts the search."))
         self._go(DIAGNOSIS)
         tell = partial(self.app.call_from_thread, self._tell_step)
         work = partial(case_file.diagnose, case, self.workbench.setup, self.workbench.registry, tell, self._stop)
@@ -340,11 +358,15 @@ class DetectiveScreen(WorkbenchScreen):
 
     def _tell_step(self, step: str) -> None:
         self.query_one("#steps", RichLog).write(step)
+        if self.case is not None:
+            bars = standing_bars(self.case.standings.values(), self.size.width - 4)
+            self.query_one("#standing", Static).update(bars)
 
     def _show_diagnosed(self) -> None:
         case = self.case
         if case is None or case.diagnosis is None:
             return
+        self.set_class(True, "-answered")
         self.query_one("#judged", Static).update(case_file.judged_guess(case))
         self.query_one("#answer-text", Static).update("\n".join(case_file.diagnosis_text(case)).strip())
         traces = case.diagnosis.evidence.traces
@@ -352,7 +374,7 @@ class DetectiveScreen(WorkbenchScreen):
             trace = traces[0]
             unit, (before, after) = scaled(trace.unit, trace.recorded - trace.before, trace.recorded - trace.after)
             lines = [Line(trace.time, before, f"residual of {trace.channel} before"), Line(trace.time, after, "after")]
-            self.query_one("#better", TimePlot).show_lines(lines, "t / s", unit)
+            self.call_after_refresh(self.query_one("#better", TimePlot).show_lines, lines, "t / s", unit)
 
     @on(Button.Pressed, "#do-insert")
     def action_insert(self) -> None:

@@ -117,7 +117,8 @@ class HelpScreen(WorkbenchScreen):
         registry = self.workbench.registry
         item = registry.effect(name) if kind == EFFECT else registry.component(name)
         page = component_page(item, registry.origins[name])
-        return f"{page}\n\n{effect_notes(cast('Any', item))}" if kind == EFFECT else page
+        width = max(40, self.query_one("#page").size.width - 3)
+        return f"{page}\n\n{effect_notes(cast('Any', item), width)}" if kind == EFFECT else page
 
     def command(self) -> str:
         """Return the command that prints the page."""

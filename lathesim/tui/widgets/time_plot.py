@@ -124,6 +124,9 @@ class TimePlot(PlotWidget, inherit_bindings=False):
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
         self._names_shown: tuple[list[str], str] = ([], "")
+        self._says_unit = True
+        """Whether the names say the unit; otherwise it stands before them where the plot is low."""
+        self._values: tuple[float, float] | None = None
         self._pressed_at: tuple[int, int] | None = None
         self._across, self._up = _Ticks(), _Ticks()
         self.set_x_formatter(self._across)
@@ -188,9 +191,10 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             self._name_curves()
 
     def _render_line_plot(self, dataset: LinePlot) -> None:
-        """Draw a line in braille, broken as its look says; where lines meet the dots of both stand."""
+        """Draw a line in braille, broken as its look says; where lines meet the later one stands in front."""
         canvas = self.query_one("#plot", Canvas)
-        width, height = canvas.size.width - 2, canvas.size.height - 2
+        size = canvas._canvas_size  # its buffer, which a new layout fits only after this
+        width, height = (size.width - 2, size.height - 2) if size is not None else (0, 0)
         if width < 1 or height < 1 or not len(dataset.x):
             return
         look = look_of(next(place for place, other in enumerate(self._datasets) if other is dataset))
@@ -201,9 +205,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         codes = braille_codes(dots)
         colour = look.colour(self._is_dark)
         for row, column in np.argwhere(codes > 0).tolist():
-            present = ord(canvas.get_pixel(column + 1, row + 1)[0] or " ") - BRAILLE
-            code = int(codes[row, column]) | (present if 0 < present < 256 else 0)
-            canvas.set_pixel(column + 1, row + 1, chr(BRAILLE + code), style=colour)
+            canvas.set_pixel(column + 1, row + 1, chr(BRAILLE + int(codes[row, column])), style=colour)
 
     def _render_x_label(self) -> None:
         """Write the label of the axis along below its marks."""
@@ -219,7 +221,9 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         margin.write_text(1, 0, f"[{style}]{escape(self._y_label)}", TextAlign.LEFT)
 
     def _fit_canvases(self) -> None:
-        """Draw anew once the margins have their new sizes."""
+        """Draw anew once the margins have their new sizes; an axis up that a person has set stays."""
+        if self._up.even is not None and self._up.even[:2] == (self._y_min, self._y_max):
+            self._fit_rows()
         self.refresh(layout=True)
         self._rerender()
 
@@ -264,7 +268,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             if cursor is not None and units:
                 self.add_v_line(cursor, line_style="grey50")
             before, names = _named(labels)
-            self._show_names(names, before if names else nothing)
+            self._show_names(names, before if names else nothing, says_unit=True)
 
     def show_cursor(self, cursor: float | None) -> None:
         """Move the cursor and leave everything else as it is."""
@@ -286,18 +290,19 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             self.set_ylabel(y_label)
             if cursor is not None and lines:
                 self.add_v_line(cursor, line_style="grey50")
-            self._show_names([line.title for line in lines])
+            self._show_names([line.title for line in lines], says_unit=False)
 
-    def _show_names(self, names: list[str], before: str = "") -> None:
+    def _show_names(self, names: list[str], before: str = "", *, says_unit: bool) -> None:
         """Name the curves above the plot, with ``before`` in front; what has not changed costs no new layout."""
         self._across.is_bare = self._up.is_bare = not names
+        self._says_unit = says_unit
         if (names, before) != self._names_shown:
             self._names_shown = (names, before)
             self._name_curves()
 
     def _name_curves(self) -> None:
         before = self._names_shown[1]
-        y_label = self._y_label if self._is_low and "/" in self._y_label else ""
+        y_label = self._y_label if self._is_low and not self._says_unit else ""
         words = [Content(word) for word in (y_label, before) if word]
         words += [Content.styled(f"{mark} {name}", colour) for mark, name, colour in self.named]
         self.border_title = Content("  ").join(words)
@@ -309,8 +314,14 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             return
         low, high = values
         room = _ROOM * (high - low) or abs(high) or 1.0
-        self._up.even = even_axis(low - room, high + room, self._rows)
-        self.set_ylimits(*self._up.even[:2])
+        self._values = low - room, high + room
+        self._fit_rows()
+
+    def _fit_rows(self) -> None:
+        """Let the marks of the axis up fall into the middle of rows."""
+        if self._values is not None:
+            self._up.even = even_axis(*self._values, self._rows)
+            self.set_ylimits(*self._up.even[:2])
 
 
 def _named(labels: Sequence[tuple[str, str]]) -> tuple[str, list[str]]:
