@@ -13,8 +13,9 @@ from textual.screen import ModalScreen
 from textual.widgets import Button, Label, Static
 
 from lathesim.lessons.lesson import Lesson
-from lathesim.stability.frequency_limit import smallest_limit, speeds_of
-from lathesim.stability.lobes import cut_of, lobes
+from lathesim.stability.limits.frequency_limit import speeds_of
+from lathesim.stability.limits.lesson_cut import cut_of
+from lathesim.stability.limits.lobes import stability_map
 from lathesim.tui.widgets.time_plot import Line, TimePlot
 
 SPEEDS = (500.0, 8000.0, 301)
@@ -24,7 +25,8 @@ _HIGHEST = 6.0
 
 
 class LobesView(ModalScreen[None]):
-    """Shows the limit of the chip width over the spindle speed; raises :class:`LatheSimError` for a lesson without a tool point."""
+    """Shows the limit of the chip width over the spindle speed; raises :class:`LessonError` where the lesson has no tool point,
+    or an interrupted cut."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
     DEFAULT_CSS = """
@@ -34,11 +36,11 @@ class LobesView(ModalScreen[None]):
 
     def __init__(self, lesson: Lesson) -> None:
         super().__init__()
-        cut = cut_of(lesson)
         self._title = lesson.title
         self._speeds = np.linspace(*SPEEDS)
-        self._widths = np.array([1e3 * point.limit.width for point in lobes(cut, self._speeds.tolist(), "frequency")])
-        self._smallest = smallest_limit(cut.tool, cut.stiffness)
+        found = stability_map(cut_of(lesson), self._speeds.tolist(), "frequency")
+        self._widths = np.array([1e3 * point.limit.width for point in found.points])
+        self._smallest = found.smallest
 
     def compose(self) -> ComposeResult:
         """Give the plot and what it says."""
