@@ -43,6 +43,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "retime": ("lathesim.cli.retime:retime", "Time a path as quickly as the limits of the axes allow."),
     "machine": ("lathesim.cli.machine:machine", "Be the servo side of a simulated machine."),
     "stream": ("lathesim.cli.stream:stream", "Send set-points to a servo side and take its feedback."),
+    "publish": ("lathesim.cli.publish:publish", "Publish a simulated machine over OPC UA and MTConnect."),
+    "record": ("lathesim.cli.record:record", "Record what a machine publishes."),
     "couple": ("lathesim.cli.couple:couple", "Show the receptance of the tip of parts put together."),
     "fit": ("lathesim.cli.fit:fit", "Fit parameters of a lesson to a recording."),
     "emulate": ("lathesim.cli.emulate:emulate", "Learn a closed machine from way-points of its programs."),

@@ -1,0 +1,312 @@
+"""The MTConnect agent, rule by rule of what clients lean on, asked by a client that shares no code with the source."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from datetime import UTC, datetime, timedelta
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lathesim.live.addresses import Address
+from lathesim.live.mtconnect_agent import AgentServer
+from lathesim.live.mtconnect_buffer import DataItem, ObservationBuffer
+from lathesim.live.mtconnect_documents import Agent
+from lathesim.live.mtconnect_source import MTConnectSource
+from lathesim.live.name_map import map_from
+from lathesim.live.samples import LiveError
+from lathesim.live.shdr import Adapter, follow_adapter, read_line, write_line
+
+START = datetime(2026, 1, 1, tzinfo=UTC)
+X = DataItem("x1", "Xact", "SAMPLE", "POSITION", "MILLIMETER", "ACTUAL", ("Linear", "X"))
+BLOCK = DataItem("b1", "block", "EVENT", "BLOCK", component=("Controller", "controller"))
+TICK = DataItem("t1", "tick", "EVENT", "MESSAGE", component=("Controller", "controller"), discrete=True)
+ALARM = DataItem("a1", "alarm", "CONDITION", "SYSTEM", component=("Controller", "controller"))
+
+
+def agent(size: int = 100, instance: int = 7) -> Agent:
+    """Return an agent with four items and an empty buffer."""
+    return Agent("lathe", instance, ObservationBuffer([X, BLOCK, TICK, ALARM], size))
+
+
+def filled(count: int, size: int = 100) -> Agent:
+    """Return an agent that observed X at 0, 1, 2 ... mm, a millisecond apart."""
+    made = agent(size)
+    for number in range(count):
+        made.buffer.observe(X, START + timedelta(milliseconds=number), str(number))
+    return made
+
+
+@asynccontextmanager
+async def served(made: Agent, port: int = 0) -> AsyncIterator[tuple[AgentServer, int]]:
+    """Serve an agent at a free port."""
+    server = AgentServer(made)
+    listening = await server.serve("127.0.0.1", port)
+    try:
+        yield server, listening.sockets[0].getsockname()[1]
+    finally:
+        listening.close()
+        await server.close()
+
+
+async def get(port: int, target: str, method: str = "GET") -> tuple[int, ElementTree.Element]:
+    """Return the status and the document of an answer, tags without their namespace."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(f"{method} {target} HTTP/1.1\r\nHost: x\r\n\r\n".encode())
+    whole = await asyncio.wait_for(reader.read(), 5.0)
+    writer.close()
+    head, _, body = whole.partition(b"\r\n\r\n")
+    return int(head.split()[1]), plain(body)
+
+
+def plain(document: bytes) -> ElementTree.Element:
+    """Return a document with tags without their namespace."""
+    root = ElementTree.fromstring(document)
+    for element in root.iter():
+        element.tag = element.tag.partition("}")[2]
+    return root
+
+
+def values(root: ElementTree.Element) -> list[tuple[int, str]]:
+    """Return number and value of every observation."""
+    return sorted((int(item.get("sequence", "0")), item.text or "") for item in root.iter() if item.get("dataItemId"))
+
+
+async def test_probe_lists_the_items_and_the_header_has_what_clients_lean_on() -> None:
+    async with served(filled(3)) as (_, port):
+        _, root = await get(port, "/probe")
+        _, streams = await get(port, "/current")
+    assert {item.get("name") for item in root.iter("DataItem")} == {"Xact", "block", "tick", "alarm"}
+    header = streams.find("Header")
+    assert header is not None
+    assert header.get("instanceId") == "7"
+    assert header.get("bufferSize") == "100"
+    assert [header.get(key) for key in ("firstSequence", "lastSequence", "nextSequence")] == ["1", "3", "4"]
+    assert {"creationTime", "sender", "version"} <= set(header.attrib)
+
+
+async def test_current_is_the_newest_state_and_at_an_earlier_number_the_one_then() -> None:
+    made = filled(5)
+    made.buffer.observe(BLOCK, START, "N10")
+    async with served(made) as (_, port):
+        assert values((await get(port, "/current"))[1]) == [(5, "4"), (6, "N10")]
+        assert values((await get(port, "/current?at=2"))[1]) == [(2, "1")]
+
+
+async def test_current_at_knows_what_left_the_buffer() -> None:
+    made = agent(10)
+    made.buffer.observe(BLOCK, START, "N10")
+    for number in range(30):
+        made.buffer.observe(X, START, str(number))
+    async with served(made) as (_, port):
+        assert values((await get(port, "/current?at=22"))[1]) == [(1, "N10"), (22, "20")]
+
+
+async def test_sample_goes_forward_from_a_number_and_back_with_a_negative_count() -> None:
+    async with served(filled(20)) as (_, port):
+        _, forward = await get(port, "/sample?from=5&count=3")
+        _, back = await get(port, "/sample?from=9&count=-3")
+        _, last = await get(port, "/sample?count=-2")
+    assert values(forward) == [(5, "4"), (6, "5"), (7, "6")]
+    assert forward.find("Header").get("nextSequence") == "8"  # type: ignore[union-attr]
+    assert values(back) == [(7, "6"), (8, "7"), (9, "8")]
+    assert values(last) == [(19, "18"), (20, "19")]
+
+
+async def test_a_path_selects_items_and_the_cursor_passes_the_others() -> None:
+    made = filled(3)
+    made.buffer.observe(BLOCK, START + timedelta(seconds=1), "N20")
+    async with served(made) as (_, port):
+        _, blocks = await get(port, "/sample?path=//DataItem[@type='BLOCK']")
+        _, linear = await get(port, "/current?path=//Linear")
+        status, wrong = await get(port, "/current?path=//[[")
+    assert values(blocks) == [(4, "N20")]
+    assert blocks.find("Header").get("nextSequence") == "5"  # type: ignore[union-attr]
+    assert values(linear) == [(3, "2")]
+    assert (status, wrong.find("Errors/Error").get("errorCode")) == (400, "INVALID_XPATH")  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("target", "code"),
+    [
+        ("/sample?from=999", "OUT_OF_RANGE"),
+        ("/sample?from=-1", "OUT_OF_RANGE"),
+        ("/current?at=0", "OUT_OF_RANGE"),
+        ("/sample?count=0", "OUT_OF_RANGE"),
+        ("/sample?count=100000", "OUT_OF_RANGE"),
+        ("/sample?interval=-5", "OUT_OF_RANGE"),
+        ("/sample?from=soon", "INVALID_PARAMETER_VALUE"),
+        ("/sample?count=1.5", "INVALID_PARAMETER_VALUE"),
+        ("/current?at=3&interval=10", "INVALID_PARAMETER_VALUE"),
+        ("/current?path=//Nothing", "INVALID_XPATH"),
+        ("/asset/12/4", "NO_DEVICE"),
+        ("/lathe/everything", "INVALID_URI"),
+        ("/mill/current", "NO_DEVICE"),
+    ],
+)
+async def test_what_cannot_be_answered_is_a_document_with_the_code_of_the_standard(target: str, code: str) -> None:
+    async with served(filled(20)) as (_, port):
+        status, root = await get(port, target)
+    assert status in (400, 404)
+    assert root.tag == "MTConnectError"
+    assert root.find("Errors/Error").get("errorCode") == code  # type: ignore[union-attr]
+
+
+def test_a_value_that_did_not_change_is_not_repeated_unless_it_is_discrete() -> None:
+    buffer = agent().buffer
+    assert [buffer.observe(X, START, "1.5"), buffer.observe(X, START, "1.5"), buffer.observe(X, START, "1.6")] == [True, False, True]
+    assert [buffer.observe(TICK, START, "part"), buffer.observe(TICK, START, "part")] == [True, True]
+    assert buffer.last_sequence == 4
+
+
+def test_unavailable_is_said_once_when_the_source_is_lost() -> None:
+    buffer = filled(2).buffer
+    for _ in range(3):
+        buffer.unavailable(START + timedelta(seconds=1))
+    assert [(entry.item.id, entry.value) for entry in buffer.since(3, 100, None)[0]] == [
+        (key, "UNAVAILABLE") for key in ("x1", "b1", "t1", "a1")
+    ]
+
+
+@given(st.lists(st.integers(-1000, 1000), max_size=50))
+def test_time_stamps_never_go_backwards_and_numbers_rise_by_one(milliseconds: list[int]) -> None:
+    buffer = agent(20).buffer
+    for at, offset in enumerate(milliseconds):
+        buffer.observe(X, START + timedelta(milliseconds=offset), str(at))
+    kept = buffer.since(buffer.first_sequence, 100, None)[0]
+    assert [entry.sequence for entry in kept] == list(range(buffer.first_sequence, buffer.next_sequence))
+    assert all(later.time >= earlier.time for earlier, later in itertools.pairwise(kept))
+
+
+async def test_a_condition_keeps_all_that_is_active_until_each_is_cleared() -> None:
+    made = agent()
+    for level, code in (("Normal", ""), ("Fault", "E1"), ("Warning", "W2"), ("Fault", "E1")):
+        made.buffer.observe(ALARM, START, "door" if code else "", level, code)
+    async with served(made) as (_, port):
+        _, root = await get(port, "/current")
+        assert {(item.tag, item.get("nativeCode")) for item in root.find(".//Condition")} == {("Fault", "E1"), ("Warning", "W2")}  # type: ignore[union-attr]
+        made.buffer.observe(ALARM, START, "", "Normal", "E1")
+        made.buffer.observe(ALARM, START, "", "Normal")
+        _, root = await get(port, "/current")
+    assert [item.tag for item in root.find(".//Condition")] == ["Normal"]  # type: ignore[union-attr]
+
+
+async def test_streaming_sends_parts_of_their_own_length_and_an_empty_one_at_each_heartbeat() -> None:
+    made = filled(2)
+    async with served(made) as (_, port):
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        writer.write(b"GET /sample?from=1&interval=10&heartbeat=150 HTTP/1.1\r\n\r\n")
+        head = await reader.readuntil(b"\r\n\r\n")
+        assert b"multipart/x-mixed-replace;boundary=" in head
+        parts = []
+        for turn in range(3):
+            piece = await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), 5.0)
+            length = int(piece.lower().partition(b"content-length:")[2].split()[0])
+            parts.append(values(plain(await reader.readexactly(length))))
+            await reader.readexactly(2)
+            if turn == 1:
+                made.buffer.observe(X, START + timedelta(seconds=1), "77")
+        writer.close()
+    assert parts == [[(1, "0"), (2, "1")], [], [(3, "77")]]
+
+
+async def test_a_request_that_is_none_is_answered_and_forgotten() -> None:
+    async with served(filled(2)) as (_, port):
+        assert (await get(port, "/probe", "POST"))[0] == 405
+        assert (await get(port, "/" + "a" * 20_000))[0] == 431
+
+
+def items() -> list[object]:
+    """Return the map of one item."""
+    return list(map_from({"channels": {"x_scale.position": {"item": "Xact", "unit": "mm"}}}, "map"))
+
+
+async def follow(source: MTConnectSource, until: int, acts: dict[int, object]) -> tuple[list[float], list[str]]:
+    """Return the values [mm] and notes of a source until so many values came."""
+    found: list[float] = []
+    notes: list[str] = []
+    async for block in source.blocks():
+        found += [1e3 * float(value) for value in block.values[0]]
+        notes += block.notes
+        if len(found) >= until:
+            break
+    return found, notes
+
+
+async def test_a_cursor_that_fell_out_of_the_buffer_goes_on_and_says_what_was_lost() -> None:
+    made = filled(5, 20)
+    async with served(made) as (_, port):
+        source = MTConnectSource(Address("http", "127.0.0.1", port), items(), 0.1)  # type: ignore[arg-type]
+
+        async def more() -> None:
+            await asyncio.sleep(0.05)  # the source has read up to number 5 and is waiting
+            for number in range(5, 100):
+                made.buffer.observe(X, START + timedelta(milliseconds=number), str(number))
+
+        filling = asyncio.create_task(more())
+        found, notes = await asyncio.wait_for(follow(source, 21, {}), 10.0)
+        await filling
+    assert found == pytest.approx([4.0, *range(80, 100)])
+    assert notes == ["75 observations were lost: the cursor fell out of the agent's buffer"]
+
+
+async def test_another_instance_is_begun_anew() -> None:
+    first, second = filled(3), agent(instance=8)
+    for number in range(2):
+        second.buffer.observe(X, START + timedelta(seconds=10 + number), str(50 + number))
+    async with served(first) as (server, port):
+        source = MTConnectSource(Address("http", "127.0.0.1", port), items(), 0.05)  # type: ignore[arg-type]
+
+        async def restart() -> None:
+            await asyncio.sleep(0.12)
+            server.agent = second
+
+        turning = asyncio.create_task(restart())
+        found, notes = await asyncio.wait_for(follow(source, 3, {}), 10.0)
+        await turning
+    assert found == pytest.approx([2.0, 50.0, 51.0])
+    assert notes == ["the agent started anew"]
+
+
+async def test_an_item_that_is_not_there_is_named_with_the_nearest() -> None:
+    async with served(filled(1)) as (_, port):
+        mapped = map_from({"channels": {"x_scale.position": {"item": "Xat", "unit": "mm"}}}, "map")
+        source = MTConnectSource(Address("http", "127.0.0.1", port), mapped)
+        with pytest.raises(LiveError, match=r"has no data item 'Xat'\. Did you mean 'Xact'\?"):
+            await anext(source.blocks())
+
+
+def test_lines_of_shdr_are_read_and_written() -> None:
+    line = read_line("2026-01-01T00:00:00.250Z|Xact|1.5|block|N10\n")
+    assert line is not None
+    assert line.pairs == (("Xact", "1.5"), ("block", "N10"))
+    assert line.time == START + timedelta(milliseconds=250)
+    assert read_line(write_line(line.time, [("block", "a|b\nc")])).pairs == (("block", "a b c"),)  # type: ignore[union-attr]
+    assert [read_line(text) for text in ("* PONG 10000", "", "nonsense", "2026-01-01T00:00:00Z|Xact")] == [None] * 4
+
+
+async def test_an_adapter_feeds_an_agent_over_shdr_and_its_loss_is_told_once() -> None:
+    adapter, made, stop = Adapter(), agent(), asyncio.Event()
+    server = await adapter.serve("127.0.0.1", 0)
+    port = server.sockets[0].getsockname()[1]
+    following = asyncio.create_task(follow_adapter("127.0.0.1", port, made.buffer, stop, lambda _: None))
+    for number in range(200):
+        adapter.send(write_line(START + timedelta(milliseconds=number), [("Xact", str(number)), ("other", "1")]))
+        await asyncio.sleep(0.005)
+        if made.buffer.last_sequence >= 20:
+            break
+    seen = made.buffer.last_sequence
+    stop.set()
+    adapter.send(write_line(START, [("Xact", "x")]))
+    server.close()
+    await asyncio.wait_for(following, 5.0)
+    assert seen >= 20
+    assert [entry.value for entry in made.buffer.current(None, {"x1"})] == ["UNAVAILABLE"]
+    kept = [float(entry.value) for entry in made.buffer.since(1, seen, {"x1"})[0]]
+    assert np.all(np.diff(kept) == 1.0)

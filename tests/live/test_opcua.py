@@ -1,0 +1,153 @@
+"""The simulated machine over OPC UA: standard names, values that belong together, no loss, and gaps to the sample when it is killed."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.live.cnc_names import PublishedName, published_names
+from lathesim.live.lap import Faults, Lap, Publisher
+from lathesim.live.name_map import map_from
+from lathesim.live.opcua_server import publish_opcua
+from lathesim.live.opcua_source import OpcUaSource, browse
+from lathesim.live.record_mapping import lesson_signals, map_for, recordings_for
+from lathesim.live.recording_run import Recorder, record
+from lathesim.live.samples import LiveError, Signal
+from lathesim.record import load
+from tests.cli.command import environment
+from tests.live.servo import prepared
+
+asyncua = pytest.importorskip("asyncua", reason="the extra 'live' is not installed")
+
+
+def free_port() -> int:
+    """Return a port that nobody listens at."""
+    with socket.socket() as trial:
+        trial.bind(("127.0.0.1", 0))
+        return int(trial.getsockname()[1])
+
+
+def ramp(channels: int, rate: float, seconds: float) -> Lap:
+    """Return a lap in which channel k is k + 1 times the number of the sample."""
+    numbers = np.arange(int(seconds * rate), dtype=np.float64)
+    signals = tuple(Signal(f"part.c{at}", "V") for at in range(channels))
+    return Lap("ramp", signals, 1.0 / rate, np.array([(at + 1) * numbers for at in range(channels)]))
+
+
+def names_of(lap: Lap) -> list[PublishedName]:
+    """Return places below Signals."""
+    return [PublishedName(signal.name, ("Signals", signal.name), signal.unit) for signal in lap.signals]
+
+
+def source_of(lap: Lap, port: int) -> OpcUaSource:
+    """Return a source of all channels of a lap."""
+    channels = {signal.name: {"path": f"Signals/{signal.name}", "unit": "V"} for signal in lap.signals}
+    return OpcUaSource(f"opc.tcp://127.0.0.1:{port}", map_from({"channels": channels}, "map"))
+
+
+async def test_eight_values_come_without_loss_in_order_with_the_stamps_of_the_source(tmp_path: Path) -> None:
+    lap, port, stop = ramp(8, 100.0, 2.0), free_port(), asyncio.Event()
+    source = source_of(lap, port)
+    publishing = asyncio.create_task(publish_opcua(Publisher(lap, Faults()), names_of(lap), "127.0.0.1", port, stop, lambda _: None))
+    recorder = Recorder(source, tmp_path / "r.h5")
+
+    async def enough() -> None:
+        async for block in source.blocks():
+            recorder.take(block)
+            if recorder.noted.samples > 100:
+                break
+
+    await asyncio.wait_for(enough(), 60.0)
+    noted = recorder.finish()
+    stop.set()
+    await publishing
+    kept = load(tmp_path / "r.h5")
+    first = kept["part.c0"]
+    assert (noted.lost, noted.doubled, noted.gaps) == (0, 0, [])
+    assert np.allclose(np.diff(kept.time), 0.01, atol=1e-6)
+    assert set(np.diff(first)) <= {1.0, -199.0}
+    for at in range(8):
+        assert np.array_equal(kept[f"part.c{at}"], (at + 1) * first)
+
+
+def test_the_lesson_is_found_by_the_names_of_the_standard() -> None:
+    ready = prepared()
+    places = {entry.channel: "/".join(entry.path) for entry in published_names(ready.machinery, lesson_signals(ready))}
+    assert places["x_scale.position"] == "CncAxisList/x_axis/PosDirect/ActPos"
+    assert places["x_encoder.position"] == "CncAxisList/x_axis/PosIndirect/ActPos"
+    assert places["x_controller.reference"] == "CncAxisList/x_axis/PosDirect/CmdPos"
+    units = {"x_controller.reference": "mm", "x_scale.position": "mm", "x_controller.voltage": "V"}
+    offered = {places[channel]: unit for channel, unit in units.items()}
+    items = map_for(ready, offered, "path")
+    assert {item.name for item in items} == set(units)
+    mapping = recordings_for(ready, [item.name for item in items])
+    assert mapping["drive"] == {"x_controller.reference": {"column": "x_controller.reference", "unit": "m"}}
+    assert mapping["compare"]["x_scale.position"]["resolution"] == "50 nm"
+    with pytest.raises(LiveError, match="nothing of 12_what_is_wrong_with_this_machine is offered there"):
+        map_for(ready, {"Spindle/Speed": "rpm"}, "path")
+
+
+async def test_where_no_server_answers_a_sentence_says_so() -> None:
+    with pytest.raises(LiveError, match=r"no OPC UA server answers at opc\.tcp"):
+        await browse(f"opc.tcp://127.0.0.1:{free_port()}", patience=0.2)
+
+
+SERVER = """
+import asyncio, sys, time
+from lathesim.live.lap import Faults, Publisher
+from lathesim.live.opcua_server import publish_opcua
+from tests.live.test_opcua import names_of, ramp
+lap = ramp(2, 200.0, 1000.0)
+asyncio.run(publish_opcua(Publisher(lap, Faults()), names_of(lap), "127.0.0.1", int(sys.argv[1]), asyncio.Event(), print))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+async def test_after_kills_and_restarts_every_gap_is_in_the_record(tmp_path: Path) -> None:
+    lap, port, stop = ramp(2, 200.0, 1000.0), free_port(), asyncio.Event()
+    recording = asyncio.create_task(record(source_of(lap, port), tmp_path / "r.h5", 1e4, stop, lambda _: None))
+    kills = 20
+    for _ in range(kills):
+        server = subprocess.Popen([sys.executable, "-c", SERVER, str(port)], env=environment(), stdout=subprocess.DEVNULL)
+        await asyncio.sleep(4.0)
+        os.kill(server.pid, signal.SIGKILL)
+        await asyncio.to_thread(server.wait)
+    await asyncio.sleep(1.5)
+    stop.set()
+    noted = await recording
+    kept = load(tmp_path / "r.h5")
+    missing = sum(count for _, _, count in noted.gaps)
+    expected = round((kept.time[-1] - kept.time[0]) * 200.0) + 1
+    restarts = [sentence for _, sentence in noted.notes if sentence == "the server was away"]
+    assert len(restarts) >= kills // 2
+    assert abs(len(kept) + missing - expected) <= len(noted.gaps)
+    assert json.loads(str(kept.meta["recording"]))["lost"] == missing
+    assert np.array_equal(kept["part.c1"], 2.0 * kept["part.c0"])
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(200)
+async def test_eight_values_at_a_kilohertz_come_without_loss_for_a_minute(tmp_path: Path) -> None:
+    port = free_port()
+    text = SERVER.replace("ramp(2, 200.0, 1000.0)", "ramp(8, 1000.0, 1000.0)")
+    server = subprocess.Popen([sys.executable, "-c", text, str(port)], env=environment(), stdout=subprocess.DEVNULL)
+    try:
+        noted = await record(source_of(ramp(8, 1000.0, 1.0), port), tmp_path / "r.h5", 60.0, asyncio.Event(), lambda _: None)
+    finally:
+        server.terminate()
+        await asyncio.to_thread(server.wait)
+    kept = load(tmp_path / "r.h5")
+    assert len(kept) > 30_000
+    assert (noted.lost, noted.doubled) == (0, 0)
+    assert np.all(np.diff(kept["part.c0"]) == 1.0)
+    assert np.array_equal(kept["part.c7"], 8.0 * kept["part.c0"])
