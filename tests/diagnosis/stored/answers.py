@@ -1,0 +1,105 @@
+"""The stored answers: which cases, how each is made and asked again, and where two answers differ."""
+
+from __future__ import annotations
+
+import json
+import math
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from tests.diagnosis.suite.cases import write_case
+from tests.diagnosis.suite.runner import Job, answer_case
+from tests.shared_data import SHARED
+
+FILE = Path(__file__).parent / "answers.jsonl"
+LESSONS = Path(__file__).parents[1] / "lessons"
+SEED = 26
+SUITE = (0, 1, 2, 3, 4, 6, 7, 9, 11, 12, 13, 15, 16, 19, 20, 22, 28, 30, 50, 102, 114, 170)
+"""Cases of the suite of this seed: an axis, a spindle and a cut; every verdict but "no_mismatch"."""
+TABLES = (1, 3)
+"""Seeds of a pushed table that is as its lesson says."""
+REAL = {"emps": ("emps.yaml", "emps/DATA_EMPS.mat"), "hsm150": ("hsm150.yaml", "hsm150/idf_pos_0.06_1.mat")}
+QUICK = ("suite 11", "suite 28", "suite 170", "table 1")
+"""Cases that are asked in every run of the tests."""
+NAMES = (*(f"suite {number}" for number in SUITE), *(f"table {seed}" for seed in TABLES), *REAL)
+OF_A_RUN = {"wall_time_s", "report"}
+"""Keys that say something of a run and nothing of the answer."""
+
+
+def stored() -> dict[str, Any]:
+    """Return the stored answers by name."""
+    lines = FILE.read_text(encoding="utf-8").splitlines() if FILE.is_file() else []
+    return {item["case"]: item["answer"] for item in map(json.loads, lines)}
+
+
+def store(answers: dict[str, Any]) -> None:
+    """Write answers, one a line."""
+    lines = [json.dumps({"case": name, "answer": answers[name]}) for name in NAMES if name in answers]
+    FILE.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def is_here(name: str) -> bool:
+    """Return whether a case can be asked: the real recordings are not part of the project."""
+    return name not in REAL or SHARED.is_dir()
+
+
+def asked(name: str) -> dict[str, Any]:
+    """Return the answer of the program to a case, as its JSON file has it, without what belongs to the run."""
+    kind, _, number = name.partition(" ")
+    if kind == "suite":
+        answer = _of_suite(int(number))
+    elif kind == "table":
+        answer = _of_table(int(number))
+    else:
+        answer = _of_recording(name)
+    return {key: value for key, value in answer.items() if key not in OF_A_RUN}
+
+
+def _of_suite(number: int) -> dict[str, Any]:
+    with tempfile.TemporaryDirectory() as folder:
+        write_case(SEED, number, Path(folder))
+        file = Path(folder) / "answer.json"
+        answer_case(Job(folder, str(file)))
+        told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return dict(told["answer"])
+
+
+def _of_table(seed: int) -> dict[str, Any]:
+    from lathesim.diagnosis.diagnose import ask, diagnose
+    from lathesim.diagnosis.records.diagnosis import as_json
+    from lathesim.identification.replay.loading import Recorded
+    from tests.diagnosis.pushed_table import EFFECTS, Hidden, machine, recording
+
+    recordings = tuple(Recorded(f"{name}.csv", recording(Hidden(), seed=seed + more), ()) for more, name in enumerate(("fit", "check")))
+    return json.loads(json.dumps(as_json(diagnose(ask("A table", machine(), recordings, EFFECTS)))))  # type: ignore[no-any-return]
+
+
+def _of_recording(name: str) -> dict[str, Any]:
+    from lathesim.cli.main import run_command_line
+
+    lesson, recording = REAL[name]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "answer.json"
+        words = ["diagnose", LESSONS / lesson, SHARED / "data" / recording, "--no-report", "--json", file, "--out", folder]
+        run_command_line([str(word) for word in words])
+        return dict(json.loads(file.read_text(encoding="utf-8")))
+
+
+def differences(stored: Any, now: Any, tolerance: float, place: str = "answer") -> Iterator[str]:
+    """Return where two answers differ: what is stored must be there, numbers within ``tolerance`` of each other; what is new may be."""
+    if isinstance(stored, dict) and isinstance(now, dict):
+        for key, value in stored.items():
+            if key not in now:
+                yield f"{place}.{key} is gone"
+            else:
+                yield from differences(value, now[key], tolerance, f"{place}.{key}")
+    elif isinstance(stored, list) and isinstance(now, list) and len(stored) == len(now):
+        for number, pair in enumerate(zip(stored, now, strict=True)):
+            yield from differences(*pair, tolerance, f"{place}[{number}]")
+    elif isinstance(stored, float) and isinstance(now, float):
+        if not (stored == now or math.isclose(stored, now, rel_tol=tolerance)):
+            yield f"{place}: {stored!r} was stored, {now!r} is answered"
+    elif stored != now:
+        yield f"{place}: {stored!r} was stored, {now!r} is answered"

@@ -1,0 +1,19 @@
+"""The size and shape of the diagnosis: figures that may only go down."""
+
+import json
+from pathlib import Path
+
+from tests.house.counts import counts
+
+KEPT = Path(__file__).parent / "diagnosis_counts.json"
+"""The figures of commit a0113a3, before the folder was put on shelves, and those that may not be exceeded: lower them where one falls."""
+
+
+def test_no_figure_of_the_diagnosis_grows() -> None:
+    most = json.loads(KEPT.read_text(encoding="utf-8"))["at most"]
+    now = counts()
+    assert {name: (number, most[name]) for name, number in now.items() if number > most[name]} == {}
+
+
+def test_no_import_runs_up() -> None:
+    assert counts()["arrows that run up"] == 0
