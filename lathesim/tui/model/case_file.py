@@ -36,6 +36,11 @@ class Guess:
     at: str = ""
     size: str = ""
 
+    @property
+    def words(self) -> str:
+        """The guess as a person reads it."""
+        return f"{self.effect} at {self.at} {self.size}".strip() if self.effect else "nothing is missing"
+
 
 @dataclass
 class CaseFile:

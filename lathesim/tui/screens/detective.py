@@ -14,20 +14,19 @@ from textual import on
 from textual.binding import Binding
 from textual.containers import Horizontal, VerticalScroll
 from textual.widget import Widget
-from textual.widgets import Button, Input, Label, OptionList, RichLog, Select, Static, TabbedContent, TabPane
+from textual.widgets import Button, Input, Label, OptionList, Static, TabbedContent, TabPane
 from textual.widgets.option_list import Option
 
 from lathesim.component import Parameter
 from lathesim.errors import LatheSimError
-from lathesim.tui.drawing.case_words import scaled, wiring_chain
-from lathesim.tui.drawing.standing_bars import standing_bars
 from lathesim.tui.model import case_file
 from lathesim.tui.model.case_file import CaseFile, Guess
 from lathesim.tui.model.column_mapping import ColumnMeaning, guessed_columns, recordings_entry
 from lathesim.tui.model.workbench import REGISTRY, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.browse_list import BrowseList
-from lathesim.tui.widgets.time_plot import Line, TimePlot
+from lathesim.tui.widgets.compare_pane import ComparePane
+from lathesim.tui.widgets.diagnosis_pane import DiagnosisPane
 
 if TYPE_CHECKING:
     from lathesim.tui.screens.conceal_form import Order
@@ -53,19 +52,7 @@ class DetectiveScreen(WorkbenchScreen):
     DetectiveScreen .row { height: 1; }
     DetectiveScreen .row Input { width: 1fr; }
     DetectiveScreen .row Label { padding: 0 1; }
-    DetectiveScreen #pair { height: 1fr; min-height: 8; }
-    DetectiveScreen #pair TimePlot { width: 1fr; }
-    DetectiveScreen #chain { height: auto; max-height: 6; padding: 0 1; }
-    DetectiveScreen #told { height: 1fr; padding: 0 1; }
     DetectiveScreen #effects { width: 34; height: 1fr; }
-    DetectiveScreen #standing { height: auto; max-height: 9; padding: 0 1; }
-    DetectiveScreen #steps { height: 1fr; min-height: 3; padding: 0 1; }
-    DetectiveScreen #found { height: 2fr; padding: 0 1; display: none; }
-    DetectiveScreen #better { height: 1fr; min-height: 8; display: none; }
-    DetectiveScreen.-answered #found, DetectiveScreen.-answered #better { display: block; }
-    DetectiveScreen.-answered #standing { display: none; }
-    DetectiveScreen.-answered #steps { height: 4; }
-    DetectiveScreen.-answered.-low #steps { display: none; }
     """
     BINDINGS = [
         Binding("c", "compare", "Compare"),
@@ -100,13 +87,7 @@ class DetectiveScreen(WorkbenchScreen):
                     yield Button("Compare (c)", id="do-compare", compact=True)
                     yield Button("Hide an effect (h)", id="do-conceal", compact=True)
             with TabPane("2 Compare", id=COMPARE):
-                yield Select[str]([], prompt="Channel", id="channel", compact=True)
-                with Horizontal(id="pair"):
-                    yield TimePlot(id="both")
-                    yield TimePlot(id="residual")
-                yield Static("", id="chain", markup=False)
-                with VerticalScroll():
-                    yield Static("", id="told", markup=False)
+                yield ComparePane()
             with TabPane("3 Guess", id=GUESS):
                 with Horizontal():
                     yield BrowseList(id="effects")
@@ -124,12 +105,7 @@ class DetectiveScreen(WorkbenchScreen):
                 with Horizontal(classes="row"):
                     yield Button("Search (s)", id="do-diagnose", compact=True, variant="primary")
                     yield Button("Insert and run (i)", id="do-insert", compact=True)
-                yield Static("", id="judged", markup=False)
-                yield Static("", id="standing", markup=False)
-                yield RichLog(id="steps", wrap=True, min_width=20, max_lines=2000)
-                yield TimePlot(id="better")
-                with VerticalScroll(id="found"):
-                    yield Static("", id="answer-text", markup=False)
+                yield DiagnosisPane()
             with TabPane("5 Answer", id=ANSWER):
                 with Horizontal(classes="row"):
                     yield Label("Case folder")
@@ -255,31 +231,10 @@ class DetectiveScreen(WorkbenchScreen):
         case = self.case
         if case is None or case.comparison is None:
             return
-        select = self.query_one("#channel", Select)
-        with self.prevent(Select.Changed):
-            names = [item.channel for item in case.comparison.channels]
-            select.set_options([(f"{item.channel}: {item.over_floor:.3g} floors off", item.channel) for item in case.comparison.channels])
-            if names:
-                select.value = names[0]
-        self.query_one("#chain", Static).update(wiring_chain(case))
-        self.query_one("#told", Static).update("\n".join(case_file.comparison_text(case)))
+        self.query_one(ComparePane).show(case)
         if not self.query_one("#place", Input).value:
             self.query_one("#place", Input).value = case.comparison.suspect
         self._go(COMPARE)
-        self.call_after_refresh(self._draw_channel)
-
-    @on(Select.Changed, "#channel")
-    def _draw_channel(self) -> None:
-        case, name = self.case, self.query_one("#channel", Select).value
-        if case is None or case.comparison is None:
-            return
-        for item in case.comparison.channels:
-            if item.channel == name:
-                unit, (recorded, simulated) = scaled(item.unit, item.recorded, item.simulated)
-                lines = [Line(item.time, recorded, "recorded"), Line(item.time, simulated, "simulated")]
-                self.query_one("#both", TimePlot).show_lines(lines, "t / s", unit)
-                unit, (residual,) = scaled(item.unit, item.residual)
-                self.query_one("#residual", TimePlot).show_lines([Line(item.time, residual, "recorded - simulated")], "t / s", unit)
 
     # 3 Guess
 
@@ -323,8 +278,7 @@ class DetectiveScreen(WorkbenchScreen):
             self.tell_fault("Choose a recording first.")
             return
         self.case.guess = guess
-        words = f"{guess.effect} at {guess.at} {guess.size}".strip() if guess.effect else "nothing is missing"
-        self.query_one("#judged", Static).update(f"Your guess: {words}. s starts the search.")
+        self.query_one(DiagnosisPane).say(f"Your guess: {guess.words}. s starts the search.")
         self._go(DIAGNOSIS)
 
     # 4 Diagnosis
@@ -346,35 +300,19 @@ class DetectiveScreen(WorkbenchScreen):
             self.action_guess()
             return
         self._stop.clear()
-        self.set_class(False, "-answered")
-        self.query_one("#steps", RichLog).clear()
-        self.query_one("#standing", Static).update(standing_bars((), self.size.width))
-        words = self.query_one("#judged", Static)
-        words.update(str(words.content).removesuffix(" s starts the search."))
+        self.query_one(DiagnosisPane).begin(case.guess.words)
         self._go(DIAGNOSIS)
         tell = partial(self.app.call_from_thread, self._tell_step)
         work = partial(case_file.diagnose, case, self.workbench.setup, self.workbench.registry, tell, self._stop)
         self.in_thread("Searching ...", work, self._show_diagnosed)
 
     def _tell_step(self, step: str) -> None:
-        self.query_one("#steps", RichLog).write(step)
         if self.case is not None:
-            bars = standing_bars(self.case.standings.values(), self.size.width - 4)
-            self.query_one("#standing", Static).update(bars)
+            self.query_one(DiagnosisPane).tell(step, self.case)
 
     def _show_diagnosed(self) -> None:
-        case = self.case
-        if case is None or case.diagnosis is None:
-            return
-        self.set_class(True, "-answered")
-        self.query_one("#judged", Static).update(case_file.judged_guess(case))
-        self.query_one("#answer-text", Static).update("\n".join(case_file.diagnosis_text(case)).strip())
-        traces = case.diagnosis.evidence.traces
-        if traces:
-            trace = traces[0]
-            unit, (before, after) = scaled(trace.unit, trace.recorded - trace.before, trace.recorded - trace.after)
-            lines = [Line(trace.time, before, f"residual of {trace.channel} before"), Line(trace.time, after, "after")]
-            self.call_after_refresh(self.query_one("#better", TimePlot).show_lines, lines, "t / s", unit)
+        if self.case is not None and self.case.diagnosis is not None:
+            self.query_one(DiagnosisPane).answer(self.case)
 
     @on(Button.Pressed, "#do-insert")
     def action_insert(self) -> None:
