@@ -20,6 +20,9 @@ from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 from lathesim.identification.signal.resolution import FEWEST_LEVELS, OFF_GRID, grid_spacing, smallest_step
 
+_BETWEEN = 0.37
+"""Share of the smallest step of a column by which it is moved off its own values, assumed: no simple fraction."""
+
 
 def mapped_elsewhere(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
     """Return a sentence where a column is of another place than the lesson maps it to; empty where none is."""
@@ -55,6 +58,13 @@ def _rounded(update: Law, name: str, known: Mapping[str, float], column: FloatAr
     return np.array([update(**{name: float(value)}, **known) for value in different], dtype=float)[places]
 
 
+def _is_finer(law: Callable[[FloatArray], FloatArray], column: FloatArray) -> bool:
+    """Return whether a converter's levels lie closer than the values of a column: then it leaves any such column as it is."""
+    gap = float(np.min(np.diff(np.unique(column))))
+    between = column + _BETWEEN * gap
+    return bool(np.max(np.abs(law(between) - between)) < OFF_GRID * gap)
+
+
 def _behind_converter(experiment: Experiment) -> str:
     for part, before, behind, law in _converters(experiment):
         if before not in experiment.machine.compare:
@@ -62,7 +72,9 @@ def _behind_converter(experiment: Experiment) -> str:
         column = np.nan_to_num(experiment.record[before])
         rounded = law(column)
         levels = np.unique(rounded)
-        if len(levels) >= FEWEST_LEVELS and np.max(np.abs(rounded - column)) < OFF_GRID * float(np.min(np.diff(levels))):
+        if len(levels) < FEWEST_LEVELS or _is_finer(law, column):
+            continue
+        if np.max(np.abs(rounded - column)) < OFF_GRID * float(np.min(np.diff(levels))):
             return (
                 f"{before} holds only the levels of {part.name}: the column was recorded behind that converter. "
                 f"Compare {behind} with it, and leave {before} out."

@@ -51,6 +51,16 @@ def test_a_command_that_was_recorded_behind_the_converter(axis: tuple[Machine, R
     )
 
 
+def test_a_converter_finer_than_the_recording_tells_nothing(axis: tuple[Machine, Record]) -> None:
+    machine, record = axis
+    parts = [
+        replace(part, parameters={**part.parameters, "bits": 24.0}) if part.name == "x_dac" else part for part in machine.assembly.parts
+    ]
+    fine = replace(machine, assembly=replace(machine.assembly, parts=tuple(parts)))
+    logged = record.with_channel(VOLTAGE, "V", np.round(record[VOLTAGE] / 2e-4) * 2e-4)
+    assert mapped_elsewhere(made(fine, logged), {}) == ""
+
+
 def test_a_command_that_was_recorded_before_the_converter(axis: tuple[Machine, Record]) -> None:
     machine, record = axis
     shown = replace(machine, compare=(POSITION, BEHIND))
