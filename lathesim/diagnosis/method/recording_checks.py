@@ -75,8 +75,10 @@ class CheckLimits:
     unit_near: Limit = Limit(0.06, "share of factor", "a factor this near that of a unit may be it: values of the machine are uncertain")
     coarser: Limit = Limit(1.5, "1", "steps of a recording this much larger than the declared counts are called coarse")
     clock_unexplained: Limit = Limit(
-        0.01, "share of command",
+        0.001, "share of command",
         "a clock error is looked for where more than this of a command is unexplained",
+        "derived",
+        "a command is arithmetic and follows to its last digit; a controller's memory from before the recording leaves less than this",
     )  # fmt: skip
     zero_plain: Limit = Limit(10.0, "noise floors, and usual differences", "a difference of two zeros above this is reported")
     unexplained_command: Limit = Limit(

@@ -22,19 +22,9 @@ _PERIODS = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
 def of_another_period(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
     """Return a sentence where a recorded command follows from what its controller was given with another sample period only; empty where it
     does so as recorded, with no other, or nothing was replayed."""
-    period, clock = 1e3 * experiment.machine.assembly.sample_period, experiment.machine.clock
-    for controller, row in shown_commands(experiment) if experiment.machine.replay and clock != 1.0 else ():
-        share = _beyond_floor(experiment, 1.0, values, row)
-        if share > method.recording_checks.clock_unexplained and _beyond_floor(experiment, 1.0 / clock, values, row) < min(
-            method.recording_checks.follows, method.recording_checks.left_by_shift * share
-        ):
-            name = experiment.machine.compare[row]
-            decides_every, how = period / experiment.machine.decisions, "fast" if clock > 1.0 else "slow"
-            return (
-                f"{controller} decides every {decides_every / clock:.4g} ms, and by the recording's clock every "
-                f"{decides_every:.4g} ms: that runs {abs(clock - 1.0):.2%} {how}. With the lesson's period {name} follows from what its "
-                f"controller was given, with the recorded one {share:.0%} of it does not."
-            )
+    period = 1e3 * experiment.machine.assembly.sample_period
+    if experiment.machine.replay and experiment.machine.clock != 1.0 and (told := _beside_the_lesson(experiment, values, method)):
+        return told
     for row, share in unexplained_share(experiment, values) if experiment.machine.replay else ():
         name = experiment.machine.compare[row]
         for factor in _PERIODS if share > method.recording_checks.unexplained_command else ():
@@ -44,6 +34,32 @@ def of_another_period(experiment: Experiment, values: Mapping[str, float], metho
                     f"{period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of {1.0 / factor:.4g}."
                 )
     return ""
+
+
+def _beside_the_lesson(experiment: Experiment, values: Mapping[str, float], method: Method) -> str:
+    """Return a sentence where the time column and the lesson's period differ by more than two clocks do, unless a command speaks for the
+    time column: it follows from what its controller was given with that only."""
+    period, clock = 1e3 * experiment.machine.assembly.sample_period, experiment.machine.clock
+    decides_every, how = period / experiment.machine.decisions, "fast" if clock > 1.0 else "slow"
+    times = f"every {decides_every / clock:.4g} ms, and by the recording's clock every {decides_every:.4g} ms: that runs"
+    limits = method.recording_checks
+    for controller, row in shown_commands(experiment):
+        as_recorded, as_told = (_beyond_floor(experiment, factor, values, row) for factor in (1.0, 1.0 / clock))
+        name = experiment.machine.compare[row]
+        if as_recorded > limits.clock_unexplained and as_told < min(limits.follows, limits.left_by_shift * as_recorded):
+            return (
+                f"{controller} decides {times} {abs(clock - 1.0):.2%} {how}. With the lesson's period {name} follows from what its "
+                f"controller was given, with the recorded one {as_recorded:.1%} of it does not."
+            )
+        if as_told > limits.clock_unexplained and as_recorded < limits.left_by_shift * as_told:
+            return ""
+    shown = [controller for controller, _ in shown_commands(experiment)]
+    if not shown:
+        return ""
+    return (
+        f"{shown[0]} decides {times} {abs(clock - 1.0):.2%} {how}. No command tells which of the two is right. "
+        "Write the true sample_period in the lesson, or mend the time column."
+    )
 
 
 def _beyond_floor(experiment: Experiment, factor: float, values: Mapping[str, float], row: int) -> float:
