@@ -110,7 +110,7 @@ def describe(
         candidate = discover(experiment, found.model.fitted, validation, found.model.validation_fit, method=question.method)
     return Diagnosis(
         verdict=verdict,
-        sentence=sentence_of(verdict, effects, found.values_off),
+        sentence=sentence_of(verdict, effects, found.values_off, found.jointly_off),
         lesson=question.lesson,
         recording=question.fitted.name,
         validation="",

@@ -34,6 +34,8 @@ class SearchResult:
     """By the part of an effect: the model before it came in."""
     refused: set[str] = field(default_factory=set)
     """Parts of effects that were taken out again as they need a machine that is not there."""
+    jointly_off: tuple[str, ...] = ()
+    """Values of the lesson that are all there is to it once they may be further off than it holds possible, the furthest first."""
     far_off: tuple[str, ...] = ()
     """A value of the lesson that is further off than it holds possible and explains more than effects do, and others that would."""
     factor_instead: str = ""

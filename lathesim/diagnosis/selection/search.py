@@ -21,6 +21,7 @@ from lathesim.diagnosis.selection.moves.retry_rivals import retry_rivals
 from lathesim.diagnosis.selection.moves.simplify import simplify
 from lathesim.diagnosis.selection.moves.specialise import specialise
 from lathesim.diagnosis.selection.moves.split import forms_of_two, two_for_one
+from lathesim.diagnosis.selection.moves.values_first import values_first
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.budget import Progress, until
 from lathesim.identification.records.candidate import Candidate
@@ -40,6 +41,9 @@ def search(experiment: Experiment, validation: Experiment, method: Method = STAN
     baseline = laboratory.model((), fitted)
     found = SearchResult(baseline, baseline)
     try:
+        if values_first(laboratory, found, chosen):
+            found.complete = True
+            return found
         _grown(laboratory, found, chosen)
         for other in restarts(laboratory, found, chosen):
             if not chosen.affords(laboratory.runs, len(laboratory.experiment.candidates)):

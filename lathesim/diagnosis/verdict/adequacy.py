@@ -164,7 +164,7 @@ def _sensors_apart(experiment: Experiment, fitted: Fitted, method: Method = STAN
 
 def _implausible(experiment: Experiment, found: SearchResult, baseline: Mapping[str, BaselineValue]) -> tuple[str, ...]:
     """Return the values that the model needs further off than the lesson holds possible, less the one that is the answer."""
-    known = found.values_off[:1]
+    known = (*found.values_off[:1], *found.jointly_off)
     return tuple(
         name
         for name, item in baseline.items()

@@ -53,8 +53,10 @@ def decide(facts: Facts, method: Method) -> Rule:
     return next(rule for rule in RULES if rule.holds(facts, method))
 
 
-def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], far_off: tuple[str, ...]) -> str:
+def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], far_off: tuple[str, ...], jointly: tuple[str, ...] = ()) -> str:
     """Return the verdict as a sentence; ``far_off`` are values of the lesson that are outside their plausible range."""
+    if verdict == "parameters_only" and len(jointly) > 1:
+        return f"No physics is missing, but {listed(jointly)} are further off than the lesson holds possible."
     if verdict == "parameters_only" and far_off:
         others = f" (or {' or '.join(far_off[1:])})" if len(far_off) > 1 else ""
         return f"No physics is missing, but {far_off[0]}{others} is further off than the lesson holds possible."

@@ -13,6 +13,10 @@ QUESTIONS = ("sound called sound", "only values off, said so", "one effect, that
              "two effects, both named or tied", "outside, not named", "fault, said so")  # fmt: skip
 
 
+LATE = ("current_late", "rows")
+"""Faults that are one channel shifted in time."""
+
+
 @dataclass(frozen=True)
 class Answer:
     """One answered case: ``truth`` of its folder, the JSON of the program (empty without an answer), its seconds."""
@@ -55,7 +59,10 @@ def marks(answer: Answer) -> dict[str, bool]:
         case "outside":
             sure = verdict == "named" and told.get("adequate") is not False
             return {QUESTIONS[5]: bool(verdict) and not sure}
-    return {QUESTIONS[6]: verdict == "recording_fault" and re.search(truth["words"], str(told.get("sentence", told))) is not None}
+    said = verdict == "recording_fault" and re.search(truth["words"], str(told.get("sentence", told))) is not None
+    # a channel that is late by itself has a name in the catalogue too
+    by_name = truth["fault"] in LATE and [one["effect"] for one in answer.names] == ["ChannelTimeShift"]
+    return {QUESTIONS[6]: said or by_name}
 
 
 def _found(answer: Answer, *, tied: bool) -> bool:

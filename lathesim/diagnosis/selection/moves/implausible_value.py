@@ -36,7 +36,7 @@ def find_implausible_value(laboratory: Laboratory, baseline: Model, model: Model
     if not is_implausible(baseline.fitted, method=method):
         return None
     laboratory.progress("asking whether one value outside its plausible range explains it")
-    reached = _merit(model, baseline)
+    reached = merit_of(model, baseline)
     for candidates, start in (((), baseline), (model.candidates, model)) if model.candidates else (((), baseline),):
         if start is model and not is_implausible(model.fitted, method=method):
             continue
@@ -49,13 +49,13 @@ def find_implausible_value(laboratory: Laboratory, baseline: Model, model: Model
             alike = tuple(other for merit, other, _ in found[1:] if merit > best - width)
             # effects beside which other values would have to be impossible still are no rivals of one value that does as well, and an
             # encoder that is off by any factor is one number too, and the stranger one
-            factor = _factor(model, laboratory.experiment)
+            factor = factor_of(model, laboratory.experiment)
             beaten = best > reached + (-width if not candidates and (factor or is_implausible(model.fitted, method=method)) else width)
             return ImplausibleValue(loose, name, alike, beaten, factor if beaten and best < reached + width else "")
     return None
 
 
-def _factor(model: Model, experiment: Experiment) -> str:
+def factor_of(model: Model, experiment: Experiment) -> str:
     """Report the one effect of a model that makes what an encoder counts a multiple of the way; empty where that is not all there is,
     and at other sensors, whose gains are adjusted by hand."""
     if len(model.candidates) != 1 or not model.candidates[0].effect.proportional:
@@ -80,19 +80,20 @@ def _each(
             return None
         fitted = fit(laboratory.experiment.sensed, with_start(rough), constant, rounds=3, full_band=full_band)
         loose = laboratory.model(candidates, laboratory.with_better_motion(fitted, candidates))
-        return None if is_implausible(loose.fitted, method=method) else (_merit(loose, baseline), item.name, loose)
+        return None if is_implausible(loose.fitted, method=method) else (merit_of(loose, baseline), item.name, loose)
 
-    loose_ones = [_of_a_machine(item, method=method) for item in baseline_free(laboratory.experiment.machine, method.selection.value_wider)]
+    loose_ones = [of_a_machine(item, method=method) for item in baseline_free(laboratory.experiment.machine, method.selection.value_wider)]
     return [found for found in together(loosened, loose_ones) if found is not None]
 
 
-def _of_a_machine(item: Free, method: Method = STANDARD) -> Free:
+def of_a_machine(item: Free, method: Method = STANDARD) -> Free:
     """Return a loosened value within a factor of what the lesson gives: a motor without any force explains whatever hides behind it."""
     low, high = sorted((item.given / method.recording_checks.value_factor, item.given * method.recording_checks.value_factor))
     return replace(item, low=max(item.low, low), high=min(item.high, high)) if item.given else item
 
 
-def _merit(model: Model, baseline: Model) -> float:
+def merit_of(model: Model, baseline: Model) -> float:
+    """Return what a model is held against another explanation by: its gain over the baseline on both recordings [nats]."""
     fitted, held = (
         ours.above(theirs, full_band=True) for ours, theirs in ((model.score, baseline.score), (model.validation, baseline.validation))
     )

@@ -1,0 +1,96 @@
+"""Values of the lesson that are all there is to it: further off than declared, tried before any effect.
+
+Where the baseline wants values beyond their declared uncertainties, all of them are let loose together, and a model is grown on that as on
+any baseline. If nothing of the catalogue is then believable, the values are the answer: fewer numbers, and none of them new. If something
+is, the values were making up for it, and the search goes on as if nobody had asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+from lathesim.diagnosis.method import Method
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.forward import grow
+from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible
+from lathesim.diagnosis.selection.moves.implausible_value import factor_of, merit_of, of_a_machine
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records.fit import with_start
+from lathesim.identification.records.model import Model
+from lathesim.identification.replay.experiment import POSSIBLE, baseline_free
+
+_NEAR_A_BOUND = 1e-3
+"""Share of the range of a value by which it lies inside: a fit comes no nearer to a bound."""
+_FIRST_GUESS = 1.1
+"""Factor of a reading from which a fit begins."""
+
+
+def values_first(laboratory: Laboratory, found: SearchResult, method: Method) -> bool:
+    """Return whether values alone explain both recordings; ``found`` then holds the model and the names of the values, the one first that
+    is off by most declared deviations."""
+    experiment, baseline = laboratory.experiment, found.baseline
+    if not is_implausible(baseline.fitted, method=method):
+        return False
+    laboratory.progress("asking whether values further off than declared are all there is to it")
+    loose = _loosened(laboratory, baseline, method)
+    off = _off(loose, experiment.machine.uncertain)
+    if (
+        not off
+        or _at_a_bound(loose, off)
+        or is_implausible(loose.fitted, method=method)
+        or not loose.validation.above(baseline.validation, full_band=True) > 0.0
+    ):
+        return False
+    beside = Laboratory(experiment, laboratory.validation, laboratory.progress, least_gain=method.margin, method=method)
+    beside.weigh(loose.fitted)
+    grown = SearchResult(beside.model((), loose.fitted), beside.model((), loose.fitted))
+    grow(beside, grown, method)
+    found.tried += grown.tried
+    if grown.model.candidates:
+        return False
+    laboratory.progress(f"nothing is missing beside {', '.join(off)}, which are further off than the lesson holds possible")
+    if len(off) == 1:
+        found.factor_instead = _factor_instead(laboratory, baseline, loose, method)
+    found.model, found.far_off, found.jointly_off = loose, (off[0],), tuple(off)
+    return True
+
+
+def _loosened(laboratory: Laboratory, baseline: Model, method: Method) -> Model:
+    """Return the model without effects whose values may be further off, each within a factor of what the lesson gives."""
+    experiment = laboratory.experiment
+    values = [of_a_machine(item, method) for item in baseline_free(experiment.machine, method.selection.value_wider)]
+    starts = [
+        replace(item, start=baseline.fitted.by_name.get(item.name, item.start)) for item in experiment.start_states(experiment.sensed.plan)
+    ]
+    fitted = fit(experiment.sensed, [*values, *starts], baseline.fitted.constant, rounds=4)
+    return laboratory.settled(laboratory.model((), fitted))
+
+
+def _factor_instead(laboratory: Laboratory, baseline: Model, loose: Model, method: Method) -> str:
+    """Return the factor of an encoder that explains as much as the values do, were it so far off; empty where none does."""
+    reached = merit_of(loose, baseline)
+    width = max(method.selection.value_gain, method.selection.value_better * abs(reached))
+    for candidate in (item for item in laboratory.experiment.candidates if item.effect.proportional):
+        trial = laboratory.trial(baseline, candidate, (), with_start(baseline.fitted), [_FIRST_GUESS * candidate.neutral])
+        model = laboratory.settled(trial.model)
+        if merit_of(model, baseline) > reached - width and (factor := factor_of(model, laboratory.experiment)):
+            return factor
+    return ""
+
+
+def _at_a_bound(loose: Model, names: Collection[str]) -> bool:
+    """Return whether a value would go further still if it might: then it is not the value that explains."""
+    values = loose.fitted.by_name
+    room = {item.name: _NEAR_A_BOUND * (item.high - item.low) for item in loose.fitted.free}
+    return any(
+        not item.low + room[item.name] < values[item.name] < item.high - room[item.name] for item in loose.fitted.free if item.name in names
+    )
+
+
+def _off(loose: Model, uncertain: Mapping[str, float]) -> list[str]:
+    """Return the values beyond what the lesson holds possible, the furthest first."""
+    values = loose.fitted.by_name
+    given = {item.name: item.given for item in loose.fitted.free}
+    away = {name: abs(values[name] - given[name]) / deviation for name, deviation in uncertain.items() if name in values}
+    return sorted((name for name, deviations in away.items() if deviations > POSSIBLE), key=lambda name: -away[name])
