@@ -11,7 +11,8 @@ import pytest
 from scipy.io import savemat
 
 from lathesim.errors import LatheSimError
-from lathesim.record import Channel, Record, load, save
+from lathesim.record import Channel, Record, load
+from lathesim.record_writer import save
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.raw_table import RawTable
 from lathesim.recordings.reading import read_recording
