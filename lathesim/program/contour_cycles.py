@@ -233,7 +233,7 @@ class ContourCycles(Motions):
         kept = (self.modal, self.moves, self.events, self.block, self.used, self.position, self.block_number, self.passed)
         self.modal, self.moves, self.events, self.walking = copy.copy(self.modal), [], [], True
         self.modal.motion = None
-        self.passed = set()
+        self.passed, self.corner = set(), None
         try:
             self.run_blocks(first, last + 1)
             return self.moves

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, dialect_named, not_interpreted
 from lathesim.program.macros.statements import FANUC_KINDS
 from lathesim.program.words import Block, Blocks
@@ -34,7 +35,7 @@ def detect_dialect(blocks: Blocks) -> Detected:
         for comment in block.comments:
             header = _HEADER.search(comment)
             if header is not None:
-                return Detected(dialect_named(header[1].lower()), f"line {block.line} says so")
+                return Detected(_named(header[1].lower(), blocks.place(block.line)), f"line {block.line} says so")
     fitting = [dialect for dialect in DIALECTS.values() if _has_all(blocks, dialect)]
     names = {dialect.name for dialect in fitting}
     fitting = [dialect for dialect in fitting if not dialect.variant_of or (dialect.variant_of not in names and _signs(blocks, dialect))]
@@ -48,6 +49,13 @@ def detect_dialect(blocks: Blocks) -> Detected:
     if best and len(found) == 1:
         return Detected(chosen, "its words are used as there" if fitting else "most of its words are used as there")
     return Detected(chosen, f"nothing tells it from {' or '.join(found[1:])}" if fitting and found[1:] else "no dialect has all its words")
+
+
+def _named(name: str, place: str) -> Dialect:
+    try:
+        return dialect_named(name)
+    except ProgramError as error:
+        raise ProgramError(error.fact, place=place, remedy=error.remedy) from error
 
 
 def _has_all(blocks: Blocks, dialect: Dialect) -> bool:

@@ -68,6 +68,8 @@ class _Interpreter(Offsets):
         self._macro_steps = (self.comment, self.subprogram, self.unused)
         self.structure()
         self.run_blocks()
+        if self.corner is not None:
+            raise ProgramError(f"{self.corner.text} has no move behind it.", place=self.corner.place, remedy="Take it out.")
         self.close()
         self.note_assumptions()
         moves, events = self._compensated()

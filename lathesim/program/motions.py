@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from lathesim.errors import ProgramError
 from lathesim.program.arcs import arc_by_centre, arc_by_radius
+from lathesim.program.corners import Corner, broken
 from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import Group, Meaning
 from lathesim.program.modal import Modal
@@ -36,6 +37,7 @@ class Motions:
         self.block_number = ""
         self.passed: set[int] = set()
         self.walking = False
+        self.corner: Corner | None = None
 
     # ---- small tools of the steps ------------------------------------------------------------------------------------------------
 
@@ -112,9 +114,21 @@ class Motions:
             self.add("rapid", self.target())
         elif modal.motion is Meaning.LINE:
             self.check_feed()
+            corner = self.own_corner()
             self.add("feed", self.target(), feed=modal.feed, per_revolution=modal.per_revolution)
+            self.corner = corner
         else:
             self.thread()
+
+    def own_corner(self) -> Corner | None:
+        """The chamfer (,C) or rounding (,R) that the block has between its end and the next move."""
+        chamfer, rounding = self.take(",C"), self.take(",R")
+        word = chamfer or rounding
+        if word is None:
+            return None
+        if word.value <= 0.0 or (chamfer is not None and rounding is not None):
+            raise self.error(f"{word.text} is no size of a corner, or there are two.", "Give one of ,C and ,R above 0.")
+        return Corner(rounding is not None, self.modal.metres(word.value), word.text, self.block.place)
 
     def target(self) -> tuple[float, float]:
         """The end point (x, z) the block names [m], X as a radius."""
@@ -236,3 +250,6 @@ class Motions:
             Move(kind, line, *start, *end, modal.spindle, feed, per_revolution, arc, seconds, modal.tool, cycle, cycle_line, nose)
         )
         modal.x, modal.z = end
+        corner, self.corner = self.corner, None
+        if corner is not None and len(self.moves) > 1:
+            self.moves[-2:] = broken(self.moves[-2], self.moves[-1], corner)

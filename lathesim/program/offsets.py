@@ -10,13 +10,14 @@ from dataclasses import replace
 
 from lathesim.program.flow import Flow
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.nose.tool_nose import LEFT, ORIENTATIONS, RIGHT, Tool, nose
+from lathesim.program.nose.tool_nose import LEFT, ORIENTATIONS, RIGHT, Nose, Tool, nose
 
 _SIDES = {
     Meaning.COMPENSATION_LEFT: LEFT, Meaning.COMPENSATION_GIVEN_LEFT: LEFT, Meaning.COMPENSATION_RIGHT: RIGHT,
     Meaning.COMPENSATION_GIVEN_RIGHT: RIGHT,
 }  # fmt: skip
 _GIVEN = (Meaning.COMPENSATION_GIVEN_LEFT, Meaning.COMPENSATION_GIVEN_RIGHT)
+_SAME = 1e-9
 _GEOMETRY = 10_000
 """P of G10 above it are geometry offsets of tools. Source: Fanuc 0i-T operator's manual, changing of tool offset amount."""
 
@@ -46,7 +47,10 @@ class Offsets(Flow):
             self.assumed["nose_compensation"] = "a nose radius of 0: the tool point runs along the programmed path"
             self.warn(f"{code} is read with a nose radius of 0: the tool point runs along the programmed path.")
             return
-        modal.nose = nose(modal.side, tool, front=self.dialect.tool_in_front)
+        modal.nose = self._nose(tool)
+
+    def _nose(self, tool: Tool) -> Nose:
+        return nose(self.modal.side, tool, front=self.dialect.tool_in_front, starts_beside=not self.dialect.o_words)
 
     def _given_nose(self, code: str) -> Tool:
         """G41.1 and G42.1: D is the diameter of the nose, L its orientation."""
@@ -77,7 +81,7 @@ class Offsets(Flow):
         tool = modal.tools.get(number, Tool())
         modal.tool_offset = (tool.x, tool.z)
         if modal.side:
-            modal.nose = nose(modal.side, tool, front=self.dialect.tool_in_front) if tool.radius else None
+            modal.nose = self._nose(tool) if tool.radius else None
 
     # ---- coordinates -------------------------------------------------------------------------------------------------------------
 
@@ -132,6 +136,11 @@ class Offsets(Flow):
             modal.shift_z += z - given["Z"]
         modal.shift_x -= given.get("U", 0.0)
         modal.shift_z -= given.get("W", 0.0)
+        if meaning is Meaning.SPINDLE_LIMIT and (abs(modal.shift_x) > _SAME or abs(modal.shift_z) > _SAME):
+            self.warn(
+                f"{self.block.codes[meaning].text} puts the origin to X {1e3 * modal.shift_x:.6g} mm (radius), "
+                f"Z {1e3 * modal.shift_z:.6g} mm, as the tool stands at X {1e3 * modal.x:.6g} mm (radius), Z {1e3 * modal.z:.6g} mm."
+            )
 
     def _shift_local(self) -> None:
         given = self._named("X", "Z")

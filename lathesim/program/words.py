@@ -34,6 +34,7 @@ _SIMPLE = re.compile(
 )
 """A line of words only, as nearly all lines are: it needs no walk along its characters."""
 _PAIR = re.compile(r"([A-Z])([+-]?[0-9.]+)")
+_CORNER = re.compile(r"(,[CR])([+-]?(?:[0-9]{1,9}\.?[0-9]*|\.[0-9]+))")
 _BLOCK_NUMBER = re.compile(r"N([0-9]+\.?[0-9]*)")
 _COMPUTED = re.compile(r"[#\[O]|END")
 _PLAIN = re.compile(r"[A-Z][+-]?[0-9.]+(?![#\[])")
@@ -354,6 +355,11 @@ def _words(code: str, spaced: list[bool], place: str) -> tuple[list[Word], str]:
         letter = code[position]
         if letter == _COMMENT_GAP:
             position += 1
+            continue
+        corner = _CORNER.match(code, position) if letter == "," else None
+        if corner is not None and words:
+            words.append(Word(corner[1], float(corner[2]), corner.group()))
+            position = corner.end()
             continue
         if not ("A" <= letter <= "Z"):
             raise no_word(code, position, words[-1].text if words else "", place)

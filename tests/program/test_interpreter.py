@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from lathesim.errors import ProgramError
 from lathesim.program.canon import canon
 from lathesim.program.interpreter import interpret
 from lathesim.program.moves import Program
@@ -113,3 +114,69 @@ def test_canon_has_the_schema_of_the_references() -> None:
     }  # fmt: skip
     assert made["summary"]["counts"] == {"rapid": 1, "arc": 1}
     assert made["events"][0] == {"type": "spindle", "line": 2, "before_move": 0, "dir": "cw"}
+
+
+def test_corners_are_chamfered_and_rounded_between_straight_feeds() -> None:
+    text = "G21 G99 G97 S800 M03\nG00 X40. Z0.\nG01 Z-20. F0.2\nX45. ,C1.\nZ-30. ,R2.\nX60.\nM30\n"
+    program = interpret(read_program(text, "turn.nc"), "fanuc")
+    ends = [(move.kind, round(2e3 * move.end_x, 6), round(1e3 * move.end_z, 6)) for move in program.moves[1:]]
+    assert ends == [
+        ("feed", 40.0, -20.0), ("feed", 43.0, -20.0), ("feed", 45.0, -21.0), ("feed", 45.0, -28.0), ("arc", 49.0, -30.0), ("feed", 60.0, -30.0),
+    ]  # fmt: skip
+    arc = program.moves[5].arc
+    assert arc is not None and arc.clockwise and arc.radius == pytest.approx(0.002)
+    assert (arc.centre_x, arc.centre_z) == (pytest.approx(0.0245), pytest.approx(-0.028))
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("G01 X45. ,C1.\nG00 Z-30.\n", ",C1. needs a straight feed before and behind it."),
+        ("G01 X45. ,R9.\nZ-3.\n", ",R9. takes 9 mm off moves of 2.5 and 3 mm. Make it smaller."),
+        ("G01 X45. ,C1.\n", ",C1. has no move behind it. Take it out."),
+        ("G01 X45. ,C0\nZ-3.\n", ",C0 is no size of a corner"),
+    ],
+)
+def test_a_corner_that_cannot_be_broken_is_told(text: str, sentence: str) -> None:
+    with pytest.raises(ProgramError) as refused:
+        interpret(read_program(f"G21 G99 G97 S800 M03 F0.1\nG00 X40. Z0.\n{text}M30\n", "turn.nc"), "fanuc")
+    assert str(refused.value).startswith(f"turn.nc:3: {sentence}")
+
+
+def test_a_position_set_where_the_tool_stands_moves_the_origin_and_says_so() -> None:
+    text = "G21 G99 G97 S800 M03\nG50 X150. Z200. S1500\nG00 X40. Z0.\nM30\n"
+    program = interpret(read_program(text, "turn.nc"), "fanuc")
+    assert (program.moves[0].end_x, program.moves[0].end_z) == (pytest.approx(0.045), 0.0)
+    assert program.warnings[0].sentence.startswith(
+        "G50 puts the origin to X 25 mm (radius), Z 0 mm, as the tool stands at X 100 mm (radius)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "ends"),
+    [
+        ("G90 G00 X40. Z2.\nG91 G01 X-10. Z-5. F0.1\nG90 X50.\n", [(40.0, 2.0), (30.0, -3.0), (50.0, -3.0)]),
+        ("G00 X40. Z2.\nG77 X36. Z-20. F0.2\n", [(40.0, 2.0), (36.0, 2.0), (36.0, -20.0), (40.0, -20.0), (40.0, 2.0)]),
+        ("G00 X40. Z2.\nG79 X20. Z-2. F0.2\n", [(40.0, 2.0), (40.0, -2.0), (20.0, -2.0), (20.0, 2.0), (40.0, 2.0)]),
+        ("G92 S2000\nG94 G00 X40. Z2.\nG01 X30. F100\n", [(40.0, 2.0), (30.0, 2.0)]),
+    ],
+)
+def test_system_b_has_its_own_numbers_for_the_same_work(text: str, ends: list[tuple[float, float]]) -> None:
+    program = interpret(read_program(f"G21 G95 G97 S800 M03\n{text}M30\n", "turn.nc"), "fanuc-b")
+    assert [(round(2e3 * move.end_x, 6), round(1e3 * move.end_z, 6)) for move in program.moves] == ends
+
+
+def test_offsets_shift_the_coordinates_of_both_controls() -> None:
+    text = "G21 G99 G97 S800 M03\nG10 L2 P2 X-10. Z-30.\nG55\nG00 X40. Z2.\nG52 X2. Z1.\nX40. Z2.\nG52 X0 Z0\nG54\nX40. Z2.\nM30\n"
+    program = interpret(read_program(text, "turn.nc"), "fanuc")
+    ends = [(round(2e3 * move.end_x, 6), round(1e3 * move.end_z, 6)) for move in program.moves]
+    assert ends == [(30.0, -28.0), (32.0, -27.0), (40.0, 2.0)]
+    wear = "G21 G99 G97 S800 M03\nG10 P1 X-0.04 Z0.1 R0.8 Q3\nT0101\nG00 X40. Z2.\nT0100\nX40. Z2.\nM30\n"
+    program = interpret(read_program(wear, "turn.nc"), "fanuc")
+    assert [(round(2e3 * move.end_x, 6), round(1e3 * move.end_z, 6)) for move in program.moves] == [(39.96, 2.1), (40.0, 2.0)]
+    text = (
+        "G21 G18 G8 F100\nG10 L2 P1 X1 Z2\nG0 X10 Z0\nG92 X0\nG1 X1\nG92.2\nG1 X2\nG92.3\nG1 X3\nG92.1\nG10 L20 P1 X0 Z0\nG1 X4 Z-1\nM2\n"
+    )
+    program = interpret(read_program(text, "turn.ngc"), "linuxcnc")
+    ends = [(round(1e3 * move.end_x, 6), round(1e3 * move.end_z, 6)) for move in program.moves]
+    assert ends == [(11.0, 2.0), (12.0, 2.0), (3.0, 2.0), (14.0, 2.0), (18.0, 1.0)]

@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 
 from lathesim.errors import ProgramError, SeveralFaultsError
+from lathesim.program.checks import checked
+from lathesim.program.detect import detect_dialect
+from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
 from lathesim.program.loading import load_program
 from lathesim.program.path import lay_path
@@ -17,8 +20,20 @@ from lathesim.shipped import shipped_folder
 from tests.shared_data import SHARED
 
 GCODE = SHARED / "gcode"
-CHARACTERS = "GMXZUWRPQIKFSTDNO0123456789.-+()/%; \n"
-DIALECTS = ("paper", "linuxcnc", "fanuc", "fanuc")
+CHARACTERS = "GMXZUWRPQIKFSTDNOAEHL0123456789.-+()/%;#[]<>=* \n"
+DIALECTS = ("paper", "linuxcnc", "fanuc", "fanuc", "fanuc-b")
+
+
+MACROS = (
+    "G21 G18 G90 G94 G8 F100 S500 M3\no100 sub\no101 if [#1 GT 5]\nG1 X#1\no101 else\nG1 X[#1 + 5]\no101 endif\no100 endsub [#1]\n"
+    "#2=0\no200 while [#2 LT 3]\n#2=[#2 + 1]\no100 call [#2 * 3]\no200 endwhile\no300 repeat [2]\nG1 Z-[SIN[30] * #2]\no300 endrepeat\n"
+    "O400 SUB\nG0 X5\nG1 Z0\nG3 X9 Z-4 K-4\nG1 Z-25\nO400 ENDSUB\nG0 X20 Z2\nG71 Q400 D0.2 I2 R0.5\nG70 Q400\n"
+    "G42.1 D0.8 L2\nG1 X10 Z2\nZ-10\nG2 X14 Z-14 I4\nG1 X20\nG40\nG1 X30\nG10 L2 P2 X1 Z2\nG55 G0 X1\nM2\n",
+    "O1\nG21 G99 G97 S500 M03 T0101\nG10 P1 R0.8 Q3\n#100=40.\nWHILE [#100 GT 34.] DO1\nG01 X#100 F0.1\n#100=#100-2.\nEND1\n"
+    "IF [#100 EQ 34.] GOTO 50\nG01 X99.\nN50 G65 P9001 A10. Z-5.\nM97 P500\nG42 G00 X20. Z2.\nG01 Z-10.\nG03 X26. Z-13. R3.\n"
+    "G40 G00 X50.\nG83 Z-20. R2. Q5000\nG80\nG50 X60. Z5.\nM30\nO9001\nG01 X[#1 * 2] Z#26\nM99\nN500 G01 X24.\nM99\n",
+)
+"""Programs with expressions, statements and nose compensation, to be damaged like the others."""
 
 
 def corpus() -> list[str]:
@@ -26,7 +41,7 @@ def corpus() -> list[str]:
     files = sorted(shipped_folder("part_programs").glob("*.nc"))
     for folder in ("micro", "programs"):
         files += sorted((GCODE / folder).iterdir()) if GCODE.is_dir() else []
-    return [file.read_text(encoding="utf-8", errors="replace") for file in files]
+    return [file.read_text(encoding="utf-8", errors="replace") for file in files] + 12 * list(MACROS)
 
 
 def mutated(text: str, chance: random.Random) -> str:
@@ -56,7 +71,13 @@ def damage(number: int, seed: int) -> tuple[int, int]:
         text = mutated(chance.choice(sources), chance)
         begun = time.process_time()
         try:
-            interpret(read_program(text), chance.choice(DIALECTS))
+            blocks = read_program(text)
+            found = detect_dialect(blocks).dialect if chance.random() < 0.7 else chance.choice(DIALECTS)
+            program = interpret(blocks, found)
+            if program.summary.cut_path > 0.0:
+                lay_path(program)
+            explain(blocks, program)
+            checked(program, blocks)
             good += 1
         except ProgramError as error:
             assert error.place.startswith("program"), text

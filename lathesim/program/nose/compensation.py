@@ -1,10 +1,11 @@
 """Programmed moves to the moves of the tool point, where nose compensation is on.
 
 The centre of the nose runs at the nose radius beside the contour: lines are shifted, arcs get another radius. Round outer corners it
-swings about the corner, in inner corners the shifted moves meet. The first compensated move starts where the tool stands, the move behind
-the last one starts beside the end of that one. Source: LinuxCNC 2.9 manual, chapter Tool Compensation; Fanuc 0i-T operator's manual, tool
-nose radius compensation. Left out: a look at more than the next move, so that a nose too large for a groove is refused only where two
-neighbouring moves do not meet.
+swings about the corner, in inner corners the shifted moves meet. The first compensated move starts where the tool stands; on Fanuc it ends
+beside the beginning of the next one. The move behind the last one starts beside the end of that one.
+
+Source: LinuxCNC 2.9 manual, chapter Tool Compensation; Fanuc 0i-T operator's manual, tool nose radius compensation. Left out: a look at
+more than the next move, so that a nose too large for a groove is refused only where two neighbouring moves do not meet.
 """
 
 from __future__ import annotations
@@ -102,7 +103,11 @@ def _carry_out(run: list[int], moves: Sequence[Move], found: list[list[Move]], h
     sides = [_shifted(moves[index], nose, name) for index in run]
     swings: list[Move | None] = [None]
     for before, after in itertools.pairwise(sides):
-        swings.append(_corner(before, after, nose, name))
+        if nose.starts_beside and before is sides[0]:
+            before.end = after.start
+            swings.append(None)
+        else:
+            swings.append(_corner(before, after, nose, name))
     point = (nose.point_z, nose.point_x)
     place = (first.start_z, first.start_x) if here is None else here
     for index, side, swing in zip(run, sides, swings, strict=True):

@@ -27,15 +27,19 @@ class Tool:
 
 @dataclass(frozen=True)
 class Nose:
-    """The compensation in force: ``side`` is LEFT or RIGHT; the tool point lies ``(point_x, point_z)`` [m] from the centre of the nose."""
+    """The compensation in force: ``side`` is LEFT or RIGHT; the tool point lies ``(point_x, point_z)`` [m] from the centre of the nose.
+
+    With ``starts_beside`` the first move ends beside the beginning of the next one, as on Fanuc; else the two meet in an inner corner.
+    """
 
     side: int
     radius: float
     point_x: float
     point_z: float
+    starts_beside: bool = False
 
 
-def nose(side: int, tool: Tool, *, front: bool) -> Nose:
+def nose(side: int, tool: Tool, *, front: bool, starts_beside: bool = False) -> Nose:
     """Return the compensation with a tool; with ``front`` orientations count as on a lathe with its tool in front (X mirrored)."""
     x, z = _FROM_CENTRE[tool.orientation]
-    return Nose(side, tool.radius, tool.radius * (-x if front else x), tool.radius * z)
+    return Nose(side, tool.radius, tool.radius * (-x if front else x), tool.radius * z, starts_beside)
