@@ -27,6 +27,15 @@ STOPPED = 130
 @click.option("--json", "json_file", type=click.Path(path_type=Path, allow_dash=True), metavar="FILE", help="Write JSON ('-': print it).")
 @click.option("--effect", "only", multiple=True, metavar="NAME", help="Try only these effects.")
 @click.option("--at-most", metavar="TIME", help="End the search after so long, as '2 min', and keep what is known [default: when done].")
+@click.option(
+    "--with",
+    "others",
+    nargs=2,
+    multiple=True,
+    metavar="LESSON RECORDING",
+    help="A further recording of the same machine, with the lesson that maps it; several times. One verdict comes of all.",
+)
+@click.option("--design", is_flag=True, help="Where the answer is tied, write the program whose run would tell, to DIR/next.")
 @click.option("--no-report", is_flag=True, help="Write no report.")
 @click.option(
     "--without",
@@ -45,6 +54,8 @@ def diagnose(
     json_file: Path | None,
     only: tuple[str, ...],
     at_most: str | None,
+    others: tuple[tuple[str, str], ...],
+    design: bool,
     no_report: bool,
     left_out: tuple[str, ...],
     variant: str | None,
@@ -77,11 +88,23 @@ def diagnose(
     loaded = load_lesson(lesson)
     quiet = json_file is not None and str(json_file) == "-"
     case = load_case(loaded, [recording] if validate is None else [recording, validate], registry, variant=variant)
+    if others and validate is not None:
+        raise click.UsageError("--with and --validate both judge: give one of them.")
     question = without(ask(loaded.title, case.machine, case.recordings, effects), left_out)  # type: ignore[arg-type]
     question = replace(question, method=replace(question.method, longest=limit))
     with _progress(shown=not quiet) as tell, _terminated_as_interrupted():
-        diagnosis = answer(question, tell)
+        if others:
+            from lathesim.experiments.evidence import Other, diagnose_together
+
+            further = [Other(name, Path(file)) for name, file in others]
+            diagnosis = diagnose_together(case, further, registry, lambda loaded_case: question, tell)
+        else:
+            diagnosis = answer(question, tell)
     folder = out or Path("lathesim_runs") / loaded.name
+    if design:
+        from lathesim.experiments.design.for_diagnosis import with_designed_program
+
+        diagnosis = with_designed_program(diagnosis, loaded, registry, folder / "next", variant, lambda text: click.echo(text, err=True))
     files = [] if no_report else write_answer(diagnosis, case.lesson, folder)
     told = json.dumps({**as_json(diagnosis), "report": str(files[0]) if files else None}, indent=2)
     if quiet:

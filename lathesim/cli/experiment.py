@@ -95,7 +95,7 @@ def experiment(
         told = write_precision(precise, out)
         click.echo(json.dumps(told, indent=2) if as_json else "\n".join(precision_lines(precise, out)))
         return 130 if precise.stopped else 0
-    named = named_between(between) if between is not None else named_in_diagnosis(diagnosis or Path(), loaded.name)
+    named = named_between(between) if between is not None else named_in_diagnosis(diagnosis or Path())
     place = "--between" if between is not None else str(diagnosis)
     with interruptible() as stop:
         found = design_experiment(loaded, named, registry, wish, variant, place, say, stop)

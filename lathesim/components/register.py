@@ -52,6 +52,8 @@ STOCK = {
     "PowerController": "closed_controller.drive_loops",
     "DriveElectronics": "closed_controller.drive_loops",
     "MotorSlide": "closed_controller.drive_loops",
+    "Watermark": "watermark",
+    "Guard": "guard",
     "ControllerTuning": "closed_controller.controller_tuning",
     "CircleReference": "contour.circle_reference",
     "FreePathInterpolator": "contour.free_path",

@@ -26,6 +26,7 @@ STOCK = {
     "force_over_time": ("TemperatureSoftening", "WearForceGrowth", "EntryBuildUp"),
     "force_over_turn": ("InterruptedCut", "HardSpot", "ChipSegmentation", "RegenerativeChatter"),
     "compliance": ("WorkpieceDeflection", "ToolCompliance"),
+    "attacks": ("ReplayAttack", "OffsetAttack", "ScaleAttack", "DelayAttack", "DriftAttack"),
     "dynamometer_error": ("DynamometerDrift", "DynamometerCrosstalk", "DynamometerResonance"),
 }
 """File -> the effects that stand in it."""

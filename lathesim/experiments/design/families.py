@@ -13,6 +13,8 @@ from lathesim.experiments.design.room import Axis, Room
 
 _SLOWEST = 2e-4
 """Slowest speed of a program [m/s]; assumed."""
+_SHORTEST = 6.0
+"""Programs shorter than this [s] leave a diagnosis too little to judge on; measured on lesson 12."""
 _SMALLEST = 2e-6
 """Shortest stroke of a program [m]; assumed."""
 
@@ -137,7 +139,7 @@ def candidates(room: Room, at_most: float, count: int, seed: int, only: Sequence
     while len(plans) < 2 * count:
         plans.append([str(name) for name in random.choice(names, size=random.integers(2, min(4, len(names) + 1) + 1))])
     for plan in plans:
-        budget = at_most * random.choice([0.25, 0.5, 0.9])
+        budget = min(0.92 * at_most, max(_SHORTEST, at_most * random.choice([0.3, 0.6, 0.92])))
         found.append(_mixed(room, plan, budget, random))
         if room.axes[1:] and random.random() < 0.3:
             found.append(_with_arcs(room, found[-1], random))

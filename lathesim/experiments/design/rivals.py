@@ -57,7 +57,7 @@ def named_between(text: str) -> list[Named]:
     return found
 
 
-def named_in_diagnosis(path: Path, lesson_name: str) -> list[Named]:
+def named_in_diagnosis(path: Path) -> list[Named]:
     """Return the rivals that a diagnosis left: what it named and what is tied with it, else all that it lists.
 
     Raises :class:`LatheSimError` where the file is no diagnosis, or one that left nothing to tell.
@@ -70,6 +70,11 @@ def named_in_diagnosis(path: Path, lesson_name: str) -> list[Named]:
         told = None
     if not isinstance(told, dict) or not str(told.get("schema", "")).startswith("lathesim-diagnosis/"):
         raise LatheSimError("this is no diagnosis.", place=str(path), remedy="Give what 'lathesim diagnose --json FILE' wrote.")
+    return named_in(told, str(path))
+
+
+def named_in(told: dict[str, Any], place: str) -> list[Named]:
+    """Return the rivals of a diagnosis as JSON; raises :class:`LatheSimError` where it left nothing to tell."""
     effects = [item for item in told.get("effects") or [] if isinstance(item, dict) and item.get("effect")]
     found: list[Named] = []
     for item in effects:
@@ -85,7 +90,7 @@ def named_in_diagnosis(path: Path, lesson_name: str) -> list[Named]:
     if len(unique) < 2:
         verdict = told.get("verdict", "unknown")
         fact = f"the diagnosis ({verdict}) leaves nothing to be told apart."
-        raise LatheSimError(fact, place=str(path), remedy="Name rivals with --between 'Effect@part,Effect@part', or values with --for.")
+        raise LatheSimError(fact, place=place, remedy="Name rivals with --between 'Effect@part,Effect@part', or values with --for.")
     return unique
 
 
@@ -94,8 +99,9 @@ def _number(value: object) -> bool:
 
 
 def _tied(text: str, at: str) -> Named:
+    """Return a rival that is told as ``Effect`` (at the same place) or ``Effect at part``."""
     effect, _, other = text.replace(" at ", "@").partition("@")
-    return Named(effect.strip(), other.strip() or at, {})
+    return Named(effect.strip().partition(" ")[0], other.strip() or at, {})
 
 
 def place_rivals(

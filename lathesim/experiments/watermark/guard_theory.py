@@ -3,8 +3,8 @@
     x+ = a x + b u + w,   y = x + v,   u = -L xhat + e,   e ~ N(0, se^2) known to the guard only
 
 xhat is the steady Kalman filter's, nu = y - predicted y the innovation. Honest readings have var nu = S and E[nu_k e_(k-1)] = 0.
-A replay of earlier readings gives E[nu_k e_(k-1)] = -b se^2 and var nu = S + 2 b^2 se^2/(1 - g^2), g = (a - b L)(1 - K): the filter follows a watermark
-that the readings do not hold, and the readings hold one that the filter does not know.
+A replay of earlier readings gives E[nu_k e_(k-1)] = -b se^2 and var nu = S + 2 b^2 se^2/(1 - g^2), with g = (a - b L)(1 - K): the
+filter follows a watermark that the readings do not hold, and the readings hold one that the filter does not know.
 
 Source: Mo, Sinopoli, 47th Allerton Conference (2009); Satchidanandan, Kumar, Proc. IEEE 105 (2017), 219; Page, Biometrika 41 (1954), 100.
 """

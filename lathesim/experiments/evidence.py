@@ -1,0 +1,108 @@
+"""Evidence of several recordings of one machine added up to one verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from lathesim.diagnosis.diagnose import diagnose
+from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.records.diagnosis import Diagnosis
+from lathesim.engine.assembly import Assembly
+from lathesim.errors import LessonError
+from lathesim.identification.replay.loading import LoadedCase, load_case
+from lathesim.lessons.lesson import load_lesson
+from lathesim.plugins import Registry
+
+_LEAST = 0.02
+"""Probability of what a diagnosis does not name; assumed: no diagnosis is surer than that."""
+_SURE = 0.9
+"""Probability from which on the joined verdict is no tie."""
+
+
+@dataclass(frozen=True)
+class Other:
+    """A further recording of the machine, with the lesson that maps it."""
+
+    lesson: str
+    recording: Path
+
+
+def diagnose_together(
+    case: LoadedCase, others: Sequence[Other], registry: Registry, ask: Callable[[LoadedCase], Question], tell: Callable[[str], None]
+) -> Diagnosis:
+    """Return one verdict of a recording and the others of the same machine.
+
+    The new recording is fitted, and each other one judges: its start, its phases and what else belongs to one recording are fitted anew,
+    values of the machine and of the effects are shared. With several others the odds of each answer are multiplied. Raises
+    :class:`LessonError` where a recording is one of another machine.
+    """
+    question = ask(case)
+    answers = []
+    for other in others:
+        lesson = load_lesson(other.lesson)
+        further = load_case(lesson, [other.recording], registry)
+        _check_same(case, further, other)
+        tell(f"together with {other.recording.name}")
+        answers.append(diagnose(replace(question, validation=further.recordings[0]), tell))
+    return answers[0] if len(answers) == 1 else _joined(answers)
+
+
+def _check_same(case: LoadedCase, further: LoadedCase, other: Other) -> None:
+    """Refuse a recording whose lesson has other parts, wires, values or channels."""
+    place = f"--with {other.lesson} {other.recording}"
+    first, second = case.machine, further.machine
+    if set(first.compare) != set(second.compare):
+        fact = f"the lessons compare other channels: {', '.join(first.compare)} against {', '.join(second.compare)}."
+        raise LessonError(fact, place=place, remedy="Map the same channels in both lessons.")
+    difference = _difference(first.assembly, second.assembly)
+    if difference:
+        raise LessonError(f"the recordings are of different machines: {difference}.", place=place, remedy="Join recordings of one machine.")
+    programs = {case.prepared.case.program, further.prepared.case.program}
+    if not first.drive and len(programs) > 1:
+        fact = "the recordings are runs of different programs, and no recorded reference drives the machine."
+        raise LessonError(fact, place=place, remedy="Record the reference too, and map it under 'drive:' in both lessons.")
+
+
+def _difference(first: Assembly, second: Assembly) -> str:
+    """Return in what two machines differ, but for their paths; empty where they are the same."""
+    parts, others = {part.name: part for part in first.parts}, {part.name: part for part in second.parts}
+    for name in sorted(parts.keys() ^ others.keys()):
+        return f"only one has {name}"
+    for name, part in parts.items():
+        if part.component.__name__ != others[name].component.__name__:
+            return f"{name} is {part.component.__name__} in one and {others[name].component.__name__} in the other"
+        for item in sorted({*part.parameters, *others[name].parameters}):
+            declared = part.component.declarations[item]
+            default = float(getattr(declared, "default", 0.0))
+            one, two = part.parameters.get(item, default), others[name].parameters.get(item, default)
+            if not math.isclose(one, two, rel_tol=1e-9, abs_tol=1e-300):
+                return f"{name}.{item} is {one:g} in one and {two:g} {declared.unit} in the other"
+    if {wire.target: (wire.source, wire.constant) for wire in first.wires} != {
+        wire.target: (wire.source, wire.constant) for wire in second.wires
+    }:
+        return "their wires differ"
+    return ""
+
+
+def _joined(answers: Sequence[Diagnosis]) -> Diagnosis:
+    """Return the answer whose effects have the best odds in all of them together."""
+    keys = {tuple(sorted((effect.effect, effect.at) for effect in answer.effects)) for answer in answers}
+
+    def odds(key: tuple[tuple[str, str], ...]) -> float:
+        total = 0.0
+        for answer in answers:
+            own = {(effect.effect, effect.at): effect.probability for effect in answer.effects}
+            sizes = [own.get(item, _LEAST) for item in key] or [1.0 if not answer.effects else _LEAST]
+            total += sum(math.log(max(size, _LEAST)) for size in sizes) / len(sizes)
+        return total
+
+    weights = {key: math.exp(odds(key)) for key in keys}
+    best = max(weights, key=lambda key: weights[key])
+    share = weights[best] / sum(weights.values())
+    chosen = next(answer for answer in answers if tuple(sorted((effect.effect, effect.at) for effect in answer.effects)) == best)
+    effects = tuple(replace(effect, probability=min(effect.probability, share)) for effect in chosen.effects)
+    verdict = "tied" if chosen.verdict == "named" and share < _SURE else chosen.verdict
+    return replace(chosen, effects=effects, verdict=verdict, wall_time=sum(answer.wall_time for answer in answers))
