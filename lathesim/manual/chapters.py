@@ -16,6 +16,7 @@ TOPICS = (
     "stability",
     "live",
     "diagnosis",
+    "experiments",
     "contour",
     "reliability",
     "plugins",
