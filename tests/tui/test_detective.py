@@ -12,7 +12,7 @@ from textual.screen import Screen
 from textual.widgets import Input, Select, Static, TabbedContent
 
 from lathesim.cli.main import run_command_line
-from lathesim.diagnosis.records.standing import CandidateStanding
+from lathesim.identification.records.model import CandidateStanding
 from lathesim.tui.app import LathesimApp
 from lathesim.tui.drawing.standing_bars import standing_bars
 from lathesim.tui.model.case_file import CaseFile, Guess

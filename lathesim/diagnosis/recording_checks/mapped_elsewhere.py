@@ -7,6 +7,7 @@ Where a column would have to be rounded first to be what the replayed converter 
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
@@ -19,9 +20,6 @@ from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 from lathesim.identification.signal.resolution import FEWEST_LEVELS, OFF_GRID, grid_spacing, smallest_step
-
-_BETWEEN = 0.37
-"""Share of the smallest step of a column by which it is moved off its own values, assumed: no simple fraction."""
 
 
 def mapped_elsewhere(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
@@ -61,7 +59,7 @@ def _rounded(update: Law, name: str, known: Mapping[str, float], column: FloatAr
 def _is_finer(law: Callable[[FloatArray], FloatArray], column: FloatArray) -> bool:
     """Return whether a converter's levels lie closer than the values of a column: then it leaves any such column as it is."""
     gap = float(np.min(np.diff(np.unique(column))))
-    between = column + _BETWEEN * gap
+    between = column + gap / math.e  # no simple fraction of a step
     return bool(np.max(np.abs(law(between) - between)) < OFF_GRID * gap)
 
 

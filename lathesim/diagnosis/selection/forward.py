@@ -24,13 +24,13 @@ from lathesim.diagnosis.selection.moves.extend import extend_parameters
 from lathesim.diagnosis.selection.moves.generalise import generalise, may_be_worth
 from lathesim.diagnosis.selection.moves.merge_harmonics import merge_harmonics
 from lathesim.diagnosis.selection.refusal import pushes_at, quiet_parts, refusal
-from lathesim.diagnosis.selection.trials import Asked, side_by_side, told_screened
+from lathesim.diagnosis.selection.trials import Asked, side_by_side
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.budget import Progress
 from lathesim.identification.execution.threads import TOGETHER
 from lathesim.identification.records.candidate import Candidate, instants_of
-from lathesim.identification.records.model import Model, Trial, is_full_band
+from lathesim.identification.records.model import CandidateStanding, Model, Standing, Trial, is_full_band
 from lathesim.identification.replay.experiment import STICKING, Experiment
 
 _PUSHED = "effort"
@@ -90,7 +90,7 @@ def _add(laboratory: Laboratory, found: SearchResult, method: Method, ranked: tu
     if not ranked:
         return False
     found.screened = ranked
-    told_screened(laboratory, ranked[:5], found.null_maximum)
+    _told_screened(laboratory, ranked[:5], found.null_maximum)
     tried: list[Trial] = []
     first = ranked[: method.screened]
     waiting = [
@@ -389,3 +389,11 @@ def leave_out(found: SearchResult, candidates: Sequence[Candidate], experiment: 
     gone = {name for candidate in candidates for name in candidate.parameters}
     free = [item for item in found.model.free if item.name not in gone]
     found.model = laboratory.model(rest, fit(experiment.sensed, free, found.model.fitted.constant, rounds=2, full_band=is_full_band(rest)))
+
+
+def _told_screened(laboratory: Laboratory, ranked: Sequence[Screened], null_maximum: float) -> None:
+    """Tell what the best candidates score before any of them is fitted."""
+    named = [(f"{item.candidate.name} at {item.candidate.at}", item) for item in ranked]
+    words = ", ".join(f"{name} {item.gain:.0f} ({item.share:.0%})" for name, item in named)
+    standings = [CandidateStanding(name, item.gain, np.nan, item.share) for name, item in named]
+    laboratory.progress(Standing.told(f"  screening scores in nats (null maximum {null_maximum:.0f}): {words}", standings))

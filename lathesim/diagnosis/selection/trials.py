@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.diagnosis.records.screened import Screened
-from lathesim.diagnosis.records.standing import CandidateStanding, Standing
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.execution.threads import together
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Free
-from lathesim.identification.records.model import Model, Trial
+from lathesim.identification.records.model import CandidateStanding, Model, Standing, Trial
 
 
 @dataclass(frozen=True)
@@ -41,14 +38,6 @@ def side_by_side(laboratory: Laboratory, before: Model, asked: Sequence[Asked]) 
         )
 
     return [told(laboratory, trial) for trial in together(one, asked)]
-
-
-def told_screened(laboratory: Laboratory, ranked: Sequence[Screened], null_maximum: float) -> None:
-    """Tell what the best candidates score before any of them is fitted."""
-    named = [(f"{item.candidate.name} at {item.candidate.at}", item) for item in ranked]
-    words = ", ".join(f"{name} {item.gain:.0f} ({item.share:.0%})" for name, item in named)
-    standings = [CandidateStanding(name, item.gain, math.nan, item.share) for name, item in named]
-    laboratory.progress(Standing.told(f"  screening scores in nats (null maximum {null_maximum:.0f}): {words}", standings))
 
 
 def told(laboratory: Laboratory, trial: Trial) -> Trial:

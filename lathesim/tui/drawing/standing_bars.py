@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from lathesim.diagnosis.records.standing import CandidateStanding
+    from lathesim.identification.records.model import CandidateStanding
 
 _BAR, _MOST = 10, 8
 """Characters of a whole bar, and candidates that are shown."""

@@ -18,7 +18,7 @@ from lathesim.errors import LatheSimError, RecordingError
 if TYPE_CHECKING:
     from lathesim.diagnosis.comparison.compare import Comparison
     from lathesim.diagnosis.records.diagnosis import Diagnosis
-    from lathesim.diagnosis.records.standing import CandidateStanding
+    from lathesim.identification.records.model import CandidateStanding
     from lathesim.lessons.lesson import Lesson
     from lathesim.plugins import Registry
     from lathesim.tui.model.setup import Setup
@@ -143,7 +143,7 @@ def diagnose(case: CaseFile, setup: Setup | None, registry: Registry, tell: Call
     """Search for what the lesson left out, told step by step; ``stop`` ends the search and keeps what is known until then."""
     from lathesim.diagnosis.diagnose import ask
     from lathesim.diagnosis.diagnose import diagnose as answer
-    from lathesim.diagnosis.records.standing import Standing
+    from lathesim.identification.records.model import Standing
     from lathesim.identification.replay.loading import load_case
 
     case.steps.clear()
