@@ -1,80 +1,41 @@
 (dialect: linuxcnc)
-(Bush with a groove: turned, then grooved with G75; written out by lathesim program --write)
-G21 G18 G90 G91.1 G8 G40
+(Bush with a groove: turned, then grooved in a loop)
+(Face of the part at Z0, chuck at smaller Z, X is a diameter)
+G21 G18 G40 G80 G90 G95 G7
 T1 M6
 G96 S150 D2500 M3
-G0 X21 Z2
-G0 X19.15 Z2
-G95
-G1 X19.15 Z-29.9 F0.25
-G1 X19.65 Z-29.4
-G0 X19.65 Z2
-G0 X21 Z2.1
-G0 X17.15 Z2.1
-G1 X17.15 Z0.1
-G1 X18.15 Z-0.9
-G1 X18.15 Z-29.9
-G1 X21.15 Z-29.9
-G0 X21 Z-29.9
-G0 X21 Z2
-G0 X17 Z2
-G1 X17 Z0 F0.12
-G1 X18 Z-1
-G1 X18 Z-30
-G1 X21 Z-30
-G0 X21 Z2
-G0 X22 Z-12
-G1 X20.5 Z-12 F0.08
-G0 X20.8 Z-12
-G1 X19 Z-12
-G0 X19.3 Z-12
-G1 X17.5 Z-12
-G0 X17.8 Z-12
-G1 X16 Z-12
-G0 X16.3 Z-12
-G1 X14.5 Z-12
-G0 X14.8 Z-12
-G1 X14 Z-12
-G0 X22 Z-12
-G0 X22 Z-13.5
-G1 X20.5 Z-13.5
-G0 X20.8 Z-13.5
-G1 X19 Z-13.5
-G0 X19.3 Z-13.5
-G1 X17.5 Z-13.5
-G0 X17.8 Z-13.5
-G1 X16 Z-13.5
-G0 X16.3 Z-13.5
-G1 X14.5 Z-13.5
-G0 X14.8 Z-13.5
-G1 X14 Z-13.5
-G0 X22 Z-13.5
-G0 X22 Z-15
-G1 X20.5 Z-15
-G0 X20.8 Z-15
-G1 X19 Z-15
-G0 X19.3 Z-15
-G1 X17.5 Z-15
-G0 X17.8 Z-15
-G1 X16 Z-15
-G0 X16.3 Z-15
-G1 X14.5 Z-15
-G0 X14.8 Z-15
-G1 X14 Z-15
-G0 X22 Z-15
-G0 X22 Z-16
-G1 X20.5 Z-16
-G0 X20.8 Z-16
-G1 X19 Z-16
-G0 X19.3 Z-16
-G1 X17.5 Z-16
-G0 X17.8 Z-16
-G1 X16 Z-16
-G0 X16.3 Z-16
-G1 X14.5 Z-16
-G0 X14.8 Z-16
-G1 X14 Z-16
-G0 X22 Z-16
-G0 X22 Z-12
-G0 X30 Z30
-M2
+O100 SUB
+G0 X34
+G1 Z0
+X36 Z-1
+Z-30
+X42
+O100 ENDSUB
+G0 X42 Z2
+F0.25
+G71 Q100 D0.1 I2 R0.5
+F0.12
+G70 Q100
+G0 X44 Z-12
+F0.08
+#<place> = -12
+O200 WHILE [#<place> GE -16]
+  G0 Z#<place>
+  #<x> = 44
+  O210 WHILE [#<x> GT 28]
+    #<x> = [#<x> - 3]
+    O220 IF [#<x> LT 28]
+      #<x> = 28
+    O220 ENDIF
+    G1 X#<x>
+    G0 X[#<x> + 0.6]
+  O210 ENDWHILE
+  G0 X44
+  O230 IF [#<place> EQ -15]
+    #<place> = -16
+  O230 ELSE
+    #<place> = [#<place> - 1.5]
+  O230 ENDIF
+O200 ENDWHILE
+G0 X60 Z30
+M30

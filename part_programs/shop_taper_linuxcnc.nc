@@ -1,25 +1,22 @@
 (dialect: linuxcnc)
-(Taper: single passes with G90 and a finishing pass; written out by lathesim program --write)
-G21 G18 G90 G91.1 G8 G40
+(Taper: straight passes in a loop and a finishing pass)
+(Face of the part at Z0, chuck at smaller Z, X is a diameter)
+G21 G18 G40 G80 G90 G95 G7
 T1 M6
 G96 S180 D2500 M3
-G0 X22 Z2
-G0 X20 Z2
-G95
-G1 X20 Z-30 F0.25
-G1 X22 Z-30
-G0 X22 Z2
-G0 X18 Z2
-G1 X18 Z-24
-G1 X22 Z-24
-G0 X22 Z2
-G0 X16 Z2
-G1 X16 Z-16
-G1 X22 Z-16
-G0 X22 Z2
-G0 X14 Z2
-G1 X14 Z0 F0.1
-G1 X20 Z-30
-G1 X22 Z-30
-G0 X30 Z30
-M2
+O100 SUB (diameter, end)
+G0 X#1
+G1 Z#2 F0.25
+X44
+G0 Z2
+O100 ENDSUB
+G0 X44 Z2
+O100 CALL [40] [-30]
+O100 CALL [36] [-24]
+O100 CALL [32] [-16]
+G0 X28 Z2
+G1 Z0 F0.1
+X40 Z-30
+X44
+G0 X60 Z30
+M30

@@ -8,7 +8,7 @@ from lathesim.program.contour_cycles import RETRACT, ROUGHING, ContourCycles
 from lathesim.program.cycles.drilling import drilling
 from lathesim.program.cycles.pecking import pecking
 from lathesim.program.cycles.single_pass import facing_pass, lead_along_path, threading_pass, turning_pass
-from lathesim.program.cycles.threading import DriveLineThreading, Threading
+from lathesim.program.cycles.threading import MOST_PASSES, DriveLineThreading, Threading
 from lathesim.program.meanings import Group, Meaning
 
 SINGLE = (Meaning.TURNING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE_SIMPLE, Meaning.FACING_CYCLE_SIMPLE)
@@ -216,7 +216,13 @@ class Cycles(ContourCycles):
         )
         if not 0.0 < threading.first_depth <= threading.height:
             raise self.error(f"The first depth of {code} must be above 0 and at most the height of the thread.", "Correct P and Q.")
+        self._check_passes(2.0 * math.log(threading.height / threading.first_depth), threading.finishing, code)
         self._carry_out(threading.steps(), code)
+
+    def _check_passes(self, logarithm: float, further: float, code: str) -> None:
+        """Refuse a thread of more passes than are laid out; ``logarithm`` is that of how many come down to the full depth."""
+        if logarithm > math.log(MOST_PASSES) or further > MOST_PASSES:
+            raise self.error(f"{code} would make more than {MOST_PASSES} passes.", "Take a larger first depth, or fewer further passes.")
 
     def _drive_line_threading(self) -> None:
         """LinuxCNC's G76: P pitch, Z end, I crest, J first depth, K full depth, R degression, Q slide angle, H spring passes."""
@@ -238,7 +244,7 @@ class Cycles(ContourCycles):
             raise self.error(f"R of {code} is below 1.", "Write R1 for passes of equal depth, R2 for passes of equal area.")
         start = (modal.x, modal.z)
         end = self.target()
-        self._check_count((values["K"] / values["J"]) ** (values["R"] or 1.0) + values["H"], code)
+        self._check_passes((values["R"] or 1.0) * math.log(values["K"] / values["J"]), values["H"], code)
         threading = DriveLineThreading(
             start,
             end[1],

@@ -121,7 +121,8 @@ def test_corners_are_chamfered_and_rounded_between_straight_feeds() -> None:
     program = interpret(read_program(text, "turn.nc"), "fanuc")
     ends = [(move.kind, round(2e3 * move.end_x, 6), round(1e3 * move.end_z, 6)) for move in program.moves[1:]]
     assert ends == [
-        ("feed", 40.0, -20.0), ("feed", 43.0, -20.0), ("feed", 45.0, -21.0), ("feed", 45.0, -28.0), ("arc", 49.0, -30.0), ("feed", 60.0, -30.0),
+        ("feed", 40.0, -20.0), ("feed", 43.0, -20.0), ("feed", 45.0, -21.0), ("feed", 45.0, -28.0),
+        ("arc", 49.0, -30.0), ("feed", 60.0, -30.0),
     ]  # fmt: skip
     arc = program.moves[5].arc
     assert arc is not None and arc.clockwise and arc.radius == pytest.approx(0.002)

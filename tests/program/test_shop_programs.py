@@ -50,7 +50,7 @@ def test_both_forms_of_a_program_give_the_same_part_within_a_micrometre(part: st
     assert checked(fanuc) == []
 
 
-@pytest.mark.parametrize("lesson", ["13_shop_programs", "14_shop_programs_written_out"])
+@pytest.mark.parametrize("lesson", ["13_shop_programs", "14_shop_programs_linuxcnc"])
 @pytest.mark.parametrize("part", ["shaft", "ball_end"])
 def test_a_lesson_turns_the_part(lesson: str, part: str) -> None:
     record = run_prepared(prepare(load_lesson(lesson), load_registry(), part))
