@@ -171,8 +171,10 @@ def _dead_zone(sized: Sized) -> list[Line]:
 
 
 def _play(sized: Sized) -> list[Line]:
-    side = -1.0 if sized.closes else 1.0
-    values = {**_modelled(sized), "width": side * sized.values["width"], "spread": max(0.3 * sized.axis.lag, 1e-3)}
+    if sized.closes:
+        values = {**_modelled(sized), "width": sized.values["width"]}
+        return [_line(sized, "PlayReading", values, one_sided=("width",))]
+    values = {**_modelled(sized), "width": sized.values["width"], "spread": max(0.3 * sized.axis.lag, 1e-3)}
     return [_line(sized, "BacklashShift", values, tuned=("spread", "width"), one_sided=("width",))]
 
 
@@ -187,8 +189,7 @@ def _pitch(sized: Sized) -> list[Line]:
     places = np.linspace(low - margin, high + margin, count)
     errors = law(places)
     if sized.closes:
-        # the loop makes its reading follow the reference, so the reference must read wrong as the encoder does
-        errors = -errors
+        return [_line(sized, "ReadingTable", {}, tables={"points": (("position", "error"), np.stack([places, errors], axis=1))})]
     rows = np.stack([places, errors, errors], axis=1)
     tables = {"points": (("position", "forward", "backward"), rows)}
     return [_line(sized, "PitchTable", _modelled(sized), tables=tables)]
@@ -250,8 +251,13 @@ def _motion(sized: Sized) -> list[Line]:
 
 
 def _swing(sized: Sized) -> list[Line]:
-    values = {**_modelled(sized), "frequency": sized.values["frequency"], "damping": sized.values["damping"], "gain": 0.0}
-    return [_line(sized, "SwingModel", values, tuned=("gain",)), *_motion(sized)]
+    values = {**_modelled(sized), "frequency": sized.values["frequency"], "damping": sized.values["damping"], "gain": 0.0, "drag": 0.0}
+    return [_line(sized, "SwingModel", values, tuned=("gain", "drag")), *_motion(sized)]
+
+
+def _wind_up(sized: Sized) -> list[Line]:
+    values = {**_modelled(sized), "per_speed": 0.0, "per_acceleration": 0.0}
+    return [_line(sized, "ComplianceShift", values, tuned=("per_speed", "per_acceleration")), *_motion(sized)]
 
 
 def _ripple(sized: Sized) -> list[Line]:
@@ -287,7 +293,7 @@ BUILDERS: dict[str, Builder] = {
     "SpindleGrowth": _spindle_growth,
     "AxialResonance": _swing,
     "BaseRocking": _swing,
-    "TorsionalWindUp": _motion,
+    "TorsionalWindUp": _wind_up,
     "ServoLag": _motion,
     "CurrentLoopLag": _motion,
     "MotorInductance": _motion,

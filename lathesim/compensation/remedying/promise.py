@@ -12,12 +12,12 @@ from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.position_loops import level_of, resolution_of
 
-DRAWS = 24
+DRAWS = 40
 _TO_ONE = 3.919928
 """Width of a 95 % interval over its standard deviation."""
 _INSIDE = (2.5, 97.5)
-_ALLOWED = 0.25
-"""Share by which an interval is widened on either side: another integrator, noise of other samples, and 24 draws only (assumed)."""
+_ALLOWED = 0.1
+"""Share by which an interval is widened on either side: another integrator, noise of other samples, few draws (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -89,8 +89,8 @@ def promised(bench: Bench, members: Sequence[Mapping[str, float]], *, noise: flo
         drawn = np.array([item[name][0] for item in after])
         drawn = drawn[np.isfinite(drawn)]
         low, high = (float(np.percentile(drawn, edge)) for edge in _INSIDE) if len(drawn) else (np.nan, np.nan)
-        low = max(0.0, min(low, value) * (1.0 - _ALLOWED))
-        high = float(np.hypot(max(high, value) * (1.0 + _ALLOWED), floor))
+        low = low * (1.0 - _ALLOWED)
+        high = float(np.hypot(high * (1.0 + _ALLOWED), floor))
         found.append(Size(name, unit, before[0][name][0], value, low, high))
     better = [_worst(last) < _worst(first) for first, last in zip(before, after, strict=True)]
     return found, float(np.mean(better))

@@ -66,7 +66,7 @@ def _step(name: str, value: float) -> float:
     return _STEP * abs(value) if value != 0.0 else _FIRST[name.rpartition(".")[2]]
 
 
-_FIRST = {"velocity_gain": 1e-2, "acceleration_gain": 1e-3, "jerk_gain": 1e-5, "gain": 1e-2, "level": 1e-3, "bias": 1e-4, "excess": 1e-3,
+_FIRST = {"velocity_gain": 1e-2, "acceleration_gain": 1e-3, "jerk_gain": 1e-5, "per_speed": 1e-6, "per_acceleration": 1e-7, "drag": 0.2, "gain": 1e-2, "level": 1e-3, "bias": 1e-4, "excess": 1e-3,
           "amplitude": 1e-4, "width": 1e-7, "distance": 1e-7}  # fmt: skip
 """First change of a value that begins at zero [its SI unit]."""
 

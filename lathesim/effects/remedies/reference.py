@@ -7,7 +7,7 @@ import math
 from typing import Any, ClassVar
 
 from lathesim.component import DiscreteState, Input, Memory, Parameter, State, Table
-from lathesim.effects.remedies.modelled import ModelledRemedy, ahead, followed
+from lathesim.effects.remedies.modelled import SHORTEST, ModelledRemedy, ahead, followed
 from lathesim.effects.remedies.remedy import Remedy
 
 
@@ -121,6 +121,56 @@ class BacklashShift(ModelledRemedy):
         return incoming + share * added
 
 
+class PlayReading(ModelledRemedy):
+    """Takes play out of the reading that closes a loop:  out = in - share (f - m),  f follows m, pushed so that |f - m| <= width/2.
+
+    m is the position of the model; what its reading with play would be is worked out as the play itself works.
+
+    Source: M. Nordin, P.-O. Gutman, Controlling mechanical systems with backlash: a survey, Automatica 38 (2002), section 4 (inverse).
+    """
+
+    site = "measured"
+    answers = ("Backlash",)
+    limits = ("sensor", "model")
+    cannot = "A force that moves the axis within its play is not read."
+    follows = {"width": "the width of the play"}
+
+    width = Parameter("{signal}", 0.0, low=0.0, doc="whole width of the play")
+    follower = DiscreteState("{drive}", doc="what is read of the model's position")
+    error = DiscreteState("{drive}", doc="error of the reading at this sample")
+
+    @staticmethod
+    def update(
+        drive: float,
+        lag: float,
+        inner: float,
+        model_position: float,
+        model_rate: float,
+        width: float,
+        follower: float,
+        sample_period: float,
+        time: float,
+    ) -> tuple[float, float, float, float]:
+        """Follow the reference, and drag the reading along."""
+        if time <= 0.0:
+            return drive, 0.0, drive, 0.0
+        position, rate = followed(model_position, model_rate, drive, lag, inner, sample_period)
+        error = follower - model_position
+        half = 0.5 * width
+        if follower > position + half:
+            follower = position + half
+        elif follower < position - half:
+            follower = position - half
+        return position, rate, follower, error
+
+    @staticmethod
+    def output(incoming: float, share: float, error: float) -> float:
+        """Take the play out of the reading."""
+        if share == 0.0:
+            return incoming
+        return incoming - share * error
+
+
 class PitchTable(ModelledRemedy):
     """Corrects the reference by a table of the axis, with a column for each direction:  out = in - share e(q, direction).
 
@@ -183,6 +233,37 @@ class PitchTable(ModelledRemedy):
         if share == 0.0:
             return incoming
         return incoming - share * added
+
+
+class ReadingTable(Remedy):
+    """Corrects the reading of the sensor that closes a loop by a table:  out = in - share e(in).
+
+    The table ``points`` holds readings with the error of the sensor there, linear between them: an eccentric disc, a signal period, a lead
+    that the motor's encoder does not see. The phase of an incremental encoder is found anew at start.
+
+    Source: Heidenhain, Rotary Encoders (technical information), compensation tables of common controls.
+    """
+
+    site = "measured"
+    answers = ("EncoderEccentricity", "EncoderInterpolationError", "CumulativePitchError", "PeriodicPitchError", "ScaleFactorError")
+    limits = ("points", "sensor")
+    cannot = "An incremental encoder without an index has another phase after each start."
+    follows = {"points": "the error law, taken at the points"}
+    example_tables: ClassVar[dict[str, list[list[float]]]] = {"points": [[0.0, 0.0], [0.01, 1e-6], [0.02, 0.0]]}
+
+    points = Table("m", ("position", "error"), doc="error of the reading at each point")
+
+    @staticmethod
+    def table_fault(name: str, rows: list[list[float]]) -> str:
+        """Say what is wrong with a table, or nothing."""
+        return folds_back(rows)
+
+    @staticmethod
+    def output(incoming: float, points: Any, share: float) -> float:
+        """Take the error away."""
+        if share == 0.0:
+            return incoming
+        return incoming - share * interpolated(points, incoming, 1)
 
 
 class AcrossTable(Remedy):
@@ -273,10 +354,65 @@ class SpindleGrowthModel(Remedy):
         return incoming - share * growth * warmth
 
 
-class SwingModel(ModelledRemedy):
-    """Takes away the swing of a structure that the axis excites:  out = in - share gain s,  s'' + 2 damping w s' + w^2 s = a.
+class ComplianceShift(ModelledRemedy):
+    """Shifts the reference by what screw and coupling give under the force of the motion:  out = in + share (g_v v + g_a v').
 
-    a is the acceleration of the model, w = 2 pi frequency; the swing is known ahead and sent through the model's inverse, so the table
+    v and v' are those of the model, and the shift is sent through its inverse. With the compliance C, the mass m and the viscous friction
+    b it is g_v = C b and g_a = C m.
+
+    Source: Y. Altintas, Manufacturing Automation, 2nd ed. 2012, section 5.2 (elastic deformation of feed drives).
+    """
+
+    site = "drive"
+    answers = ("TorsionalWindUp",)
+    limits = ("voltage", "bandwidth")
+    cannot = "What bends under cutting forces is not known ahead."
+    follows = {"per_speed": "compliance times viscous friction", "per_acceleration": "compliance times mass"}
+
+    per_speed = Parameter("s", 0.0, doc="shift per speed")
+    per_acceleration = Parameter("s**2", 0.0, doc="shift per acceleration")
+    shift = DiscreteState("{drive}", doc="shift at the end of this sample")
+    before = DiscreteState("{drive}", doc="shift at its beginning")
+    added = DiscreteState("{signal}", doc="what is added in this sample")
+
+    @staticmethod
+    def update(
+        drive: float,
+        lag: float,
+        inner: float,
+        model_position: float,
+        model_rate: float,
+        per_speed: float,
+        per_acceleration: float,
+        shift: float,
+        before: float,
+        sample_period: float,
+        time: float,
+    ) -> tuple[float, float, float, float, float]:
+        """Follow the reference; the acceleration is that of the model's equation."""
+        if time <= 0.0:
+            return drive, 0.0, 0.0, 0.0, 0.0
+        position, rate = followed(model_position, model_rate, drive, lag, inner, sample_period)
+        slope = (rate - model_rate) / sample_period
+        if lag * inner > SHORTEST * SHORTEST:
+            slope = (drive - position - lag * rate) / (lag * inner)
+        wanted = per_speed * rate + per_acceleration * slope
+        return position, rate, wanted, shift, ahead(before, shift, wanted, lag, inner, sample_period)
+
+    @staticmethod
+    def output(incoming: float, share: float, added: float) -> float:
+        """Shift the reference."""
+        if share == 0.0:
+            return incoming
+        return incoming + share * added
+
+
+class SwingModel(ModelledRemedy):
+    """Takes away the swing of a structure that the axis excites:
+
+        out = in - share gain s,   s'' + 2 damping w s' + w^2 s = a + drag v
+
+    a and v are acceleration and speed of the model, drag the viscous friction over the mass, w = 2 pi frequency; the swing is known ahead and sent through the model's inverse, so the table
     stands still while bed or screw swing.
 
     Source: Y. Altintas et al., Machine tool feed drives, CIRP Annals 60 (2011), section 5 (active suppression by feedforward).
@@ -289,6 +425,7 @@ class SwingModel(ModelledRemedy):
     follows = {"frequency": "the natural frequency", "damping": "its damping", "gain": "the swing per acceleration"}
 
     gain = Parameter("1", 0.0, doc="swing that is taken away, of s")
+    drag = Parameter("1/s", 0.0, doc="viscous friction of the axis over its mass")
     frequency = Parameter("Hz", 20.0, low=0.1, high=2000.0, doc="natural frequency")
     damping = Parameter("1", 0.05, low=0.0, high=2.0, doc="damping ratio")
     swing = DiscreteState("{drive}", doc="s at the end of this sample")
@@ -303,7 +440,9 @@ class SwingModel(ModelledRemedy):
         inner: float,
         model_position: float,
         model_rate: float,
+        share: float,
         gain: float,
+        drag: float,
         frequency: float,
         damping: float,
         swing: float,
@@ -316,12 +455,14 @@ class SwingModel(ModelledRemedy):
         if time <= 0.0:
             return drive, 0.0, 0.0, 0.0, 0.0, 0.0
         position, rate = followed(model_position, model_rate, drive, lag, inner, sample_period)
-        angular = 2.0 * math.pi * frequency
-        rest = (rate - model_rate) / sample_period / (angular * angular)
+        # what the shift itself accelerates swings too: (1 + gain) s'' + 2 damping w s' + w^2 s = a
+        heavier = math.sqrt(max(1.0 + share * gain, 0.1))
+        angular = 2.0 * math.pi * frequency / heavier
+        damped = max(damping / heavier, 1e-4)
+        pushed = (rate - model_rate) / sample_period + drag * 0.5 * (rate + model_rate)
+        rest = pushed / (heavier * heavier * angular * angular)
         # s'' + 2 d w s' + w^2 s = a is the model's equation with T = 2 d/w and T_i = 1/(2 d w)
-        following, speed = followed(
-            swing, swing_rate, rest, 2.0 * max(damping, 1e-4) / angular, 0.5 / (max(damping, 1e-4) * angular), sample_period
-        )
+        following, speed = followed(swing, swing_rate, rest, 2.0 * damped / angular, 0.5 / (damped * angular), sample_period)
         return position, rate, following, speed, swing, gain * ahead(before, swing, following, lag, inner, sample_period)
 
     @staticmethod

@@ -9,7 +9,18 @@ from lathesim.effects.remedies.remedy import Remedy
 STOCK = {
     "command": ("CommandBias", "CommandGain", "InverseDeadZone", "FrictionFeedforward", "MotionFeedforward", "RippleFeedforward"),
     "learned": ("LearnedCorrection",),
-    "reference": ("BacklashShift", "PitchTable", "AcrossTable", "GrowthModel", "SpindleGrowthModel", "SwingModel", "InputShaper"),
+    "reference": (
+        "BacklashShift",
+        "PlayReading",
+        "PitchTable",
+        "ReadingTable",
+        "AcrossTable",
+        "GrowthModel",
+        "SpindleGrowthModel",
+        "ComplianceShift",
+        "SwingModel",
+        "InputShaper",
+    ),
 }
 """File -> the remedies that stand in it."""
 
