@@ -35,7 +35,7 @@ class Line:
     """A remedy as a lesson inserts it: its class, where it sits, its name, its values as a lesson writes them, and the tables it needs.
 
     ``answers`` names the effects of the diagnosis that it is there for; ``tuned`` are parameters that the simulation finds, and
-    ``one_sided`` those of which too much is worse than too little.
+    ``one_sided`` those of which too much is worse than too little; ``begins`` holds several values of one from which the search begins.
     """
 
     remedy: str
@@ -47,6 +47,7 @@ class Line:
     answers: tuple[str, ...] = ()
     tuned: tuple[str, ...] = ()
     one_sided: tuple[str, ...] = ()
+    begins: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     share: float = 1.0
 
     def entry(self, units: Mapping[str, str]) -> dict[str, str]:

@@ -17,6 +17,8 @@ from lathesim.lessons.insertion import effect_part_name
 
 DEAD_ZONE_SHARE = 0.9
 """Share of a dead zone that is stepped over: the whole of it swings about rest."""
+_SPREADS = (0.2, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0)
+"""Lags over which the shift of a play is tried to turn over."""
 _POINTS_PER_PERIOD = 24
 _FEWEST_POINTS = 33
 _MOST_POINTS = 4000
@@ -175,7 +177,8 @@ def _play(sized: Sized) -> list[Line]:
         values = {**_modelled(sized), "width": sized.values["width"]}
         return [_line(sized, "PlayReading", values, one_sided=("width",))]
     values = {**_modelled(sized), "width": sized.values["width"], "spread": max(0.3 * sized.axis.lag, 1e-3)}
-    return [_line(sized, "BacklashShift", values, tuned=("spread", "width"), one_sided=("width",))]
+    begins = {"spread": tuple(times * max(sized.axis.lag, 1e-3) for times in _SPREADS)}
+    return [_line(sized, "BacklashShift", values, tuned=("spread", "width"), one_sided=("width",), begins=begins)]
 
 
 def _pitch(sized: Sized) -> list[Line]:

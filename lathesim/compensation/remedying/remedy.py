@@ -84,9 +84,9 @@ def remedy(
     tell("sizing the remedies")
     forces = any(getattr(registry.effect(item.effect), "site", "") in _FORCES for item in found.effects)
     axes = axes_of(diagnosed, bench, with_force=forces)
+    _not_twice(diagnosed, bench, found, axes)
     lines, not_mended = _chosen(diagnosed, bench, found, axes, tell)
     lines, late = _kept(diagnosed, lines, found, tell) if lines else ([], [])
-    _not_twice(bench, lines)
     if margin:
         lines = [_with_margin(line, found) for line in lines]
     if not lines:
@@ -225,12 +225,15 @@ def _with_margin(line: Line, found: Found) -> Line:
     return line if share >= 1.0 else dataclasses.replace(line, share=line.share * share)
 
 
-def _not_twice(bench: Bench, lines: Sequence[Line]) -> None:
-    for line in lines:
-        for part in bench.machinery.parts:
-            if part.name == line.name and issubclass(part.component, Remedy):
+def _not_twice(diagnosed: Diagnosed, bench: Bench, found: Found, axes: tuple[Axis, ...]) -> None:
+    """Refuse a lesson that has a remedy already which would be put in."""
+    known = {part.name for part in bench.machinery.parts if issubclass(part.component, Remedy)}
+    for item in sized_effects(bench, found.effects, axes):
+        for line in remedies_for(item) if isinstance(item, Sized) else ():
+            if line.name in known:
                 fact = f"the lesson has {line.remedy} at {line.at} already."
-                raise LessonError(fact, remedy="Diagnose the remedied machine anew, or take the remedy out first.")
+                remedy_told = "Diagnose the remedied machine anew, or take the remedy out first."
+                raise LessonError(fact, place=str(diagnosed.lesson.path), remedy=remedy_told)
 
 
 def _intervals(bench: Bench, found: Found, lesson: Lesson) -> dict[str, tuple[float, float, float]]:

@@ -31,6 +31,11 @@ def tuned(bench: Bench, lines: Sequence[Line], free: Mapping[str, tuple[str, ...
     values = np.array([{f"{line.name}.{n}": v for line in lines for n, v in line.values.items()}.get(name, 0.0) for name in names])
     low, high = _bounds(bench, names)
     sound = bench.table(bench.runs([bench.sound], exact=True)[0])
+    for line in lines:
+        for short, begins in line.begins.items():
+            place = names.index(f"{line.name}.{short}")
+            tried = [np.where(np.arange(len(names)) == place, begin, values) for begin in begins]
+            values = tried[int(np.argmin(_cost(bench, names, tried, sound)))]
     steps = np.array([_step(name, value) for name, value in zip(names, values, strict=True)])
     best = _cost(bench, names, [values], sound)[0]
     for _ in range(_ROUNDS):
@@ -66,8 +71,21 @@ def _step(name: str, value: float) -> float:
     return _STEP * abs(value) if value != 0.0 else _FIRST[name.rpartition(".")[2]]
 
 
-_FIRST = {"velocity_gain": 1e-2, "acceleration_gain": 1e-3, "jerk_gain": 1e-5, "per_speed": 1e-6, "per_acceleration": 1e-7, "drag": 0.2, "gain": 1e-2, "level": 1e-3, "bias": 1e-4, "excess": 1e-3,
-          "amplitude": 1e-4, "width": 1e-7, "distance": 1e-7}  # fmt: skip
+_FIRST = {
+    "velocity_gain": 1e-2,
+    "acceleration_gain": 1e-3,
+    "jerk_gain": 1e-5,
+    "per_speed": 1e-6,
+    "per_acceleration": 1e-7,
+    "drag": 0.2,
+    "gain": 1e-2,
+    "level": 1e-3,
+    "bias": 1e-4,
+    "excess": 1e-3,
+    "amplitude": 1e-4,
+    "width": 1e-7,
+    "distance": 1e-7,
+}
 """First change of a value that begins at zero [its SI unit]."""
 
 

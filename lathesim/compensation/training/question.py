@@ -55,6 +55,8 @@ class Question:
         value, gradient, matrix = 0.0, np.zeros(len(vector)), np.zeros((len(vector), len(vector)))
         for place in range(count):
             here = traces[0][place]
+            if not all(np.all(np.isfinite(trace)) for run in traces for trace in run[place]):
+                return float("inf"), gradient, matrix
             changes = [
                 np.stack([(traces[1 + weight][place][channel] - here[channel]) / _DIFFERENCE for weight in range(len(vector))])
                 for channel in range(len(here))

@@ -9,18 +9,10 @@ from lathesim.effects.remedies.remedy import Remedy
 STOCK = {
     "command": ("CommandBias", "CommandGain", "InverseDeadZone", "FrictionFeedforward", "MotionFeedforward", "RippleFeedforward"),
     "learned": ("LearnedCorrection",),
-    "reference": (
-        "BacklashShift",
-        "PlayReading",
-        "PitchTable",
-        "ReadingTable",
-        "AcrossTable",
-        "GrowthModel",
-        "SpindleGrowthModel",
-        "ComplianceShift",
-        "SwingModel",
-        "InputShaper",
-    ),
+    "play": ("BacklashShift", "PlayReading"),
+    "error_table": ("PitchTable", "ReadingTable", "AcrossTable"),
+    "growth": ("GrowthModel", "SpindleGrowthModel"),
+    "structure": ("ComplianceShift", "SwingModel", "InputShaper"),
 }
 """File -> the remedies that stand in it."""
 

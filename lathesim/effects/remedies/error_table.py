@@ -1,0 +1,176 @@
+"""Remedies by table: of an axis, of a reading, across axes."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any, ClassVar
+
+from lathesim.component import DiscreteState, Input, Parameter, Table
+from lathesim.effects.remedies.modelled import ModelledRemedy, ahead, followed
+from lathesim.effects.remedies.remedy import Remedy
+
+
+def interpolated(table: Any, at: float, column: int) -> float:
+    """Return the value of a table, linear between its rows and held beyond its ends; the rows' positions rise."""
+    rows = len(table)
+    if rows == 0:
+        return 0.0
+    if at <= table[0][0]:
+        return float(table[0][column])
+    if at >= table[rows - 1][0]:
+        return float(table[rows - 1][column])
+    low = 0
+    high = rows - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if table[middle][0] <= at:
+            low = middle
+        else:
+            high = middle
+    width = table[high][0] - table[low][0]
+    if width <= 0.0:
+        return float(table[low][column])
+    part = (at - table[low][0]) / width
+    return float(table[low][column] + part * (table[high][column] - table[low][column]))
+
+
+def folds_back(rows: list[list[float]]) -> str:
+    """Return what is wrong with a table whose positions do not rise, or so steep that the corrected axis would turn back; else nothing."""
+    for number, (first, second) in enumerate(itertools.pairwise(rows), start=2):
+        if second[0] <= first[0]:
+            return f"the position falls from {first[0]:g} m to {second[0]:g} m in row {number}; the positions of a table rise."
+        for column in range(1, len(first)):
+            if abs(second[column] - first[column]) >= second[0] - first[0]:
+                return f"the table folds back in row {number}: the correction changes by more than the way between two points."
+    return ""
+
+
+def residual_of_table(amplitude: float, spacing: float, period: float) -> float:
+    """Return what a table leaves of an error A sin(2 pi x/p) between points h apart:  A (1 - cos(pi h/p))."""
+    return amplitude * (1.0 - math.cos(math.pi * spacing / period))
+
+
+class PitchTable(ModelledRemedy):
+    """Corrects the reference by a table of the axis, with a column for each direction:  out = in - share e(q, direction).
+
+    The table ``points`` holds positions with the error found there going forward and going backward, linear between them (a one-sided
+    table has both columns alike); what is left of an error A sin(2 pi q/p) between points h apart is A (1 - cos(pi h/p)). It is taken where
+    the model is and sent ahead of it.
+
+    Source: ISO 230-2 (positioning, bidirectional); axis compensation of common controls.
+    """
+
+    site = "drive"
+    answers = ("CumulativePitchError", "PeriodicPitchError", "EncoderEccentricity", "EncoderInterpolationError", "ScaleFactorError")
+    limits = ("points", "bandwidth")
+    cannot = "What moves with temperature is not in a table."
+    follows = {"points": "the error law, taken at the points"}
+    example_tables: ClassVar[dict[str, list[list[float]]]] = {"points": [[0.0, 0.0, 1e-6], [0.01, 1e-6, 2e-6], [0.02, 0.0, 1e-6]]}
+
+    points = Table("m", ("position", "forward", "backward"), doc="error of the axis at each point, going forward and backward")
+    still = Parameter("({drive})/s", 1e-6, low=1e-12, doc="speed below which the axis stands")
+    backward = DiscreteState("1", doc="1 while it moves or last moved backward")
+    error = DiscreteState("{signal}", doc="error at the end of this sample")
+    before = DiscreteState("{signal}", doc="error at its beginning")
+    added = DiscreteState("{signal}", doc="what is taken away in this sample")
+
+    @staticmethod
+    def table_fault(name: str, rows: list[list[float]]) -> str:
+        """Say what is wrong with a table, or nothing."""
+        return folds_back(rows)
+
+    @staticmethod
+    def update(
+        points: Any,
+        drive: float,
+        lag: float,
+        inner: float,
+        model_position: float,
+        model_rate: float,
+        still: float,
+        backward: float,
+        error: float,
+        before: float,
+        sample_period: float,
+        time: float,
+    ) -> tuple[float, float, float, float, float, float]:
+        """Look the error up where the model is."""
+        if time <= 0.0:
+            first = interpolated(points, drive, 1)
+            return drive, 0.0, 0.0, first, first, first
+        position, rate = followed(model_position, model_rate, drive, lag, inner, sample_period)
+        if rate > still:
+            backward = 0.0
+        elif rate < -still:
+            backward = 1.0
+        found = interpolated(points, position, 2 if backward > 0.5 else 1)
+        return position, rate, backward, found, error, ahead(before, error, found, lag, inner, sample_period)
+
+    @staticmethod
+    def output(incoming: float, share: float, added: float) -> float:
+        """Take the error away."""
+        if share == 0.0:
+            return incoming
+        return incoming - share * added
+
+
+class ReadingTable(Remedy):
+    """Corrects the reading of the sensor that closes a loop by a table:  out = in - share e(in).
+
+    The table ``points`` holds readings with the error of the sensor there, linear between them: an eccentric disc, a signal period, a lead
+    that the motor's encoder does not see. The phase of an incremental encoder is found anew at start.
+
+    Source: Heidenhain, Rotary Encoders (technical information), compensation tables of common controls.
+    """
+
+    site = "measured"
+    answers = ("EncoderEccentricity", "EncoderInterpolationError", "CumulativePitchError", "PeriodicPitchError", "ScaleFactorError")
+    limits = ("points", "sensor")
+    cannot = "An incremental encoder without an index has another phase after each start."
+    follows = {"points": "the error law, taken at the points"}
+    example_tables: ClassVar[dict[str, list[list[float]]]] = {"points": [[0.0, 0.0], [0.01, 1e-6], [0.02, 0.0]]}
+
+    points = Table("m", ("position", "error"), doc="error of the reading at each point")
+
+    @staticmethod
+    def table_fault(name: str, rows: list[list[float]]) -> str:
+        """Say what is wrong with a table, or nothing."""
+        return folds_back(rows)
+
+    @staticmethod
+    def output(incoming: float, points: Any, share: float) -> float:
+        """Take the error away."""
+        if share == 0.0:
+            return incoming
+        return incoming - share * interpolated(points, incoming, 1)
+
+
+class AcrossTable(Remedy):
+    """Corrects the reference of one axis by a table over the place of another:  out = in - share e(q_other).
+
+    The table ``points`` holds places of the other axis with the error of this one there, linear between them: out of square, and the way
+    that is not straight. Source: ISO 230-1; sag compensation of common controls.
+    """
+
+    site = "drive"
+    answers = ("SquarenessError",)
+    limits = ("points",)
+    cannot = "What moves with temperature is not in a table."
+    follows = {"points": "the error law over the other axis"}
+    example_tables: ClassVar[dict[str, list[list[float]]]] = {"points": [[0.0, 0.0], [0.01, 1e-6], [0.02, 0.0]]}
+
+    points = Table("m", ("position", "error"), doc="error of this axis over the place of the other one")
+    other = Input("m", doc="position asked of the other axis")
+
+    @staticmethod
+    def table_fault(name: str, rows: list[list[float]]) -> str:
+        """Say what is wrong with a table, or nothing."""
+        return folds_back(rows)
+
+    @staticmethod
+    def output(incoming: float, points: Any, other: float, share: float) -> float:
+        """Take the error away."""
+        if share == 0.0:
+            return incoming
+        return incoming - share * interpolated(points, other, 1)

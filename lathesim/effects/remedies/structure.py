@@ -1,0 +1,212 @@
+"""Remedies against a structure that gives and swings: a shift by what it gives, its swing known ahead, a shaped reference."""
+
+from __future__ import annotations
+
+import math
+
+from lathesim.component import DiscreteState, Memory, Parameter
+from lathesim.effects.remedies.modelled import SHORTEST, ModelledRemedy, ahead, followed
+from lathesim.effects.remedies.remedy import Remedy
+
+
+class ComplianceShift(ModelledRemedy):
+    """Shifts the reference by what screw and coupling give under the force of the motion:  out = in + share (g_v v + g_a v').
+
+    v and v' are those of the model, and the shift is sent through its inverse. With the compliance C, the mass m and the viscous friction
+    b it is g_v = C b and g_a = C m.
+
+    Source: Y. Altintas, Manufacturing Automation, 2nd ed. 2012, section 5.2 (elastic deformation of feed drives).
+    """
+
+    site = "drive"
+    answers = ("TorsionalWindUp",)
+    limits = ("voltage", "bandwidth")
+    cannot = "What bends under cutting forces is not known ahead."
+    follows = {"per_speed": "compliance times viscous friction", "per_acceleration": "compliance times mass"}
+
+    per_speed = Parameter("s", 0.0, doc="shift per speed")
+    per_acceleration = Parameter("s**2", 0.0, doc="shift per acceleration")
+    shift = DiscreteState("{drive}", doc="shift at the end of this sample")
+    before = DiscreteState("{drive}", doc="shift at its beginning")
+    added = DiscreteState("{signal}", doc="what is added in this sample")
+
+    @staticmethod
+    def update(
+        drive: float,
+        lag: float,
+        inner: float,
+        model_position: float,
+        model_rate: float,
+        per_speed: float,
+        per_acceleration: float,
+        shift: float,
+        before: float,
+        sample_period: float,
+        time: float,
+    ) -> tuple[float, float, float, float, float]:
+        """Follow the reference; the acceleration is that of the model's equation."""
+        if time <= 0.0:
+            return drive, 0.0, 0.0, 0.0, 0.0
+        position, rate = followed(model_position, model_rate, drive, lag, inner, sample_period)
+        slope = (rate - model_rate) / sample_period
+        if lag * inner > SHORTEST * SHORTEST:
+            slope = (drive - position - lag * rate) / (lag * inner)
+        wanted = per_speed * rate + per_acceleration * slope
+        return position, rate, wanted, shift, ahead(before, shift, wanted, lag, inner, sample_period)
+
+    @staticmethod
+    def output(incoming: float, share: float, added: float) -> float:
+        """Shift the reference."""
+        if share == 0.0:
+            return incoming
+        return incoming + share * added
+
+
+class SwingModel(ModelledRemedy):
+    """Takes away the swing of a structure that the axis excites:
+
+        out = in - share gain s,   s'' + 2 damping w s' + w^2 s = a + drag v
+
+    a and v are acceleration and speed of the model, drag the viscous friction over the mass, w = 2 pi frequency; the swing is known ahead
+    and sent through the model's inverse, so the table stands still while bed or screw swing.
+
+    Source: Y. Altintas et al., Machine tool feed drives, CIRP Annals 60 (2011), section 5 (active suppression by feedforward).
+    """
+
+    site = "drive"
+    answers = ("AxialResonance", "BaseRocking")
+    limits = ("voltage", "bandwidth")
+    cannot = "Cutting forces excite it too, and are not known ahead."
+    follows = {"frequency": "the natural frequency", "damping": "its damping", "gain": "the swing per acceleration"}
+
+    gain = Parameter("1", 0.0, doc="swing that is taken away, of s")
+    drag = Parameter("1/s", 0.0, doc="viscous friction of the axis over its mass")
+    frequency = Parameter("Hz", 20.0, low=0.1, high=2000.0, doc="natural frequency")
+    damping = Parameter("1", 0.05, low=0.0, high=2.0, doc="damping ratio")
+    swing = DiscreteState("{drive}", doc="s at the end of this sample")
+    swing_rate = DiscreteState("({drive})/s", doc="its rate")
+    before = DiscreteState("{drive}", doc="s at the beginning of this sample")
+    added = DiscreteState("{signal}", doc="what is taken away in this sample")
+
+    @staticmethod
+    def update(
+        drive: float,
+        lag: float,
+        inner: float,
+        model_position: float,
+        model_rate: float,
+        share: float,
+        gain: float,
+        drag: float,
+        frequency: float,
+        damping: float,
+        swing: float,
+        swing_rate: float,
+        before: float,
+        sample_period: float,
+        time: float,
+    ) -> tuple[float, float, float, float, float, float]:
+        """Follow the reference, and the swing that its acceleration excites: exact for an acceleration that is held."""
+        if time <= 0.0:
+            return drive, 0.0, 0.0, 0.0, 0.0, 0.0
+        position, rate = followed(model_position, model_rate, drive, lag, inner, sample_period)
+        # what the shift itself accelerates swings too: (1 + gain) s'' + 2 damping w s' + w^2 s = a
+        heavier = math.sqrt(max(1.0 + share * gain, 0.1))
+        angular = 2.0 * math.pi * frequency / heavier
+        damped = max(damping / heavier, 1e-4)
+        pushed = (rate - model_rate) / sample_period + drag * 0.5 * (rate + model_rate)
+        rest = pushed / (heavier * heavier * angular * angular)
+        # s'' + 2 d w s' + w^2 s = a is the model's equation with T = 2 d/w and T_i = 1/(2 d w)
+        following, speed = followed(swing, swing_rate, rest, 2.0 * damped / angular, 0.5 / (damped * angular), sample_period)
+        return position, rate, following, speed, swing, gain * ahead(before, swing, following, lag, inner, sample_period)
+
+    @staticmethod
+    def output(incoming: float, share: float, added: float) -> float:
+        """Take the swing away."""
+        if share == 0.0:
+            return incoming
+        return incoming - share * added
+
+
+class InputShaper(Remedy):
+    """Splits the reference into two or three parts half a vibration apart, so that their swings cancel:
+
+        ZV: out = (in(t) + K in(t - h))/(1 + K),   ZVD: (in(t) + 2 K in(t - h) + K^2 in(t - 2 h))/(1 + K)^2
+        K = exp(-pi damping/sqrt(1 - damping^2)),   h = 1/(2 frequency sqrt(1 - damping^2))
+
+    Undamped, off by a ratio r of the frequencies, |cos(pi r/2)| of the swing is left by ZV and its square by ZVD. ZV is late by half a
+    vibration, ZVD by one, so all axes of a path have the same shaper.
+
+    Source: N. C. Singer, W. P. Seering, Preshaping command inputs to reduce system vibration, J. Dyn. Syst. Meas. Control 112 (1990).
+    """
+
+    site = "drive"
+    answers = ("AxialResonance", "BaseRocking")
+    limits = ("time",)
+    cannot = "Corners are rounded by what it is late, and cutting forces excite the structure too."
+    follows = {"frequency": "the natural frequency", "damping": "its damping"}
+
+    frequency = Parameter("Hz", 20.0, low=0.1, high=2000.0, doc="natural frequency")
+    damping = Parameter("1", 0.0, low=0.0, high=0.9, doc="damping ratio")
+    kind = Parameter("1", 1.0, low=1.0, high=2.0, doc="1 for ZV, 2 for ZVD")
+    history = Memory("{signal}", 4096, doc="the last references")
+    newest = DiscreteState("1", doc="place of the newest value in the history")
+    shaped = DiscreteState("{signal}", doc="shaped reference of this sample")
+
+    @staticmethod
+    def update(
+        incoming: float,
+        history: list[float],
+        newest: float,
+        frequency: float,
+        damping: float,
+        kind: float,
+        sample_period: float,
+        time: float,
+    ) -> tuple[float, float]:
+        """Add the parts, linear between samples."""
+        length = len(history)
+        place = int(newest) + 1
+        if time <= 0.0:
+            for row in range(length):
+                history[row] = incoming
+            place = 0
+        if place >= length:
+            place = 0
+        history[place] = incoming
+        root = math.sqrt(1.0 - damping * damping)
+        part = math.exp(-math.pi * damping / root)
+        half = 0.5 / (frequency * root) / sample_period
+        once = _back(history, place, half)
+        if kind < 1.5:
+            return place * 1.0, (incoming + part * once) / (1.0 + part)
+        twice = _back(history, place, 2.0 * half)
+        return place * 1.0, (incoming + 2.0 * part * once + part * part * twice) / ((1.0 + part) * (1.0 + part))
+
+    @staticmethod
+    def output(incoming: float, share: float, shaped: float) -> float:
+        """Send the shaped reference."""
+        if share == 0.0:
+            return incoming
+        return incoming + share * (shaped - incoming)
+
+
+def _back(history: list[float], newest: int, samples: float) -> float:
+    """Return the value some samples back, linear between two."""
+    length = len(history)
+    if samples > length - 2.0:
+        samples = length - 2.0
+    whole = int(samples)
+    first = newest - whole
+    if first < 0:
+        first += length
+    second = first - 1
+    if second < 0:
+        second += length
+    return history[first] + (samples - whole) * (history[second] - history[first])
+
+
+def residual_of_shaper(ratio: float, kind: int) -> float:
+    """Return the share of an undamped swing that a shaper leaves at a ratio r of the frequencies: |cos(pi r/2)| for ZV, squared for ZVD."""
+    left = abs(math.cos(0.5 * math.pi * ratio))
+    return left if kind == 1 else left * left

@@ -1,0 +1,74 @@
+"""The circle of the reference numbers, through a run, and the numbers of ISO 230-4 on circles that are known."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.analysis.circular_test import Circle, circles, circular_deviation, hysteresis
+from lathesim.cli.main import run_command_line
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import simulate
+from lathesim.plugins import load_registry
+
+RADIAL_MM = {"P": -0.42203, "2P": -0.07672, "PI": 2.24443, "velocity": 0.12114, "acceleration": 0.01136, "coupled": -0.20192}
+"""Distance from the centre less the radius, computed in the z-plane."""
+
+
+@pytest.mark.parametrize("variant", RADIAL_MM)
+def test_the_radial_error_is_that_of_the_z_plane(variant: str) -> None:
+    record = simulate(load_lesson("17_circular_test"), load_registry(), variant)
+    circle = circles(record)[-1]
+    assert 1e3 * circle.radial == pytest.approx(RADIAL_MM[variant], abs=1e-4)
+
+
+@pytest.mark.parametrize(("variant", "spread"), [("unequal", 0.45567), ("unequal_coupled", 0.23439)])
+def test_unequal_gains_make_an_ellipse(variant: str, spread: float) -> None:
+    record = simulate(load_lesson("17_circular_test"), load_registry(), variant)
+    assert 1e3 * np.ptp(circles(record)[-1].radial) == pytest.approx(spread, abs=1e-4)
+
+
+def test_friction_feedforward_takes_the_spikes_and_twice_of_it_brings_them_back() -> None:
+    spread = {}
+    for variant in ("friction", "friction_compensated", "12_bits", "8_bits", "twice_too_strong"):
+        record = simulate(load_lesson("17_circular_test"), load_registry(), variant)
+        spread[variant] = 1e3 * float(np.ptp(circles(record)[-1].radial))
+    assert spread["friction"] == pytest.approx(0.0730, rel=0.05)
+    assert spread["twice_too_strong"] == pytest.approx(0.0734, rel=0.05)
+    assert spread["friction_compensated"] < 0.0020
+    assert spread["friction_compensated"] < spread["12_bits"] < spread["8_bits"] < spread["friction"]
+
+
+def of(radial: np.ndarray, direction: float = 1.0) -> Circle:
+    angle = np.linspace(-np.pi, np.pi, len(radial), endpoint=False)
+    return Circle(0.02, direction, angle, radial, True)
+
+
+def test_a_circle_off_its_centre_is_round_and_an_ellipse_is_not() -> None:
+    angle = np.linspace(-np.pi, np.pi, 1440, endpoint=False)
+    assert circular_deviation(of(3e-6 * np.cos(angle) - 2e-6 * np.sin(angle))) == pytest.approx(0.0, abs=1e-12)
+    assert circular_deviation(of(5e-6 * np.cos(2.0 * angle))) == pytest.approx(1e-5, rel=1e-3)
+
+
+def test_hysteresis_is_the_largest_difference_at_one_angle() -> None:
+    angle = np.linspace(-np.pi, np.pi, 1440, endpoint=False)
+    assert hysteresis(of(1e-6 * np.sin(angle)), of(1e-6 * np.sin(angle) - 4e-6, -1.0)) == pytest.approx(4e-6)
+
+
+def test_the_command_tells_both_directions_and_what_each_effect_adds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    figure = tmp_path / "circle.png"
+    assert run_command_line(["circle", "17_circular_test", "--variant", "friction", "--json", "--save", str(figure)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["schema"] == "lathesim-circle/1"
+    assert told["circular_deviation_m"] == pytest.approx(73.0e-6, rel=0.01)
+    assert told["hysteresis_m"] > 0.0
+    assert [item["effect"] for item in told["without"]] == ["CoulombFriction", "CoulombFriction"]
+    assert figure.stat().st_size > 10_000
+
+
+def test_a_lesson_without_a_circle_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["circle", "20_learning", "--variant", "fine"]) == 1
+    assert "no whole turn of a circle is run." in capsys.readouterr().err

@@ -1,0 +1,205 @@
+"""Remedies: neutral ones leave no trace, those from a diagnosis keep their promise, and bad input gets one sentence."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lathesim.cli.main import run_command_line
+from lathesim.compensation.remedying.planning import BUILDERS
+from lathesim.compensation.remedying.repairs import REPAIRS
+from lathesim.effects.remedies.error_table import interpolated, residual_of_table
+from lathesim.effects.remedies.structure import residual_of_shaper
+from lathesim.lessons.lesson import lesson_from_text, load_lesson
+from lathesim.lessons.part_tables import write_table
+from lathesim.lessons.simulate import simulate
+from lathesim.plugins import load_registry
+
+AXIS = "12_what_is_wrong_with_this_machine"
+
+
+def diagnosis(*effects: tuple[str, str, dict[str, tuple[float, str]]], verdict: str = "named", **further: Any) -> dict[str, Any]:
+    """Return a diagnosis as ``diagnose --json`` writes it, sure of its values to 1 %."""
+    named, lines = [], []
+    for name, at, values in effects:
+        known = {key: {"value": v, "unit": unit, "low": v - 0.02 * abs(v), "high": v + 0.02 * abs(v)} for key, (v, unit) in values.items()}
+        named.append({"effect": name, "at": at, "family": "", "probability": 0.99, "parameters": known, "tied_with": []})
+        lines.append({"effect": name, "at": at, **{key: f"{v!r} {unit}" if unit != "1" else repr(v) for key, (v, unit) in values.items()}})
+    return {
+        "schema": "lathesim-diagnosis/1",
+        "verdict": verdict,
+        "effects": named,
+        "insert": lines,
+        "baseline": {},
+        "adequate": True,
+    } | further
+
+
+def remedied(tmp_path: Path, data: Any, *options: str, lesson: str = AXIS) -> tuple[int, Path]:
+    file = tmp_path / "diagnosis.json"
+    file.write_text(data if isinstance(data, str) else json.dumps(data), encoding="utf-8")
+    return run_command_line(["remedy", lesson, str(file), "--out", str(tmp_path / "out"), *options]), tmp_path / "out"
+
+
+@pytest.mark.parametrize("name", sorted(load_registry().remedies))
+def test_a_remedy_of_which_nothing_acts_leaves_every_bit_as_it_was(name: str, tmp_path: Path) -> None:
+    registry = load_registry()
+    remedy: Any = registry.remedies[name]
+    port = {"reading": "voltage", "drive": "reference", "measured": "measured"}[remedy.site]
+    entry = f"  - {{remedy: {name}, at: x_controller.{port}, name: mend, share: 0"
+    entry += ", other: z_encoder.position" if name == "AcrossTable" else ""
+    entry += ", spindle_speed: 0 rad/s" if name == "SpindleGrowthModel" else ""
+    source = load_lesson("20_learning")
+    text = source.text.partition("variants:")[0] + f"insert:\n{entry}}}\nduration: 1 s\n"
+    tables = getattr(remedy, "example_tables", {})
+    for table, rows in tables.items():
+        write_table(tmp_path / f"{table}.csv", remedy.declarations[table].columns, np.array(rows))
+        text += f"tables: {{mend.{table}: {table}.csv}}\n"
+    lesson = lesson_from_text(text, tmp_path / "lesson.yaml")
+    plain = source.text.partition("variants:")[0] + "duration: 1 s\n"
+    without = simulate(lesson_from_text(plain, tmp_path / "plain.yaml"), registry)
+    run = simulate(lesson, registry)
+    assert np.array_equal(run["contour.contour_error"], without["contour.contour_error"])
+
+
+def test_shaper_and_table_leave_what_the_formulas_say() -> None:
+    assert residual_of_shaper(1.1, 1) == pytest.approx(0.1564345, abs=1e-6)
+    assert residual_of_shaper(1.1, 2) == pytest.approx(0.0244717, abs=1e-6)
+    assert residual_of_table(5e-6, 0.5e-3, 5e-3) == pytest.approx(0.2447174e-6, abs=1e-12)
+    places = np.arange(0.0, 0.0101, 0.5e-3)
+    table = [[float(x), float(5e-6 * np.sin(2.0 * np.pi * x / 5e-3))] for x in places]
+    fine = np.linspace(0.0, 0.01, 20_001)
+    left = np.array([5e-6 * np.sin(2.0 * np.pi * x / 5e-3) - interpolated(table, x, 1) for x in fine])
+    # the largest residual lies between the two points beside a crest
+    assert np.max(np.abs(left)) == pytest.approx(5e-6 * (1.0 - np.cos(np.pi * 0.1)), rel=1e-3)
+
+
+def test_friction_is_taken_away_and_the_promise_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    concealed = ["conceal", AXIS, "--effect", "CoulombFriction:level=20 N@x_axis", "--seed", "3", "--out", str(tmp_path / "case")]
+    assert run_command_line(concealed) == 0
+    found = diagnosis(("CoulombFriction", "x_axis", {"level": (20.1, "N")}))
+    code, out = remedied(tmp_path, found, lesson=str(tmp_path / "case" / "lesson.yaml"))
+    assert code == 0
+    answer = json.loads((out / "remedy.json").read_text())
+    assert [item["remedy"] for item in answer["remedies"]] == ["FrictionFeedforward"]
+    assert answer["remedies"][0]["share"] < 1.0
+    capsys.readouterr()
+    again = [
+        "conceal",
+        "--again",
+        str(tmp_path / "case_answer.json"),
+        "--lesson",
+        str(out / "lesson.yaml"),
+        "--out",
+        str(tmp_path / "again"),
+    ]
+    assert run_command_line(again) == 0
+    result = json.loads((tmp_path / "again" / "result.json").read_text())["rms_deviation"]["x_scale.position"]
+    assert result["removed_share"] > 0.95
+    promise = answer["promise"]["rms_deviation of x_scale.position"]
+    assert promise["low"] < promise["after"] * 3.0
+    capsys.readouterr()
+    assert run_command_line(["compare", str(out / "lesson.yaml"), str(tmp_path / "again" / "recording.csv"), "--no-plots"]) == 0
+    assert "rms_deviation of x_scale.position" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("effect", "at", "values", "remedy"),
+    [
+        ("Backlash", "x_scale", {"width": (10e-6, "m")}, "BacklashShift"),
+        ("CumulativePitchError", "x_scale", {"slope": (1e-4, "1")}, "PitchTable"),
+        ("EncoderEccentricity", "x_encoder", {"amplitude": (3e-6, "m"), "turn": (0.008, "m"), "phase": (0.3, "rad")}, "ReadingTable"),
+        ("AmplifierDeadZone", "x_dac", {"half_width": (0.1, "V")}, "InverseDeadZone"),
+        ("TransportDelay", "x_dac", {"delay": (1e-3, "s")}, "MotionFeedforward"),
+        ("ForceOffset", "x_axis", {"offset": (40.0, "N")}, "CommandBias"),
+    ],
+)
+def test_a_named_effect_gets_its_remedy_and_most_of_it_goes(
+    effect: str, at: str, values: dict[str, tuple[float, str]], remedy: str, tmp_path: Path
+) -> None:
+    code, out = remedied(tmp_path, diagnosis((effect, at, values)))
+    answer = json.loads((out / "remedy.json").read_text())
+    assert code == 0
+    assert [item["remedy"] for item in answer["remedies"]] == [remedy]
+    assert answer["promise"]["rms_deviation of x_scale.position"]["removed_share"] > 0.7
+    assert (out / "lesson.yaml").is_file()
+
+
+@pytest.mark.parametrize("verdict", ["no_mismatch", "parameters_only", "unknown", "recording_fault"])
+def test_a_machine_without_a_named_effect_is_left_alone(verdict: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out = remedied(tmp_path, diagnosis(verdict=verdict))
+    assert code == 0
+    assert json.loads((out / "remedy.json").read_text())["remedies"] == []
+    assert "remedy:" not in (out / "lesson.yaml").read_text()
+    assert "nothing to mend" in capsys.readouterr().out or verdict in ("unknown", "recording_fault")
+
+
+def test_what_no_software_mends_is_told_to_be_repaired(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out = remedied(tmp_path, diagnosis(("LostCounts", "x_encoder", {"jump": (60e-6, "m"), "instant": (6.0, "s")})))
+    assert code == 0
+    assert "repair the encoder's cable, plug or supply" in capsys.readouterr().out
+    assert json.loads((out / "remedy.json").read_text())["remedies"] == []
+
+
+def test_every_effect_has_a_remedy_or_a_repair_and_none_has_both() -> None:
+    registry = load_registry()
+    assert set(BUILDERS) <= set(registry.effects)
+    assert set(REPAIRS) <= set(registry.effects)
+    assert not set(BUILDERS) & set(REPAIRS)
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        ("no json", "the diagnosis is no JSON file."),
+        ({"schema": "lathesim-answer/1"}, "the file has the schema 'lathesim-answer/1', and a diagnosis has lathesim-diagnosis/1."),
+        (diagnosis(("CoulombFriction", "y_axis", {"level": (20.0, "N")})), "the machine of this lesson has no part 'y_axis'."),
+        ({**diagnosis(("CoulombFriction", "x_axis", {"level": (20.0, "N")})), "insert": []}, "has no line to insert for CoulombFriction."),
+        (diagnosis(("Nothing", "x_axis", {"level": (20.0, "N")})), "there is no effect 'Nothing'."),
+    ],
+)
+def test_a_diagnosis_at_fault_gets_one_sentence(data: Any, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert remedied(tmp_path, data)[0] == 1
+    error = capsys.readouterr().err
+    assert told in error
+    assert len(error.strip().splitlines()) == 1
+
+
+def test_a_tied_or_inadequate_diagnosis_says_what_may_not_be_claimed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = diagnosis(("ForceOffset", "x_axis", {"offset": (40.0, "N")}), verdict="tied", adequate=False)
+    found["effects"][0]["tied_with"] = ["ConverterOffset"]
+    assert remedied(tmp_path, found)[0] == 0
+    told = capsys.readouterr().out
+    assert "it may be ConverterOffset instead" in told
+    assert "nothing of the rest" in told
+
+
+def test_a_remedy_is_not_put_in_twice(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = diagnosis(("ForceOffset", "x_axis", {"offset": (40.0, "N")}))
+    code, out = remedied(tmp_path, found)
+    assert code == 0
+    capsys.readouterr()
+    assert remedied(tmp_path, found, lesson=str(out / "lesson.yaml"))[0] == 1
+    assert "the lesson has CommandBias at x_controller already." in capsys.readouterr().err
+
+
+def test_a_table_that_folds_back_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out = remedied(tmp_path, diagnosis(("CumulativePitchError", "x_scale", {"slope": (1e-4, "1")})))
+    assert code == 0
+    table = next(out.glob("*.csv"))
+    lines = table.read_text().splitlines()
+    table.write_text("\n".join([lines[0], lines[2], lines[1], *lines[3:]]) + "\n")
+    capsys.readouterr()
+    assert run_command_line(["run", str(out / "lesson.yaml"), "--out", str(tmp_path / "r.h5")]) == 1
+    assert "the positions of a table rise." in capsys.readouterr().err
+
+
+def test_the_table_for_a_control_is_in_its_units(tmp_path: Path) -> None:
+    code, out = remedied(tmp_path, diagnosis(("Backlash", "x_scale", {"width": (10e-6, "m")})), "--as", "table")
+    assert code == 0
+    assert "play" in (out / "control_table.txt").read_text()
+    assert " um" in (out / "control_table.txt").read_text()
