@@ -14,7 +14,6 @@ from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
-    from lathesim.live.name_map import MappedItem
     from lathesim.live.recording_run import Noted
 
 
@@ -49,14 +48,14 @@ def record(
     """
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
+    from lathesim.live.opening import open_machine
     from lathesim.live.recording_run import record as take_down
     from lathesim.live.until_stopped import run_until_stopped
     from lathesim.units import quantity
 
     seconds, every = quantity(duration, "s"), quantity(interval, "s")
     prepared = None if lesson is None else prepare(load_lesson(lesson), open_registry(plugin_folders), variant)
-    items = _items(url, map_file, prepared)
-    source = _source(url, items, every, queue)
+    source: Any = open_machine(url, map_file, prepared, every, queue)
     with click.progressbar(length=max(1, int(10 * seconds)), label="recording", show_pos=False) if not as_json else _Silent() as bar:
         noted, stopped = run_until_stopped(lambda stop: take_down(source, out, seconds, stop, _Steps(bar)))
     if not noted.samples:
@@ -65,7 +64,7 @@ def record(
         raise LiveError(f"nothing came from {url} in {seconds:g} s.", remedy="Is the machine running?")
     if every > 0.0 and noted.period > 1.5 * every:
         source.remarks.append(f"values come every {1e3 * noted.period:.4g} ms, and {1e3 * every:.4g} ms was asked for")
-    written = None if prepared is None else _write_lesson(prepared, [item.name for item in items], out, variant)
+    written = None if prepared is None else _write_lesson(prepared, [signal.name for signal in source.signals], out, variant)
     if as_json:
         result = {"schema": "lathesim-record/1", "out": str(out), "lesson": written, "remarks": source.remarks, **noted.as_json()}
         click.echo(json.dumps(result, indent=2))
@@ -93,53 +92,6 @@ class _Steps:
         if self._bar is not None and steps > self._done:
             self._bar.update(steps - self._done)
         self._done = max(self._done, steps)
-
-
-def _items(url: str, map_file: Path | None, prepared: Prepared | None) -> list[MappedItem]:
-    """Return what to record: by the map, by the lesson's names, or all that is offered."""
-    from lathesim.lessons.yaml_source import read_source
-    from lathesim.live.name_map import map_from
-    from lathesim.live.record_mapping import map_for
-
-    if map_file is not None:
-        return map_from(read_source(map_file, what="map").data, str(map_file))
-    way = "path" if url.startswith("opc.tcp:") else "item"
-    offered = _offered(url)
-    if prepared is not None:
-        return map_for(prepared, offered, way)
-    channels = {name.removeprefix("Signals/").replace("/", "."): {way: name, "unit": unit} for name, unit in offered.items()}
-    return map_from({"channels": channels}, "what is offered")
-
-
-def _offered(url: str) -> dict[str, str]:
-    from lathesim.live.until_stopped import run_until_stopped
-
-    if url.startswith("opc.tcp:"):
-        from lathesim.live.opcua_source import browse
-
-        found, _ = run_until_stopped(lambda stop: browse(url))
-    else:
-        from lathesim.live.addresses import read_address
-        from lathesim.live.mtconnect_source import probe_items
-
-        address = read_address(url, "http", 5000)
-        found, _ = run_until_stopped(lambda stop: probe_items(address))
-    return dict(found)
-
-
-def _source(url: str, items: list[MappedItem], every: float, queue: int) -> Any:
-    from lathesim.live.samples import LiveError
-
-    if url.startswith("opc.tcp:"):
-        from lathesim.live.opcua_source import OpcUaSource
-
-        return OpcUaSource(url, items, interval=every, queue=queue)
-    if url.startswith("http:"):
-        from lathesim.live.addresses import read_address
-        from lathesim.live.mtconnect_source import MTConnectSource
-
-        return MTConnectSource(read_address(url, "http", 5000), items, every or 0.1)
-    raise LiveError(f"'{url}' is no address of a machine.", remedy="Write opc.tcp://127.0.0.1:4840 or http://127.0.0.1:5000.")
 
 
 def _write_lesson(prepared: Prepared, recorded: list[str], out: Path, variant: str | None) -> str:

@@ -28,20 +28,29 @@ class SteppedMachine:
     """A lesson's machine whose inputs follow set-points. ``advance`` takes the set-points of the next periods and returns what it did.
 
     ``axes`` maps the name of each axis to the inputs (``part.input``) that follow it. Noise, states and time go on from call to call: how
-    the periods are grouped makes no difference.
+    the periods are grouped makes no difference. ``overrides`` are other values [SI], ``record`` other channels than the lesson's.
     """
 
-    def __init__(self, prepared: Prepared, axes: Mapping[str, Sequence[str]], *, seed: int | None = None) -> None:
+    def __init__(
+        self,
+        prepared: Prepared,
+        axes: Mapping[str, Sequence[str]],
+        *,
+        seed: int | None = None,
+        overrides: Mapping[str, float] | None = None,
+        record: Sequence[str] | None = None,
+    ) -> None:
         self.name = prepared.name
         self.axes = tuple(axes)
         self._targets = [(column, target) for column, name in enumerate(axes) for target in axes[name]]
         empty = np.zeros(LARGEST_BLOCK)
         driven = drive(prepared.machinery, {target: empty for _, target in self._targets})
-        self.plan: Plan = wire(replace(driven, finish=""))
+        driven = replace(driven, finish="", record=driven.record if record is None else tuple(record))
+        self.plan: Plan = wire(driven)
         self.period = self.plan.assembly.sample_period
         self.seed = prepared.case.seed if seed is None else seed
         self.periods = 0
-        self._arrays = start_arrays(self.plan)
+        self._arrays = start_arrays(self.plan, overrides)
         self._module: Any = compiled_machine(fuse(self.plan))
         self._rows = [self.plan.settable(f"{_fed_by(target)}.position")[1] for _, target in self._targets]
         names = list(self.plan.tables)

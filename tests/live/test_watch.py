@@ -1,0 +1,225 @@
+"""The watch on machines by another integrator: sound ones stay quiet, changes are told soon, and faults of the recording are its own."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lathesim.lessons.simulate import Prepared
+from lathesim.live.cusum import Cusum, mean_run_length
+from lathesim.live.forecast import forecast
+from lathesim.live.residual_stream import ResidualStream
+from lathesim.live.sample_clock import SampleClock
+from lathesim.live.samples import Block, Signal
+from lathesim.live.watch import Alarm, Watch
+from lathesim.live.watch_session import Event, WatchSession, WatchSettings
+from lathesim.record import Channel, FloatArray, Record
+from lathesim.record_writer import save
+from tests.cli.command import call
+from tests.live.other_axis import PERIOD, step, stream
+from tests.live.servo import LESSON, prepared
+
+DRIVE = ["x_controller.reference"]
+COMPARE = ["x_encoder.position", "x_scale.position", "x_controller.voltage", "x_drive.current"]
+UNITS = ["m", "m", "m", "V", "A"]
+
+
+@pytest.fixture(scope="module")
+def ready() -> Prepared:
+    """The lesson's machine."""
+    return prepared()
+
+
+def watched(ready: Prepared, values: FloatArray, learn: float = 40.0, start: float = 0.0) -> tuple[list[Alarm], Watch]:
+    """Return the alarms of a stream and its watch."""
+    watch = Watch(ResidualStream(ready, DRIVE, COMPARE, PERIOD), PERIOD, learn=learn)
+    clock, alarms = SampleClock(PERIOD), []
+    for begin in range(0, values.shape[1], 5000):
+        part = values[:, begin : begin + 5000]
+        for stretch in clock.take(Block(start + (begin + np.arange(part.shape[1])) * PERIOD, part)):
+            alarms += watch.take(stretch)
+    return alarms, watch
+
+
+def test_the_mean_run_lengths_are_those_of_the_tables() -> None:
+    for h, lengths in {
+        4.0: (167.68, 26.63, 8.383, 3.343),
+        5.0: (465.44, 38.00, 10.376, 4.009),
+        8.0: (9482.9, 84.00, 16.372, 6.009),
+    }.items():
+        for shift, expected in zip((0.0, 0.5, 1.0, 2.0), lengths, strict=True):
+            both = 1.0 / (1.0 / mean_run_length(shift, 0.5, h) + 1.0 / mean_run_length(-shift, 0.5, h))
+            assert both == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_sums_run_as_long_as_computed() -> None:
+    rng, lengths = np.random.default_rng(0), []
+    sums = Cusum((400,), 0.5, np.full(400, 4.0))
+    counts = np.zeros(400)
+    for _ in range(2000):
+        over = (sums.take(rng.normal(size=400) + 1.0, 0.0) > 0.0).any(axis=0)
+        counts += 1.0
+        lengths += counts[over].tolist()
+        counts[over] = 0.0
+        sums.sums[:, over] = 0.0
+    assert np.mean(lengths) == pytest.approx(8.383, rel=0.02)
+
+
+def test_a_sound_machine_that_warms_up_and_takes_another_load_stays_quiet(ready: Prepared) -> None:
+    seconds = 240.0
+    count = len(stream(seconds, 0)[0])
+    warm = 1.1 - 0.2 * (1.0 - np.exp(-np.arange(count) * PERIOD / 60.0))
+    alarms, watch = watched(ready, stream(seconds, 1, mass=step(seconds, 120.0, 1.01, 0.98), viscous=warm))
+    assert alarms == []
+    assert abs(watch.values["x_axis.mass"]) < 3.0
+
+
+@pytest.mark.parametrize(
+    ("change", "channel"),
+    [({"friction": (0.0, 8.0)}, ""), ({"gain": (1.0, 0.9)}, ""), ({"play": (0.0, 4e-6)}, "x_scale.position")],
+    ids=["friction", "gain", "play"],
+)
+def test_a_change_is_told_soon_with_its_time_and_place(ready: Prepared, change: dict[str, tuple[float, float]], channel: str) -> None:
+    (name, (before, after)), at = next(iter(change.items())), 100.0
+    alarms, _ = watched(ready, stream(130.0, 2, **{name: step(130.0, at, before, after)}))
+    assert len(alarms) >= 1
+    assert at <= alarms[0].time < at + 10.0
+    assert alarms[0].begun == pytest.approx(at, abs=0.5) or name == "play"
+    assert not alarms[0].drift
+    assert channel in alarms[0].channel
+
+
+def test_memory_and_answers_do_not_depend_on_how_the_stream_was_cut(ready: Prepared) -> None:
+    values = stream(70.0, 3, friction=step(70.0, 50.0, 0.0, 8.0))
+    alarms, watch = watched(ready, values, learn=20.0)
+    other = Watch(ResidualStream(ready, DRIVE, COMPARE, PERIOD), PERIOD, learn=20.0)
+    clock, again = SampleClock(PERIOD), []
+    rng, begin = np.random.default_rng(0), 0
+    while begin < values.shape[1]:
+        end = begin + int(rng.integers(1, 900))
+        part = values[:, begin:end]
+        for stretch in clock.take(Block((begin + np.arange(part.shape[1])) * PERIOD, part)):
+            again += other.take(stretch)
+        begin = end
+    assert [(alarm.time, alarm.channel) for alarm in again] == [(pytest.approx(alarm.time), alarm.channel) for alarm in alarms]
+    assert len(watch._blocks) <= 300
+
+
+def test_lost_doubled_and_reordered_samples_are_the_recordings_fault(ready: Prepared) -> None:
+    values = stream(120.0, 4)
+    time = np.arange(values.shape[1]) * PERIOD
+    rng = np.random.default_rng(0)
+    keep = np.ones(len(time), dtype=bool)
+    keep[60_000:60_800] = False
+    keep[rng.integers(50_000, 110_000, 200)] = False
+    order = np.flatnonzero(keep)
+    for at in rng.integers(50_000, 100_000, 50):
+        order[[at, at + 1]] = order[[at + 1, at]]
+    order = np.insert(order, rng.integers(50_000, 100_000, 50), order[rng.integers(50_000, 100_000, 50)])
+    watch = Watch(ResidualStream(ready, DRIVE, COMPARE, PERIOD), PERIOD, learn=30.0)
+    clock, alarms = SampleClock(PERIOD), []
+    for begin in range(0, len(order), 777):
+        rows = order[begin : begin + 777]
+        for stretch in clock.take(Block(time[rows], values[:, rows])):
+            alarms += watch.take(stretch)
+    assert alarms == []
+    assert clock.counts["missing"] >= 900
+    assert clock.counts["came twice or out of order"] >= 50
+
+
+@given(st.sets(st.integers(1, 60), max_size=20), st.lists(st.integers(1, 9), min_size=1, max_size=12))
+def test_the_clock_bridges_short_gaps_and_begins_anew_after_long_ones(missing: set[int], cuts: list[int]) -> None:
+    numbers = np.array([number for number in range(64) if number not in missing])
+    clock, found, begin, turn = SampleClock(1.0), [], 0, 0
+    while begin < len(numbers):
+        rows = numbers[begin : begin + cuts[turn % len(cuts)]]
+        found += clock.take(Block(rows.astype(np.float64), rows[None].astype(np.float64)))
+        begin += len(rows)
+        turn += 1
+    for stretch in found:
+        assert stretch.values[0] == pytest.approx(stretch.begin + np.arange(stretch.values.shape[1]))
+    joined = np.concatenate([stretch.values[0] for stretch in found])
+    assert np.all(np.diff(joined) > 0.0)
+    assert clock.counts.get("missing", 0) == len(missing)
+
+
+def test_a_forecast_holds_the_truth_as_often_as_it_says() -> None:
+    rng, inside = np.random.default_rng(0), 0
+    for _ in range(300):
+        time = np.linspace(0.0, 100.0, 60)
+        found = forecast(time, 0.01 * time + rng.normal(size=60) * 0.05, 2.0)
+        assert found is not None
+        inside += found.low <= 200.0 <= found.high
+    assert 0.90 <= inside / 300 <= 0.985
+    assert forecast(time, rng.normal(size=60), 20.0) is None
+
+
+class Stream:
+    """A source that gives a stream at once."""
+
+    name = "stream"
+    signals = tuple(Signal(name, unit) for name, unit in zip([*DRIVE, *COMPARE], UNITS, strict=True))
+
+    def __init__(self, values: FloatArray) -> None:
+        self._values = values
+
+    async def blocks(self) -> AsyncIterator[Block]:
+        """Return the stream in blocks of 2 s."""
+        for begin in range(0, self._values.shape[1], 2000):
+            part = self._values[:, begin : begin + 2000]
+            yield Block((begin + np.arange(part.shape[1])) * PERIOD, part)
+
+
+async def test_a_session_tells_what_it_learnt_what_changed_and_how_it_ended(ready: Prepared, tmp_path: Path) -> None:
+    events: list[Event] = []
+    values = stream(60.0, 5, friction=step(60.0, 40.0, 0.0, 8.0))
+    settings = WatchSettings(learn=20.0, diagnose=False, folder=tmp_path)
+    await WatchSession(ready, Stream(values), settings, events.append).run(asyncio.Event())
+    kinds = [event.kind for event in events]
+    assert kinds[0] == "learnt"
+    assert "change" in kinds
+    assert kinds[-1] == "end"
+    change = events[kinds.index("change")]
+    assert change.data["since_s"] == pytest.approx(40.0, abs=0.5)
+    assert "x_axis.mass" in events[0].data["values"]
+
+
+def written(values: FloatArray, place: Path) -> Path:
+    """Write a stream as a record whose channels are called as the machine's."""
+    rows = zip(Stream.signals, values, strict=True)
+    channels = {signal.name: Channel(signal.name, signal.unit, row) for signal, row in rows}
+    save(Record(np.arange(values.shape[1]) * PERIOD, channels, {"sample_period": PERIOD}), place)
+    return place
+
+
+def test_recordings_one_after_another_are_a_stream(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    values = stream(60.0, 6, friction=step(60.0, 45.0, 0.0, 8.0))
+    files = [written(values[:, :30_000], tmp_path / "march.h5"), written(values[:, 30_000:], tmp_path / "april.h5")]
+    said = call(capsys, "watch", LESSON, *files, "--learn", "20 s", "--no-diagnosis", "--json-lines", "--out", tmp_path)
+    lines = [json.loads(line) for line in said.out.splitlines()]
+    assert said.code == 0, said.err
+    assert {line["schema"] for line in lines} == {"lathesim-watch/1"}
+    change = next(line for line in lines if line["event"] == "change")
+    assert change["since_s"] == pytest.approx(46.0, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["nowhere.h5"], "there is no such file"),
+        (["http://127.0.0.1:1"], "no MTConnect agent answers at 127.0.0.1:1"),
+        (["ftp://127.0.0.1:1"], "is no address of a machine"),
+        (["nowhere.h5", "--tolerance", "x_scale.positon=5um"], "Did you mean 'x_scale.position'?"),
+    ],
+)
+def test_what_cannot_be_watched_is_told(capsys: pytest.CaptureFixture[str], arguments: list[str], sentence: str) -> None:
+    said = call(capsys, "watch", LESSON, *arguments)
+    assert said.code == 1
+    assert sentence in said.err
