@@ -173,8 +173,8 @@ class _Interpreter(Offsets):
             code = self.block.codes[mode].text
             if word is None and surface:
                 raise self.error(f"{code} needs a surface speed and has none.", f"Add an S word in m/min, for example {code} S150.")
-            if word is None and modal.surface:
-                raise self.error(f"{code} needs a spindle speed and has none.", f"Add an S word in rpm, for example {code} S1000.")
+            if word is None and modal.surface and not surface:
+                self._keep_speed(code)
             modal.surface = surface
             if surface and self.dialect.surface_limit:
                 limit = self.take(self.dialect.surface_limit)
@@ -188,6 +188,17 @@ class _Interpreter(Offsets):
             modal.speed = word.value * (0.3048 if modal.inch else 1.0) / 60.0
         else:
             modal.speed = word.value * _REVOLUTION / 60.0
+
+    def _keep_speed(self, code: str) -> None:
+        """G97 without S holds the speed that the surface speed asks for where the tool stands."""
+        modal = self.modal
+        radius = abs(modal.here[0])
+        speed = (modal.speed or 0.0) / radius if radius > 0.0 else math.inf
+        speed = speed if modal.limit is None else min(speed, modal.limit)
+        if math.isinf(speed):
+            raise self.error(f"{code} needs a spindle speed and has none.", f"Add an S word in rpm, for example {code} S1000.")
+        modal.speed = speed
+        self.warn(f"{code} has no S word and holds the speed of {speed * 60.0 / _REVOLUTION:.4g} rpm.")
 
     def tool(self) -> None:
         """T and M6; where the dialect changes at T, the digits before the last two are the tool."""

@@ -136,6 +136,7 @@ class Offsets(Flow):
             modal.shift_z += z - given["Z"]
         modal.shift_x -= given.get("U", 0.0)
         modal.shift_z -= given.get("W", 0.0)
+        modal.shift_kept = (modal.shift_x, modal.shift_z)
         if meaning is Meaning.SPINDLE_LIMIT and (abs(modal.shift_x) > _SAME or abs(modal.shift_z) > _SAME):
             self.warn(
                 f"{self.block.codes[meaning].text} puts the origin to X {1e3 * modal.shift_x:.6g} mm (radius), "
@@ -149,6 +150,7 @@ class Offsets(Flow):
         modal = self.modal
         if self.dialect.o_words:
             modal.shift_x, modal.shift_z = given.get("X", modal.shift_x), given.get("Z", modal.shift_z)
+            modal.shift_kept = (modal.shift_x, modal.shift_z)
         else:
             modal.local = (given.get("X", modal.local[0]), given.get("Z", modal.local[1]))
 
@@ -158,7 +160,6 @@ class Offsets(Flow):
             modal.shift_x = modal.shift_z = 0.0
             modal.shift_kept = (0.0, 0.0)
         elif self.has(Meaning.SHIFT_SUSPENDED):
-            modal.shift_kept = (modal.shift_x, modal.shift_z)
             modal.shift_x = modal.shift_z = 0.0
         elif self.has(Meaning.SHIFT_RESTORED):
             modal.shift_x, modal.shift_z = modal.shift_kept

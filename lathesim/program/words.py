@@ -123,7 +123,7 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
     Raises :class:`ProgramError` for everything that is no word, with place, fact and remedy; all lines at fault are told at once.
     """
     text = source if isinstance(source, str) else _decoded(source, name)
-    lines = re.split(r"\r\n|\n|\r", text.removeprefix("\ufeff").rstrip("\x1a"))
+    lines = re.split(r"\r\n|\n|\r", text.removeprefix("\ufeff").rstrip("\x00\x03\x04\x1a"))
     blocks: list[Block] = []
     warnings: list[Warned] = []
     faults: list[ProgramError] = []

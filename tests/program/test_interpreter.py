@@ -181,3 +181,15 @@ def test_offsets_shift_the_coordinates_of_both_controls() -> None:
     program = interpret(read_program(text, "turn.ngc"), "linuxcnc")
     ends = [(round(1e3 * move.end_x, 6), round(1e3 * move.end_z, 6)) for move in program.moves]
     assert ends == [(11.0, 2.0), (12.0, 2.0), (3.0, 2.0), (14.0, 2.0), (18.0, 1.0)]
+
+
+def test_a_spindle_speed_without_s_is_the_one_that_turned() -> None:
+    program = interpret(read_program("G21 G99 G50 S3000\nG96 S180 M03\nG00 X40. Z0.\nG97\nG01 Z-5. F0.1\nM30\n", "turn.nc"), "fanuc")
+    assert program.moves[-1].spindle.speed == pytest.approx(3.0 / 0.020)
+    assert program.warnings[0].sentence == "G97 has no S word and holds the speed of 1432 rpm."
+
+
+def test_an_origin_shift_is_restored_as_it_was_set() -> None:
+    text = "G21 G18 G8 F100\nG0 X20 Z0\nG92 X26 Z3\nG1 X25\nG92.3\nG1 X24\nG92.2\nG1 X23\nG92.3\nG1 X22\nG92.1\nG92.3\nG1 X21\nM2\n"
+    program = interpret(read_program(text, "turn.ngc"), "linuxcnc")
+    assert [round(1e3 * move.end_x, 6) for move in program.moves] == [20.0, 19.0, 18.0, 23.0, 16.0, 21.0]
