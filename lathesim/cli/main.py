@@ -39,6 +39,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "sweep": ("lathesim.cli.sweep:sweep", "Run a lesson over ranges of its parameters."),
     "lobes": ("lathesim.cli.lobes:lobes", "Show up to which chip width a cut is stable, over the speed."),
     "cuts": ("lathesim.cli.cuts:cuts", "Learn a stability map from cuts, and propose the next one."),
+    "chatter": ("lathesim.cli.chatter:chatter", "Tell what the vibration in a recorded cut is."),
     "tap": ("lathesim.cli.tap:tap", "Hit a tool point with a hammer: its frequency response."),
     "modes": ("lathesim.cli.modes:modes", "Find the modes in a frequency response."),
     "retime": ("lathesim.cli.retime:retime", "Time a path as quickly as the limits of the axes allow."),

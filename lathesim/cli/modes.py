@@ -37,7 +37,7 @@ def modes(
 
     response = read_response(file, quantity, unit)
     if band is not None:
-        response = within(response, *_ends(band), str(file))
+        response = within(response, *read_ends("--band", band), str(file))
     found = find_modes(response, count)
     if save is not None:
         from lathesim.analysis.plots import save_figure
@@ -60,14 +60,15 @@ def modes(
         click.echo(f"See {save}")
 
 
-def _ends(text: str) -> tuple[float, float]:
+def read_ends(option: str, text: str) -> tuple[float, float]:
+    """Read ``50..2000`` of an option."""
     low, dots, high = text.partition("..")
     try:
         first, last = float(low), float(high)
     except ValueError:
-        raise click.UsageError(f"--band {text}: write it as --band 50..2000.") from None
+        raise click.UsageError(f"{option} {text}: write it as {option} 50..2000.") from None
     if not dots or not 0.0 <= first < last:
-        raise click.UsageError(f"--band {text}: the ends rise from 0 on.")
+        raise click.UsageError(f"{option} {text}: the ends rise from 0 on.")
     return first, last
 
 

@@ -1,0 +1,226 @@
+"""What a vibration is: chatter (Hopf or flip), forced vibration, segmentation, mains hum, a resonance rung by entry, or a stable cut.
+
+Told apart by order, width, growth and modes, in this sequence. A steady line at a whole order is forced; one at a half order is a flip; one
+at a multiple of 50 or 60 Hz that neither grows nor belongs to an order is hum. What decays after the cut begins, or after each entry of a
+turn, is a resonance that was rung. A narrow line elsewhere that grew is chatter by a Hopf bifurcation. A wide one that was there from the
+first turn on comes from chips that break in segments, or is a mode that the noise of the cut shakes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from lathesim.stability.chatter.signal_lines import Vibration, VibrationLine
+
+KINDS = ("stable", "hopf", "flip", "forced", "segmentation", "mains", "entry")
+WORDS = {
+    "stable": "a stable cut",
+    "hopf": "chatter (Hopf bifurcation)",
+    "flip": "chatter (flip bifurcation)",
+    "forced": "forced vibration",
+    "segmentation": "segmentation of the chip, or a mode shaken by the noise of the cut",
+    "mains": "mains hum",
+    "entry": "a resonance rung by entry",
+}
+_WHOLE = 0.035
+"""How far an order may be from a whole or half number, plus the resolution of the spectrum."""
+_FORCED = 0.5
+"""Share of the power at whole orders from which vibration is forced; a little run-out is part of every cut."""
+_DOMINANT = 0.25
+"""Share of the power from which a line decides."""
+_GREW = 2.0
+"""A line whose amplitude at the end is so many times that at the beginning grew; over this down, it decayed."""
+_LEAVES_THE_CUT = 0.45
+"""Standard deviation over the mean of a force that touches 0 in each vibration, about."""
+_DIED = 0.12
+"""A ringing has less than this share of its first amplitude at the end."""
+_OUTGREW = 4.0
+_MAINS = (50.0, 60.0)
+_MAINS_MULTIPLES = 4
+_MAINS_NEAR = 0.004
+_ABOVE_A_MODE = (-0.04, 0.45)
+"""Chatter is at this share above the natural frequency of its mode."""
+_RUNG_AT_FIRST = 3.5
+_RUNG_IN_A_TURN = 4.0
+_HIGH_ORDER = 3
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What a vibration is, the line that decides, the mode (counted from 1, 0 for none) and what speaks for and against.
+
+    ``runner_up`` is the kind that could not be excluded, empty where none.
+    """
+
+    kind: str
+    line: VibrationLine | None
+    mode: int = 0
+    reasons: tuple[str, ...] = field(default=())
+    runner_up: str = ""
+
+
+def judge(found: Vibration, modes: tuple[float, ...] = (), quiet: Vibration | None = None) -> Judged:
+    """Return what a vibration is; ``modes`` are known natural frequencies [Hz], ``quiet`` is the same signal while nothing is cut."""
+    orders, halves, hum, others = _sorted_lines(found, quiet)
+    whole = sum(line.share for line in orders)
+    strongest = max(others, key=lambda line: line.share, default=None)
+    half = max(halves, key=lambda line: line.share, default=None)
+    half_share = sum(line.share for line in halves)
+    other_share = sum(line.share for line in others)
+    hum_share = sum(line.share for line in hum)
+    began = _rung_at_first(found)
+    if began and not (strongest is not None and strongest.late >= _GREW and strongest.share > 0.3):
+        told = f"at its beginning the cut rings at {began:.0f} Hz, and the ringing dies out"
+        return Judged("entry", strongest, _mode_of(began, modes), (told,))
+    enough = _DOMINANT * max(0.3, whole)
+    if half is not None and _are_a_flip(orders, halves) and half_share > max(enough, other_share) and half.late > 1.0 / _GREW:
+        return Judged("flip", half, _mode_of(half.frequency, modes), (f"a line at order {half.order:.2f}, half a whole number",))
+    if strongest is not None and ((other_share > _DOMINANT * max(0.3, whole) and other_share >= hum_share) or _outgrew(strongest, found)):
+        return _off_order(strongest, found, modes)
+    if hum_share > _DOMINANT * max(0.3, whole) and hum:
+        line = max(hum, key=lambda item: item.share)
+        return Judged("mains", line, 0, (f"{line.frequency:.2f} Hz is a multiple of the mains frequency, and steady",))
+    if orders and whole > _FORCED:
+        rung = _rung_each_turn(found)
+        line = max(orders, key=lambda item: item.share)
+        if rung:
+            return Judged("entry", line, _mode_of(rung, modes), (f"each turn rings at {rung:.0f} Hz and dies down before the next",))
+        return Judged("forced", line, 0, (f"{100 * whole:.0f} % of the power is at whole orders of the spindle",))
+    return Judged("stable", None, 0, ("no line stands out",))
+
+
+def judge_line(found: Vibration, modes: tuple[float, ...] = ()) -> Judged:
+    """Return what the one line of a vibration is, however small its share."""
+    if not found.lines:
+        return Judged("stable", None, 0, ("nothing stands out there",))
+    orders, _, hum, _ = _sorted_lines(found, None)
+    (line,) = found.lines
+    if orders:
+        return Judged("forced", line, 0, (f"it is order {line.order:.2f} of the spindle",))
+    if hum:
+        return Judged("mains", line, 0, (f"{line.frequency:.2f} Hz is a multiple of the mains frequency, and steady",))
+    return _off_order(line, found, modes)
+
+
+def _sorted_lines(
+    found: Vibration, quiet: Vibration | None
+) -> tuple[list[VibrationLine], list[VibrationLine], list[VibrationLine], list[VibrationLine]]:
+    """Return the lines at whole orders, at half ones, of the mains, and the others."""
+    reach = 0.35 * found.resolution / found.turning
+    orders, halves, hum, others = [], [], [], []
+    still = [line.frequency for line in quiet.lines] if quiet is not None else []
+    for line in found.lines:
+        part = abs(line.order - round(line.order))
+        near = min(_WHOLE, 0.012 + 0.0008 * line.order) + reach
+        was_there = any(abs(line.frequency - other) < found.resolution for other in still)
+        if was_there or (_is_mains(line, found.resolution) and part >= 0.5 * near):
+            hum.append(line)
+        elif part < near and not line.is_wide and line.late < _OUTGREW:
+            orders.append(line)
+        elif abs(part - 0.5) < near and not line.is_wide:
+            halves.append(line)
+        else:
+            others.append(line)
+    return orders, halves, hum, others
+
+
+def _are_a_flip(orders: list[VibrationLine], halves: list[VibrationLine]) -> bool:
+    """Whether lines at half orders belong to a flip: only an interrupted cut flips, and several of its half orders show."""
+    numbers = {round(line.order - 0.5) for line in halves}
+    return len(numbers) >= 2 and sum(line.share for line in orders) > 0.01
+
+
+def _rung_at_first(found: Vibration) -> float:
+    """Return the frequency [Hz] of a ringing at the beginning of the record that has died out soon, 0 where there is none."""
+    low = 1.6 * found.turning / (0.5 * found.rate)
+    high = sosfiltfilt(butter(4, min(low, 0.9), "highpass", output="sos"), found.values)
+    block = max(8, int(0.25 * found.rate / found.turning))
+    count = len(high) // block
+    if count < 16:
+        return 0.0
+    size = np.sqrt((high[: count * block].reshape(count, block) ** 2).mean(axis=1))
+    later = float(np.sqrt((size[count // 2 :] ** 2).mean()))
+    first = int(np.argmax(size[: max(3, count // 10)]))
+    if size[first] < _RUNG_AT_FIRST * later or size[: count // 4].max() > size[first]:
+        return 0.0
+    length = min(len(high) - first * block, 16 * block)
+    piece = high[first * block : first * block + length]
+    return float(np.fft.rfftfreq(4 * length, 1.0 / found.rate)[int(np.argmax(np.abs(np.fft.rfft(piece, 4 * length))))])
+
+
+def _is_mains(line: VibrationLine, resolution: float) -> bool:
+    if line.is_wide or not 1.0 / _GREW < line.late < _GREW:
+        return False
+    for mains in _MAINS:
+        multiple = round(line.frequency / mains)
+        reach = _MAINS_NEAR * multiple * mains + 0.15 * resolution
+        if 1 <= multiple <= _MAINS_MULTIPLES and abs(line.frequency - multiple * mains) < reach:
+            return True
+    return False
+
+
+def _outgrew(line: VibrationLine, found: Vibration) -> bool:
+    """Whether a line grew so much that it stands for what comes, however small its share still is."""
+    return line.late > _OUTGREW and line.share > 0.04 and not line.is_wide
+
+
+def _off_order(line: VibrationLine, found: Vibration, modes: tuple[float, ...]) -> Judged:
+    mode = _mode_of(line.frequency, modes)
+    near = f", a little above mode {mode} ({modes[mode - 1]:.1f} Hz)" if mode else ""
+    where = f"a line at {line.frequency:.1f} Hz, order {line.order:.2f}, no whole one{near}"
+    if line.late < _DIED and line.rate < 0.0:
+        return Judged("entry", line, mode, (where, "it decays from the beginning of the cut"))
+    if line.late < _GREW and found.modulation > _LEAVES_THE_CUT and line.share > _DOMINANT:
+        return Judged("hopf", line, mode, (where, "the force swings so far that the tool leaves the cut"))
+    if line.is_wide and line.late < _GREW:
+        wide = f"it is {line.width * found.resolution:.1f} Hz wide and was there from the first turns on"
+        return Judged("segmentation", line, mode, (where, wide), "hopf" if mode else "")
+    if line.late >= _GREW:
+        return Judged("hopf", line, mode, (where, f"its amplitude grew {line.late:.1f} times"))
+    if modes and not mode:
+        return Judged("segmentation", line, 0, (where, "it is narrow, did not grow, and no mode lies near it"), "hopf")
+    return Judged("hopf", line, mode, (where, "it is narrow; how it began was not recorded"), "segmentation")
+
+
+def _mode_of(frequency: float, modes: tuple[float, ...]) -> int:
+    """Return the mode, counted from 1, above which chatter at a frequency would lie; 0 where there is none."""
+    best, found = 1e9, 0
+    for number, natural in enumerate(modes, 1):
+        above = frequency / natural - 1.0
+        if _ABOVE_A_MODE[0] <= above <= _ABOVE_A_MODE[1] and abs(above) < best:
+            best, found = abs(above), number
+    return found
+
+
+def _rung_each_turn(found: Vibration) -> float:
+    """Return the frequency [Hz] at which each turn rings and dies down, 0 where none does."""
+    samples = found.rate / found.turning
+    count = int(samples)
+    turns = int(len(found.values) / samples)
+    if turns < 4 or count < 24:
+        return 0.0
+    places = (np.arange(turns)[:, None] + np.arange(count)[None, :] / count) * samples
+    mean = np.interp(places, np.arange(len(found.values)), found.values).mean(axis=0)
+    spectrum = np.fft.rfft(mean)
+    size = np.abs(spectrum)
+    size[0] = 0.0
+    if len(size) <= _HIGH_ORDER + 1:
+        return 0.0
+    top = _HIGH_ORDER + int(np.argmax(size[_HIGH_ORDER:]))
+    if size[top] < 0.5 * size[1:_HIGH_ORDER].max() or top < _HIGH_ORDER:
+        return 0.0
+    band = np.zeros_like(spectrum)
+    low = max(_HIGH_ORDER - 1, int(0.5 * top))
+    band[low : int(1.7 * top) + 1] = spectrum[low : int(1.7 * top) + 1]
+    whole = np.zeros(count, dtype=np.complex128)
+    whole[: len(band)] = 2.0 * band
+    envelope = np.abs(np.fft.ifft(whole))
+    blocks = np.array([block.mean() for block in np.array_split(envelope, 10)])
+    start = int(np.argmax(blocks))
+    turned = np.roll(blocks, -start)
+    if turned[0] > _RUNG_IN_A_TURN * turned[-4:-1].min() and turned[1] >= turned[3] >= 0.5 * turned[5]:
+        return float(top * found.turning)
+    return 0.0

@@ -1,0 +1,240 @@
+"""The lines of a vibration signal: what stands out of its noise, how wide it is, which order of the spindle, how it grows.
+
+Source: P. D. Welch, IEEE Trans. Audio Electroacoust. 15 (1967); R. B. Randall, Vibration-based Condition Monitoring (2011), orders and
+envelopes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from lathesim.errors import RecordingError
+from lathesim.record import FloatArray
+
+_OUT_OF_NOISE = 14.0
+"""Power of a line over that of the noise around."""
+_OUT_OF_NOISE_WIDE = 3.0
+_HUMP = 13
+_WIDEST_HUMP = 0.4
+"""And of a hump so many lines wide."""
+_TURNS_OF_A_WINDOW = 24
+_LOWEST_ORDER = 0.45
+"""Below this order of the spindle nothing is looked at: the feed and the shape of the part live there."""
+_MOST_LINES = 24
+FEWEST_TURNS = 6.0
+
+
+@dataclass(frozen=True)
+class VibrationLine:
+    """A line: frequency [Hz], order of the spindle, share of the power of the vibration, width [Hz] over the narrowest possible, and the
+    growth of its envelope: ``rate`` [1/s] while it grows, ``late`` amplitude over ``early`` one."""
+
+    frequency: float
+    order: float
+    share: float
+    width: float
+    rate: float
+    late: float
+    amplitude: float
+    resolution: float
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether the line is wider than a steady vibration would be."""
+        return self.width > 1.0 and self.width * self.resolution / max(self.frequency, 1e-9) > 0.002
+
+
+@dataclass(frozen=True, eq=False)
+class Vibration:
+    """A signal in the cut: values without trend, sample rate [Hz], speed [rev/s], its lines, the share of its power in noise, and its
+    standard deviation over its mean, 0 where it has none."""
+
+    values: FloatArray
+    rate: float
+    turning: float
+    lines: tuple[VibrationLine, ...]
+    noise_share: float
+    resolution: float
+    modulation: float = 0.0
+
+
+def vibration(values: FloatArray, rate: float, turning: float) -> Vibration:
+    """Return the lines of a signal sampled at ``rate`` [Hz] at ``turning`` revolutions a second; :class:`RecordingError` where it is too
+    short."""
+    if not turning > 0.0:
+        raise RecordingError(f"the speed is {60.0 * turning:g} rpm.", remedy="Give the speed of the spindle with --speed.")
+    if len(values) * turning / rate < FEWEST_TURNS:
+        fact = f"the recording holds {len(values) * turning / rate:.1f} turns."
+        raise RecordingError(fact, remedy=f"Record at least {FEWEST_TURNS:.0f}.")
+    if rate < 8.0 * turning:
+        raise RecordingError(f"{rate:g} samples a second are too few at {turning:g} revolutions a second.", remedy="Sample faster.")
+    clean = _without_trend(np.asarray(values, dtype=np.float64), rate, turning)
+    if not np.any(clean):
+        raise RecordingError("the signal does not move.", remedy="Choose another channel with --channel.")
+    frequency, power, resolution = _spectrum(clean, rate, turning)
+    floor = _floor(power)
+    turning = _refined_speed(frequency, power / floor, turning)
+    lowest = _LOWEST_ORDER * turning
+    total = float(power[frequency >= lowest].sum())
+    found: list[tuple[float, float, float]] = []
+    used = np.zeros(len(power), dtype=bool)
+    for place in np.argsort(-power / floor):
+        if len(found) == _MOST_LINES or power[place] < _OUT_OF_NOISE * floor[place]:
+            break
+        if used[place] or frequency[place] < lowest:
+            continue
+        low, high = _extent(power, int(place), float(floor[place]))
+        peak = int(place)
+        share = float(np.maximum(power[low : high + 1] - floor[low : high + 1], 0.0)[~used[low : high + 1]].sum()) / total
+        used[max(0, low - 1) : high + 2] = True
+        if share > 5e-4:
+            found.append((_centre(frequency, power, peak), share, _half_width(power, peak) * resolution))
+    found += _bands(frequency, power, floor, used, lowest, resolution, total)
+    found.sort(key=lambda item: -item[1])
+    lines = tuple(_line(clean, rate, turning, resolution, *item) for item in found)
+    noise = float(np.minimum(power, floor * 2.0)[frequency >= lowest].sum()) / total
+    mean = abs(float(np.mean(values)))
+    swing = float(clean.std())
+    # a signal without a mean, as of an accelerometer, tells nothing of contact
+    modulation = swing / mean if mean > 0.2 * swing else 0.0
+    return Vibration(clean, rate, turning, lines, noise, resolution, modulation)
+
+
+def _bands(
+    frequency: FloatArray, power: FloatArray, floor: FloatArray, used: Any, lowest: float, resolution: float, total: float
+) -> list[tuple[float, float, float]]:
+    """Return broad humps that no narrow line is part of, as lines: frequency, share of the power, width over the narrowest."""
+    free = np.where(used, floor, power)
+    smooth = np.convolve(free, np.ones(_HUMP) / _HUMP, "same")
+    wide = median_filter(free, size=min(max(201, 8 * _HUMP) | 1, len(free)), mode="nearest") * 1.4
+    place = int(np.argmax(np.where(frequency > lowest, smooth / wide, 0.0)))
+    if smooth[place] < _OUT_OF_NOISE_WIDE * wide[place]:
+        return []
+    low = high = place
+    while low > 0 and smooth[low - 1] > 0.25 * smooth[place]:
+        low -= 1
+    while high < len(smooth) - 1 and smooth[high + 1] > 0.25 * smooth[place]:
+        high += 1
+    share = float(np.maximum(free[low : high + 1] - wide[low : high + 1], 0.0).sum()) / total
+    middle = float((frequency[low : high + 1] * free[low : high + 1]).sum() / free[low : high + 1].sum())
+    is_noise = (high - low) * resolution > _WIDEST_HUMP * middle
+    return [(middle, share, max(2.0, float(high - low - _HUMP)))] if share > 5e-4 and not is_noise else []
+
+
+def within_band(found: Vibration, low: float, high: float) -> Vibration:
+    """Return a vibration with one line, that of a band [Hz]: its middle, share, and width between the halves of its power."""
+    frequency, power, resolution = _spectrum(found.values, found.rate, found.turning)
+    inside = (frequency >= low) & (frequency <= high)
+    if np.count_nonzero(inside) < 4:
+        raise RecordingError(f"the band from {low:g} to {high:g} Hz holds fewer than four lines.", remedy="Make it wider.")
+    around = ((frequency >= 0.6 * low) & (frequency < low)) | ((frequency > high) & (frequency <= 1.6 * high))
+    floor = float(np.median(power[around])) if around.any() else 0.0
+    over = np.maximum(power[inside] - floor, 0.0)
+    total = float(power[frequency >= _LOWEST_ORDER * found.turning].sum())
+    if not over.sum() > 0.0:
+        return replace(found, lines=())
+    middle = float((frequency[inside] * over).sum() / over.sum())
+    ranked = np.sort(over)[::-1]
+    half = int(np.searchsorted(np.cumsum(ranked), 0.5 * over.sum())) + 1
+    width = max(0.0, float(half - 3))
+    line = _line(found.values, found.rate, found.turning, resolution, middle, float(over.sum()) / total, width)
+    return replace(found, lines=(line,))
+
+
+def _without_trend(values: FloatArray, rate: float, turning: float) -> FloatArray:
+    """Return a signal less what changes over more than three turns."""
+    width = int(3.0 * rate / turning) | 1
+    if width >= len(values):
+        return np.asarray(values - values.mean(), dtype=np.float64)
+    padded = np.pad(values, width // 2, mode="reflect")
+    smooth = np.cumsum(np.concatenate([[0.0], padded]))
+    mean = (smooth[width:] - smooth[:-width]) / width
+    again = np.cumsum(np.concatenate([[0.0], np.pad(mean, width // 2, mode="reflect")]))
+    return np.asarray(values - (again[width:] - again[:-width]) / width, dtype=np.float64)
+
+
+def _spectrum(values: FloatArray, rate: float, turning: float) -> tuple[FloatArray, FloatArray, float]:
+    from scipy.signal import welch
+
+    length = min(len(values), max(int(_TURNS_OF_A_WINDOW * rate / turning), 256))
+    frequency, power = welch(values, rate, "hann", nperseg=length, noverlap=length // 2, detrend="constant", scaling="density")
+    return np.asarray(frequency), np.asarray(power * (rate / length)), rate / length
+
+
+def _floor(power: FloatArray) -> FloatArray:
+    """Return the noise around each line, by the running median, over no less than a millionth of the largest line."""
+    around = max(31, len(power) // 24) | 1
+    return np.asarray(np.maximum(median_filter(power, size=min(around, len(power)), mode="nearest") * 1.4, 1e-9 * power.max()))
+
+
+def _refined_speed(frequency: FloatArray, height: FloatArray, turning: float) -> float:
+    """Return the speed within 0.4 % at which orders stand out most; the given one where none do."""
+    limit = min(float(frequency[-1]), 24.0 * turning)
+    orders = np.arange(1, max(2, int(limit / turning)) + 1)
+    best, found = -1.0, turning
+    for trial in turning * (1.0 + np.linspace(-0.004, 0.004, 33)):
+        strength = float(np.log1p(np.interp(orders * trial, frequency, height)).sum()) - 40.0 * abs(trial / turning - 1.0)
+        if strength > best:
+            best, found = strength, float(trial)
+    return found
+
+
+def _extent(power: FloatArray, place: int, floor: float) -> tuple[int, int]:
+    level = max(2.5 * floor, 0.02 * power[place])
+    low = high = place
+    while low > 0 and power[low - 1] > level and place - low < 60:
+        low -= 1
+    while high < len(power) - 1 and power[high + 1] > level and high - place < 60:
+        high += 1
+    return low, high
+
+
+def _half_width(power: FloatArray, place: int) -> float:
+    """Return the width of a line at a quarter of its power, over that of a steady vibration (2.9 lines of a Hann window)."""
+    low, high = _extent(power, place, 0.1 * power[place])
+    return max(0.0, (high - low + 1 - 4.0))
+
+
+def _centre(frequency: FloatArray, power: FloatArray, place: int) -> float:
+    if not 0 < place < len(power) - 1:
+        return float(frequency[place])
+    a, b, c = (math.log(max(float(power[place + step]), 1e-300)) for step in (-1, 0, 1))
+    curve = a - 2.0 * b + c
+    shift = 0.5 * (a - c) / curve if curve < 0.0 else 0.0
+    return float(frequency[place] + min(max(shift, -0.5), 0.5) * (frequency[1] - frequency[0]))
+
+
+def _line(
+    values: FloatArray, rate: float, turning: float, resolution: float, frequency: float, share: float, width: float
+) -> VibrationLine:
+    envelope = envelope_of(values, rate, frequency, max(0.45 * turning, 3.0 * resolution))
+    growth, late = _growth(envelope, rate, frequency, turning)
+    return VibrationLine(frequency, frequency / turning, share, width, growth, late, float(np.quantile(envelope, 0.95)), resolution)
+
+
+def envelope_of(values: FloatArray, rate: float, frequency: float, half_band: float) -> FloatArray:
+    """Return the amplitude of the vibration within a band around a frequency [Hz], (samples,)."""
+    spectrum = np.fft.fft(values)
+    place = np.fft.fftfreq(len(values), 1.0 / rate)
+    shape = np.exp(-0.5 * ((place - frequency) / (0.5 * half_band)) ** 2)
+    return np.asarray(2.0 * np.abs(np.fft.ifft(spectrum * shape)))
+
+
+def _growth(envelope: FloatArray, rate: float, frequency: float, turning: float) -> tuple[float, float]:
+    """Return the steepest lasting rate of growth [1/s], negative for a decay, and the amplitude at the end over that at the beginning."""
+    edge = min(len(envelope) // 12, int(0.5 * rate / turning))
+    inner = envelope[edge : len(envelope) - edge]
+    part = max(1, len(inner) // 20)
+    steps = np.array([np.sqrt(np.mean(inner[at * part : (at + 1) * part] ** 2)) for at in range(len(inner) // part)])
+    logs = np.log(np.maximum(steps, 1e-12 * max(float(steps.max()), 1e-300)))
+    time = np.arange(len(logs)) * part / rate
+    span = max(3, len(logs) // 4)
+    slopes = [float(np.polyfit(time[at : at + span], logs[at : at + span], 1)[0]) for at in range(len(logs) - span + 1)]
+    late = float(np.exp(np.mean(logs[-3:]) - np.mean(logs[:2])))
+    steepest = max(slopes, key=abs) if slopes else 0.0
+    return steepest, late

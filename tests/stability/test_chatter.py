@@ -1,0 +1,107 @@
+"""Diagnosis of recorded cuts, by a generator that shares no code with the program."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.stability.chatter.diagnose_cut import diagnose_cut
+from lathesim.stability.chatter.judge import judge
+from lathesim.stability.chatter.recorded_cut import RecordedCut, turning_of
+from lathesim.stability.chatter.signal_lines import vibration
+from tests.cli.command import call
+from tests.shared_data import SHARED, needs_shared
+from tests.stability.cut_generator import KINDS, Made, made, regenerative, uninterrupted_limit
+
+
+def kind_of(cut: Made) -> str:
+    return judge(vibration(cut.force, cut.rate, cut.speed / 60.0), (cut.natural,)).kind
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_kind_is_named(kind: str) -> None:
+    assert kind_of(made(kind, np.random.default_rng(KINDS.index(kind) + 70))) == kind
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("unseen", [False, True])
+def test_seventy_five_cuts_of_rigs(unseen: bool) -> None:
+    found = [(kind, kind_of(made(kind, np.random.default_rng(5000 + number), unseen=unseen))) for number, kind in enumerate((*KINDS,) * 11)]
+    right = sum(kind == said for kind, said in found)
+    alarms = sum(said in ("hopf", "flip") for kind, said in found if kind not in ("hopf", "flip"))
+    assert right >= 0.96 * len(found)
+    assert alarms <= 2
+
+
+def test_chatter_is_told_early_with_its_mode_and_speeds_worth_trying() -> None:
+    limit = uninterrupted_limit(120.0, 0.03, 1e7, 2100.0)
+    force = regenerative(120.0, 0.03, 1e7, 1.12 * limit, 2100.0, 1.0, 1e-4, 3.0, 10000.0, np.random.default_rng(3))
+    cut = Made(force, 10000.0, 2100.0, "hopf", 120.0)
+    found = diagnose_cut(RecordedCut("force", cut.force, np.zeros(0), cut.rate, cut.speed / 60.0), (cut.natural, 3.0 * cut.natural))
+    assert found.judged.kind == "hopf"
+    assert found.judged.mode == 1
+    assert found.told_share < 0.34
+    assert found.speeds
+    for speed in found.speeds:
+        assert cut.natural * 60.0 / speed == pytest.approx(round(cut.natural * 60.0 / speed), abs=1e-6)
+
+
+def test_a_second_cut_decides_between_a_mode_and_the_chip() -> None:
+    chance = np.random.default_rng(1)
+    time = np.arange(20000) / 10000.0
+
+    def recorded(frequency: float, speed: float) -> RecordedCut:
+        force = 100.0 + 10.0 * np.cos(2.0 * np.pi * frequency * time) + chance.standard_normal(len(time))
+        return RecordedCut("force", force, np.zeros(0), 10000.0, speed / 60.0)
+
+    first = recorded(207.3, 1000.0)
+    assert diagnose_cut(first).judged.runner_up == "segmentation"
+    assert diagnose_cut(first, other=recorded(228.03, 1100.0)).judged.kind == "segmentation"
+    assert diagnose_cut(first, other=recorded(207.9, 1100.0)).judged.kind == "hopf"
+
+
+def test_a_tacho_that_rings_gives_the_speed() -> None:
+    pulse = np.zeros(30000)
+    for turn in range(50):
+        pulse[100 + turn * 548 : 104 + turn * 548] = 5.0
+        pulse[106 + turn * 548 : 108 + turn * 548] = 3.0
+    assert turning_of(pulse + 0.05 * np.random.default_rng(0).standard_normal(30000), 10000.0) == pytest.approx(10000.0 / 548.0, rel=2e-3)
+
+
+def test_the_command_tells_and_refuses_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    cut = made("hopf", np.random.default_rng(4))
+    time = np.arange(len(cut.force)) / cut.rate
+    np.savetxt("cut.csv", np.stack([time, cut.force], axis=1), delimiter=",", header="time [s],force [N]", comments="", fmt="%.6g")
+    said = call(capsys, "chatter", "cut.csv", "--speed", str(cut.speed), "--json", "--save", "cut.png")
+    assert said.code == 0, said.err
+    found = json.loads(said.out)
+    assert found["kind"] == "hopf"
+    assert found["frequency_hz"] == pytest.approx(cut.natural, rel=0.2)
+    assert Path("cut.png").stat().st_size > 10_000
+    assert "nothing tells the speed of the spindle" in call(capsys, "chatter", "cut.csv").err
+    assert "the file has no column 'forc'" in call(capsys, "chatter", "cut.csv", "--speed", "900", "--channel", "forc").err
+    assert call(capsys, "chatter", "cut.csv", "--speed", "0").code == 2
+    assert "holds 0.7 turns" in call(capsys, "chatter", "cut.csv", "--speed", "20").err
+
+
+@needs_shared
+def test_a_real_cut_says_what_its_band_cannot_be(capsys: pytest.CaptureFixture[str]) -> None:
+    path = SHARED / "data" / "turning_forces" / "f416_a100.lvm"
+    assert path.is_file()
+    said = call(capsys, "chatter", path, "--channel", "Fx", "--band", "190..212", "--json")
+    assert said.code == 0, said.err
+    found = json.loads(said.out)
+    assert found["kind"] == "segmentation"
+    assert math.isclose(found["speed_rpm"], 1065.0, rel_tol=0.01)
+    told = " ".join(found["cannot_be"])
+    assert "forced vibration" in told
+    assert "mains hum" in told
+    assert "chatter that has set in" in told
+    assert "Half the width" in found["second_cut"]
