@@ -68,6 +68,7 @@ STOCK = {
     "PredictiveController": "contour.predictive_controller",
     "RegenerativeCut": "chatter.regenerative_cut",
     "ToolMode": "chatter.tool_mode",
+    "MillingCut": "chatter.milling_cut",
     "SteadySpindle": "chatter.steady_spindle",
     "ImpactHammer": "chatter.impact_hammer",
     "Accelerometer": "chatter.accelerometer",

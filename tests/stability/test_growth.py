@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from lathesim.engine.run import run
 from lathesim.stability.limits.delay_equations import turning
-from lathesim.stability.limits.growth import growth, rig
+from lathesim.stability.limits.growth import growth, milling_rig, rig
+from lathesim.stability.limits.lesson_cut import Milling
 from lathesim.stability.limits.periodic_delay import multipliers
 from lathesim.stability.limits.time_limit import time_limit
 from lathesim.stability.tool_point.modes import Mode, ToolPoint
@@ -46,8 +49,15 @@ def test_the_cut_runs_plain_as_compiled(share: float) -> None:
 
 def test_the_limit_in_the_time_domain_with_two_modes() -> None:
     two = ToolPoint((Mode(250.0, 0.012, 2.26e8), Mode(150.0, 0.010, 2.13e8)), (0.75, 0.5))
-    width, _ = time_limit(two, 1e9, 5000.0, 3e-3, 0.2)
+    width, _ = time_limit(rig(two, 1e9, 5000.0), 3e-3, 0.2)
     assert width == pytest.approx(9.9268e-3, rel=5e-4)
+
+
+def test_growth_of_milling_in_the_engine_is_the_multiplier() -> None:
+    mode = Mode(922.0, 0.011, 0.03993 * (2.0 * math.pi * 922.0) ** 2)
+    made = milling_rig(mode, Milling(2, 6e8, 2e8, 0.0, math.pi), 5000.0)
+    found = [abs(value) for value in growth(made, np.array([0.2e-3, 0.5e-3, 0.7e-3, 1.0e-3]))]
+    assert found == pytest.approx([0.81974278, 1.07397559, 1.22155614, 1.40647353], abs=2e-5)
 
 
 def settled(exponent: float, share_of_limit: float, start: float, turns: int = 900) -> float:

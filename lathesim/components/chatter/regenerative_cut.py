@@ -49,6 +49,7 @@ class RegenerativeCut(Component):
     force = Output("N", doc="cutting force, away from the part")
     thickness = Output("m", doc="thickness of the chip")
     wave = Output("m", doc="height of the surface that the tool meets")
+    removal_rate = Output("m^3/s", doc="volume cut per time")
 
     @staticmethod
     def update(
@@ -112,7 +113,7 @@ class RegenerativeCut(Component):
         always_in_contact: float,
         surface: Any,
         step: float,
-    ) -> tuple[float, float, float]:
+    ) -> tuple[float, float, float, float]:
         total = len(surface)
         turn = total // 2
         place = angle / (2.0 * math.pi) * turn - turn
@@ -143,7 +144,7 @@ class RegenerativeCut(Component):
             elif turned > 1.0 - 0.5 * ramp:
                 there = (turned - 1.0) / ramp + 0.5
         if always_in_contact < 0.5 and thickness <= 0.0:
-            return 0.0, 0.0, wave
+            return 0.0, 0.0, wave, 0.0
         if exponent == 1.0 or feed <= 0.0:
             force = cutting_stiffness * thickness
         else:
@@ -151,4 +152,4 @@ class RegenerativeCut(Component):
         speed = 0.5 * diameter * spindle_speed
         if process_damping > 0.0 and speed > 0.0:
             force -= process_damping * velocity / speed
-        return there * width * force, there * thickness, wave
+        return there * width * force, there * thickness, wave, there * thickness * width * speed

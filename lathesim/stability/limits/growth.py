@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.components.chatter.milling_cut import MillingCut
 from lathesim.components.chatter.regenerative_cut import RegenerativeCut
 from lathesim.components.chatter.steady_spindle import SteadySpindle
 from lathesim.components.chatter.tool_mode import ToolMode
@@ -22,7 +23,8 @@ from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError
 from lathesim.record import FloatArray
-from lathesim.stability.tool_point.modes import ToolPoint
+from lathesim.stability.limits.lesson_cut import Milling
+from lathesim.stability.tool_point.modes import Mode, ToolPoint
 
 STEPS_OF_A_VIBRATION = 100
 """Steps of the quickest natural period, at least. With RK4 and cubic interpolation they leave less than 1e-4 of the growth."""
@@ -103,6 +105,32 @@ def _modes(tool: ToolPoint) -> tuple[list[Part], list[Wire]]:
     return parts, wires
 
 
+def milling_rig(mode: Mode, cut: Milling, speed: float, *, steps_of_a_vibration: int = STEPS_OF_A_VIBRATION) -> Rig:
+    """Return a rig that mills with one mode along the feed at a speed [rpm]; its turn is the time of a tooth."""
+    if not speed > 0.0:
+        raise LessonError(f"the speed is {speed:g} rpm.", remedy="Give one above 0.")
+    tooth = 60.0 / (speed * cut.teeth)
+    count = max(FEWEST_STEPS, math.ceil(steps_of_a_vibration * mode.frequency * tooth))
+    period = tooth / count
+    values = {"frequency": mode.frequency, "damping": mode.damping, "stiffness": mode.stiffness}
+    given = {"teeth": float(cut.teeth), "tangential": cut.tangential, "normal": cut.normal, "entry": cut.entry, "leave": cut.leave}
+    parts = (
+        Part("spindle", SteadySpindle, {"target": 2.0 * math.pi * speed / 60.0}),
+        Part("mode_1", ToolMode, values, start={"swing": _SEED}),
+        Part("cut", MillingCut, {**given, "always_in_contact": 1.0}, memory_lengths={"kept": count * cut.teeth}),
+    )
+    wires = (
+        Wire("mode_1.hammer", "cut.force"),
+        Wire("cut.angle", "spindle.angle"),
+        Wire("cut.spindle_speed", "spindle.speed"),
+        Wire("cut.displacement", "mode_1.displacement"),
+        Wire("cut.velocity", "mode_1.velocity"),
+        Wire("cut.feed", constant=0.0),
+        Wire("cut.width", constant=1e-3),
+    )
+    return Rig(wire(Assembly(parts, wires, period, period, record=("mode_1.displacement",))), count, period)
+
+
 def growth(rig: Rig, widths: FloatArray, turns: int = TURNS) -> list[complex]:
     """Return the multiplier of a turn at each chip width [m]; infinity where the vibration grows beyond all bounds."""
     from lathesim.engine.batch import Batch
@@ -136,34 +164,20 @@ def turn_multiplier(displacement: FloatArray, samples_of_a_turn: int) -> complex
     return complex(found.real, abs(found.imag))
 
 
-def vibration_frequency(
-    tool: ToolPoint,
-    stiffness: float,
-    speed: float,
-    width: float,
-    multiplier: complex,
-    *,
-    process_damping: float,
-    diameter: float,
-    share: float,
-) -> float:
-    """Return the frequency [Hz] of the strongest vibration at a chip width [m] whose multiplier of a turn is known.
+def vibration_frequency(made: Rig, width: float, multiplier: complex) -> float:
+    """Return the frequency [Hz] of the strongest vibration of a rig at a chip width [m] whose multiplier of a turn is known.
 
     It is one of (arg(multiplier) + 2 pi k)/(2 pi tau): which one, the spectrum of the last turns says.
     """
     from lathesim.engine.batch import Batch
 
-    made = rig(tool, stiffness, speed, process_damping=process_damping, diameter=diameter, share=share)
     batch = Batch(made.plan, TURNS * made.samples_of_a_turn, noisy=False)
     (displacement,) = batch.run(["cut.width"], np.array([[width]]), lambda values: values[0].copy())
     count = 8 * made.samples_of_a_turn
     last = displacement[-count:] * np.hanning(count)
     spectrum = np.abs(np.fft.rfft(last, 4 * count))
-    peak = float(np.argmax(spectrum)) / (4 * count * made.period)
-    share_of_turn = abs(math.atan2(multiplier.imag, multiplier.real)) / (2.0 * math.pi)
-    turns = peak * 60.0 / speed
-    nearest = min(
-        (sign * share_of_turn + k for sign in (-1.0, 1.0) for k in (math.floor(turns), math.floor(turns) + 1)),
-        key=lambda item: abs(item - turns),
-    )
-    return nearest * speed / 60.0
+    turn = made.samples_of_a_turn * made.period
+    turns = float(np.argmax(spectrum)) / (4 * count * made.period) * turn
+    part = abs(math.atan2(multiplier.imag, multiplier.real)) / (2.0 * math.pi)
+    places = [sign * part + k for sign in (-1.0, 1.0) for k in (math.floor(turns), math.floor(turns) + 1)]
+    return min(places, key=lambda item: abs(item - turns)) / turn

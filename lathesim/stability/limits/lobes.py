@@ -15,7 +15,7 @@ from lathesim.stability.limits.lesson_cut import Cut, with_modes
 from lathesim.stability.limits.measured_limit import limits_of_lines
 from lathesim.stability.limits.periodic_delay import DelayEquation, chatter_frequency, kind_of, smallest_unstable
 from lathesim.stability.tool_point.frequency_response import FrequencyResponse
-from lathesim.stability.tool_point.modes import ToolPoint
+from lathesim.stability.tool_point.modes import Mode, ToolPoint
 
 METHODS = ("frequency", "collocation", "time")
 _WIDEST = 50.0
@@ -102,11 +102,15 @@ def equation_of(cut: Cut, tool: ToolPoint, speed: float) -> Callable[[float], De
         return lambda width: turning(
             tool, cut.stiffness, width, speed, process_damping=cut.process_damping, diameter=cut.diameter, share=cut.share
         )
+    mode = one_mode(tool)
+    return lambda width: milling(mode, mill.tangential, mill.normal, width, speed, teeth=mill.teeth, entry=mill.entry, leave=mill.leave)
+
+
+def one_mode(tool: ToolPoint) -> Mode:
+    """Return the mode along the feed that milling takes; :class:`LessonError` where there are several."""
     if len(tool.modes) != 1:
         raise LessonError(f"milling takes one mode, along the feed, and there are {len(tool.modes)}.", remedy="Give one mode.")
-    return lambda width: milling(
-        tool.modes[0], mill.tangential, mill.normal, width, speed, teeth=mill.teeth, entry=mill.entry, leave=mill.leave
-    )
+    return tool.modes[0]
 
 
 def first_guess(cut: Cut, tool: ToolPoint) -> float:
@@ -134,15 +138,17 @@ def _by_collocation(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:
 
 
 def _by_time(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:
-    from lathesim.stability.limits.growth import vibration_frequency
+    from lathesim.stability.limits.growth import milling_rig, rig, vibration_frequency
     from lathesim.stability.limits.time_limit import time_limit
 
     if cut.milling is not None:
-        raise LessonError("the method 'time' runs turning cuts only.", remedy="Use the method 'collocation' for milling.")
+        made = milling_rig(one_mode(tool), cut.milling, speed)
+    else:
+        made = rig(tool, cut.stiffness, speed, process_damping=cut.process_damping, diameter=cut.diameter, share=cut.share)
     guess = first_guess(cut, tool)
-    common = {"process_damping": cut.process_damping, "diameter": cut.diameter, "share": cut.share}
-    width, multiplier = time_limit(tool, cut.stiffness, speed, guess, 2.0 * _WIDEST * guess, **common)
+    width, multiplier = time_limit(made, guess, 2.0 * _WIDEST * guess)
     if not math.isfinite(width):
         return LobePoint(Limit(speed, width), "")
-    frequency = vibration_frequency(tool, cut.stiffness, speed, width, multiplier, **common)
-    return LobePoint(Limit(speed, width, frequency, int(frequency * 60.0 / speed + 1e-9)), kind_of(multiplier))
+    frequency = vibration_frequency(made, width, multiplier)
+    turn = made.samples_of_a_turn * made.period
+    return LobePoint(Limit(speed, width, frequency, int(frequency * turn + 1e-9)), kind_of(multiplier))

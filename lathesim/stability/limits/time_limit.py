@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from lathesim.stability.limits.growth import Rig, growth, rig
-from lathesim.stability.tool_point.modes import ToolPoint
+from lathesim.stability.limits.growth import Rig, growth
 
 _AT_ONCE = 6
 _RISE = 1.15
@@ -15,23 +14,12 @@ _CLOSE = 2e-4
 """The limit is known when its bracket is this narrow."""
 
 
-def time_limit(
-    tool: ToolPoint,
-    stiffness: float,
-    speed: float,
-    guess: float,
-    largest: float,
-    *,
-    process_damping: float = 0.0,
-    diameter: float = 0.036,
-    share: float = 1.0,
-) -> tuple[float, complex]:
-    """Return the smallest chip width [m] that chatters at a speed [rpm], and the multiplier there; infinity where none up to ``largest``.
+def time_limit(made: Rig, guess: float, largest: float) -> tuple[float, complex]:
+    """Return the smallest chip width [m] at which a rig chatters, and the multiplier there; infinity where none up to ``largest``.
 
     Widths are raised from ``guess`` by a seventh at a time until one grows; then the bracket is halved, each half by a line through its
     ends.
     """
-    made = rig(tool, stiffness, speed, process_damping=process_damping, diameter=diameter, share=share)
     low, low_rate = 0.0, -math.inf
     width = guess
     while True:
