@@ -61,7 +61,7 @@ def describe(
         *rank_effects(found, question.method, experiment.one_sided),
         *[RankedEffect(candidate, 1.0, (), (), np.nan, np.nan) for candidate, _ in counts],
     ]
-    read = {f"{candidate.part}.{candidate.effect.spacing}": count for candidate, count in counts}
+    read = {f"{candidate.part}.{candidate.effect.identification.spacing}": count for candidate, count in counts}
     after = strongest_variables(evidence.bars, [], after=True, method=question.method)
     baseline = _baseline(experiment, found, values)
     taken = removed_share(validation, before, reported_fit)

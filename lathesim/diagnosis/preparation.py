@@ -111,6 +111,6 @@ def as_measured(experiment: Experiment, found: SearchResult) -> Fitted:
 def other_laws(question: Question, found: SearchResult, experiment: Experiment, validation: Experiment) -> list[AnotherLaw]:
     """Return the controllers that have another law; a slower log, or a reading that is late, makes another one of the lesson's own."""
     slow_log = any(finding.kind in ("coarse", "interpolated") for finding in question.fitted.findings)
-    if slow_log or any(candidate.effect.late_by for candidate in found.model.candidates):
+    if slow_log or any(candidate.effect.identification.delay for candidate in found.model.candidates):
         return []
     return another_law(experiment, validation, with_commands_followed(experiment, as_given(experiment)), method=question.method)

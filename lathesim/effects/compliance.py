@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 
 class WorkpieceDeflection(Effect):
@@ -18,9 +19,11 @@ class WorkpieceDeflection(Effect):
     """
 
     catalogue, family, site = 43, "deflection", "measured"
-    carried = ("m",)
     neutral = {"compliance": 0.0}
-    typical = {"compliance": (1e-8, 2e-6)}
+    identification = Identification(
+        carried=("m",),
+        typical={"compliance": (1e-8, 2e-6)},
+    )
     fingerprint = "The diameter grows with the third power of the distance from the chuck."
     confused_with = ("a taper, which is linear", "ThermalScrewGrowth", "SquarenessError")
     experiment = "A pass without infeed; a tailstock."
@@ -53,9 +56,11 @@ class ToolCompliance(Effect):
     """
 
     catalogue, family, site = 44, "deflection", "measured"
-    carried = ("m",)
     neutral = {"compliance": 0.0}
-    typical = {"compliance": (2e-8, 1e-7)}
+    identification = Identification(
+        carried=("m",),
+        typical={"compliance": (2e-8, 1e-7)},
+    )
     fingerprint = "The diameter is off by a constant in proportion to the force, with a step at entry."
     confused_with = ("an offset of the tool", "SpindleGrowth")
     experiment = "Two depths of cut."

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from lathesim.component import Input, Output, Parameter, State
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 _SHORTEST_STEPS = 2.0
 
@@ -40,8 +41,10 @@ class MotorInductance(Effect):
 
     catalogue, family, site = 16, "lag", "drive"
     neutral = {"time_constant": 0.0}
-    typical = {"time_constant": (0.1e-3, 10e-3)}
-    typical_rotary = {"time_constant": (0.1e-3, 10e-3)}
+    identification = Identification(
+        typical={"time_constant": (0.1e-3, 10e-3)},
+        typical_rotary={"time_constant": (0.1e-3, 10e-3)},
+    )
     fingerprint = "A first-order lag between voltage and current: rounded corners of the force, gain falling with frequency."
     confused_with = ("TransportDelay", "CurrentLoopLag", "SensorFilter")
     experiment = "Step the voltage with the rotor locked: inductance gives a slope from the start, a delay gives dead time."
@@ -78,8 +81,10 @@ class CurrentLoopLag(Effect):
 
     catalogue, family, site = 17, "lag", "drive"
     neutral = {"time_constant": 0.0}
-    typical = {"time_constant": (0.08e-3, 2e-3), "damping": (0.4, 1.0)}
-    typical_rotary = {"time_constant": (0.08e-3, 2e-3), "damping": (0.4, 1.0)}
+    identification = Identification(
+        typical={"time_constant": (0.08e-3, 2e-3), "damping": (0.4, 1.0)},
+        typical_rotary={"time_constant": (0.08e-3, 2e-3), "damping": (0.4, 1.0)},
+    )
     fingerprint = "The force lags the command with a phase that is linear at low frequency, and its amplitude drops near the bandwidth."
     confused_with = ("TransportDelay, whose amplitude does not drop", "MotorInductance", "SensorFilter")
     experiment = "A chirp: the amplitude falls for a loop and stays for a delay."

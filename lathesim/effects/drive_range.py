@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 
 def _limited(value: float, level: float) -> float:
@@ -24,8 +25,10 @@ class AmplifierDeadZone(Effect):
 
     catalogue, family, site = 18, "drive range", "drive"
     neutral = {"half_width": 0.0}
-    typical = {"half_width": (0.02, 0.5)}
-    typical_rotary = {"half_width": (0.02, 0.5)}
+    identification = Identification(
+        typical={"half_width": (0.02, 0.5)},
+        typical_rotary={"half_width": (0.02, 0.5)},
+    )
     fingerprint = "The force is flat around zero command and wrong by a constant beside it: a function of the command, not of the velocity."
     confused_with = ("CoulombFriction, which follows the sign of the velocity",)
     experiment = "Hold still against a force that varies slowly through zero."
@@ -50,9 +53,11 @@ class DriveSaturation(Effect):
 
     catalogue, family, site = 20, "drive range", "drive"
     neutral = {"level": 1e9}
-    typical = {"level": (0.5, 10.0), "softness": (0.0, 1.0)}
-    typical_rotary = {"level": (0.5, 10.0), "softness": (0.0, 1.0)}
-    finer_shape = ("softness",)
+    identification = Identification(
+        typical={"level": (0.5, 10.0), "softness": (0.0, 1.0)},
+        typical_rotary={"level": (0.5, 10.0), "softness": (0.0, 1.0)},
+        extended=("softness",),
+    )
     fingerprint = "Flat tops, and only in large or fast moves."
     confused_with = ("DriveGainError",)
     experiment = "Play the same move within and beyond the range."
@@ -83,8 +88,10 @@ class SlewLimit(Effect):
 
     catalogue, family, site = 20, "drive range", "drive"
     neutral = {"rate": 1e12}
-    typical = {"rate": (10.0, 10000.0)}
-    typical_rotary = {"rate": (10.0, 10000.0)}
+    identification = Identification(
+        typical={"rate": (10.0, 10000.0)},
+        typical_rotary={"rate": (10.0, 10000.0)},
+    )
     fingerprint = "Ramps of one slope where the command jumps."
     confused_with = ("MotorInductance", "CurrentLoopLag")
     experiment = "Steps of two sizes: the slope is the same for a slew limit and grows with the step for a lag."

@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import Input, Output, Parameter, State
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 
 class DynamometerDrift(Effect):
@@ -17,10 +18,12 @@ class DynamometerDrift(Effect):
     """
 
     catalogue, family, site = 50, "slow", "reading"
-    carried = ("N",)
     neutral = {"leak": 0.0, "drift": 0.0, "offset": 0.0}
-    typical = {"leak": (0.001, 0.5), "drift": (-5.0, 5.0), "offset": (-20.0, 20.0)}
-    nuisance = ("offset",)
+    identification = Identification(
+        carried=("N",),
+        typical={"leak": (0.001, 0.5), "drift": (-5.0, 5.0), "offset": (-20.0, 20.0)},
+        nuisance=("offset",),
+    )
     fingerprint = "The force decays in the cut, and stands on the other side of zero after it."
     confused_with = ("TemperatureSoftening, after which the zero returns", "WearForceGrowth")
     experiment = "A known static load; the zero before and after."
@@ -51,10 +54,12 @@ class DynamometerCrosstalk(Effect):
     """
 
     catalogue, family, site = 50, "force law", "reading"
-    from_beside = "other_force"
-    carried = ("N",)
     neutral = {"share": 0.0}
-    typical = {"share": (-0.05, 0.05)}
+    identification = Identification(
+        senses_beside="other_force",
+        carried=("N",),
+        typical={"share": (-0.05, 0.05)},
+    )
     fingerprint = "One channel carries a copy of another."
     confused_with = ("a real side force",)
     experiment = "A known static load in one direction."
@@ -79,9 +84,11 @@ class DynamometerResonance(Effect):
     """
 
     catalogue, family, site = 50, "lag", "reading"
-    carried = ("N",)
     neutral = {"coupling": 0.0}
-    typical = {"coupling": (0.5, 1.0), "frequency": (300.0, 3000.0), "damping": (0.005, 0.05)}
+    identification = Identification(
+        carried=("N",),
+        typical={"coupling": (0.5, 1.0), "frequency": (300.0, 3000.0), "damping": (0.005, 0.05)},
+    )
     fingerprint = "Ringing at one frequency after each entry and exit."
     confused_with = ("SensorFilter", "RegenerativeChatter")
     experiment = "A hammer blow without a cut."

@@ -7,6 +7,7 @@ import math
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonic_parameters, harmonics
+from lathesim.effects.identification import Identification
 
 
 class EncoderEccentricity(Effect):
@@ -18,17 +19,19 @@ class EncoderEccentricity(Effect):
     """
 
     catalogue, family, site = 28, "once per turn", "measured"
-    carried = ("m", "rad")
     neutral = {"amplitude": 0.0}
-    typical = {"amplitude": (0.5e-6, 10e-6), "turn": (0.002, 0.02), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
-    typical_rotary = {
-        "amplitude": (1.5e-4, 1.5e-3),
-        "turn": (2.0 * math.pi, 2.0 * math.pi),
-        "phase": (-math.pi, math.pi),
-        **SHAPE_RANGES,
-    }
-    nuisance = ("phase",)
-    finer_shape = SHAPE
+    identification = Identification(
+        carried=("m", "rad"),
+        typical={"amplitude": (0.5e-6, 10e-6), "turn": (0.002, 0.02), "phase": (-math.pi, math.pi), **SHAPE_RANGES},
+        typical_rotary={
+            "amplitude": (1.5e-4, 1.5e-3),
+            "turn": (2.0 * math.pi, 2.0 * math.pi),
+            "phase": (-math.pi, math.pi),
+            **SHAPE_RANGES,
+        },
+        nuisance=("phase",),
+        extended=SHAPE,
+    )
     fingerprint = "A line once per turn of the encoder, in scale less encoder and in the speed, with its phase tied to the disc."
     confused_with = ("PeriodicPitchError", "TorqueRipple", "Runout")
     experiment = "A second reading head opposite the first, or a direct scale."
@@ -65,11 +68,13 @@ class EncoderInterpolationError(Effect):
     """
 
     catalogue, family, site = 29, "encoder", "measured"
-    carried = ("m", "rad")
     neutral = {"amplitude": 0.0, "second": 0.0}
-    typical = {"amplitude": (0.05e-6, 1e-6), "second": (0.0, 0.5e-6), "signal_period": (4e-6, 100e-6), "phase": (-math.pi, math.pi)}
-    typical_rotary = {"amplitude": (1e-6, 1e-4), "second": (0.0, 1e-4), "signal_period": (1e-4, 0.02), "phase": (-math.pi, math.pi)}
-    nuisance = ("phase",)
+    identification = Identification(
+        carried=("m", "rad"),
+        typical={"amplitude": (0.05e-6, 1e-6), "second": (0.0, 0.5e-6), "signal_period": (4e-6, 100e-6), "phase": (-math.pi, math.pi)},
+        typical_rotary={"amplitude": (1e-6, 1e-4), "second": (0.0, 1e-4), "signal_period": (1e-4, 0.02), "phase": (-math.pi, math.pi)},
+        nuisance=("phase",),
+    )
     fingerprint = "A line at the very short signal period of the scale, whose frequency follows the speed."
     confused_with = ("noise, where the speed is high against the sample rate",)
     experiment = "A pass at 0.1 mm/s."
@@ -97,25 +102,21 @@ class LostCounts(Effect):
     """
 
     catalogue, family, site = 30, "encoder", "measured"
-    carried = ("m", "rad")
     neutral = {"jump": 0.0}
-    typical = {"jump": (-200e-6, 200e-6), "instant": (0.0, 60.0)}
-    typical |= {
-        "second_jump": (-200e-6, 200e-6),
-        "second_instant": (0.0, 60.0),
-        "third_jump": (-200e-6, 200e-6),
-        "third_instant": (0.0, 60.0),
-    }
-    typical_rotary = {"jump": (-0.05, 0.05), "instant": (0.0, 60.0)}
-    typical_rotary |= {
-        "second_jump": (-0.05, 0.05),
-        "second_instant": (0.0, 60.0),
-        "third_jump": (-0.05, 0.05),
-        "third_instant": (0.0, 60.0),
-    }
-    finer_shape = ("second_jump", "second_instant", "third_jump", "third_instant")
-    nuisance = ("jump", "instant", *finer_shape)
-    told_of_one = ("jump",)
+    identification = Identification(
+        carried=("m", "rad"),
+        typical={
+            "jump": (-200e-6, 200e-6), "instant": (0.0, 60.0), "second_jump": (-200e-6, 200e-6), "second_instant": (0.0, 60.0),
+            "third_jump": (-200e-6, 200e-6), "third_instant": (0.0, 60.0),
+        },
+        typical_rotary={
+            "jump": (-0.05, 0.05), "instant": (0.0, 60.0), "second_jump": (-0.05, 0.05), "second_instant": (0.0, 60.0),
+            "third_jump": (-0.05, 0.05), "third_instant": (0.0, 60.0),
+        },
+        extended=("second_jump", "second_instant", "third_jump", "third_instant"),
+        nuisance=("jump", "instant", "second_jump", "second_instant", "third_jump", "third_instant"),
+        size_of_recording=("jump",),
+    )  # fmt: skip
     fingerprint = "A step of the position difference that never comes back."
     confused_with = ("Backlash, whose step comes back with the next reversal",)
     experiment = "Return to the index mark."
@@ -161,9 +162,11 @@ class Quantisation(Effect):
 
     catalogue, family, site = 30, "encoder", "measured"
     neutral = {"count": 0.0}
-    typical = {"count": (0.05e-6, 5e-6)}
-    spacing = "count"
-    typical_rotary = {"count": (1e-5, 1e-2)}
+    identification = Identification(
+        typical={"count": (0.05e-6, 5e-6)},
+        spacing="count",
+        typical_rotary={"count": (1e-5, 1e-2)},
+    )
     fingerprint = "A staircase of one height."
     confused_with = ("noise of the sensor", "EncoderInterpolationError")
     experiment = "Creep over a few counts."

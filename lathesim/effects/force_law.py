@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Noise, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 OTHER_FORCES = {"thrust_force": ("thrust_incoming", "thrust_outgoing"), "feed_force": ("feed_incoming", "feed_outgoing")}
 """Ports of a cut beside that of its main force."""
@@ -30,8 +31,10 @@ class EdgeForce(Effect):
     also_at = OTHER_FORCES
     stage = 1
     neutral = {"coefficient": 0.0, "thrust_coefficient": 0.0, "feed_coefficient": 0.0}
-    typical = {"coefficient": (5e3, 100e3), "thrust_coefficient": (-20e3, 50e3), "feed_coefficient": (-20e3, 50e3)}
-    finer_shape = ("thrust_coefficient", "feed_coefficient")
+    identification = Identification(
+        typical={"coefficient": (5e3, 100e3), "thrust_coefficient": (-20e3, 50e3), "feed_coefficient": (-20e3, 50e3)},
+        extended=("thrust_coefficient", "feed_coefficient"),
+    )
     fingerprint = "The force over the feed has an intercept."
     confused_with = ("ChipThicknessExponent: a line with intercept and a power law are alike above 0.1 mm",)
     experiment = "Steps of feed down to 0.02 mm per turn."
@@ -73,7 +76,9 @@ class ChipThicknessExponent(Effect):
 
     catalogue, family, site = 39, "force law", "force"
     neutral = {"exponent": 0.0}
-    typical = {"exponent": (0.1, 0.35)}
+    identification = Identification(
+        typical={"exponent": (0.1, 0.35)},
+    )
     fingerprint = "The force over the feed is a straight line in logarithms, with a slope below one."
     confused_with = ("EdgeForce: a line with intercept and a power law are alike above 0.1 mm",)
     experiment = "Six levels of feed from 0.02 to 0.4 mm per turn."
@@ -100,9 +105,11 @@ class SpeedDependence(Effect):
 
     catalogue, family, site = 40, "force law", "force"
     neutral = {"exponent": 0.0, "hump": 0.0}
-    typical = {"exponent": (-0.4, 0.0), "hump": (-0.3, 0.5), "hump_speed": (0.3, 1.2), "hump_width": (0.1, 0.5)}
+    identification = Identification(
+        typical={"exponent": (-0.4, 0.0), "hump": (-0.3, 0.5), "hump_speed": (0.3, 1.2), "hump_width": (0.1, 0.5)},
+        minimal_form=("exponent",),
+    )
     # a hump that is not there bends the law of the exponent, from a speed at which nobody cut
-    bare = ("exponent",)
     fingerprint = "The force follows the cutting speed and nothing else."
     confused_with = ("TemperatureSoftening",)
     experiment = "Sweep the speed up and down at one feed and depth."
@@ -136,7 +143,9 @@ class BuiltUpEdge(Effect):
 
     catalogue, family, site = 48, "chip", "force"
     neutral = {"share": 0.0}
-    typical = {"share": (0.1, 0.3), "rate": (1.0, 20.0)}
+    identification = Identification(
+        typical={"share": (0.1, 0.3), "rate": (1.0, 20.0)},
+    )
     fingerprint = "An irregular sawtooth of the force, within a band of speeds only."
     confused_with = ("ChipSegmentation",)
     experiment = "Raise the cutting speed: it goes."

@@ -10,6 +10,7 @@ import math
 from lathesim.component import Input, Output, Parameter, State
 from lathesim.effects.effect import Effect
 from lathesim.effects.force_law import OTHER_FORCES
+from lathesim.effects.identification import Identification
 
 
 def _in_cut(force: float) -> float:
@@ -31,8 +32,10 @@ class TemperatureSoftening(Effect):
 
     catalogue, family, site = 41, "slow", "force"
     neutral = {"softening": 0.0}
-    typical = {"softening": (0.02, 0.3), "time_constant": (0.5, 10.0)}
-    remembers = ("warmth",)
+    identification = Identification(
+        typical={"softening": (0.02, 0.3), "time_constant": (0.5, 10.0)},
+        history=("warmth",),
+    )
     fingerprint = "The force decays after each entry, and starts anew with the next."
     confused_with = ("WearForceGrowth, which does not start anew", "DynamometerDrift", "SpeedDependence")
     experiment = "Repeat a cut with interruptions of several lengths."
@@ -71,17 +74,19 @@ class WearForceGrowth(Effect):
     catalogue, family, site = 42, "slow", "force"
     also_at = OTHER_FORCES
     neutral = {"growth": 0.0, "thrust_growth": 0.0, "feed_growth": 0.0}
-    typical = {
-        "growth": (500.0, 3000.0),
-        "rate": (1e-8, 1e-6),
-        "break_in": (0.0, 1e-4),
-        "break_in_time": (5.0, 120.0),
-        "thrust_growth": (-500.0, 3000.0),
-        "feed_growth": (-500.0, 3000.0),
-    }
-    finer_shape = ("thrust_growth", "feed_growth")
-    only_products = {"growth": ("rate", "break_in"), "thrust_growth": ("rate", "break_in"), "feed_growth": ("rate", "break_in")}
-    remembers = ("cutting_time",)
+    identification = Identification(
+        typical={
+            "growth": (500.0, 3000.0),
+            "rate": (1e-8, 1e-6),
+            "break_in": (0.0, 1e-4),
+            "break_in_time": (5.0, 120.0),
+            "thrust_growth": (-500.0, 3000.0),
+            "feed_growth": (-500.0, 3000.0),
+        },
+        extended=("thrust_growth", "feed_growth"),
+        products={"growth": ("rate", "break_in"), "thrust_growth": ("rate", "break_in"), "feed_growth": ("rate", "break_in")},
+        history=("cutting_time",),
+    )
     fingerprint = "The force rises slowly over the time of cutting, the thrust more than the main force, and falls back with a new edge."
     confused_with = ("TemperatureSoftening", "SpindleGrowth", "DynamometerDrift")
     experiment = "Cut again with a new edge."
@@ -130,7 +135,9 @@ class EntryBuildUp(Effect):
 
     catalogue, family, site = 0, "slow", "force"
     neutral = {"lacking": 0.0}
-    typical = {"lacking": (0.1, 1.0), "time_constant": (0.01, 1.0)}
+    identification = Identification(
+        typical={"lacking": (0.1, 1.0), "time_constant": (0.01, 1.0)},
+    )
     fingerprint = "The force climbs over the first turns after each entry."
     confused_with = ("TemperatureSoftening, which falls", "SensorFilter")
     experiment = "Enter at several spindle speeds: a build-up of the chip lasts a turn, a filter a time."

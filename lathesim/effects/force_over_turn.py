@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Memory, Output, Parameter, State
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 _CELLS = 1024
 _SOFT_EDGE = 0.02
@@ -28,8 +29,10 @@ class InterruptedCut(Effect):
     catalogue, family, site = 47, "spindle-synchronous", "force"
     stage = 2
     neutral = {"missing": 0.0}
-    typical = {"missing": (0.2, 1.0), "width": (0.02, 0.3), "middle": (-math.pi, math.pi)}
-    nuisance = ("middle",)
+    identification = Identification(
+        typical={"missing": (0.2, 1.0), "width": (0.02, 0.3), "middle": (-math.pi, math.pi)},
+        nuisance=("middle",),
+    )
     fingerprint = "A pulse of missing force once per turn, at one angle of the spindle."
     confused_with = ("Runout", "HardSpot")
     experiment = "Map the force over angle and turns."
@@ -60,8 +63,10 @@ class HardSpot(Effect):
     catalogue, family, site = 47, "spindle-synchronous", "force"
     stage = 2
     neutral = {"rise": 0.0}
-    typical = {"rise": (0.1, 0.5), "width": (0.02, 0.2), "middle": (-math.pi, math.pi)}
-    nuisance = ("middle",)
+    identification = Identification(
+        typical={"rise": (0.1, 0.5), "width": (0.02, 0.2), "middle": (-math.pi, math.pi)},
+        nuisance=("middle",),
+    )
     fingerprint = "A pulse of force once per turn at one angle, on a locus that winds along the part."
     confused_with = ("Runout", "InterruptedCut")
     experiment = "Map the force over angle and turns."
@@ -90,9 +95,11 @@ class ChipSegmentation(Effect):
 
     catalogue, family, site = 49, "spindle-synchronous", "force"
     neutral = {"share": 0.0}
-    typical = {"share": (0.02, 0.3), "length": (1e-3, 0.2), "phase": (-math.pi, math.pi)}
-    nuisance = ("phase",)
-    along = "cut_length"
+    identification = Identification(
+        typical={"share": (0.02, 0.3), "length": (1e-3, 0.2), "phase": (-math.pi, math.pi)},
+        nuisance=("phase",),
+        along="cut_length",
+    )
     fingerprint = "A line whose frequency is the cutting speed over a chip length, not tied to the spindle."
     confused_with = ("RegenerativeChatter", "mains hum, which does not move with the speed")
     experiment = "Change the cutting speed."
@@ -134,8 +141,10 @@ class RegenerativeChatter(Effect):
 
     catalogue, family, site = 45, "spindle-synchronous", "force"
     neutral = {"engagement": 0.0}
-    resonance = "frequency"
-    typical = {"compliance": (2e-8, 1e-7), "frequency": (80.0, 1500.0), "damping": (0.02, 0.06), "process_damping": (0.0, 1e6)}
+    identification = Identification(
+        resonance="frequency",
+        typical={"compliance": (2e-8, 1e-7), "frequency": (80.0, 1500.0), "damping": (0.02, 0.06), "process_damping": (0.0, 1e6)},
+    )
     fingerprint = (
         "A line a little above a mode, no whole multiple of the spindle speed, that sets in with the depth, grows, and stays bounded."
     )

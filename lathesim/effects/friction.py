@@ -14,6 +14,7 @@ import math
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonic_parameters, harmonics
+from lathesim.effects.identification import Identification
 
 _STEPS_TO_REST = 2.0
 
@@ -48,8 +49,10 @@ class CoulombFriction(Effect):
 
     catalogue, family, site = 1, "reversal", "effort"
     neutral = {"level": 0.0}
-    typical = {"level": (5.0, 100.0)}
-    typical_rotary = {"level": (0.005, 5.0)}
+    identification = Identification(
+        typical={"level": (5.0, 100.0)},
+        typical_rotary={"level": (0.005, 5.0)},
+    )
     fingerprint = "The missing force steps by twice the level where the velocity changes sign, and is flat in speed elsewhere."
     confused_with = ("viscous friction, at one speed only", "ForceOffset, in one direction only", "PreslidingFriction", "StribeckFriction")
     experiment = "Constant speeds in both directions, three or more of them: Coulomb friction is the intercept, viscous friction the slope."
@@ -81,11 +84,13 @@ class StribeckFriction(Effect):
     Left out: the lag of the lubricant film behind the speed (frictional memory).
     """
 
-    needs = ("CoulombFriction",)
     catalogue, family, site = 2, "reversal", "effort"
     neutral = {"excess": 0.0}
-    typical = {"excess": (1.0, 100.0), "stribeck_velocity": (0.001, 0.02), "shape": (1.0, 2.0)}
-    typical_rotary = {"excess": (0.001, 5.0), "stribeck_velocity": (0.1, 10.0), "shape": (1.0, 2.0)}
+    identification = Identification(
+        prerequisites=("CoulombFriction",),
+        typical={"excess": (1.0, 100.0), "stribeck_velocity": (0.001, 0.02), "shape": (1.0, 2.0)},
+        typical_rotary={"excess": (0.001, 5.0), "stribeck_velocity": (0.1, 10.0), "shape": (1.0, 2.0)},
+    )
     fingerprint = "The missing force peaks at low speed and falls as the speed grows; creeping motion sticks and slips."
     confused_with = ("a smoothed sign function in the model", "PreslidingFriction", "viscous friction that is concave in speed")
     experiment = "Creep at constant speeds from 0.2 to 20 mm/s, both ways: only Stribeck friction has a falling branch."
@@ -121,12 +126,14 @@ class AsymmetricFriction(Effect):
     The level is the mean of both directions; the viscous difference adds to the slope going forward and takes from it coming back.
     """
 
-    refines = ("CoulombFriction",)
-    needs_both_ways = True
     catalogue, family, site = 4, "reversal", "effort"
     neutral = {"level": 0.0, "viscous_difference": 0.0}
-    typical = {"level": (5.0, 100.0), "asymmetry": (-0.4, 0.4), "viscous_difference": (-200.0, 200.0)}
-    typical_rotary = {"level": (0.005, 5.0), "asymmetry": (-0.4, 0.4), "viscous_difference": (-0.05, 0.05)}
+    identification = Identification(
+        generalises=("CoulombFriction",),
+        needs_both_ways=True,
+        typical={"level": (5.0, 100.0), "asymmetry": (-0.4, 0.4), "viscous_difference": (-200.0, 200.0)},
+        typical_rotary={"level": (0.005, 5.0), "asymmetry": (-0.4, 0.4), "viscous_difference": (-0.05, 0.05)},
+    )
     fingerprint = "The missing force has a part that is even in the velocity, and none of it at rest."
     confused_with = ("ForceOffset", "a drive whose gain differs between the directions", "CoulombFriction")
     experiment = "Equal speeds both ways, then hold still: an offset stays at rest, an asymmetry does not."
@@ -172,14 +179,17 @@ class PositionDependentFriction(Effect):
     mean.
     """
 
-    needs = ("CoulombFriction",)
-    needs_both_ways = True
     catalogue, family, site = 6, "once per turn", "effort"
     neutral = {"amplitude": 0.0}
-    typical = {"amplitude": (1.0, 40.0), "period": (0.002, 0.5), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
-    typical_rotary = {"amplitude": (0.001, 2.0), "period": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
-    nuisance = ("phase",)
-    finer_shape = SHAPE
+    identification = Identification(
+        against_motion=True,
+        prerequisites=("CoulombFriction",),
+        needs_both_ways=True,
+        typical={"amplitude": (1.0, 40.0), "period": (0.002, 0.5), "phase": (-math.pi, math.pi), **SHAPE_RANGES},
+        typical_rotary={"amplitude": (0.001, 2.0), "period": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi), **SHAPE_RANGES},
+        nuisance=("phase",),
+        extended=SHAPE,
+    )
     fingerprint = "The missing force repeats with the position and changes sign with the direction."
     confused_with = ("TorqueRipple and Cogging, which keep their sign", "PeriodicPitchError")
     experiment = "Pass the same positions at the same speed in both directions: friction turns over, ripple does not."
@@ -232,9 +242,11 @@ class ViscousWarmUp(Effect):
 
     catalogue, family, site = 7, "slow", "effort"
     neutral = {"change": 0.0}
-    typical = {"change": (-500.0, 100.0), "time_constant": (10.0, 3600.0)}
-    typical_rotary = {"change": (-0.01, 0.01), "time_constant": (10.0, 3600.0)}
-    remembers = ("warmed_before",)
+    identification = Identification(
+        typical={"change": (-500.0, 100.0), "time_constant": (10.0, 3600.0)},
+        typical_rotary={"change": (-0.01, 0.01), "time_constant": (10.0, 3600.0)},
+        history=("warmed_before",),
+    )
     fingerprint = "The missing force scales with the speed and drifts slowly over the recording, the same way in both directions."
     confused_with = ("ThermalScrewGrowth", "WearForceGrowth", "ClockSkew")
     experiment = "Repeat one lap after 0, 10, 30 and 60 minutes; cut and do not cut."

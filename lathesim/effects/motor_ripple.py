@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 
 class TorqueRipple(Effect):
@@ -16,9 +17,11 @@ class TorqueRipple(Effect):
 
     catalogue, family, site = 21, "once per turn", "effort"
     neutral = {"amplitude": 0.0, "share": 0.0}
-    typical = {"amplitude": (0.5, 30.0), "share": (0.0, 0.05), "period": (0.0002, 0.02), "phase": (-math.pi, math.pi)}
-    typical_rotary = {"amplitude": (0.0005, 1.0), "share": (0.0, 0.05), "period": (0.02, 2.0 * math.pi), "phase": (-math.pi, math.pi)}
-    nuisance = ("phase",)
+    identification = Identification(
+        typical={"amplitude": (0.5, 30.0), "share": (0.0, 0.05), "period": (0.0002, 0.02), "phase": (-math.pi, math.pi)},
+        typical_rotary={"amplitude": (0.0005, 1.0), "share": (0.0, 0.05), "period": (0.02, 2.0 * math.pi), "phase": (-math.pi, math.pi)},
+        nuisance=("phase",),
+    )
     fingerprint = "A line of the missing force that stays in position, with the same sign in both directions, and grows with the drive."
     confused_with = ("Cogging", "PositionDependentFriction", "PeriodicPitchError", "EncoderEccentricity")
     experiment = "Constant speed at three speeds, plotted over orders of the motor; the same with a larger load."
@@ -49,21 +52,23 @@ class Cogging(Effect):
 
     catalogue, family, site = 22, "once per turn", "effort"
     neutral = {"amplitude": 0.0, "second": 0.0}
-    typical = {
-        "amplitude": (0.5, 30.0),
-        "second": (0.0, 10.0),
-        "period": (0.0002, 0.04),
-        "phase": (-math.pi, math.pi),
-        "second_phase": (-math.pi, math.pi),
-    }
-    typical_rotary = {
-        "amplitude": (0.0005, 1.0),
-        "second": (0.0, 0.5),
-        "period": (0.02, 2.0 * math.pi),
-        "phase": (-math.pi, math.pi),
-        "second_phase": (-math.pi, math.pi),
-    }
-    nuisance = ("phase", "second_phase")
+    identification = Identification(
+        typical={
+            "amplitude": (0.5, 30.0),
+            "second": (0.0, 10.0),
+            "period": (0.0002, 0.04),
+            "phase": (-math.pi, math.pi),
+            "second_phase": (-math.pi, math.pi),
+        },
+        typical_rotary={
+            "amplitude": (0.0005, 1.0),
+            "second": (0.0, 0.5),
+            "period": (0.02, 2.0 * math.pi),
+            "phase": (-math.pi, math.pi),
+            "second_phase": (-math.pi, math.pi),
+        },
+        nuisance=("phase", "second_phase"),
+    )
     fingerprint = "A line of the missing force that stays in position, with the same sign both ways, and does not depend on the drive."
     confused_with = ("TorqueRipple", "PositionDependentFriction")
     experiment = "Drive the axis back with the power off: cogging is still there."

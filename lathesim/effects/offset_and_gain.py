@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 
 class ForceOffset(Effect):
@@ -16,8 +17,10 @@ class ForceOffset(Effect):
 
     catalogue, family, site = 5, "constants", "effort"
     neutral = {"offset": 0.0}
-    typical = {"offset": (-500.0, 500.0)}
-    typical_rotary = {"offset": (-1.0, 1.0)}
+    identification = Identification(
+        typical={"offset": (-500.0, 500.0)},
+        typical_rotary={"offset": (-1.0, 1.0)},
+    )
     fingerprint = "The missing force holds a constant that is there at rest and in both directions."
     confused_with = ("ConverterOffset, the same thing without a current channel", "AsymmetricFriction")
     experiment = (
@@ -43,10 +46,12 @@ class ConverterOffset(Effect):
     """
 
     catalogue, family, site = 23, "constants", "drive"
-    of_any_reading = True
     neutral = {"offset": 0.0}
-    typical = {"offset": (-0.2, 0.2)}
-    typical_rotary = {"offset": (-0.2, 0.2)}
+    identification = Identification(
+        of_any_reading=True,
+        typical={"offset": (-0.2, 0.2)},
+        typical_rotary={"offset": (-0.2, 0.2)},
+    )
     fingerprint = "A constant between commanded and acting voltage."
     confused_with = ("ForceOffset, the same thing without a current channel",)
     experiment = (
@@ -75,7 +80,9 @@ class ConverterResolution(Effect):
 
     catalogue, family, site = 23, "drive range", "drive"
     neutral = {"resolution": 0.0}
-    typical = {"resolution": (5e-3, 0.1)}
+    identification = Identification(
+        typical={"resolution": (5e-3, 0.1)},
+    )
     fingerprint = "A staircase over the command: what acts stays while the command moves by less than a step."
     confused_with = ("AmplifierDeadZone, which is flat only around zero",)
     experiment = "Scan the command slowly through its range and measure the current: steps of one height show everywhere."
@@ -98,8 +105,10 @@ class DriveGainError(Effect):
 
     catalogue, family, site = 19, "constants", "drive"
     neutral = {"error": 0.0, "sag": 0.0}
-    typical = {"error": (-0.1, 0.1), "sag": (0.0, 0.02)}
-    typical_rotary = {"error": (-0.1, 0.1), "sag": (0.0, 0.02)}
+    identification = Identification(
+        typical={"error": (-0.1, 0.1), "sag": (0.0, 0.02)},
+        typical_rotary={"error": (-0.1, 0.1), "sag": (0.0, 0.02)},
+    )
     fingerprint = "Everything the drive does is too large or too small in proportion to the command."
     confused_with = ("mass and friction scaled together, which cannot be told apart from command and position alone", "ScaleFactorError")
     experiment = "Add a known mass, or measure the current."
@@ -124,12 +133,14 @@ class ScaleFactorError(Effect):
     """
 
     catalogue, family, site = 33, "constants", "measured"
-    between_sensors = True
-    of_any_reading = True
     proportional = True
     neutral = {"factor": 1.0}
-    typical = {"factor": (0.5, 2.0)}
-    typical_rotary = {"factor": (0.5, 2.0)}
+    identification = Identification(
+        between_sensors=True,
+        of_any_reading=True,
+        typical={"factor": (0.5, 2.0)},
+        typical_rotary={"factor": (0.5, 2.0)},
+    )
     fingerprint = "One channel is proportionally wrong everywhere, by a number near 2, 10, 25.4, 2 pi, the lead or a drive constant."
     confused_with = ("DriveGainError", "CumulativePitchError")
     experiment = "Measure one known distance, speed or load."

@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 
 def _dragged(follower: float, leader: float, half: float) -> float:
@@ -47,13 +48,15 @@ class Backlash(Effect):
     """
 
     catalogue, family, site = 8, "reversal", "measured"
-    between_sensors = True
-    carried = ("m", "rad")
     neutral = {"width": 0.0}
-    typical = {"width": (2e-6, 100e-6), "start_in_gap": (-1.0, 1.0), "softness": (0.0, 1.0)}
-    typical_rotary = {"width": (1e-4, 0.02), "start_in_gap": (-1.0, 1.0), "softness": (0.0, 1.0)}
-    nuisance = ("start_in_gap",)
-    finer_shape = ("softness",)
+    identification = Identification(
+        between_sensors=True,
+        carried=("m", "rad"),
+        typical={"width": (2e-6, 100e-6), "start_in_gap": (-1.0, 1.0), "softness": (0.0, 1.0)},
+        typical_rotary={"width": (1e-4, 0.02), "start_in_gap": (-1.0, 1.0), "softness": (0.0, 1.0)},
+        nuisance=("start_in_gap",),
+        extended=("softness",),
+    )
     fingerprint = "Table scale less motor encoder jumps by the width at each reversal; the loop has the same width at every speed."
     confused_with = ("PreslidingFriction", "TorsionalWindUp", "CumulativePitchError", "TransportDelay, whose loop grows with the speed")
     experiment = "Two amplitudes at two speeds, watched with a direct scale."

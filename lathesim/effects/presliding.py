@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 _MOVED_BEFORE = 0.05
 """For how long a host that starts in motion has moved already [s]: what creeps has hardly bent the bristles."""
@@ -35,24 +36,26 @@ class PreslidingFriction(Effect):
     Left out: the stiffness of a contact that has rested for long, and the lag of the lubricant film.
     """
 
-    refines = ("CoulombFriction",)
     catalogue, family, site = 3, "reversal", "effort"
-    bare = ("level", "distance")
     neutral = {"level": 0.0}
-    typical = {
-        "level": (5.0, 100.0),
-        "distance": (1e-6, 30e-6),
-        "excess": (0.0, 50.0),
-        "stribeck_velocity": (0.001, 0.02),
-        "bristle_damping": (0.0, 3000.0),
-    }
-    typical_rotary = {
-        "level": (0.005, 5.0),
-        "distance": (1e-4, 0.05),
-        "excess": (0.0, 2.0),
-        "stribeck_velocity": (0.1, 10.0),
-        "bristle_damping": (0.0, 0.5),
-    }
+    identification = Identification(
+        generalises=("CoulombFriction",),
+        minimal_form=("level", "distance"),
+        typical={
+            "level": (5.0, 100.0),
+            "distance": (1e-6, 30e-6),
+            "excess": (0.0, 50.0),
+            "stribeck_velocity": (0.001, 0.02),
+            "bristle_damping": (0.0, 3000.0),
+        },
+        typical_rotary={
+            "level": (0.005, 5.0),
+            "distance": (1e-4, 0.05),
+            "excess": (0.0, 2.0),
+            "stribeck_velocity": (0.1, 10.0),
+            "bristle_damping": (0.0, 0.5),
+        },
+    )
     fingerprint = (
         "The missing force climbs over the first 1 to 30 um after each reversal and is a spring at standstill: a loop over position."
     )

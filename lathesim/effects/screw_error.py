@@ -7,6 +7,7 @@ import math
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonic_parameters, harmonics
+from lathesim.effects.identification import Identification
 
 
 class CumulativePitchError(Effect):
@@ -16,11 +17,13 @@ class CumulativePitchError(Effect):
     """
 
     catalogue, family, site = 9, "geometry", "measured"
-    between_sensors = True
-    carried = ("m",)
     neutral = {"slope": 0.0}
-    typical = {"slope": (-300e-6, 300e-6)}
-    typical_rotary = {"slope": (-300e-6, 300e-6)}
+    identification = Identification(
+        between_sensors=True,
+        carried=("m",),
+        typical={"slope": (-300e-6, 300e-6)},
+        typical_rotary={"slope": (-300e-6, 300e-6)},
+    )
     fingerprint = "Table scale less motor encoder grows in proportion to the position, the same in both directions, from the first lap on."
     confused_with = ("ScaleFactorError", "ThermalScrewGrowth, which grows with time")
     experiment = "Measure with a laser or scale at two temperatures."
@@ -47,13 +50,15 @@ class PeriodicPitchError(Effect):
     """
 
     catalogue, family, site = 10, "once per turn", "measured"
-    between_sensors = True
-    carried = ("m",)
     neutral = {"amplitude": 0.0}
-    typical = {"amplitude": (0.5e-6, 10e-6), "lead": (0.0005, 0.02), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
-    typical_rotary = {"amplitude": (1e-5, 0.01), "lead": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
-    nuisance = ("phase",)
-    finer_shape = SHAPE
+    identification = Identification(
+        between_sensors=True,
+        carried=("m",),
+        typical={"amplitude": (0.5e-6, 10e-6), "lead": (0.0005, 0.02), "phase": (-math.pi, math.pi), **SHAPE_RANGES},
+        typical_rotary={"amplitude": (1e-5, 0.01), "lead": (0.2, 2.0 * math.pi), "phase": (-math.pi, math.pi), **SHAPE_RANGES},
+        nuisance=("phase",),
+        extended=SHAPE,
+    )
     fingerprint = (
         "Table scale less motor encoder has a line at the lead in position; the force has none. Balls pass at 0.3 to 0.45 of the lead."
     )
@@ -96,12 +101,14 @@ class ThermalScrewGrowth(Effect):
     """
 
     catalogue, family, site = 11, "slow", "measured"
-    between_sensors = True
-    carried = ("m",)
     neutral = {"strain": 0.0}
-    typical = {"strain": (10e-6, 300e-6), "time_constant": (10.0, 3600.0), "fixed_end": (-1.0, 1.0)}
-    typical_rotary = {"strain": (10e-6, 300e-6), "time_constant": (10.0, 3600.0), "fixed_end": (-1.0, 1.0)}
-    remembers = ("warmed_before",)
+    identification = Identification(
+        between_sensors=True,
+        carried=("m",),
+        typical={"strain": (10e-6, 300e-6), "time_constant": (10.0, 3600.0), "fixed_end": (-1.0, 1.0)},
+        typical_rotary={"strain": (10e-6, 300e-6), "time_constant": (10.0, 3600.0), "fixed_end": (-1.0, 1.0)},
+        history=("warmed_before",),
+    )
     fingerprint = "Table scale less motor encoder drifts slowly, in proportion to the distance from the fixed bearing."
     confused_with = ("WearForceGrowth, in the diameter", "SpindleGrowth", "ClockSkew", "CumulativePitchError")
     experiment = "Visit two positions in turn while warming; then let the machine cool and watch it return."
@@ -130,10 +137,12 @@ class SquarenessError(Effect):
     """
 
     catalogue, family, site = 12, "geometry", "measured"
-    elsewhere = {"other_position": "displacement"}
-    between_sensors = True
     neutral = {"slope": 0.0, "bow": 0.0}
-    typical = {"slope": (-50e-6, 50e-6), "bow": (-1e-3, 1e-3)}
+    identification = Identification(
+        senses_elsewhere={"other_position": "displacement"},
+        between_sensors=True,
+        typical={"slope": (-50e-6, 50e-6), "bow": (-1e-3, 1e-3)},
+    )
     fingerprint = "The position error of one axis is a function of the position of the other."
     confused_with = ("a tailstock out of line, which gives the same taper", "WorkpieceDeflection")
     experiment = "Turn the test bar round, and measure it in the machine."

@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 
 def _filtered(incoming: float, before: float, lagged: float, time_constant: float, sample_period: float) -> float:
@@ -30,12 +31,14 @@ class SensorFilter(Effect):
     """
 
     catalogue, family, site = 32, "lag", "reading"
-    late_by = "time_constant"
-    told_if_held = "held"
     neutral = {"time_constant": 0.0}
-    typical = {"time_constant": (0.3e-3, 20e-3), "stages": (1.0, 4.0)}
-    typical_rotary = {"time_constant": (0.3e-3, 20e-3), "stages": (1.0, 4.0)}
-    finer_shape = ("stages",)
+    identification = Identification(
+        delay="time_constant",
+        held_flag="held",
+        typical={"time_constant": (0.3e-3, 20e-3), "stages": (1.0, 4.0)},
+        typical_rotary={"time_constant": (0.3e-3, 20e-3), "stages": (1.0, 4.0)},
+        extended=("stages",),
+    )
     fingerprint = "One signal lags and is rounded, the same rising as falling; the others are in time."
     confused_with = ("TransportDelay", "ChannelTimeShift", "MotorInductance")
     experiment = "A step: a filter rounds it, a delay moves it."

@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 _SETTLED = 4.6
 """Lags after which a hundredth of a distance is left: a loop that settles within a sample stands at one at which it is asked to."""
@@ -60,8 +61,10 @@ class ServoLag(Effect):
     catalogue, family, site = 0, "lag", "reference"
     also_at = {"reference_rate": ("velocity_in", "velocity_out"), "reference_acceleration": ("acceleration_in", "acceleration_out")}
     neutral = {"lag": 0.0}
-    typical = {"lag": (1e-3, 60e-3), "velocity_lag": (0.5e-3, 20e-3)}
-    finer_shape = ("velocity_lag",)
+    identification = Identification(
+        typical={"lag": (1e-3, 60e-3), "velocity_lag": (0.5e-3, 20e-3)},
+        extended=("velocity_lag",),
+    )
     fingerprint = "The position stays behind the one asked for in proportion to the velocity, at rest by nothing, and the current is late."
     confused_with = (
         "SensorFilter of the position, with which the current is in time",

@@ -7,6 +7,7 @@ import math
 from lathesim.component import Input, Output, Parameter, State
 from lathesim.effects.effect import Effect
 from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonic_parameters, harmonics
+from lathesim.effects.identification import Identification
 
 
 class Runout(Effect):
@@ -21,9 +22,11 @@ class Runout(Effect):
     catalogue, family, site = 34, "spindle-synchronous", "force"
     stage = 2
     neutral = {"eccentricity": 0.0}
-    typical = {"eccentricity": (2e-6, 100e-6), "order": (1.0, 3.0), "phase": (-math.pi, math.pi), **SHAPE_RANGES}
-    nuisance = ("phase",)
-    finer_shape = SHAPE
+    identification = Identification(
+        typical={"eccentricity": (2e-6, 100e-6), "order": (1.0, 3.0), "phase": (-math.pi, math.pi), **SHAPE_RANGES},
+        nuisance=("phase",),
+        extended=SHAPE,
+    )
     fingerprint = "The force varies once per spindle turn by an amount that does not grow with the speed."
     confused_with = ("InterruptedCut", "an oval part, 2 per turn, or one bent by three jaws", "RegenerativeChatter", "Unbalance")
     experiment = "Three speeds; then turn the part round in the chuck."
@@ -67,8 +70,10 @@ class Unbalance(Effect):
     catalogue, family, site = 34, "spindle-synchronous", "force"
     stage = 3
     neutral = {"moment": 0.0}
-    typical = {"moment": (1e-5, 1e-2), "phase": (-math.pi, math.pi)}
-    nuisance = ("phase",)
+    identification = Identification(
+        typical={"moment": (1e-5, 1e-2), "phase": (-math.pi, math.pi)},
+        nuisance=("phase",),
+    )
     fingerprint = "A line once per spindle turn that grows with the square of the speed and is there without a cut."
     confused_with = ("Runout, which does not grow with the speed",)
     experiment = "Three speeds, with and without a cut."
@@ -95,9 +100,11 @@ class BeltSlip(Effect):
     """
 
     catalogue, family, site = 35, "spindle speed", "flow"
-    carried = ("rad/s",)
     neutral = {"slip": 0.0, "creep": 0.0}
-    typical = {"slip": (0.001, 0.03), "creep": (1e-5, 1e-2)}
+    identification = Identification(
+        carried=("rad/s",),
+        typical={"slip": (0.001, 0.03), "creep": (1e-5, 1e-2)},
+    )
     fingerprint = "The ratio of spindle to motor speed falls with the torque."
     confused_with = ("SpeedDroop", "ScaleFactorError, which does not know the load")
     experiment = "Motor and spindle encoders together, without load and in the cut."
@@ -123,9 +130,11 @@ class SpeedDroop(Effect):
     """
 
     catalogue, family, site = 36, "spindle speed", "flow"
-    carried = ("rad/s",)
     neutral = {"droop": 0.0}
-    typical = {"droop": (0.01, 10.0), "response": (0.01, 1.0)}
+    identification = Identification(
+        carried=("rad/s",),
+        typical={"droop": (0.01, 10.0), "response": (0.01, 1.0)},
+    )
     fingerprint = "The speed dips exactly while the tool cuts."
     confused_with = ("BeltSlip",)
     experiment = "Motor and spindle encoders together: droop shows in both, slip in one."
@@ -156,10 +165,12 @@ class SpindleGrowth(Effect):
     """
 
     catalogue, family, site = 37, "slow", "measured"
-    carried = ("m",)
     neutral = {"growth": 0.0}
-    typical = {"growth": (10e-6, 40e-6), "time_constant": (60.0, 5400.0)}
-    remembers = ("warmth",)
+    identification = Identification(
+        carried=("m",),
+        typical={"growth": (10e-6, 40e-6), "time_constant": (60.0, 5400.0)},
+        history=("warmth",),
+    )
     fingerprint = "A slow drift that is the same at every position and follows the history of the spindle speed."
     confused_with = ("ThermalScrewGrowth, which grows with the position", "ToolCompliance")
     experiment = "Steps of spindle speed without a cut."

@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Output, Parameter, State
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 
 class AxialResonance(Effect):
@@ -25,9 +26,11 @@ class AxialResonance(Effect):
     beyond = "deflection"
     behind = {"flow": "stretch_speed", "applied": "spring_force", "inertia": "table_inertia"}
     neutral = {"table_share": 0.0}
-    resonance = "frequency"
-    typical = {"table_share": (0.05, 0.8), "frequency": (8.0, 300.0), "damping": (0.02, 0.1), "motor_friction": (0.0, 0.5)}
-    typical_rotary = {"table_share": (0.05, 0.8), "frequency": (5.0, 500.0), "damping": (0.01, 0.1), "motor_friction": (0.0, 0.5)}
+    identification = Identification(
+        resonance="frequency",
+        typical={"table_share": (0.05, 0.8), "frequency": (8.0, 300.0), "damping": (0.02, 0.1), "motor_friction": (0.0, 0.5)},
+        typical_rotary={"table_share": (0.05, 0.8), "frequency": (5.0, 500.0), "damping": (0.01, 0.1), "motor_friction": (0.0, 0.5)},
+    )
     fingerprint = "A line of force and scale that stays in Hz while the speed changes; the table lags in proportion to the jerk."
     confused_with = ("CurrentLoopLag", "TransportDelay", "SensorFilter", "PreslidingFriction")
     experiment = "A chirp or a hammer blow, with two table loads: only a resonance moves with the load."
@@ -117,11 +120,13 @@ class TorsionalWindUp(Effect):
     """
 
     catalogue, family, site = 14, "lag", "measured"
-    carried = ("m", "rad")
     neutral = {"compliance": 0.0}
-    typical = {"compliance": (1e-9, 50e-9), "stiffening": (0.0, 2e-3)}
-    typical_rotary = {"compliance": (1e-6, 1e-2), "stiffening": (0.0, 1.0)}
-    finer_shape = ("stiffening",)
+    identification = Identification(
+        carried=("m", "rad"),
+        typical={"compliance": (1e-9, 50e-9), "stiffening": (0.0, 2e-3)},
+        typical_rotary={"compliance": (1e-6, 1e-2), "stiffening": (0.0, 1.0)},
+        extended=("stiffening",),
+    )
     fingerprint = "Table scale less motor encoder is proportional to the driving force, so to the acceleration where friction is small."
     confused_with = ("Backlash", "AxialResonance")
     experiment = "Pass one position with several accelerations."
@@ -152,11 +157,13 @@ class BaseRocking(Effect):
     """
 
     catalogue, family, site = 15, "structure", "measured"
-    carried = ("m",)
     neutral = {"mobility": 0.0}
-    resonance = "frequency"
-    typical = {"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)}
-    typical_rotary = {"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)}
+    identification = Identification(
+        carried=("m",),
+        resonance="frequency",
+        typical={"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)},
+        typical_rotary={"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)},
+    )
     fingerprint = "A slow swing of 10 to 40 Hz after each jerk, on both axes at once."
     confused_with = ("ToolCompliance", "AxialResonance")
     experiment = "An accelerometer on the bed; the same move with smooth and with abrupt acceleration."

@@ -7,6 +7,7 @@ import math
 from lathesim.component import DiscreteState, Input, Noise, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonic_parameters, harmonics
+from lathesim.effects.identification import Identification
 
 
 class TachometerRipple(Effect):
@@ -18,18 +19,20 @@ class TachometerRipple(Effect):
     """
 
     catalogue, family, site = 31, "once per turn", "measured"
-    carried = ("rad/s",)
     neutral = {"ripple": 0.0, "gain_error": 0.0, "brush_noise": 0.0}
-    typical = {
-        "ripple": (0.001, 0.05),
-        "gain_error": (-0.05, 0.05),
-        "brush_noise": (0.0, 0.02),
-        "order": (1.0, 48.0),
-        "phase": (-math.pi, math.pi),
-        **SHAPE_RANGES,
-    }
-    nuisance = ("phase",)
-    finer_shape = SHAPE
+    identification = Identification(
+        carried=("rad/s",),
+        typical={
+            "ripple": (0.001, 0.05),
+            "gain_error": (-0.05, 0.05),
+            "brush_noise": (0.0, 0.02),
+            "order": (1.0, 48.0),
+            "phase": (-math.pi, math.pi),
+            **SHAPE_RANGES,
+        },
+        nuisance=("phase",),
+        extended=SHAPE,
+    )
     fingerprint = "A line of the tachometer at a multiple of the speed, which the encoder does not show."
     confused_with = ("Runout", "TorqueRipple", "EncoderEccentricity")
     experiment = "Compare with the derivative of the encoder."

@@ -82,7 +82,7 @@ def place_wishes(assembly: Assembly, wishes: Sequence[Wish], compared: Collectio
     Frictions come last: they answer to the sum of what else pushes. Sensors that show in none of the ``compared`` channels are no hosts
     unless a wish names them.
     """
-    ordered = sorted(wishes, key=lambda wish: wish.effect.family == "reversal")
+    ordered = sorted(wishes, key=lambda wish: bool(wish.effect.identification.sticks))
     hidden: list[Hidden] = []
     for wish in ordered:
         candidate = _candidate(assembly, wish, compared)
@@ -163,7 +163,11 @@ def random_wishes(machinery: Machinery, effects: Iterable[type[Effect]], compare
     Left out are effects that only refine another or stand on top of one.
     """
     count = int(rng.choice([0, 1, 2], p=[0.2, 0.6, 0.2]))
-    _, candidates = insert_candidates(machinery, [effect for effect in effects if not effect.needs and not effect.refines], compared)
+    _, candidates = insert_candidates(
+        machinery,
+        [effect for effect in effects if not effect.identification.prerequisites and not effect.identification.generalises],
+        compared,
+    )
     chosen: list[Candidate] = []
     for position in rng.permutation(len(candidates)):
         candidate = candidates[int(position)]

@@ -36,7 +36,11 @@ def answer_of(concealed: Concealed, lesson: str, files: Mapping[str, str], *, se
                 "at": item.at,
                 "family": item.effect.family,
                 "parameters": {name: {"value": value, "unit": item.units[name]} for name, value in item.values.items()},
-                "nuisance": [name for name in item.effect.nuisance if name in item.values and name not in item.effect.told_of_one],
+                "nuisance": [
+                    name
+                    for name in item.effect.identification.nuisance
+                    if name in item.values and name not in item.effect.identification.size_of_recording
+                ],
             }
             for item in concealed.hidden
         ],

@@ -112,8 +112,8 @@ def insert_effect(
     sensed = _sensed(bench, effect, host, ports, name, dict(sources or {}))
     placed = effect.with_units(_units(bench, ports, places, sensed))
     values = dict(parameters or {})
-    if effect.told_if_held:
-        values.setdefault(effect.told_if_held, float(_is_held(bench, next(iter(places)))))
+    if effect.identification.held_flag:
+        values.setdefault(effect.identification.held_flag, float(_is_held(bench, next(iter(places)))))
     bench.parts[name] = Part(name, placed, values, dict(start or {}), every=every)
     along = _goes_along(bench, effect, host, places)
     for place, (taken, given) in places.items():

@@ -48,7 +48,7 @@ def effect_notes(effect: type[Effect], width: int = 110) -> str:
     example = f"insert: [{{effect: {effect.__name__}, at: {_example_host(effect)}{senses}}}]"
     if effect.placeholders():
         rows.insert(3, ("Units", "'signal' is the unit of what the wire carries, 'flow' and the like that of the port of this role"))
-    own = [name for name in dict.fromkeys((*effect.nuisance, *effect.remembers)) if name in effect.declarations]
+    own = [name for name in dict.fromkeys((*effect.identification.nuisance, *effect.identification.history)) if name in effect.declarations]
     if own:
         rows.insert(
             next(place for place, (title, _) in enumerate(rows) if title == "Fingerprint"),

@@ -51,4 +51,4 @@ def test_each_mistake_is_told(changes: dict[str, object], told: str) -> None:
 
 
 def test_chips_tell_the_length_that_was_cut() -> None:
-    assert type(ChipSegmentation.declarations[ChipSegmentation.along]) is Output
+    assert type(ChipSegmentation.declarations[ChipSegmentation.identification.along]) is Output

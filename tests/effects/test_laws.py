@@ -100,7 +100,7 @@ NUMBERS: list[tuple[str, dict[str, float], float]] = [
 
 def call(effect: Any, law: str, values: dict[str, float]) -> Any:
     """What a law gives; an effect of which no finer shape is given has its plain one."""
-    given = {name: effect.declarations[name].default for name in effect.finer_shape} | values
+    given = {name: effect.declarations[name].default for name in effect.identification.extended} | values
     return effect.laws[law](*(given[name] for name in effect.arguments[law]))
 
 
@@ -152,8 +152,8 @@ def test_workpiece_deflection_of_a_cantilever() -> None:
 @pytest.mark.parametrize("name", stock_effects())
 def test_ranges_lie_within_the_bounds(name: str) -> None:
     effect = stock_effects()[name]
-    for given in (effect.typical, effect.typical_rotary):
+    for given in (effect.identification.typical, effect.identification.typical_rotary):
         for parameter, (low, high) in given.items():
             declared: Any = effect.declarations[parameter]
             assert declared.low <= low <= high <= declared.high
-    assert set(effect.neutral) <= set(effect.typical) | {"share"} or name in ("RegenerativeChatter",)
+    assert set(effect.neutral) <= set(effect.identification.typical) | {"share"} or name in ("RegenerativeChatter",)

@@ -131,7 +131,7 @@ def test_drawing_gives_nothing_one_or_two_effects_of_different_families(prepared
     for seed in range(4):
         wishes = random_wishes(prepared.machinery, registry.effects.values(), ["x_encoder.position"], np.random.default_rng(seed))
         assert len({wish.effect.family for wish in wishes}) == len(wishes) <= 2
-        assert not any(wish.effect.refines or wish.effect.needs for wish in wishes)
+        assert not any(wish.effect.identification.generalises or wish.effect.identification.prerequisites for wish in wishes)
         drawn.append(len(wishes))
     assert len(set(drawn)) > 1
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from lathesim.component import Parameter
 from lathesim.diagnosis.location.operating_conditions import one_way
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.effects.effect import Effect
+from lathesim.identification.machine.roles import has_dry_friction
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model
 from lathesim.identification.replay.experiment import Experiment
@@ -24,26 +24,34 @@ def finer(model: Model, experiment: Experiment) -> list[Candidate]:
     """Return the refined forms of which the simpler ones are not in the model, and those that stand on others that are not there: for
     when no simple effect is believable."""
     there = {(candidate.name, candidate.at) for candidate in model.candidates}
-    refined = {(name, candidate.at) for candidate in model.candidates for name in candidate.effect.refines}
+    refined = {(name, candidate.at) for candidate in model.candidates for name in candidate.effect.identification.generalises}
     return [
         candidate
         for candidate in experiment.candidates
-        if (candidate.effect.refines or not stands(candidate, model, experiment))
-        and not any((name, candidate.at) in there for name in (candidate.name, *candidate.effect.refines))
+        if (candidate.effect.identification.generalises or not stands(candidate, model, experiment))
+        and not any((name, candidate.at) in there for name in (candidate.name, *candidate.effect.identification.generalises))
         and (candidate.name, candidate.at) not in refined
     ]
 
 
 def _is_due(candidate: Candidate, model: Model, experiment: Experiment) -> bool:
     """Return whether a candidate may be added: it is no refinement, what it stands on is there, and no refined form of it is."""
-    refined = {(name, other.at) for other in model.candidates for name in other.effect.refines}
-    return not candidate.effect.refines and stands(candidate, model, experiment) and (candidate.name, candidate.at) not in refined
+    refined = {(name, other.at) for other in model.candidates for name in other.effect.identification.generalises}
+    return (
+        not candidate.effect.identification.generalises
+        and stands(candidate, model, experiment)
+        and (candidate.name, candidate.at) not in refined
+    )
 
 
 def stands(candidate: Candidate, model: Model, experiment: Experiment) -> bool:
     """Return whether what a candidate stands on is there: in the model or in the lesson's machine."""
-    there = {(name, other.at) for other in model.candidates for name in (other.name, *other.effect.refines)} | _in_baseline(experiment)
-    return not candidate.effect.needs or any((name, candidate.at) in there for name in candidate.effect.needs)
+    there = {
+        (name, other.at) for other in model.candidates for name in (other.name, *other.effect.identification.generalises)
+    } | _in_baseline(experiment)
+    return not candidate.effect.identification.prerequisites or any(
+        (name, candidate.at) in there for name in candidate.effect.identification.prerequisites
+    )
 
 
 def _in_baseline(experiment: Experiment) -> set[tuple[str, str]]:
@@ -56,7 +64,7 @@ def _in_baseline(experiment: Experiment) -> set[tuple[str, str]]:
             if effect in parts and host in parts and issubclass(parts[effect], Effect):
                 there.add((parts[effect].__name__, host))
     for name, component in parts.items():
-        if any("coulomb" in item for item in component.declared(Parameter)):
+        if has_dry_friction(component):
             there.add(("CoulombFriction", name))
     return there
 
@@ -67,7 +75,8 @@ def without_one_sided(experiments: Sequence[Experiment], method: Method = STANDA
     sided = [
         candidate
         for candidate in experiments[0].candidates
-        if candidate.effect.needs_both_ways and all(one_way(experiment, candidate.at, method=method) for experiment in experiments)
+        if candidate.effect.identification.needs_both_ways
+        and all(one_way(experiment, candidate.at, method=method) for experiment in experiments)
     ]
     if not sided:
         return list(experiments)

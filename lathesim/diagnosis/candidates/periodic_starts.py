@@ -24,8 +24,6 @@ from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import measured_output, recorded_motion, velocity_of
 
-WAVES = "once per turn"
-"""The family of effects that repeat along the way of their host."""
 PERIODS = ("lead", "turn", "period", "signal_period", "length")
 """What effects call the place after which they repeat."""
 _ORDER = "order"
@@ -57,7 +55,7 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
         names = [name.partition(".")[2] for name in candidate.parameters]
         wave = next((name for name in (*PERIODS, _ORDER) if name in names), "")
         size = next((name for name in (*_SIZES, *candidate.effect.neutral) if name in names), "")
-        seen = places.get(candidate.part if candidate.effect.along else candidate.at)
+        seen = places.get(candidate.part if candidate.effect.identification.along else candidate.at)
         if not wave or not size or seen is None:
             continue
         host, place, velocity = seen
@@ -65,7 +63,7 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
         # the shortest waves of the range are no longer than samples are apart on a fast axis: chance has lines there
         low, high = float(candidate.points[:, column].min()), float(candidate.usual[column])
         if wave == _ORDER:
-            low, high = (2.0 * math.pi / order for order in reversed(candidate.effect.typical[_ORDER]))
+            low, high = (2.0 * math.pi / order for order in reversed(candidate.effect.identification.typical[_ORDER]))
         else:
             # a belt's pulley turns once in a tenth of a metre, a geared shaft once in some turns of its motor; a force must be there more
             # often, as other slow ones are there too
@@ -74,7 +72,7 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
         low = max(low, 2.0 * method.candidates.beyond_typical * _way_per_sample(place, method=method))
         points = []
         # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
-        sizes = [(size, "direction" if candidate.family == WAVES and _is_friction(candidate) else "")]
+        sizes = [(size, "direction" if candidate.effect.identification.periodic and _is_friction(candidate) else "")]
         sizes += [(_SHARE, "drive")] if _SHARE in names and size != _SHARE else []
         for name, factor in sizes:
             key = (candidate.at if factor == "drive" else host, factor)
@@ -111,7 +109,7 @@ def is_a_wave(experiment: Experiment, candidate: Candidate, values: Mapping[str,
     length = next((values[name] for name in candidate.parameters if name.partition(".")[2] in PERIODS), 0.0)
     if not length:
         return True
-    seen = _places(experiment).get(candidate.part if candidate.effect.along else candidate.at)
+    seen = _places(experiment).get(candidate.part if candidate.effect.identification.along else candidate.at)
     is_a_force = candidate.effect.site == "effort" and not _is_friction(candidate)
     return seen is None or length < (method.candidates.longest_wave_of_force if is_a_force else method.candidates.longest_wave) * float(
         np.ptp(seen[1])
@@ -119,7 +117,7 @@ def is_a_wave(experiment: Experiment, candidate: Candidate, values: Mapping[str,
 
 
 def _is_friction(candidate: Candidate) -> bool:
-    return "Friction" in candidate.name
+    return candidate.effect.identification.against_motion
 
 
 def drawn_by_waves(
@@ -135,7 +133,12 @@ def drawn_by_waves(
     lengths: dict[tuple[str, str, bool], list[tuple[float, Candidate]]] = {}
     for candidate in candidates:
         length = next((values[name] for name in candidate.parameters if name.partition(".")[2] in PERIODS), 0.0)
-        if length and candidate.part in experiment.sensed.plan.parts and not candidate.effect.along and candidate.at in places:
+        if (
+            length
+            and candidate.part in experiment.sensed.plan.parts
+            and not candidate.effect.identification.along
+            and candidate.at in places
+        ):
             # what turns over with the direction draws nothing together with what does not
             lengths.setdefault((candidate.at, candidate.effect.site, _is_friction(candidate)), []).append((length, candidate))
     for (at, *_), found in lengths.items():
@@ -161,7 +164,7 @@ def _places(experiment: Experiment) -> dict[str, tuple[str, FloatArray, FloatArr
         if place is not None and velocity is not None and np.ptp(place) > 0.0:
             found[name] = (host, place, velocity)
     for candidate in experiment.candidates:
-        if candidate.effect.along:
+        if candidate.effect.identification.along:
             way = experiment.way_of(candidate)
             if np.ptp(way) > 0.0:
                 found[candidate.part] = (candidate.part, way, velocity_of(way, experiment.machine.assembly.sample_period))
@@ -195,7 +198,7 @@ def _shortest(candidates: list[Candidate], at: set[str], method: Method = STANDA
     inside = [candidate for candidate in candidates if at & {candidate.at, candidate.part}]
     there = [(candidate, column, name.partition(".")[2]) for candidate in inside for column, name in enumerate(candidate.parameters)]
     lengths = [float(candidate.least[column]) for candidate, column, name in there if name in PERIODS]
-    lengths += [2.0 * math.pi / candidate.effect.typical[_ORDER][1] for candidate, _, name in there if name == _ORDER]
+    lengths += [2.0 * math.pi / candidate.effect.identification.typical[_ORDER][1] for candidate, _, name in there if name == _ORDER]
     return min(lengths, default=math.inf) / method.candidates.beyond_typical
 
 

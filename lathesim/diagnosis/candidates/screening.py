@@ -134,7 +134,8 @@ def _responses(
 
 
 def _phases(candidate: Candidate) -> list[int]:
-    return [place for place, name in enumerate(candidate.parameters) if name.endswith("phase")]
+    phases = candidate.named(candidate.effect.identification.phases)
+    return [place for place, name in enumerate(candidate.parameters) if name in phases]
 
 
 def _apart(candidate: Candidate, tried: Sequence[_Response]) -> list[_Response]:
@@ -191,7 +192,7 @@ def _plausible(candidate: Candidate, share: float) -> float:
 def _start(candidate: Candidate, item: _Response, method: Method = STANDARD) -> FloatArray:
     _, share, point, _ = item
     size = float(np.clip(abs(share), 0.02, 20.0))
-    if share < 0.0 and bool((candidate.low < 0.0).any()) and not any(name.endswith("phase") for name in candidate.parameters):
+    if share < 0.0 and bool((candidate.low < 0.0).any()) and not _phases(candidate):
         size = -size
     away = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(
         candidate, method=method

@@ -62,7 +62,7 @@ def _late_points(
     simulated = experiment.sensed.seen - fitted.residual
     found: dict[str, FloatArray] = {}
     for candidate in candidates:
-        late = f"{candidate.part}.{candidate.effect.late_by or candidate.effect.in_samples}"
+        late = f"{candidate.part}.{candidate.effect.identification.delay or candidate.effect.identification.whole_samples}"
         if late not in candidate.parameters or experiment.sensed.plan.unit(late) != "s" or not len(candidate.points):
             continue
         rows = [
@@ -75,7 +75,7 @@ def _late_points(
             [behind(experiment.sensed.seen[row], simulated[row], round(method.candidates.latest_reading / period)) for row in rows]
         )
         # what is held and then delayed is read that many samples late from one sample less on
-        lags = period * (samples - 0.5 * np.sign(samples) if candidate.effect.in_samples else samples)
+        lags = period * (samples - 0.5 * np.sign(samples) if candidate.effect.identification.whole_samples else samples)
         points = np.tile(np.median(candidate.points, axis=0), (len(lags), 1))
         points[:, column] = lags
         points = points[points[:, column] != 0.0]
@@ -89,7 +89,7 @@ def _frequency_points(experiment: Experiment, candidates: Sequence[Candidate], m
     fastest = method.candidates.fastest_resonance / experiment.machine.assembly.sample_period
     found: dict[str, FloatArray] = {}
     for candidate in candidates:
-        resonance = f"{candidate.part}.{candidate.effect.resonance}"
+        resonance = f"{candidate.part}.{candidate.effect.identification.resonance}"
         if resonance not in candidate.parameters or not len(candidate.points):
             continue
         column = candidate.parameters.index(resonance)

@@ -14,11 +14,12 @@ from scipy.fft import irfft, rfft
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan
+from lathesim.identification.machine.roles import is_of_machine
 from lathesim.identification.noise.noise_model import taper
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import measured_output
-from lathesim.identification.replay.open_loop import ROUNDED, SIGNALS, as_recorded
+from lathesim.identification.replay.open_loop import SIGNALS, as_recorded
 from lathesim.identification.replay.simulator import IMPULSE
 
 _DEAF = 1e-9
@@ -138,7 +139,7 @@ def passed_through(plan: Plan, channel: str) -> tuple[str, ...]:
         seen.append(name)
         feeds = plan.feeds.items()
         queue += [source.partition(".")[0] for target, (kind, source) in feeds if kind == "output" and target.startswith(f"{name}.")]
-    return tuple(name for name in seen if not name.startswith(("try_", "sight_", ROUNDED)))
+    return tuple(name for name in seen if is_of_machine(name))
 
 
 def _windows(signal: FloatArray, period: float) -> tuple[tuple[float, float], ...]:

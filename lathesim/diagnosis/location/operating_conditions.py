@@ -177,7 +177,7 @@ def _dry_frictions(experiment: Experiment, fitted: Fitted) -> dict[str, list[str
     found: dict[str, list[str]] = {}
     for candidate in experiment.candidates:
         level = f"{candidate.part}.level"
-        if candidate.family == "reversal" and values.get(level, 0.0) > 0.0:
+        if candidate.effect.identification.sticks and values.get(level, 0.0) > 0.0:
             found.setdefault(candidate.at, []).append(level)
     return found
 

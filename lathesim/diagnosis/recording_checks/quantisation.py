@@ -37,7 +37,7 @@ def _on_grids(experiment: Experiment, method: Method = STANDARD) -> dict[str, fl
     found: dict[str, float] = {}
     period = experiment.machine.assembly.sample_period
     components = {part.name: part.component for part in experiment.machine.assembly.parts}
-    for candidate in (candidate for candidate in experiment.candidates if candidate.effect.spacing):
+    for candidate in (candidate for candidate in experiment.candidates if candidate.effect.identification.spacing):
         ports = components[candidate.at.partition(".")[0]].ports
         # the rate of an encoder is one count a sample, or several
         for role, counts in (("reading", 1.0), ("rate", period)):

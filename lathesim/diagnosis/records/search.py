@@ -79,4 +79,4 @@ class SearchResult:
         replaced = [candidate for candidate in self.model.candidates if candidate.part not in rest]
         if trial.candidate.part in there or not rest <= there:
             return False
-        return not replaced or (len(replaced) == 1 and replaced[0].name in trial.candidate.effect.refines)
+        return not replaced or (len(replaced) == 1 and replaced[0].name in trial.candidate.effect.identification.generalises)

@@ -31,6 +31,7 @@ from lathesim.diagnosis.reporting.number_text import (
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
 from lathesim.errors import RecordError
 from lathesim.identification.estimation.estimates import CONFIDENCE
+from lathesim.identification.machine.roles import is_recorded_signal
 
 _WORDS = {
     "no_mismatch": "No mismatch",
@@ -117,7 +118,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
 
 def _own(wires: Wires) -> list[tuple[str, str]]:
     """Leave out candidates and recorded signals: they are no parts of the machine."""
-    return [pair for pair in wires if not any(name.startswith(("try_", "recorded_", "motion_")) for name in pair)]
+    return [pair for pair in wires if not any(is_recorded_signal(name) for name in pair)]
 
 
 def insert_lines(entries: Sequence[Mapping[str, str]]) -> str:

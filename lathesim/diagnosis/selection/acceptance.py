@@ -43,7 +43,7 @@ def simplest(good: Sequence[Trial], method: Method) -> Trial:
 
 def _out_of_place(candidate: Candidate) -> bool:
     """Return whether an effect that sits between two sensors is told at the first."""
-    return candidate.effect.between_sensors and not candidate.second
+    return candidate.effect.identification.between_sensors and not candidate.second
 
 
 def _leaves_hardly_more(trial: Trial, other: Trial, method: Method) -> bool:
@@ -86,7 +86,7 @@ def credible_if_it_moves(trial: Trial, method: Method, null_maximum: float) -> b
     agreed = trial.validation_gain > max(method.validation_margin, method.validation_share * trial.gain)
     judged = trial.gain > due and agreed
     worth = worth and trial.closed_loop_degradation < method.most_degradation
-    if trial.candidate.effect.told_of_one:
+    if trial.candidate.effect.identification.size_of_recording:
         # what may be another one on each recording takes a part of any wander
         worth = worth and trial.share_of_rest > method.nearly_all_of_rest
     if trial.implausible and not method.despite_implausible_values:
@@ -109,7 +109,7 @@ def of_usual_size(candidate: Candidate, values: Mapping[str, float], method: Met
     """Return whether an effect's size is not far beyond what is met on machines: whatever it then explains, it is not that effect."""
     if math.isinf(method.largest_size):
         return True
-    products = [(size, other) for size, others in candidate.effect.only_products.items() for other in others]
+    products = [(size, other) for size, others in candidate.effect.identification.products.items() for other in others]
     apart = {item for pair in products for item in pair}
     for name, neutral, least, points in zip(candidate.parameters, candidate.neutral, candidate.least, candidate.points.T, strict=True):
         item = name.partition(".")[2]
@@ -119,7 +119,7 @@ def of_usual_size(candidate: Candidate, values: Mapping[str, float], method: Met
             usual, size, most = float(np.abs(points - neutral).max(initial=0.0)), abs(values[name] - neutral), method.largest_size
         else:
             usual, size, most = float(points.max(initial=0.0)), abs(values[name]), method.largest_shape
-            if item in candidate.effect.nuisance or points.min(initial=1.0) <= 0.0:
+            if item in candidate.effect.identification.nuisance or points.min(initial=1.0) <= 0.0:
                 continue
             if size < least / method.smallest_shape:
                 return False
@@ -140,7 +140,7 @@ def _is_usual_product(candidate: Candidate, values: Mapping[str, float], method:
 def is_of_a_clock(candidate: Candidate, values: Mapping[str, float], period: float, duration: float, method: Method = STANDARD) -> bool:
     """Return whether a shift in time or a filter's lag is a fair part of a sample, if the effect is one, or a skew of a clock over the
     whole recording: a smaller one is how a simulation steps, or a friction or a play that is of another form."""
-    lag = candidate.effect.late_by
+    lag = candidate.effect.identification.delay
     if not lag:
         return True
     of_time = candidate.effect.declarations[lag].unit == "s"

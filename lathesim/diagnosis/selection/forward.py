@@ -31,7 +31,7 @@ from lathesim.identification.execution.budget import Progress
 from lathesim.identification.execution.threads import TOGETHER
 from lathesim.identification.records.candidate import Candidate, instants_of
 from lathesim.identification.records.model import CandidateStanding, Model, Standing, Trial, is_full_band
-from lathesim.identification.replay.experiment import STICKING, Experiment
+from lathesim.identification.replay.experiment import Experiment
 
 _PUSHED = "effort"
 
@@ -182,11 +182,11 @@ def _with_simulated_motion(made: Sequence[Trial], before: Sequence[Trial], model
     """Return frictions that explain one recording much better than the other, to be tried with the simulated motion: where they hold a part
     still, what the recorded motion lets go adds up over each recording in its own way. So are such that explain nearly all, where
     something else of which that is true as well gains more: a dead zone holds a part still too."""
-    frictions = [trial for trial in made if trial.candidate.family == STICKING and trial.gain > 0.0]
+    frictions = [trial for trial in made if trial.candidate.effect.identification.sticks and trial.gain > 0.0]
     others = [
         trial.gain
         for trial in (*before, *made)
-        if trial.candidate.family != STICKING and trial.share_of_rest > method.selection.refined_first
+        if not trial.candidate.effect.identification.sticks and trial.share_of_rest > method.selection.refined_first
     ]
     most = max(others, default=0.0)
     doubted = [
@@ -211,7 +211,7 @@ def _held_at_rest(
     found = []
     for item in wave:
         kept = max((trial.share_of_rest for trial in made if trial.candidate.part == item.candidate.part), default=1.0)
-        pushes = item.candidate.effect.site == _PUSHED and item.candidate.family != STICKING
+        pushes = item.candidate.effect.site == _PUSHED and not item.candidate.effect.identification.sticks
         if (
             pushes
             and item.share > method.selection.further_score
@@ -234,7 +234,7 @@ def _of_more_stages(wave: Sequence[Screened], model: Model) -> list[Asked]:
     lose its name to it."""
     found = []
     for item in wave:
-        shaped, late = item.candidate.shaped, item.candidate.effect.late_by
+        shaped, late = item.candidate.shaped, item.candidate.effect.identification.delay
         if shaped is not None and late:
             start = 0.5 * shaped.usual
             # about as late as the plain shape, in two stages
@@ -331,7 +331,7 @@ def _is_relative(candidate: Candidate, other: Candidate, promising: bool) -> boo
     ``promising``."""
     if candidate.at != other.at or len(candidate.parameters) > len(other.parameters):
         return False
-    return candidate.name in other.effect.refines or (candidate.family == other.family and promising)
+    return candidate.name in other.effect.identification.generalises or (candidate.family == other.family and promising)
 
 
 def _eliminate(laboratory: Laboratory, found: SearchResult, method: Method) -> None:

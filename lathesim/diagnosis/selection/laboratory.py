@@ -186,7 +186,7 @@ class Laboratory:
         )
         points = [np.where(sizes, candidate.neutral + share * (start - candidate.neutral), start) for share in _SIZES]
         # a light table on a soft spring is further away, not nearer: what vanishes there is a spring that is stiff
-        stiffer = np.array([name == f"{candidate.part}.{candidate.effect.resonance}" for name in candidate.parameters])
+        stiffer = np.array([name == f"{candidate.part}.{candidate.effect.identification.resonance}" for name in candidate.parameters])
         points += [np.minimum(np.where(stiffer, factor * start, start), candidate.high) for factor in _STIFFER if stiffer.any()]
         names = [*constant, *(item.name for item in free), *candidate.parameters]
         rows = np.array([[*constant.values(), *(item.start for item in free), *point] for point in points])
@@ -360,10 +360,10 @@ def candidate_free(candidate: Candidate, start: FloatArray, method: Method = STA
         Free(name, float(value), max(float(scale) * 0.3, 1e-12), float(low), float(high))
         for name, value, scale, low, high in zip(candidate.parameters, start, spread, candidate.low, candidate.high, strict=True)
     ]
+    orders = candidate.named(candidate.effect.identification.orders)
     # an order is a whole number
     return [
-        replace(item, uncertainty=method.selection.whole_order, given=round(item.start)) if item.name.endswith(".order") else item
-        for item in free
+        replace(item, uncertainty=method.selection.whole_order, given=round(item.start)) if item.name in orders else item for item in free
     ]
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
-from lathesim.diagnosis.candidates.periodic_starts import WAVES
 from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.missing_share import FORCES, missing_share, missing_signals, next_to_nothing
 from lathesim.diagnosis.method import STANDARD, Method
@@ -38,7 +37,7 @@ def is_trifling(laboratory: Laboratory, before: Model, after: Model, trial: Tria
 
 def is_much_of_it(candidate: Candidate, found: SearchResult, method: Method = STANDARD) -> bool:
     """Return whether a wave is much of what was left: how finely a simulation steps, or when samples were taken, repeats along no way."""
-    return candidate.family == WAVES and found.removed_by(candidate) > method.selection.much_of_all
+    return bool(candidate.effect.identification.periodic) and found.removed_by(candidate) > method.selection.much_of_all
 
 
 def quiet_parts(laboratory: Laboratory, model: Model, method: Method = STANDARD) -> set[str]:
@@ -61,7 +60,7 @@ def pushes_at(candidate: Candidate, parts: Collection[str]) -> bool:
     return (
         candidate.effect.site == "effort"
         and not candidate.effect.beyond
-        and candidate.family != WAVES
+        and not candidate.effect.identification.periodic
         and candidate.at.partition(".")[0] in parts
     )
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.diagnosis.candidates.periodic_starts import WAVES
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import merit
@@ -66,7 +65,7 @@ def is_told_by_direction(candidate: Candidate, other: Candidate) -> bool:
     """Return whether a candidate is told from another only by how both act in two directions: it is refined by that, or repeats like it
     and acts at the same port."""
     alike = (candidate.effect.family, candidate.effect.site) == (other.effect.family, other.effect.site)
-    return candidate.name in other.effect.refines or (alike and candidate.family == WAVES)
+    return candidate.name in other.effect.identification.generalises or (alike and candidate.effect.identification.periodic is True)
 
 
 def removed_in_band(found: SearchResult) -> float:

@@ -47,11 +47,11 @@ def possible_changes(prepared: Prepared, registry: Registry) -> list[Change]:
         if effect is None:
             continue
         for part in axes:
-            site = getattr(effect, "site", "")
+            site, typical = getattr(effect, "site", ""), getattr(getattr(effect, "identification", None), "typical", {})
             if site not in part.component.ports or (name, part.name) in present:
                 continue
             place = f"{part.name}_{_snake(name)}"
-            brings = tuple(_effect_value(effect, place, item, bounds) for item, bounds in getattr(effect, "typical", {}).items())
+            brings = tuple(_effect_value(effect, place, item, bounds) for item, bounds in typical.items())
             entry = {"effect": name, "at": part.name, "name": place}
             found.append(Change(f"{name} at {part.name}", insert=(entry,), brings=brings))
     return found

@@ -18,7 +18,7 @@ from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
-from lathesim.identification.machine.roles import decides
+from lathesim.identification.machine.roles import decides, further_readings_of, readings_of
 from lathesim.identification.records.candidate import Candidate
 from lathesim.lessons.insertion import insert_effect
 
@@ -51,7 +51,7 @@ def insert_candidates(
         )
         for senses in (
             _from_beside(effect, part, at, assembly, compared)
-            if effect.from_beside
+            if effect.identification.senses_beside
             else _from_elsewhere(effect, measured.get(part.name, part.name), assembly)
         )
     ]
@@ -80,7 +80,7 @@ def insert_candidates(
 def _as_sampled(candidate: Candidate, period: float) -> Candidate:
     """Return a candidate whose resonance, if it has one, is no faster than samples show: what swings beyond half their rate may be
     anything."""
-    resonance = f"{candidate.part}.{candidate.effect.resonance}"
+    resonance = f"{candidate.part}.{candidate.effect.identification.resonance}"
     if resonance not in candidate.parameters:
         return candidate
     high = np.where(np.array(candidate.parameters) == resonance, np.minimum(candidate.high, 0.5 / period), candidate.high)
@@ -93,7 +93,7 @@ def _from_elsewhere(effect: type[Effect], host: str, assembly: Assembly) -> list
     moves as the host does; nothing to be fed where the effect senses its host alone."""
     component = next(part.component for part in assembly.parts if part.name == host)
     found: list[dict[str, str]] = [{}]
-    for item, role in effect.elsewhere.items():
+    for item, role in effect.identification.senses_elsewhere.items():
         unit = effect.declarations[item].unit
         if role not in component.ports or component.declarations[component.ports[role]].unit != unit:
             return []
@@ -112,12 +112,12 @@ def _from_beside(effect: type[Effect], part: Part, at: str, assembly: Assembly, 
     far as their readings are compared, which tell it from a factor on the own one."""
     ports, sources = part.component.ports, {wire.target: wire.source for wire in assembly.wires}
     reading = at.partition(".")[2] or ports.get("reading", "")
-    readings = [port for role, port in ports.items() if role.endswith("reading") and port != reading]
+    readings = [port for port in readings_of(part.component) if port != reading]
     seen = [port for port in readings if compared is None or f"{part.name}.{port}" in compared]
     # the input of main is main_force
     others = [name for name in part.component.declared(Input) if name.startswith(tuple(seen))]
     fed = [sources.get(f"{part.name}.{name}", "") for name in others]
-    return [{effect.from_beside: source} for source in fed if source]
+    return [{effect.identification.senses_beside: source} for source in fed if source]
 
 
 def _measured_parts(assembly: Assembly) -> dict[str, str]:
@@ -137,7 +137,7 @@ def _shown_outputs(effect: type[Effect], part: Part, compared: Collection[str]) 
     component = part.component
     if "reading" in component.ports or issubclass(component, Effect) or decides(component):
         return []
-    if effect.site != "reading" and not effect.of_any_reading:
+    if effect.site != "reading" and not effect.identification.of_any_reading:
         return []
     return [f"{part.name}.{name}" for name in component.declared(Output) if f"{part.name}.{name}" in compared]
 
@@ -146,7 +146,7 @@ def _further_readings(effect: type[Effect], part: Part, compared: Collection[str
     """Return the other compared readings of a sensor of several channels, each with an amplifier and a zero of its own."""
     if effect.site != "reading" or not _fits(effect, part.component):
         return []
-    readings = [f"{part.name}.{port}" for role, port in part.component.ports.items() if role.endswith("_reading")]
+    readings = [f"{part.name}.{port}" for port in further_readings_of(part.component)]
     return [reading for reading in readings if reading in compared]
 
 
@@ -176,7 +176,7 @@ def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
 
     def order(effect: type[Effect]) -> tuple[bool, bool, bool, int, int, str]:
         samples = effect.site == "reading" and bool(effect.declared(DiscreteState))
-        return bool(effect.behind), effect.family == "reversal", samples, effect.stage, effect.catalogue, effect.__name__
+        return bool(effect.behind), bool(effect.identification.sticks), samples, effect.stage, effect.catalogue, effect.__name__
 
     return sorted(effects, key=order)
 
@@ -202,7 +202,7 @@ def _snake(name: str) -> str:
 
 def _carries(effect: type[Effect], placed: type[Component]) -> bool:
     """Return whether an effect makes sense on a wire of this unit."""
-    return effect.carried is None or placed.declarations["incoming"].unit in effect.carried
+    return effect.identification.carried is None or placed.declarations["incoming"].unit in effect.identification.carried
 
 
 def _neutral_si(effect: type[Effect]) -> dict[str, float]:
@@ -212,9 +212,11 @@ def _neutral_si(effect: type[Effect]) -> dict[str, float]:
 def _candidate(part: str, effect: type[Effect], placed: type[Component], host: str, *, shaped: bool = False) -> Candidate:
     """Return the candidate of an effect, in its plain shape or with the values of a finer one free too."""
     rotary = any(item.unit in _ROTARY_UNITS for item in placed.declared(Input).values())
-    ranges: Mapping[str, tuple[float, float]] = effect.typical_rotary if rotary and effect.typical_rotary else effect.typical
+    ranges: Mapping[str, tuple[float, float]] = (
+        effect.identification.typical_rotary if rotary and effect.identification.typical_rotary else effect.identification.typical
+    )
     declared = placed.declared(Parameter)
-    names = [name for name in declared if name in ranges and (shaped or name not in effect.finer_shape)]
+    names = [name for name in declared if name in ranges and (shaped or name not in effect.identification.extended)]
     points = _spread([ranges[name] for name in names])
     if "order" in names:
         # lobes and ripples come in whole numbers a turn, the lowest first; between two of them nothing adds up over many turns
@@ -231,9 +233,9 @@ def _candidate(part: str, effect: type[Effect], placed: type[Component], host: s
     sizes = [sorted(abs(bound) for bound in ranges[name]) for name in names]
     least, usual = (np.array([size[place] for size in sizes]) for place in (0, 1))
     if shaped:
-        default = {name: declared[name].default for name in effect.finer_shape}
+        default = {name: declared[name].default for name in effect.identification.extended}
         neutral = np.array([default.get(name, value) for name, value in zip(names, neutral, strict=True)])
-    finer = _candidate(part, effect, placed, host, shaped=True) if effect.finer_shape and not shaped else None
+    finer = _candidate(part, effect, placed, host, shaped=True) if effect.identification.extended and not shaped else None
     return Candidate(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, least, usual, points, shaped=finer)
 
 

@@ -104,10 +104,11 @@ def _estimates(model: Model, experiment: Experiment, validation: Experiment, who
     of_recording = {item.name for item in begun_anew(validation, model.candidates)}
     of_recording |= {name for candidate in model.candidates for name in candidate.nuisance}
     names = [name for name in first.names if name not in of_recording]
+    orders = {name for candidate in model.candidates for name in candidate.named(candidate.effect.identification.orders)}
     pull = [
         ((first.by_name[name] - second.by_name[name]) ** 2 / (first.error_by_noise(name) ** 2 + second.error_by_noise(name) ** 2))
         for name in names
-        if first.error_by_noise(name) > 0.0 and second.error_by_noise(name) > 0.0 and not name.endswith(".order")
+        if first.error_by_noise(name) > 0.0 and second.error_by_noise(name) > 0.0 and name not in orders
     ]
     inflation = float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, _LARGEST_INFLATION))
     fits = (first, second) if whole is None else (_refitted(model, whole, validation, full_band),)
@@ -123,7 +124,7 @@ def _estimates(model: Model, experiment: Experiment, validation: Experiment, who
         for name, share in _held(fits[0], [name for name in candidate.parameters if name in found]).items():
             found[name] = replace(found[name], alone=share * found[name].by_noise)
     apart = {candidate.part: _apart(candidate, names, found, together) for candidate in model.candidates}
-    of_one = [f"{candidate.part}.{name}" for candidate in model.candidates for name in candidate.effect.told_of_one]
+    of_one = [f"{candidate.part}.{name}" for candidate in model.candidates for name in candidate.effect.identification.size_of_recording]
     told = fits[0]
     found |= {name: Estimate(told.by_name[name], told.error(name), told.error_by_noise(name)) for name in of_one if name in told.names}
     return Estimates(found, inflation, apart)

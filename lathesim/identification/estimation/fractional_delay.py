@@ -24,7 +24,11 @@ def between_samples(experiment: Experiment, fitted: Fitted, candidates: Sequence
     """Return the free parameters of a fit with a delay in the middle between two samples, where that leaves less than the fit does; none
     where it does nowhere."""
     period = experiment.machine.assembly.sample_period
-    names = [f"{candidate.part}.{candidate.effect.in_samples}" for candidate in candidates if candidate.effect.in_samples]
+    names = [
+        f"{candidate.part}.{candidate.effect.identification.whole_samples}"
+        for candidate in candidates
+        if candidate.effect.identification.whole_samples
+    ]
     free = with_start(fitted)
     found = None
     for name in (name for name in names if name in fitted.by_name):

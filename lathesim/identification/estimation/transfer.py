@@ -14,8 +14,6 @@ from lathesim.identification.records.fit import Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import strongest_jumps
 
-_ANGLES = ("phase", "middle")
-"""Angles of a turn that belong to a recording: of a wave, of a slot or a spot."""
 _TURNS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
 _FINE_TURNS = tuple(2.0 * np.pi * place / 36 for place in range(36))
 """A slot may be a twentieth of a turn."""
@@ -52,9 +50,12 @@ def transferred(experiment: Experiment, fitted: Fitted, candidates: Sequence[Can
     free += [item for item in _vague(fitted) if item.name not in own and item.name not in nuisance]
     freed = {item.name for item in free}
     constant = {name: value for name, value in values.items() if name not in freed and name not in own}
-    phases = [item.name for item in free if item.name in nuisance and item.name.endswith(_ANGLES)]
+    middles = {name for candidate in candidates for name in candidate.named(candidate.effect.identification.middles)}
+    angles = middles | {name for candidate in candidates for name in candidate.named(candidate.effect.identification.phases)}
+    phases = [item.name for item in free if item.name in nuisance and item.name in angles]
     if phases:
-        free = _at_the_best_turn(experiment, free, constant, phases)
+        turns = _FINE_TURNS if middles & set(phases) else _TURNS
+        free = _at_the_best_turn(experiment, free, constant, phases, turns)
     instants = [item.name for item in free if item.name in nuisance and item.name in instants_of([item.name])]
     if instants:
         free = _at_the_best_instant(experiment, free, constant, candidates, instants)
@@ -71,11 +72,12 @@ def transferred(experiment: Experiment, fitted: Fitted, candidates: Sequence[Can
     return max((judged, other), key=lambda fitted: fitted.score)
 
 
-def _at_the_best_turn(experiment: Experiment, free: list[Free], constant: Mapping[str, float], phases: Sequence[str]) -> list[Free]:
+def _at_the_best_turn(
+    experiment: Experiment, free: list[Free], constant: Mapping[str, float], phases: Sequence[str], turns: Sequence[float]
+) -> list[Free]:
     """Return the free values with the phases turned to where they explain most beside what the other values may absorb: a phase may be
     anywhere on another recording, and from the wrong side a fit ends in the wrong hump."""
     here = fit(experiment.sensed, free, constant, rounds=0)
-    turns = _FINE_TURNS if any(name.endswith("middle") for name in phases) else _TURNS
     turned = [[replace(item, start=item.start + turn) if item.name in phases else item for item in free] for turn in turns]
     rows = np.array([[*constant.values(), *(item.start for item in one)] for one in turned])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lathesim.component import Component, Output
+from lathesim.component import Component, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, Part
 
@@ -42,3 +42,43 @@ def commands(assembly: Assembly) -> dict[str, str]:
         if source and not issubclass(part.component, Effect) and "measured" not in ports:
             found[part.name] = source
     return found
+
+
+def has_dry_friction(component: type[Component]) -> bool:
+    """Return whether a part has a dry friction of its own, as a parameter."""
+    return any("coulomb" in item for item in component.declared(Parameter))
+
+
+def is_of_machine(part: str) -> bool:
+    """Return whether a part, by its name in a replay, is the machine's own and was not put in: a candidate, or what stands for a sensor."""
+    return not part.startswith(("try_", "sight_", "rounded_"))
+
+
+def is_recorded_signal(part: str) -> bool:
+    """Return whether a part, by its name in a replay, stands for a recorded signal or for a candidate that was tried."""
+    return part.startswith(("try_", "recorded_", "motion_"))
+
+
+def comes_from_effect(source: str) -> bool:
+    """Return whether a wire's source is the output of an effect, by the name that the contract of effects gives it."""
+    return source.endswith(".outgoing")
+
+
+def goes_to_effect(target: str) -> bool:
+    """Return whether a wire's target is the input of an effect, by the name that the contract of effects gives it."""
+    return target.endswith(".incoming")
+
+
+def readings_of(component: type[Component]) -> tuple[str, ...]:
+    """Return the outputs of a sensor that are readings, by their roles."""
+    return tuple(port for role, port in component.ports.items() if role.endswith("reading"))
+
+
+def further_readings_of(component: type[Component]) -> tuple[str, ...]:
+    """Return the readings of a sensor beside its first one."""
+    return tuple(port for role, port in component.ports.items() if role.endswith("_reading"))
+
+
+def start_values(component: type[Component]) -> tuple[str, ...]:
+    """Return the parameters of a part that are values at its start, by their names."""
+    return tuple(name for name in component.declared(Parameter) if name.startswith("start_"))

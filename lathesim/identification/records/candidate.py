@@ -50,7 +50,7 @@ class Candidate:
     @property
     def bare(self) -> Candidate | None:
         """The candidate in its simplest form, none where it has no other."""
-        kept = [name for name in self.parameters if name.partition(".")[2] in self.effect.bare]
+        kept = [name for name in self.parameters if name.partition(".")[2] in self.effect.identification.minimal_form]
         return self.keeping(kept) if kept and len(kept) < len(self.parameters) else None
 
     def keeping(self, names: Collection[str]) -> Candidate:
@@ -74,12 +74,16 @@ class Candidate:
     @property
     def nuisance(self) -> tuple[str, ...]:
         """The free names that belong to a recording and not to the machine."""
-        return tuple(f"{self.part}.{name}" for name in self.effect.nuisance)
+        return tuple(f"{self.part}.{name}" for name in self.effect.identification.nuisance)
 
     @property
     def remembered(self) -> tuple[str, ...]:
         """The names of what had happened before a recording began."""
-        return tuple(f"{self.part}.{name}" for name in self.effect.remembers)
+        return tuple(f"{self.part}.{name}" for name in self.effect.identification.history)
+
+    def named(self, items: Collection[str]) -> tuple[str, ...]:
+        """Return the free names of some parameters of the effect, as far as they are free."""
+        return tuple(name for name in self.parameters if name.partition(".")[2] in items)
 
     @property
     def waves(self) -> dict[str, tuple[str, ...]]:

@@ -9,9 +9,6 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, Free, with_start
 
-FAST_FAMILIES = frozenset({"lag", "structure", "once per turn", "encoder", "drive range", "recording"})
-"""Families that show above the frequencies of the motion; a model with one of them is fitted on all frequencies."""
-
 
 @dataclass(frozen=True)
 class Score:
@@ -72,7 +69,7 @@ class Trial:
 
 def is_full_band(candidates: Sequence[Candidate]) -> bool:
     """Return whether a model is to be fitted on all frequencies."""
-    return any(candidate.family in FAST_FAMILIES for candidate in candidates)
+    return any(candidate.effect.identification.full_band for candidate in candidates)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ import numpy as np
 
 from lathesim.component import DiscreteState, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part
-from lathesim.identification.machine.roles import decides
+from lathesim.identification.machine.roles import decides, start_values
 from lathesim.identification.replay.simulator import Simulator
 
 _WORTH = 0.01
@@ -80,7 +80,7 @@ def _start_speeds(assembly: Assembly, part: Part, compared: Sequence[str], repla
     speed = float(second - first) / assembly.sample_period
     unit = part.component.declarations[part.component.ports["measured"]].unit
     declared = part.component.declared(Parameter)
-    return {f"{part.name}.{name}": speed for name, item in declared.items() if name.startswith("start_") and item.unit == f"{unit}/s"}
+    return {f"{part.name}.{name}": speed for name in start_values(part.component) if declared[name].unit == f"{unit}/s"}
 
 
 def with_memory(assembly: Assembly, memory: dict[str, float]) -> Assembly:
@@ -98,7 +98,7 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
     """Return what one controller remembers, from its command (``row``); ``speeds`` are first guesses."""
     plan = replay.plan
     memories = [f"{part.name}.{name}" for name in part.component.declared(DiscreteState)]
-    memories += [f"{part.name}.{name}" for name in part.component.declared(Parameter) if name.startswith("start_")]
+    memories += [f"{part.name}.{name}" for name in start_values(part.component)]
     memories = [name for name in memories if name in plan.discrete or name in plan.parameters]
     if not memories:
         return {}

@@ -93,7 +93,11 @@ class Experiment:
     def _simulator(self, assembly: Assembly, shown: Mapping[str, str] | None = None) -> Simulator:
         channels = tuple({**self._channels(), **(shown or {})}.values())
         beside = (*[source for _, source in acting(assembly)], *commands(assembly).values(), *self._telling(assembly))
-        beside += tuple(f"{candidate.part}.{candidate.effect.along}" for candidate in self.candidates if candidate.effect.along)
+        beside += tuple(
+            f"{candidate.part}.{candidate.effect.identification.along}"
+            for candidate in self.candidates
+            if candidate.effect.identification.along
+        )
         beside = tuple(name for name in dict.fromkeys(beside) if name not in channels)
         finer = at_controllers_rate(assembly, self.machine.decisions)
         plan = wire(replace(finer, record=(*channels, *beside), finish="", step=self._step(finer)))
@@ -128,7 +132,7 @@ class Experiment:
         channels = self.sensed.plan.channels
         sizes = [name for name in candidate.parameters if name.partition(".")[2] in candidate.effect.neutral]
         nearly = [float(candidate.neutral[candidate.parameters.index(name)]) + _NEXT_TO_NOTHING for name in sizes]
-        return self.sensed.channel(sizes, nearly, channels.index(f"{candidate.part}.{candidate.effect.along}"))
+        return self.sensed.channel(sizes, nearly, channels.index(f"{candidate.part}.{candidate.effect.identification.along}"))
 
     def _redundant_sensors(self, recorded: FloatArray) -> tuple[RedundantSensor, ...]:
         """Return the channels that show a motion which a channel before them shows already."""
@@ -171,7 +175,7 @@ class Experiment:
             (name, item) for name, item in own if issubclass(item, Effect)
         ]
         names = [
-            sensed_share(f"{part}.{name}") for part, effect in sticking if effect.family == STICKING for name in effect.declared(Input)
+            sensed_share(f"{part}.{name}") for part, effect in sticking if effect.identification.sticks for name in effect.declared(Input)
         ]
         return {name: 0.0 for name in names if name in self.sensed.plan.parameters}
 
@@ -290,8 +294,6 @@ def quickly_transformed(record: Record) -> Record:
     return Record(record.time[:kept], channels, dict(record.meta))
 
 
-STICKING = "reversal"
-"""The family of effects that may hold a part still."""
 POSSIBLE = 3.5
 """Declared standard deviations by which a value of the lesson may be off; further off is not believed, whatever it would explain."""
 

@@ -18,6 +18,7 @@ from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 from lathesim.component import Input, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.identification.machine.roles import comes_from_effect
 from lathesim.identification.signal.resolution import channel_floor
 
 _CUTOFF = 100.0
@@ -199,7 +200,7 @@ def measured_output(parts: Mapping[str, Part], wires: Mapping[str, Wire], channe
     while target in wires and wires[target].source:
         source = wires[target].source
         part = source.partition(".")[0]
-        if source.endswith(".outgoing") and "incoming" in parts[part].component.declared(Input):
+        if comes_from_effect(source) and "incoming" in parts[part].component.declared(Input):
             target = f"{part}.incoming"
             continue
         return source

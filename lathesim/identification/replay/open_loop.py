@@ -16,6 +16,7 @@ from lathesim.component import Component, Input
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.wiring import wire
+from lathesim.identification.machine.roles import comes_from_effect, goes_to_effect
 from lathesim.identification.replay.recorded_parts import CorrectedSight, HeldSignal, LinearSignal, SensedMotion
 from lathesim.lessons.insertion import GoesWithMain, Machinery, first_input
 
@@ -126,7 +127,7 @@ def _taken_by_processes(parts: Mapping[str, Part], wires: Mapping[str, Wire], ou
     for target in [target for target, item in wires.items() if item.source == output]:
         if _is_of_a_process(parts, wires, target):
             found.append(target)
-        elif target.endswith(".incoming"):
+        elif goes_to_effect(target):
             found += _taken_by_processes(parts, wires, f"{target.partition('.')[0]}.outgoing")
     return found
 
@@ -231,7 +232,7 @@ def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, F
         parts.append(Part(sight, CorrectedSight.with_units({"signal": unit})))
         wires[target] = Wire(target, f"{signal}.value")
         behind = _between(wires, channel, output)
-        after = [] if source in looked_at else [name for name in behind if getattr(by_name[name].component, "late_by", "")]
+        after = [] if source in looked_at else [name for name in behind if _is_late(by_name[name].component)]
         errors = [name for name in behind if name not in after]
         if source not in looked_at:
             after = [*_taken_out(by_name, wires, sensor), *after]
@@ -248,7 +249,7 @@ def _taken_out(parts: Mapping[str, Part], wires: dict[str, Wire], sensor: str) -
     the same."""
     found = []
     target = f"{sensor}.{parts[sensor].component.ports['measured']}"
-    while wires[target].source.endswith(".outgoing"):
+    while comes_from_effect(wires[target].source):
         before = wires[target].source.partition(".")[0]
         component, incoming = parts[before].component, f"{before}.incoming"
         if issubclass(component, Effect) and component.proportional:
@@ -279,7 +280,7 @@ def _in_line(wires: dict[str, Wire], feed: str, effects: Sequence[str]) -> str:
 def _eye(parts: Mapping[str, Part], wires: Mapping[str, Wire], sensor: str) -> str:
     """Return the input at which a sensor's chain of effects begins."""
     target = f"{sensor}.{parts[sensor].component.ports['measured']}"
-    while target in wires and wires[target].source.endswith(".outgoing"):
+    while target in wires and comes_from_effect(wires[target].source):
         before = wires[target].source.partition(".")[0]
         if f"{before}.incoming" not in wires:
             break
@@ -302,3 +303,8 @@ def _held_channels(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> se
 def _signal(name: str, component: type[HeldSignal] | type[LinearSignal], unit: str, values: FloatArray) -> Part:
     table = np.ascontiguousarray(np.asarray(values, dtype=float).reshape(-1, 1))
     return Part(name, component.with_units({"signal": unit}), tables={"recorded": table})
+
+
+def _is_late(component: type[Component]) -> bool:
+    """Return whether a part is an effect that makes a reading late."""
+    return issubclass(component, Effect) and bool(component.identification.delay)

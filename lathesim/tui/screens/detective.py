@@ -255,7 +255,7 @@ class DetectiveScreen(WorkbenchScreen):
         page = self.query_one("#page", Static)
         notes = effect_notes(cast("Any", effect), max(40, self.size.width - _BESIDE_LIST))
         page.update(f"{component_page(effect, registry.origins[effect.__name__])}\n\n{notes}")
-        sizes = [name for name in effect.declared(Parameter) if name not in getattr(effect, "nuisance", ())]
+        sizes = [name for name in effect.declared(Parameter) if name not in cast("Any", effect).identification.nuisance]
         self.query_one("#size", Input).placeholder = f"{sizes[0]} with its unit" if sizes else "nothing to guess"
 
     @on(OptionList.OptionSelected, "#effects")

@@ -44,7 +44,7 @@ def test_wavelengths_stay_where_the_effect_may_have_them() -> None:
     experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0]
     candidate = next(candidate for candidate in experiment.candidates if candidate.name == "TorqueRipple")
     column = [name.partition(".")[2] for name in candidate.parameters].index("period")
-    low, high = candidate.effect.typical["period"]
+    low, high = candidate.effect.identification.typical["period"]
     for point in wave_points(experiment, fitted, [candidate])[candidate.part]:
         assert low / 1.3 <= point[column] <= 1.3 * high
 

@@ -77,7 +77,7 @@ def test_what_is_told_does_what_was_fitted(effect: Any, first: float, second: fl
     usual = dict(zip((name.partition(".")[2] for name in candidate.parameters), np.abs(candidate.points).max(axis=0), strict=True))
     sizes = {"amplitude": first * usual["amplitude"]} | {name: 0.3 * second * usual[name] for name in ("share", "second") if name in usual}
     fitted = values_of(candidate, sizes)
-    reported = {name: value for name, value in fitted.items() if name not in effect.nuisance}
+    reported = {name: value for name, value in fitted.items() if name not in effect.identification.nuisance}
     found = _turned(candidate, {name: Interval(value, "1", value - 0.1, value + 0.2) for name, value in reported.items()})
     for name, item in found.items():
         assert item.low < item.value < item.high

@@ -11,6 +11,7 @@ from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, valu
 from lathesim.diagnosis.verdict import adequacy as judging
 from lathesim.diagnosis.verdict.adequacy import Adequacy, adequacy
 from lathesim.diagnosis.verdict.residual_tests import hardly_missed
+from tests.diagnosis.stand_ins import effect_of
 
 MAIN, PRESSURE = "dynamometer.main", "cutting.specific_force"
 BASELINE = {PRESSURE: BaselineValue("N/m^2", 8.5e8, 1.05e9, 1.05e9)}
@@ -67,7 +68,7 @@ def judge(monkeypatch: pytest.MonkeyPatch, taken: float, after: float, *, far_of
     own: Any = SimpleNamespace(fit={MAIN: ChannelFit("N", 1.7, 55.0, 25.0, "held out")})
     sensed = SimpleNamespace(redundant_sensors=())
     experiment: Any = SimpleNamespace(machine=SimpleNamespace(compare=(MAIN,), uncertain={PRESSURE: 1e7}), feeds_back=True, sensed=sensed)
-    effect = SimpleNamespace(parameters=(), part="an effect", family="lag")
+    effect = SimpleNamespace(parameters=(), part="an effect", effect=effect_of("lag"))
     nothing = SimpleNamespace(by_name={})
     model = SimpleNamespace(candidates=(effect,) * effects, validation_fit=nothing, fitted=nothing)
     found: Any = SimpleNamespace(model=model, far_off=far_off, values_off=far_off)

@@ -12,8 +12,9 @@ from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection import forward as growth
 from lathesim.diagnosis.selection.forward import _may_add, in_turn
 from lathesim.diagnosis.selection.moves.restart import plainly_better, restarts
+from lathesim.effects.identification import Identification
 from lathesim.identification.records.model import Score, Trial
-from lathesim.identification.replay.experiment import STICKING
+from tests.diagnosis.stand_ins import effect_of
 
 SETTINGS = Method()
 
@@ -139,7 +140,7 @@ def test_a_search_that_was_to_ease_the_values_counts_only_if_it_does(monkeypatch
 
 
 def lag(part: str) -> Any:
-    effect = SimpleNamespace(late_by="lag", declarations={"lag": SimpleNamespace(unit="s")})
+    effect = SimpleNamespace(identification=Identification(delay="lag"), declarations={"lag": SimpleNamespace(unit="s")})
     return SimpleNamespace(name="SensorFilter", part=part, at="x_scale", parameters=(f"{part}.lag",), effect=effect)
 
 
@@ -190,7 +191,7 @@ def test_a_friction_that_explains_one_recording_better_is_tried_with_the_motion_
     family: str, gain: float, validation: float, again: bool
 ) -> None:
     """A slide stood still in one pass of three: what its friction held there added up."""
-    candidate = SimpleNamespace(family=family, parameters=("try.level",))
+    candidate = SimpleNamespace(effect=effect_of(family), parameters=("try.level",))
     fitted = SimpleNamespace(fitted=SimpleNamespace(by_name={"try.level": 150.0}))
     made: Any = SimpleNamespace(candidate=candidate, gain=gain, validation_gain=validation, model=fitted, share_of_rest=0.99)
     asked = growth._with_simulated_motion([made], [], model(0.0, 0.0, 1))
@@ -203,10 +204,10 @@ def test_a_friction_that_explains_one_recording_better_is_tried_with_the_motion_
     ids=["holds still as well", "does something else", "does no better"],
 )
 def test_a_friction_beside_which_a_dead_zone_gains_more_is_tried_with_the_motion_it_makes(gain: float, share: float, again: bool) -> None:
-    friction = SimpleNamespace(family=STICKING, parameters=("try.level",))
+    friction = SimpleNamespace(effect=effect_of("reversal"), parameters=("try.level",))
     fitted = SimpleNamespace(fitted=SimpleNamespace(by_name={"try.level": 140.0}))
     made: Any = SimpleNamespace(candidate=friction, gain=8000.0, validation_gain=7000.0, model=fitted, share_of_rest=0.99)
-    dead_zone: Any = SimpleNamespace(candidate=SimpleNamespace(family="drive range"), gain=gain, share_of_rest=share)
+    dead_zone: Any = SimpleNamespace(candidate=SimpleNamespace(effect=effect_of("drive range")), gain=gain, share_of_rest=share)
     assert bool(growth._with_simulated_motion([made], [dead_zone], model(0.0, 0.0, 1))) == again
 
 
@@ -216,13 +217,13 @@ def test_a_friction_beside_which_a_dead_zone_gains_more_is_tried_with_the_motion
         (0.24, True, "once per turn", True),
         (0.9, True, "once per turn", False),
         (0.24, False, "once per turn", False),
-        (0.24, True, STICKING, False),
+        (0.24, True, "reversal", False),
     ],
     ids=["kept little", "kept most", "nothing holds", "holds by itself"],
 )
 def test_what_pushes_a_table_at_rest_is_tried_with_frictions_that_hold_it(kept: float, frictions: bool, family: str, again: bool) -> None:
     """A cogging promised nearly all and kept a quarter: a friction that senses a recorded rest lets the spindle go."""
-    candidate = SimpleNamespace(part="try_cogging", family=family, effect=SimpleNamespace(site="effort"))
+    candidate = SimpleNamespace(part="try_cogging", effect=effect_of(family, site="effort"))
     item: Any = SimpleNamespace(candidate=candidate, share=0.99, starts=(np.array([3.0, 0.14]), np.array([3.0, 0.07])))
     made: Any = SimpleNamespace(candidate=candidate, share_of_rest=kept)
     experiment: Any = SimpleNamespace(simulated_motion_of=lambda candidates: {"sensed_bearing_flow.share": 0.0} if frictions else {})

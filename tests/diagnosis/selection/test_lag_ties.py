@@ -10,11 +10,14 @@ from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection import lag_ties as late_rivals
 from lathesim.diagnosis.selection.lag_ties import ties_of_late_effects
 from lathesim.identification.records.model import Trial
+from tests.diagnosis.stand_ins import effect_of
 
 
 def trial(name: str, gain: float, score: float, family: str = "lag") -> Trial:
     """Give a trial of one late value, and what it would come to with forces that may be slow."""
-    candidate: Any = SimpleNamespace(name=name, part=name, at="x_axis", family=family, parameters=(f"{name}.delay",))
+    candidate: Any = SimpleNamespace(
+        name=name, part=name, at="x_axis", effect=effect_of(family), family=family, parameters=(f"{name}.delay",)
+    )
     model: Any = SimpleNamespace(candidates=(candidate,), fitted=SimpleNamespace(score=score, constant={}))
     return Trial(candidate, model, gain, gain, 10.0, 0.9, 0.9, full_band_gain=gain, full_band_validation_gain=gain)
 

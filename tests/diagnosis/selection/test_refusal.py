@@ -16,6 +16,7 @@ from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.model import Model, Trial
 from tests.diagnosis.pushed_table import Hidden, baseline, experiments, recording
+from tests.diagnosis.stand_ins import effect_of
 
 LEVEL = 8.0
 
@@ -67,6 +68,6 @@ def test_what_only_pushes_is_not_looked_for_where_nothing_is_missing() -> None:
 )
 def test_a_wave_that_is_much_of_what_was_left_is_no_trifle(family: str, share: float, much: bool) -> None:
     """A motion is slow, and a ripple quicker: in the band of the motion, where a missing force is told, next to nothing of it is seen."""
-    candidate: Any = SimpleNamespace(family=family)
+    candidate: Any = SimpleNamespace(effect=effect_of(family))
     found: Any = SimpleNamespace(removed_by=lambda asked: share)
     assert is_much_of_it(candidate, found) == much

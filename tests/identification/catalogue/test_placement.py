@@ -136,7 +136,7 @@ def test_starting_values_spread_over_the_usual_range_inside_the_bounds() -> None
         assert np.all(candidate.points >= candidate.low)
         assert np.all(candidate.points <= candidate.high)
         for name, column in zip(candidate.parameters, candidate.points.T, strict=True):
-            low, high = candidate.effect.typical[name.partition(".")[2]]
+            low, high = candidate.effect.identification.typical[name.partition(".")[2]]
             assert np.all(column >= low)
             assert np.all(column <= high)
             assert len(np.unique(column)) == len(column)

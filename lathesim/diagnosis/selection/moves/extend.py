@@ -53,7 +53,9 @@ def extend_parameters(laboratory: Laboratory, found: SearchResult, method: Metho
         ):
             # what was as good and may take the same shape is as good still: a screw and an encoder's disc
             alike = [
-                one for one in found.trials.get(candidate.part, ()) if one.candidate.effect.finer_shape == candidate.effect.finer_shape
+                one
+                for one in found.trials.get(candidate.part, ())
+                if one.candidate.effect.identification.extended == candidate.effect.identification.extended
             ]
             found.trials[candidate.part] = [replace(one, share_of_all=min(one.share_of_all + trial.share_of_all, 1.0)) for one in alike]
             found.model = laboratory.settled(trial.model)
@@ -89,7 +91,7 @@ def shape_starts(candidate: Candidate, shaped: Candidate, model: Model) -> Seque
     plain = np.array([values.get(name, neutral) for name, neutral in zip(shaped.parameters, shaped.neutral, strict=True)])
     starts = [plain]
     for place, name in enumerate(shaped.parameters):
-        if name not in candidate.parameters and name.partition(".")[2] in shaped.effect.finer_shape:
+        if name not in candidate.parameters and name.partition(".")[2] in shaped.effect.identification.extended:
             start = plain.copy()
             start[place] = 0.5 * shaped.usual[place]
             starts.append(start)

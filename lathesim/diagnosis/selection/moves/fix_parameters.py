@@ -64,7 +64,7 @@ def _unsure_shape(candidate: Candidate, fitted: Fitted, method: Method = STANDAR
     """Return the values of a finer shape that may well be nothing."""
     for name in candidate.parameters:
         if (
-            name.partition(".")[2] in candidate.effect.finer_shape
+            name.partition(".")[2] in candidate.effect.identification.extended
             and name not in candidate.spare
             and abs(fitted.by_name[name]) < method.selection.surely_there * fitted.error(name)
         ):

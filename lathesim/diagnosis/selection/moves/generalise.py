@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from lathesim.diagnosis.candidates.periodic_starts import WAVES
 from lathesim.diagnosis.candidates.screening import least_shown, screened_instead
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.screened import Screened
@@ -23,7 +22,11 @@ def generalise(laboratory: Laboratory, found: SearchResult, method: Method, leas
     quiet = quiet_parts(laboratory, found.model, method=method)
     for candidate in found.model.candidates:
         rest = tuple(other for other in found.model.candidates if other is not candidate)
-        forms = [other for other in laboratory.experiment.candidates if other.at == candidate.at and candidate.name in other.effect.refines]
+        forms = [
+            other
+            for other in laboratory.experiment.candidates
+            if other.at == candidate.at and candidate.name in other.effect.identification.generalises
+        ]
         forms = [other for other in forms if other.part not in found.refused]
         kept = [item for item in found.model.free if item.name not in candidate.parameters]
         asked = []
@@ -82,7 +85,7 @@ def _restores_plausibility(trial: Trial, method: Method) -> bool:
 def may_be_worth(laboratory: Laboratory, model: Model, item: Screened, method: Method) -> bool:
     """Return whether what a candidate scores may come to the shares of the error that an effect must remove."""
     if is_implausible(model.fitted, method=method) or (
-        item.candidate.family == WAVES and item.gain > method.selection.wave_surely_there * method.margin
+        item.candidate.effect.identification.periodic and item.gain > method.selection.wave_surely_there * method.margin
     ):
         # what repeats hundreds of times scores little as long as its length is a little off
         return True

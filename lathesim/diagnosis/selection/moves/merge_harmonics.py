@@ -51,7 +51,7 @@ def merge_harmonics(laboratory: Laboratory, found: SearchResult, method: Method,
 
 def _of_two_lines(laboratory: Laboratory, wave: Candidate, there: Sequence[Candidate]) -> Candidate | None:
     """Return the effect of two lines at the place of a wave, if that is of one; none where the model has it."""
-    if any(name.endswith(".second") or "second_sine" in name for name in wave.parameters):
+    if wave.named(wave.effect.identification.second_harmonic):
         return None
     forms = (
         candidate

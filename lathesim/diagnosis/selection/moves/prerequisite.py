@@ -28,7 +28,9 @@ def add_prerequisites(laboratory: Laboratory, found: SearchResult, method: Metho
             continue
         others = [other for other in found.model.candidates if other is not candidate and _host(other) == _host(candidate)]
         grounds = [
-            ground for ground in laboratory.experiment.candidates if ground.name in candidate.effect.needs and ground.at == candidate.at
+            ground
+            for ground in laboratory.experiment.candidates
+            if ground.name in candidate.effect.identification.prerequisites and ground.at == candidate.at
         ]
         laboratory.progress(
             f"asking whether {' or '.join(ground.name for ground in grounds)} is there, on which {candidate.name} at {candidate.at} stands"

@@ -65,12 +65,12 @@ def _in_its_shape(trial: Trial, candidate: Candidate, values: Mapping[str, float
     against an encoder's disc with harmonics. Half a turn on the even ones have the other sign."""
     rival, fitted = trial.candidate, trial.model.fitted.by_name
     its_own = {name.partition(".")[2]: values[name] for name in candidate.parameters}
-    more = [name for name in its_own if name in candidate.effect.finer_shape]
-    if more and rival.shaped is not None and rival.effect.finer_shape == candidate.effect.finer_shape:
+    more = [name for name in its_own if name in candidate.effect.identification.extended]
+    if more and rival.shaped is not None and rival.effect.identification.extended == candidate.effect.identification.extended:
         rival = rival.shaped.keeping([*rival.parameters, *(f"{rival.part}.{name}" for name in more)])
-    starts = []
+    even, starts = candidate.effect.identification.second_harmonic, []
     for turned in (False, True) if rival is not trial.candidate else (False,):
-        shape = {f"{rival.part}.{name}": -its_own[name] if turned and name.startswith("second") else its_own[name] for name in more}
+        shape = {f"{rival.part}.{name}": -its_own[name] if turned and name in even else its_own[name] for name in more}
         starts.append(np.array([{**shape, **fitted}[name] for name in rival.parameters]))
     return rival, starts
 
@@ -124,10 +124,10 @@ def _takes_two_places(laboratory: Laboratory, found: SearchResult, candidate: Ca
 def _is_better(trial: Trial, own: Trial, method: Method) -> bool:
     """Return whether a rival does clearly better, and needs no other machine. Of the same equation at another place less is clear."""
     more = merit(trial, method) - merit(own, method)
-    shape = own.candidate.effect.finer_shape
+    shape = own.candidate.effect.identification.extended
     share = (
         method.selection.equal_share
-        if shape and trial.candidate.effect.finer_shape == shape and trial.candidate.family == own.candidate.family
+        if shape and trial.candidate.effect.identification.extended == shape and trial.candidate.family == own.candidate.family
         else method.selection.tie_share
     )
     return more > max(method.margin, share * merit(own, method)) and not is_implausible(trial.model.fitted, method=method)

@@ -27,7 +27,7 @@ def specialise(laboratory: Laboratory, found: SearchResult, method: Method = STA
         for plain in laboratory.experiment.candidates:
             if (
                 plain.at != finer.at
-                or plain.name not in finer.effect.refines
+                or plain.name not in finer.effect.identification.generalises
                 or _has_values_of_its_own(finer, plain, found.model, method=method)
             ):
                 continue

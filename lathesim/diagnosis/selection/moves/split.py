@@ -24,7 +24,11 @@ def forms_of_two(laboratory: Laboratory, model: Model, method: Method = STANDARD
     beside it."""
     found: dict[str, list[Candidate]] = {}
     for candidate in model.candidates:
-        finer = [other for other in laboratory.experiment.candidates if other.at == candidate.at and candidate.name in other.effect.refines]
+        finer = [
+            other
+            for other in laboratory.experiment.candidates
+            if other.at == candidate.at and candidate.name in other.effect.identification.generalises
+        ]
         beside = [other for other in model.candidates if other is not candidate and other.at == candidate.at]
         for form in finer:
             for other in beside:
@@ -40,7 +44,7 @@ def two_for_one(laboratory: Laboratory, baseline: Model, model: Model, method: M
     for form in model.candidates:
         kept = tuple(candidate for candidate in model.candidates if candidate is not form)
         at = [candidate for candidate in laboratory.experiment.candidates if candidate.at == form.at and candidate not in model.candidates]
-        simple = next((candidate for candidate in at if candidate.name in form.effect.refines), None)
+        simple = next((candidate for candidate in at if candidate.name in form.effect.identification.generalises), None)
         if simple is None:
             continue
         before = _without(laboratory, baseline, model, form, kept)
@@ -60,7 +64,7 @@ def two_for_one(laboratory: Laboratory, baseline: Model, model: Model, method: M
 
 def _is_plain(candidate: Candidate) -> bool:
     """Return whether a candidate has one value and refines nothing."""
-    return len(candidate.parameters) == 1 and not candidate.effect.refines
+    return len(candidate.parameters) == 1 and not candidate.effect.identification.generalises
 
 
 def _is_beside(candidate: Candidate, other: Candidate) -> bool:

@@ -7,6 +7,7 @@ import pytest
 
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.selection.moves import generalise as refinement
+from tests.diagnosis.stand_ins import effect_of
 
 
 @pytest.mark.parametrize(
@@ -38,7 +39,7 @@ def test_a_wave_is_fitted_though_it_promises_little_of_the_rest(
 ) -> None:
     """Over hundreds of turns its length has to be right to a thousandth, and a search begins beside it."""
     monkeypatch.setattr(refinement, "is_implausible", lambda fitted, **_: False)
-    item: Any = SimpleNamespace(candidate=SimpleNamespace(family=family), gain=gain, share=0.02)
+    item: Any = SimpleNamespace(candidate=SimpleNamespace(effect=effect_of(family)), gain=gain, share=0.02)
     model: Any = SimpleNamespace(candidates=("another",), fitted=None)
     laboratory: Any = None
     assert refinement.may_be_worth(laboratory, model, item, Method()) == worth

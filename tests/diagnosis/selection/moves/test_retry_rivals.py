@@ -12,10 +12,11 @@ from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.moves import retry_rivals as rivals_again
 from lathesim.diagnosis.verdict.ranking import rank_effects
 from lathesim.identification.records.model import Score, Trial
+from tests.diagnosis.stand_ins import effect_of
 
 
 def candidate(name: str, family: str = "reversal") -> Any:
-    effect, part = SimpleNamespace(finer_shape=()), f"try_{name}"
+    effect, part = effect_of(family), f"try_{name}"
     return SimpleNamespace(name=name, part=part, at="x_drive", parameters=(f"{part}.size",), family=family, effect=effect, shaped=None)
 
 
@@ -67,7 +68,7 @@ def test_a_rival_that_does_better_beside_the_rest_takes_the_place(monkeypatch: p
 def disc(name: str, *shape: str) -> Any:
     """Give an effect that may have a second harmonic, with the values it has of that."""
     one = candidate(name, "once per turn")
-    one.effect.finer_shape = ("second_sine",)
+    one.effect.identification = replace(one.effect.identification, extended=("second_sine",))
     one.parameters = (f"{one.part}.amplitude", *(f"{one.part}.{item}" for item in shape))
     one.keeping = lambda names: disc(name, *[item.partition(".")[2] for item in names if not item.endswith("amplitude")])
     one.shaped = None if shape else disc(name, "second_sine")
