@@ -204,6 +204,11 @@ class LathesimApp(App[None]):
             return
         self.switch_mode("bench")
 
+    async def do_on(self, mode: str, action: str) -> None:
+        """Go to a screen and do what one of its keys does."""
+        await self.switch_mode(mode)
+        await self.run_action(action, self.screen)
+
     async def show_help(self, kind: str, name: str) -> None:
         """Show the page of a component or an effect."""
         from lathesim.tui.screens.help import HelpScreen

@@ -1,4 +1,4 @@
-"""What the command palette finds: lessons, channels, parameters, parts, effects, screens."""
+"""What the command palette finds: lessons, channels, parameters, parts, effects, screens, and what the keys do."""
 
 from __future__ import annotations
 
@@ -43,12 +43,29 @@ class WorkbenchProvider(Provider):
                 yield title, f"screen, {key.upper()}", partial(self._app.switch_mode, name)
         yield "Run or stop", "F5", self._app.action_run_or_stop
 
+    def _actions(self) -> Iterator[Entry]:
+        """Return what the keys of each screen do."""
+        import importlib
+
+        from lathesim.tui.app import SCREENS, navigation
+
+        for name, _, title in navigation():
+            if name == "run":
+                continue
+            module, _, screen = SCREENS[name][2].partition(":")
+            for binding in getattr(importlib.import_module(module), screen).BINDINGS:
+                if binding.description:
+                    key = binding.key_display or binding.key
+                    about = f"{binding.tooltip or binding.description} ({title}, key {key})"
+                    yield binding.description, about, partial(self._app.do_on, name, binding.action)
+
     def _entries(self) -> Iterator[Entry]:
         from lathesim.errors import LatheSimError
         from lathesim.lessons.lesson_list import lesson_files
 
         app, workbench = self._app, self._app.workbench
         yield from self._screens()
+        yield from self._actions()
         for path in lesson_files():
             yield path.stem, "lesson: put on the bench", partial(app.open_lesson, path)
         for name, component in workbench.registry.components.items():

@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 
 from textual.pilot import Pilot
+from textual.widgets import Input
 
 from lathesim.cli.tui import make_app
 from lathesim.tui.app import LathesimApp
@@ -39,5 +40,26 @@ async def run_to_end(app: LathesimApp, pilot: Pilot[None]) -> None:
     """Press F5 and wait until the run has ended and its result is shown."""
     before = len(app.workbench.runs)
     await pilot.press("f5")
-    await until(pilot, lambda: len(app.workbench.runs) > before and app.workbench.live is None, "the end of the run")
-    await pilot.pause(0.3)
+
+    def is_over() -> bool:
+        return len(app.workbench.runs) > before and app.workbench.live is None and app._watched is None
+
+    await until(pilot, is_over, "the end of the run")
+    await pilot.pause()
+
+
+async def edit(app: LathesimApp, pilot: Pilot[None], name: str, text: str) -> None:
+    """Go to a parameter, write another value and press Enter."""
+    await app.show_parameter(name)
+    await pilot.pause()
+    await pilot.press("enter")
+    await pilot.pause()
+    app.screen.query_one("#value", Input).value = text
+    await pilot.pause()
+    await pilot.press("enter")
+    await pilot.pause()
+
+
+def told(app: LathesimApp) -> str:
+    """Return what the app told so far."""
+    return "\n".join(str(notice.message) for notice in app._notifications)

@@ -55,13 +55,19 @@ async def lessons(app: LathesimApp, pilot: Pilot[None]) -> None:
     await pilot.press("f6")
 
 
+async def detective(app: LathesimApp, pilot: Pilot[None]) -> None:
+    """Show how a case begins."""
+    await pilot.press("f7")
+
+
 SCREENS: dict[str, Callable[[LathesimApp, Pilot[None]], Awaitable[None]]] = {
     "bench": bench,
     "configure": configure,
     "results": results,
     "lessons": lessons,
+    "detective": detective,
 }
-SNAPSHOTS = ("configure", "lessons")
+SNAPSHOTS = ("configure", "detective")
 """Screens whose words are kept as goldens."""
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from textual.pilot import Pilot
 from textual.widgets import DataTable, Input, OptionList, Static, TabbedContent, Tree
 
 from lathesim.cli.main import run_command_line
@@ -13,25 +12,13 @@ from lathesim.record import load
 from lathesim.tui.app import LathesimApp
 from lathesim.tui.screens.configure import ConfigureScreen
 from lathesim.tui.widgets.program_listing import ProgramListing
-from tests.tui.driving import opened, run_to_end, until
+from tests.tui.driving import edit, opened, run_to_end, told, until
 from tests.tui.screen_words import words_of
 
 
 @pytest.fixture(autouse=True)
 def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-
-
-async def edit(app: LathesimApp, pilot: Pilot[None], name: str, text: str) -> None:
-    """Go to a parameter, write another value and press Enter."""
-    await app.show_parameter(name)
-    await pilot.pause()
-    await pilot.press("enter")
-    await pilot.pause()
-    app.screen.query_one("#value", Input).value = text
-    await pilot.pause()
-    await pilot.press("enter")
-    await pilot.pause()
 
 
 def said(app: LathesimApp) -> str:
@@ -52,23 +39,24 @@ async def test_a_saved_configuration_gives_the_same_bits_on_the_command_line() -
     assert all((shown[name] == again[name]).all() for name in shown)
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "fault"),
-    [
-        ("x_controller.proportional", "fast", "'fast' is no quantity"),
-        ("x_controller.proportional", "3 mm", "is given in mm, but V/m is wanted"),
-        ("x_dac.bits", "-3", "outside"),
-        ("x_axis.time_constant", "24", "has no unit"),
-    ],
-)
-async def test_a_wrong_value_is_told_below_the_field_as_it_is_typed(name: str, text: str, fault: str) -> None:
+WRONG = [
+    ("x_controller.proportional", "fast", "'fast' is no quantity"),
+    ("x_controller.proportional", "3 mm", "is given in mm, but V/m is wanted"),
+    ("x_dac.bits", "-3", "outside"),
+    ("x_axis.time_constant", "24", "has no unit"),
+]
+"""Parameter, a text that is no value of it, and what is said below the field."""
+
+
+async def test_a_wrong_value_is_told_below_the_field_as_it_is_typed() -> None:
     async with opened() as (app, pilot):
-        await app.show_parameter(name)
-        await pilot.pause()
-        app.screen.query_one("#value", Input).value = text
-        await pilot.pause()
-        assert fault in said(app)
-        assert said(app).startswith("✗")
+        for name, text, fault in WRONG:
+            await app.show_parameter(name)
+            await pilot.pause()
+            app.screen.query_one("#value", Input).value = text
+            await pilot.pause()
+            assert fault in said(app)
+            assert said(app).startswith("✗")
         assert app.workbench.setup is not None
         assert not app.workbench.setup.is_changed
 
@@ -179,7 +167,7 @@ async def test_the_lobes_of_a_lesson_are_drawn_and_a_lesson_without_them_is_told
         await pilot.pause()
         await pilot.press("f4", "l")
         await pilot.pause()
-        assert "the lesson has no tool point" in " ".join(str(note.message) for note in app._notifications)
+        assert "the lesson has no tool point" in told(app)
 
 
 async def test_a_program_is_explained_line_by_line_chosen_and_made_from_a_form() -> None:

@@ -18,7 +18,7 @@ from lathesim.tui.drawing.standing_bars import standing_bars
 from lathesim.tui.model.case_file import CaseFile, Guess
 from lathesim.tui.model.column_mapping import COMPARE, TIME, ColumnMeaning, recordings_entry
 from lathesim.tui.screens.detective import DetectiveScreen
-from tests.tui.driving import opened, until
+from tests.tui.driving import opened, told, until
 
 LESSON = "12_what_is_wrong_with_this_machine"
 
@@ -136,31 +136,53 @@ async def test_columns_are_mapped_in_a_form_where_the_lesson_says_nothing() -> N
 
 async def test_what_is_no_recording_is_told_in_a_sentence() -> None:
     Path("empty.csv").write_text("", encoding="utf-8")
+    Path("words.csv").write_text("name,colour\nanna,red\nben,blue\n", encoding="utf-8")
     async with opened() as (app, pilot):
         await pilot.press("f7")
         await pilot.pause()
-        for typed in ("nowhere.csv", "empty.csv", "lathesim_runs"):
+        for typed in ("nowhere.csv", "empty.csv", "words.csv", "lathesim_runs"):
+            before = told(app)
             app.screen.query_one("#path", Input).value = typed
             await pilot.click("#open")
-            await pilot.pause(0.3)
-        told = [notice.message for notice in app._notifications]
-        assert len(told) == 3, told
+            await until(pilot, lambda: told(app) != before, f"a sentence about {typed}")  # noqa: B023
+            assert typed in told(app).removeprefix(before)
         await pilot.press("s")
         assert isinstance(app.screen, DetectiveScreen)
 
 
-async def test_a_case_is_hidden_for_somebody_else() -> None:
+async def test_a_class_gets_a_folder_each_and_the_answer_is_revealed_from_its_own() -> None:
     async with opened(LESSON) as (app, pilot):
         await pilot.press("f7")
         await pilot.pause()
         await pilot.press("h")
         await pilot.pause()
         app.screen.query_one("#hidden", Input).value = "CoulombFriction:level=20 N@x_axis"
-        await pilot.click("#take")
-        await until(pilot, lambda: Path("case_1/seal.json").exists() and Path("case_1_answer.json").exists(), "the case")
+        app.screen.query_one("#folder", Input).value = "class"
+        count = app.screen.query_one("#count", Input)
+        count.focus()
+        count.value = "0"
+        await pilot.press("enter")
+        await pilot.pause()
+        assert "a number of cases from 1 to 200" in text(app.screen, "fault")
+        count.value = "2"
+        await pilot.press("enter")
+        await until(pilot, lambda: isinstance(app.screen, DetectiveScreen), "the screen")
         screen = app.screen
         assert isinstance(screen, DetectiveScreen)
-        await until(pilot, lambda: not screen.busy, "the end")
+        await until(pilot, lambda: Path("class_2_answer.json").exists() and not screen.busy, "the cases")
+        for number in (1, 2):
+            assert {path.name for path in Path(f"class_{number}").iterdir()} >= {"recording.csv", "lesson.yaml", "seal.json"}
+            assert Path(f"class_{number}_answer.json").exists()
+        assert Path("class_1/recording.csv").read_bytes() != Path("class_2/recording.csv").read_bytes()
+        screen.query_one("#seal", Input).value = "class_2"
+        screen.query_one("#sealed", Input).value = "class_2_answer.json"
+        await pilot.press("v")
+        await pilot.pause()
+        assert "CoulombFriction at x_axis" in text(screen, "truth")
+        screen.query_one("#sealed", Input).value = "class_1_answer.json"
+        await pilot.press("v")
+        await pilot.pause()
+        assert text(screen, "truth").startswith("✗")
 
 
 def test_candidates_stand_in_the_order_of_what_they_gain() -> None:

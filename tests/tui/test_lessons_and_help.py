@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from textual.command import Hit
 from textual.widgets import Input, Markdown, OptionList, Static, Tree
 
 from lathesim.tui.model.student_book import StudentBook
@@ -90,6 +91,29 @@ async def test_help_shows_keys_chapters_and_the_page_of_an_effect() -> None:
         await app.show_help("chapter", "plugins")
         await pilot.pause(0.3)
         assert app.screen.query_one(Markdown).display
+
+
+async def test_the_palette_finds_lessons_channels_parameters_components_effects_and_actions() -> None:
+    from lathesim.tui.palette import WorkbenchProvider
+
+    wanted = {
+        "09_constant_surface_speed": "lesson",
+        "cutting_force.radial_force": "channel",
+        "x_controller.proportional": "parameter",
+        "PositionController": "component",
+        "CoulombFriction": "effect",
+        "Run or stop": "F5",
+        "Magnify": "Magnify the error",
+        "Lobes": "stability lobes",
+    }
+    async with opened() as (app, pilot):
+        await pilot.pause()
+        provider = WorkbenchProvider(app.screen)
+        for query, about in wanted.items():
+            hits = [hit async for hit in provider.search(query)]
+            assert any(str(hit.match_display) == query and about in str(hit.help) for hit in hits if isinstance(hit, Hit)), query
+        await app.do_on("configure", "cut")
+        await until(pilot, lambda: bool(app.screen.query("#length")), "the form")
 
 
 async def test_the_palette_finds_a_channel_and_plots_it() -> None:

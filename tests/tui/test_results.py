@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from textual.pilot import Pilot
 from textual.widgets import DataTable, Input, SelectionList, Static
 
 from lathesim.cli.main import run_command_line
@@ -12,7 +13,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.record import load
 from lathesim.tui.app import LathesimApp
 from lathesim.tui.widgets.time_plot import TimePlot
-from tests.tui.driving import opened, run_to_end
+from tests.tui.driving import edit, opened, run_to_end, told
 
 
 @pytest.fixture(autouse=True)
@@ -24,14 +25,21 @@ def tick_all(app: LathesimApp) -> None:
     app.screen.query_one("#runs", SelectionList).select_all()
 
 
+async def answer(app: LathesimApp, pilot: Pilot[None], text: str) -> None:
+    """Answer the question of the dialog that is open."""
+    app.screen.query_one("#answer", Input).value = text
+    await pilot.press("enter")
+    await pilot.pause()
+
+
 async def test_a_student_doubles_the_gain_sees_the_error_fall_and_saves_what_runs_the_same() -> None:
     async with opened() as (app, pilot):
         await run_to_end(app, pilot)
-        setup = app.workbench.setup
-        assert setup is not None
         for axis in ("x", "z"):
-            setup = setup.with_value(f"{axis}_controller.proportional", "0.449 V/mm")
-        app.workbench.change(setup)
+            await edit(app, pilot, f"{axis}_controller.proportional", "0.449 V/mm")
+        await pilot.press("ctrl+s")
+        await pilot.pause()
+        await answer(app, pilot, "mine.yaml")
         await run_to_end(app, pilot)
         await pilot.press("f3")
         await pilot.pause()
@@ -40,18 +48,43 @@ async def test_a_student_doubles_the_gain_sees_the_error_fall_and_saves_what_run
         table = app.screen.query_one(DataTable)
         errors = next(table.get_row_at(row) for row in range(table.row_count) if str(table.get_row_at(row)[0]) == "max_contour_error")
         assert [str(cell) for cell in errors[1:]] == ["0.3379 mm", "0.6851 mm"]
-        assert len(app.screen.query_one(TimePlot).named) == 2
+        assert [name for _, name, _ in app.screen.query_one(TimePlot).named] == ["002", "001"]
         await pilot.press("g")
         await pilot.pause()
-        app.screen.query_one(Input).value = "both.png"
-        await pilot.press("enter")
-        await pilot.pause()
+        await answer(app, pilot, "both.png")
         assert Path("both.png").stat().st_size > 10_000
-        Path("mine.yaml").write_text(setup.lesson_text(Path()), encoding="utf-8")
     assert run_command_line(["run", "mine.yaml", "--out", "again.h5", "--no-plots"]) == 0
     shown, again = load("lathesim_runs/01_contour_error/002.h5"), load("again.h5")
     assert all((shown[name] == again[name]).all() for name in shown)
     assert load_lesson("mine.yaml").variants == ()
+
+
+async def test_the_records_of_two_students_are_laid_over_each_other() -> None:
+    for student, variant in (("anna", "I"), ("ben", "II")):
+        Path(student).mkdir()
+        assert run_command_line(["run", "01_contour_error", "--variant", variant, "--out", f"{student}/001.h5", "--no-plots"]) == 0
+    async with opened("anna/001.h5") as (app, pilot):
+        app.screen.query_one(TimePlot).focus()
+        await pilot.press("o")
+        await pilot.pause()
+        await answer(app, pilot, "ben/001.h5")
+        assert {name for _, name, _ in app.screen.query_one(TimePlot).named} == {"anna/001", "ben/001"}
+        assert "contour error in contact" in str(app.screen.query_one(TimePlot).border_title)
+        columns = [str(column.label) for column in app.screen.query_one(DataTable).columns.values()]
+        assert sorted(columns) == ["anna/001", "ben/001", "metric"]
+
+
+async def test_a_file_that_cannot_be_written_is_told_and_the_rest_goes_on() -> None:
+    assert run_command_line(["run", "01_contour_error", "--variant", "I", "--out", "old.h5", "--no-plots"]) == 0
+    async with opened("old.h5") as (app, pilot):
+        app.screen.query_one(TimePlot).focus()
+        for key, name in (("w", "nowhere/old.csv"), ("g", "nowhere/old.png"), ("o", "nowhere/old.h5"), ("o", "old.csv")):
+            before = told(app)
+            await pilot.press(key)
+            await pilot.pause()
+            await answer(app, pilot, name)
+            assert name in told(app).removeprefix(before), key
+        assert app.screen.query_one(TimePlot).named
 
 
 async def test_the_cursor_tells_values_with_units() -> None:
@@ -68,22 +101,20 @@ async def test_the_cursor_tells_values_with_units() -> None:
         assert words.rstrip().endswith("m")
 
 
-@pytest.mark.parametrize("key", ["t", "x", "e", "u"])
-async def test_every_view_is_drawn_and_its_figure_saved(key: str) -> None:
+async def test_every_view_is_drawn_and_its_figure_saved() -> None:
     async with opened() as (app, pilot):
         await run_to_end(app, pilot)
         await pilot.press("f3")
         await pilot.pause()
         app.screen.query_one(TimePlot).focus()
-        await pilot.press(key)
-        await pilot.pause()
-        assert app.screen.query_one(TimePlot).named
-        await pilot.press("g")
-        await pilot.pause()
-        app.screen.query_one(Input).value = "view.svg"
-        await pilot.press("enter")
-        await pilot.pause()
-    assert Path("view.svg").read_text(encoding="utf-8").startswith("<?xml")
+        for key in ("t", "x", "e", "u"):
+            await pilot.press(key)
+            await pilot.pause()
+            assert app.screen.query_one(TimePlot).named
+            await pilot.press("g")
+            await pilot.pause()
+            await answer(app, pilot, f"{key}.svg")
+            assert Path(f"{key}.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
 async def test_an_older_record_is_opened_by_the_command_and_written_as_csv() -> None:
@@ -108,6 +139,6 @@ async def test_a_record_that_is_gone_is_told_in_a_sentence() -> None:
         Path("lathesim_runs/01_contour_error/01_contour_error_I.h5").unlink()
         tick_all(app)
         await pilot.pause()
-        assert any("there is no" in notice.message for notice in app._notifications)
+        assert "there is no" in told(app)
         await pilot.press("f2")
         assert app.current_mode == "bench"
