@@ -23,6 +23,8 @@ RETRACT = 0.5e-3
 _MICRON = 1e-6
 _TENTH = 2.54e-6
 """[m] one unit of a number without a decimal point, in millimetres and in inches. Source: Fanuc 0i-T, least input increment."""
+_STEPS = 100.0
+"""From so many units on a depth of a cycle without a decimal point is one in smallest units, assumed: nobody cuts 100 mm deep."""
 _MOST_STEPS = 200_000
 
 
@@ -39,8 +41,8 @@ class ContourCycles(Motions):
         across = meaning is Meaning.FACING_CYCLE
         if not {"P", "Q"} & set(self.block.words):
             depth, retract = self.take("W" if across else "U"), self.take("R")
-            modal.cycle_depth = modal.metres(depth.value) if depth is not None else modal.cycle_depth
-            modal.cycle_retract = modal.metres(retract.value) if retract is not None else modal.cycle_retract
+            modal.cycle_depth = self._told_length(depth) if depth is not None else modal.cycle_depth
+            modal.cycle_retract = self._told_length(retract) if retract is not None else modal.cycle_retract
             return
         first, last = self._contour_ends(code)
         word = self.take("D")
@@ -100,7 +102,7 @@ class ContourCycles(Motions):
         modal, code = self.modal, self.block.codes[Meaning.REPEATING_CYCLE].code
         if not {"P", "Q"} & set(self.block.words):
             relief_x, relief_z, count = self.take("U"), self.take("W"), self.take("R")
-            modal.relief = (modal.metres(relief_x.value) if relief_x else 0.0, modal.metres(relief_z.value) if relief_z else 0.0)
+            modal.relief = (self._told_length(relief_x) if relief_x else 0.0, self._told_length(relief_z) if relief_z else 0.0)
             modal.repeats = max(1, round(count.value)) if count is not None else 1
             self._check_count(float(modal.repeats), code)
             return
@@ -277,6 +279,13 @@ class ContourCycles(Motions):
         if "." in word.text:
             return self.modal.metres(word.value)
         return word.value * (_TENTH if self.modal.inch else _MICRON)
+
+    def _told_length(self, word: Word) -> float:
+        """Return a length of the first block of a cycle [m]: without a decimal point a large one counts in the smallest unit."""
+        if "." in word.text or abs(word.value) < _STEPS:
+            return self.modal.metres(word.value)
+        self.assumed["numbers_without_point"] = f"{word.text} of a cycle counts in the smallest unit of the control"
+        return self._length(word)
 
     def _check_turning(self) -> None:
         if not self.modal.turning:

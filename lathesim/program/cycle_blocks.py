@@ -79,7 +79,7 @@ class Cycles(ContourCycles):
 
     def _lead(self) -> float:
         """Return the lead of a thread [m], which the word F gives (it is no feed); the one before stays in force."""
-        word = self.take("F")
+        word = self.take("F") or self.take("E")
         modal = self.modal
         if word is not None:
             if word.value <= 0.0:
@@ -154,7 +154,7 @@ class Cycles(ContourCycles):
         modal, code, across = self.modal, self.block.codes[meaning].code, meaning is Meaning.GROOVING_CYCLE
         if not any(letter in self.block.words for letter in ("X", "Z", "U", "W")):
             word = self.take("R")
-            modal.peck_retract = modal.metres(word.value) if word is not None else modal.peck_retract
+            modal.peck_retract = self._told_length(word) if word is not None else modal.peck_retract
             return
         p, q, i, k = (self.take(letter) for letter in "PQIK")
         step_x = self._length(p) if p is not None else modal.metres(i.value) if i is not None else 0.0
@@ -186,7 +186,7 @@ class Cycles(ContourCycles):
                 modal.thread_finishing, modal.thread_angle = max(1, digits // 10000), math.radians(digits % 100)
                 modal.thread_chamfer = 0.1 * (digits // 100 % 100)
             modal.thread_smallest = self._length(q) if q is not None else modal.thread_smallest
-            modal.thread_allowance = modal.metres(r.value) if r is not None else modal.thread_allowance
+            modal.thread_allowance = self._length(r) if r is not None else modal.thread_allowance
             return
         self._check_turning()
         one_block = "K" in self.block.words

@@ -35,6 +35,7 @@ _SIMPLE = re.compile(
 """A line of words only, as nearly all lines are: it needs no walk along its characters."""
 _PAIR = re.compile(r"([A-Z])([+-]?[0-9.]+)")
 _CORNER = re.compile(r"(,[CR])([+-]?(?:[0-9]{1,9}\.?[0-9]*|\.[0-9]+))")
+_DELETE = re.compile(r"^\s*/[1-9]?")
 _BLOCK_NUMBER = re.compile(r"N([0-9]+\.?[0-9]*)")
 _COMPUTED = re.compile(r"[#\[O]|END")
 _PLAIN = re.compile(r"[A-Z][+-]?[0-9.]+(?![#\[])")
@@ -256,7 +257,7 @@ def _block(raw: str, line: int, place: str, block_delete: bool) -> Block | None:
     deleted = raw.lstrip().startswith("/")
     if deleted and block_delete:
         return None
-    code, spaced, comments = _compact(raw.lstrip()[1:] if deleted else raw, place)
+    code, spaced, comments = _compact(_DELETE.sub("", raw) if deleted else raw, place)
     if len(code) > LINE_LIMIT:
         raise ProgramError(
             f"The line is too long: {len(code)} characters of code, and {LINE_LIMIT} are read.",

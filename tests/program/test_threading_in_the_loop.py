@@ -73,3 +73,18 @@ def test_a_spindle_that_is_not_yet_up_to_speed_leaves_the_lead_as_it_is(tmp_path
     assert speed.max() > 1.05 * speed.min()
     slope = np.diff(z) / np.diff(angle) * 2.0 * np.pi
     assert slope == pytest.approx(np.full(len(slope), LEAD), rel=1e-6)
+
+
+def test_a_dip_of_the_spindle_under_load_shows_in_the_thread() -> None:
+    """The reference follows the angle exactly; the slide lags by what the feed asks for, so where the spindle dips the lead is off."""
+    record = run_prepared(prepare(load_lesson("13_shop_programs"), load_registry(), "thread"))
+    thread = (record["interpolator.program_line"] == 20) & (record["interpolator.feed_speed"] > 0.0)
+    begin = int(np.flatnonzero(thread)[0])
+    first = slice(begin + 160, begin + 340)  # the first pass, behind its run-up
+    speed = record["spindle.speed"][first] * 30.0 / np.pi
+    assert speed.min() < 350.0 < 395.0 < speed.max()
+    turned = LEAD * record["spindle.angle"][first] / (2.0 * np.pi)
+    wanted = record["interpolator.z_reference"][first] + turned
+    made = record["z_axis.position"][first] + turned
+    assert np.ptp(wanted) < 1e-9
+    assert np.ptp(made) == pytest.approx(198e-6, rel=0.1)
