@@ -11,7 +11,7 @@ import click
 if TYPE_CHECKING:
     from lathesim.program.moves import Move, Program
     from lathesim.program.nose.tool_nose import Tool
-    from lathesim.program.stock_checks import Bar
+    from lathesim.program.telling.stock_checks import Bar
 
 
 @click.command()
@@ -41,11 +41,11 @@ def program(
 ) -> int:
     """Show the moves of a part program. Lengths are in mm and X is a radius."""
     from lathesim.program.canon import canon
-    from lathesim.program.checks import checked
-    from lathesim.program.detect import detect_dialect
-    from lathesim.program.explain import explain
     from lathesim.program.interpreter import interpret
-    from lathesim.program.stock_checks import meets_stock
+    from lathesim.program.reading.detect import detect_dialect
+    from lathesim.program.telling.checks import checked
+    from lathesim.program.telling.explain import explain
+    from lathesim.program.telling.stock_checks import meets_stock
     from lathesim.program.words import read_program_file
 
     if not file.is_file():
@@ -93,7 +93,7 @@ def _tool(text: str) -> tuple[int, Tool]:
 
 def _bar(text: str) -> Bar:
     """Return the bar of ``40mm,60mm`` or ``40mm,60mm,2mm``: it lies from its face towards the chuck, at smaller Z."""
-    from lathesim.program.stock_checks import Bar
+    from lathesim.program.telling.stock_checks import Bar
     from lathesim.units import quantity
 
     parts = [part.strip() for part in text.split(",")]

@@ -20,7 +20,7 @@ from lathesim.program.meanings import Group, Meaning
 from lathesim.program.moves import Event, Move, Program
 from lathesim.program.nose.compensation import compensated
 from lathesim.program.nose.tool_nose import Tool
-from lathesim.program.offsets import Offsets
+from lathesim.program.running.offsets import Offsets
 from lathesim.program.vocabulary import Sorted, check_vocabulary, other_readings, sort_block
 from lathesim.program.words import Block, Blocks, Warned, Word
 

@@ -17,10 +17,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from lathesim.errors import ProgramError, SeveralFaultsError, nearest
-from lathesim.program.foreign_controls import foreign_control
 from lathesim.program.macros.expressions import Assignment, Expression, ExpressionError, begins_value, parse_assignment, parse_value
 from lathesim.program.macros.statements import Kind, Statement, opens, statement_at
-from lathesim.program.word_faults import no_number, no_word
+from lathesim.program.reading.foreign_controls import foreign_control
+from lathesim.program.reading.word_faults import no_number, no_word
 
 LINE_LIMIT = 256  # characters of code in one line. Source: NIST RS274NGC version 3, section 3.3
 DIGIT_LIMIT = 9  # digits before the decimal point, assumed: a larger number is a slip, and its square must stay finite

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from lathesim.errors import LatheSimError
-from lathesim.program.checks import checked
-from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
+from lathesim.program.telling.checks import checked
+from lathesim.program.telling.explain import explain
 from lathesim.program.words import read_program_file
 
 

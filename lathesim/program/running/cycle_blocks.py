@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from lathesim.program.contour_cycles import RETRACT, ROUGHING, ContourCycles
 from lathesim.program.cycles.drilling import drilling
 from lathesim.program.cycles.pecking import pecking
 from lathesim.program.cycles.single_pass import facing_pass, lead_along_path, threading_pass, turning_pass
 from lathesim.program.cycles.threading import MOST_PASSES, DriveLineThreading, Threading
 from lathesim.program.meanings import Group, Meaning
+from lathesim.program.running.contour_cycles import RETRACT, ROUGHING, ContourCycles
 
 SINGLE = (Meaning.TURNING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE_SIMPLE, Meaning.FACING_CYCLE_SIMPLE)
 DRILLING = (Meaning.DRILLING, Meaning.DRILLING_WITH_DWELL, Meaning.PECK_DRILLING, Meaning.BORING)

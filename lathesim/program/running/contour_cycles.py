@@ -11,10 +11,10 @@ from lathesim.program.cycles.roughing import Roughing
 from lathesim.program.cycles.step import Point, Step
 from lathesim.program.macros.structure import Structure
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.motions import Motions
 from lathesim.program.moves import Move
 from lathesim.program.nose.compensation import beside
 from lathesim.program.nose.tool_nose import LEFT, RIGHT
+from lathesim.program.running.motions import Motions
 from lathesim.program.words import Word
 
 ROUGHING = (Meaning.ROUGHING_CYCLE, Meaning.FACING_CYCLE)

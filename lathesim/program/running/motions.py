@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from lathesim.errors import ProgramError
 from lathesim.program.arcs import arc_by_centre, arc_by_radius
-from lathesim.program.corners import Corner, broken
 from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.modal import Modal
 from lathesim.program.moves import Arc, Event, EventKind, Move, MoveKind
+from lathesim.program.running.corners import Corner, broken
+from lathesim.program.running.modal import Modal
 from lathesim.program.vocabulary import Sorted, other_readings
 from lathesim.program.words import Block, Blocks, Warned, Word
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from lathesim.program.block_sentences import cycle_words, speed_words, statement_words
 from lathesim.program.dialects import Dialect, dialect_named
 from lathesim.program.meanings import Meaning
 from lathesim.program.moves import Event, Move, Program
+from lathesim.program.telling.block_sentences import cycle_words, speed_words, statement_words
 from lathesim.program.words import Block, Blocks
 
 _MOST = 4

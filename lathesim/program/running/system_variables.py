@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from lathesim.program.dialects import Dialect
-from lathesim.program.modal import Modal
+from lathesim.program.running.modal import Modal
 
 _RPM = 30.0 / math.pi
 
