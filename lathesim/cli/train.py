@@ -17,6 +17,13 @@ from lathesim.cli.registry import open_registry, plugins_option
 @click.option(
     "--variant", "variants", multiple=True, metavar="NAME", help="Score in this variant; several times for several [default: the lesson]."
 )
+@click.option(
+    "--judge",
+    "judges",
+    multiple=True,
+    metavar="NAME",
+    help="Tell the score in this variant too; several times [default: where it is trained].",
+)
 @click.option("--method", default="least-squares", show_default=True, metavar="NAME", help="descent, adam, least-squares or evolution.")
 @click.option("--hidden", type=int, default=0, show_default=True, metavar="N", help="Hidden neurons; 0 for no hidden layer.")
 @click.option("--score", default="seed", show_default=True, metavar="NAME", help="seed, contour, largest or even.")
@@ -29,6 +36,7 @@ def train(
     lesson: str,
     out: Path,
     variants: tuple[str, ...],
+    judges: tuple[str, ...],
     method: str,
     hidden: int,
     score: str,
@@ -53,10 +61,12 @@ def train(
     from lathesim.lessons.part_tables import write_table
 
     chosen, shape, wanted = method_named(method), Shape(hidden), score_named(score)
-    question = question_of(load_lesson(lesson), open_registry(plugin_folders), variants, wanted, shape)
+    loaded, registry = load_lesson(lesson), open_registry(plugin_folders)
+    question = question_of(loaded, registry, variants, wanted, shape)
+    judged = question_of(loaded, registry, tuple(dict.fromkeys((*variants, *judges))), wanted, shape) if judges else None
     began = time.perf_counter()
     with working(shown=not as_json) as tell:
-        training = search(question, chosen, starts=starts, rounds=rounds, seed=seed, tell=tell)
+        training = search(question, chosen, starts=starts, rounds=rounds, seed=seed, judged=judged, tell=tell)
     lasted = time.perf_counter() - began
     write_table(out, NeuralRegulator.declarations["weights"].columns, training.table)  # type: ignore[attr-defined]
     if as_json:

@@ -20,8 +20,8 @@ from lathesim.exercises.hidden_effect import Wish
 from lathesim.exercises.logger import logged_columns
 from lathesim.exercises.sealed_answer import ANSWER, read_json
 from lathesim.identification.machine.position_loops import loops_of
-from lathesim.lessons.lesson import Lesson
-from lathesim.lessons.simulate import prepare
+from lathesim.lessons.lesson import Lesson, load_lesson
+from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 
 RESULT = "result.json"
@@ -53,24 +53,27 @@ def record_again(answer_file: Path, lesson: Lesson, registry: Registry, folder: 
     prepared = prepare(lesson, registry, variant)
     columns = logged_columns(lesson, prepared.machinery, {})
     effects = cast("dict[str, type[Effect]]", registry.effects)
-    situation = Situation(prepared.machinery, prepared.duration, {})
     loops = loops_of(prepared.machinery)
+    wishes, noise = _wishes(answer, effects), float(answer.get("noise", 1.0))
+    first = _original(str(answer.get("lesson", "")), lesson, registry, variant)
+    tables = [loop.table for loop in loops]
     try:
-        machine = Machine(situation, columns, _wishes(answer, effects), float(answer.get("noise", 1.0)), [loop.table for loop in loops])
+        machine = Machine(Situation(prepared.machinery, prepared.duration, {}), columns, wishes, noise, tables)
+        alone = Machine(Situation(first.machinery, first.duration, {}), columns, wishes, noise, tables)
     except LatheSimError as error:
         fact = f"what is hidden cannot be put into this lesson: {error.fact}"
         raise LessonError(fact, place=str(lesson.path), remedy="Give the lesson that was made for this case.") from None
     truth = {name: float(item["true"]) for name, item in dict(answer["true_values"]).items()}
     hidden = {f"{item.part}.{name}": value for item in machine.hidden for name, value in item.values.items()}
     neutral = {name: value for item in machine.hidden for name, value in item.neutral.items()}
-    shares = _shares(prepared.machinery)
+    shares = _shares(first.machinery)
     seed = int(answer["seed"]) + _OTHER_NOISE
     columns = machine.with_resolution(columns, truth)
-    sound = machine.run({**truth, **neutral, **shares}, seed)
-    before = machine.run({**truth, **hidden, **shares}, seed)
+    sound = alone.run({**truth, **neutral, **shares}, seed)
+    before = alone.run({**truth, **hidden, **shares}, seed)
     after = machine.run({**truth, **hidden}, seed)
     folder.mkdir(parents=True, exist_ok=True)
-    table = logged(after, machine, columns, float(answer.get("noise", 1.0)), seed)
+    table = logged(after, machine, columns, noise, seed)
     recording = folder / "recording.csv"
     recordings = lesson.settings.recordings
     time_name = recordings.time.column if recordings is not None and recordings.time.column else "time"
@@ -79,6 +82,17 @@ def record_again(answer_file: Path, lesson: Lesson, registry: Registry, folder: 
     result = Result(sizes[0], sizes[1], (recording, folder / RESULT))
     _write(result, folder / RESULT, lesson)
     return result
+
+
+def _original(name: str, lesson: Lesson, registry: Registry, variant: str | None) -> Prepared:
+    """Return the lesson that the case was made of, where it is found and moves the same axes; else the one that is given."""
+    try:
+        first = prepare(load_lesson(name), registry)
+    except LatheSimError:
+        return prepare(lesson, registry, variant)
+    own = prepare(lesson, registry, variant)
+    same = [loop.table for loop in loops_of(first.machinery)] == [loop.table for loop in loops_of(own.machinery)]
+    return first if same else own
 
 
 def _wishes(answer: Mapping[str, Any], effects: Mapping[str, type[Effect]]) -> list[Wish]:

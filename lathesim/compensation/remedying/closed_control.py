@@ -2,47 +2,88 @@
 
 The diagnosed machine is simulated; where its tables are off the sound machine, the way-points go as far to the other side, ahead by the
 lag of the loops, in a few rounds (learning on the model). Play and friction become steps at the reversals, pitch errors a slow shift,
-deflection under the cut a deeper path. Blocks last whole samples, so the control runs them as the machine was asked to.
+deflection under the cut a deeper path. Blocks last whole samples, so a control in continuous-path mode runs them as the machine was asked
+to; one that stops at the end of each block cannot.
 """
 
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from lathesim.compensation.learning.laps import course_of
+from lathesim.compensation.learning.laps import Course, course_of
 from lathesim.compensation.learning.response import learning_filter
 from lathesim.compensation.remedying.remedy import Answer
+from lathesim.component import Table
 from lathesim.engine.assembly import FloatArray
-from lathesim.errors import LatheSimError, LessonError
+from lathesim.engine.run import run
+from lathesim.engine.wiring import wire
+from lathesim.errors import LatheSimError, LessonError, ProgramError
+from lathesim.identification.machine.position_loops import loops_of
+from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import lesson_from_text
-from lathesim.lessons.simulate import prepare
+from lathesim.lessons.program_path import limits_of
+from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.program.loading import load_program
+from lathesim.program.path import lay_path
 
-PROGRAM_FILE = "mirrored.nc"
+PROGRAM_FILE, LESSON_FILE = "mirrored.nc", "lesson_program.yaml"
 _ROUNDS = 10
-_SAMPLES_A_BLOCK = 4
-_MOST_BLOCKS = 60_000
+_MOST_BLOCKS = 20_000
 _LARGEST_SHIFT = 1e-3
 """Largest shift of a way-point [m]: more would gouge, and is no compensation (assumed)."""
+CONTINUOUS = "ConstantVelocityInterpolator"
+"""Interpolator that runs from block to block without a stop, as a control in continuous-path mode (G64) does."""
 
 
 def write_program(answer: Answer, folder: Path) -> list[Path]:
-    """Write the changed part program and return its file; nothing where there is nothing to mend.
+    """Write the changed part program and a lesson that runs it; return their files, none where there is nothing to mend.
 
-    Raises :class:`LessonError` where the mirrored path leaves the travel, where it would shift a point by more than a millimetre, or where
-    the machine has no position loop to correct.
+    Raises :class:`LessonError` where the mirrored path leaves the travel, where it would shift a point by more than a millimetre, where it
+    does not pass its check, or where nothing asks for the path of a program.
     """
     if answer.nothing or answer.bench is None:
         return []
     diagnosed = answer.diagnosed
     text = diagnosed.text([], {}, diagnosed.folder)
     prepared = prepare(lesson_from_text(text, diagnosed.folder / "lesson.yaml"), diagnosed.registry)
+    walker = _walker(prepared, str(diagnosed.lesson.path))
     course = course_of(prepared, "reference")
+    best = _mirrored(course, answer.bench.table(answer.bench.runs([answer.bench.sound])[0]))
+    largest = float(np.max(np.abs(best)))
+    if largest > _LARGEST_SHIFT:
+        fact = f"the mirrored path would shift a point by {1e3 * largest:.3g} mm, which gouges."
+        raise LessonError(fact, place=str(diagnosed.lesson.path), remedy="Repair the machine; a program does not take up so much.")
+    file = folder / PROGRAM_FILE
+    file.write_text(_blocks(course.references() + best, course.period, course.axes_of_path(), _spindle(prepared, walker)), encoding="utf-8")
+    try:
+        lay_path(load_program(file, "linuxcnc"), limits_of(diagnosed.lesson.machine))
+    except (LatheSimError, ProgramError) as error:
+        raise LessonError(f"the mirrored program does not pass its check: {error.fact}", place=str(file), remedy=error.remedy) from None
+    changes = {"replace": {walker: CONTINUOUS}, "program": file, "further": {"dialect": "linuxcnc"}}
+    text = changed_lesson(diagnosed.lesson, [], dict(diagnosed.values), folder, variant=diagnosed.variant, **changes)  # type: ignore[arg-type]
+    lesson = folder / LESSON_FILE
+    lesson.write_text(text, encoding="utf-8")
+    return [file, lesson]
+
+
+def _walker(prepared: Prepared, place: str) -> str:
+    """Return the part that walks along the path of the program."""
+    found = [part.name for part in prepared.machinery.parts if "path" in part.component.declared(Table)]
+    asking = {loop.reference.partition(".")[0] for loop in loops_of(prepared.machinery)}
+    walker = next((name for name in found if name in asking), None)
+    if walker is None:
+        remedy = "Write the remedy as a lesson, or as a table."
+        raise LessonError("no part program asks for the path of this machine, so none can be changed.", place=place, remedy=remedy)
+    return walker
+
+
+def _mirrored(course: Course, sound: FloatArray) -> FloatArray:
+    """Return what is added to the references so that the diagnosed machine follows as the sound one: the best of a few rounds."""
     chosen = learning_filter(course)
-    sound = answer.bench.table(answer.bench.runs([answer.bench.sound])[0])
     corrections = np.zeros((len(course.loops), course.samples))
     best, least = corrections, np.inf
     for _ in range(_ROUNDS):
@@ -53,27 +94,24 @@ def write_program(answer: Answer, folder: Path) -> list[Path]:
         elif size > 1.5 * least:
             break
         corrections = chosen.applied(corrections, off)
-    if float(np.max(np.abs(best))) > _LARGEST_SHIFT:
-        raise LessonError(
-            f"the mirrored path would shift a point by {1e3 * float(np.max(np.abs(best))):.3g} mm, which gouges.",
-            place=str(diagnosed.lesson.path),
-            remedy="Repair the machine; a program does not take up so much.",
-        )
-    asked = course.references() + best
-    file = folder / PROGRAM_FILE
-    file.write_text(_blocks(asked, course.period, course.axes_of_path()), encoding="utf-8")
-    try:
-        load_program(file, "linuxcnc")
-    except LatheSimError as error:
-        raise LessonError(f"the mirrored program does not pass its check: {error.fact}", place=str(file)) from None
-    return [file]
+    return best
 
 
-def _blocks(asked: FloatArray, period: float, words: list[str]) -> str:
-    """Return the program: straight blocks of a few samples each, with the feed that takes just as long; dwells where it stands."""
+def _spindle(prepared: Prepared, walker: str) -> FloatArray | None:
+    """Return the spindle speed that the program asks for in each sample [rad/s], none where there is no spindle."""
+    name = f"{walker}.spindle_reference"
+    plan = wire(replace(prepared.machinery, record=None))
+    if name not in plan.channels:
+        return None
+    record = run(plan, duration=prepared.duration, seed=prepared.case.seed, expected_time=prepared.expected_time)
+    return np.asarray(record[name])
+
+
+def _blocks(asked: FloatArray, period: float, words: list[str], spindle: FloatArray | None) -> str:
+    """Return the program: straight blocks of whole samples with the feed that takes just as long, and dwells where it stands."""
     count = asked.shape[1]
-    every = max(_SAMPLES_A_BLOCK, -(-count // _MOST_BLOCKS))
-    points = [*list(range(0, count - 1, every)), count - 1]
+    every = max(1, -(-count // _MOST_BLOCKS))
+    points = [*range(0, count - 1, every), count - 1]
     start = " ".join(f"{word}{1e3 * row[0]:.6f}" for word, row in zip(words, asked, strict=True))
     lines = [
         "(dialect: linuxcnc)",
@@ -81,10 +119,13 @@ def _blocks(asked: FloatArray, period: float, words: list[str]) -> str:
         "G21 G18 G90 G94 G8",
         f"G0 {start}",
     ]
-    standing = 0.0
+    standing, turning = 0.0, 0.0
     for first, last in itertools.pairwise(points):
+        if spindle is not None and last < len(spindle) and spindle[last] != turning:
+            turning = float(spindle[last])
+            lines.append(f"G97 S{abs(turning) * 30.0 / np.pi:.4f} {'M3' if turning > 0.0 else 'M4'}" if turning else "M5")
         before, after = np.round(1e3 * asked[:, first], 6), np.round(1e3 * asked[:, last], 6)
-        way = float(np.hypot.reduce(after - before))
+        way = float(np.sqrt(np.sum((after - before) ** 2)))
         lasting = (last - first) * period
         if way < 1e-6:
             standing += lasting

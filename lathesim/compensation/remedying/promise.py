@@ -89,7 +89,8 @@ def promised(bench: Bench, members: Sequence[Mapping[str, float]], *, noise: flo
         drawn = np.array([item[name][0] for item in after])
         drawn = drawn[np.isfinite(drawn)]
         low, high = (float(np.percentile(drawn, edge)) for edge in _INSIDE) if len(drawn) else (np.nan, np.nan)
-        low = low * (1.0 - _ALLOWED)
+        # a machine whose sound state is that of the estimates is off by the value itself
+        low = min(low, value) * (1.0 - _ALLOWED)
         high = float(np.hypot(high * (1.0 + _ALLOWED), floor))
         found.append(Size(name, unit, before[0][name][0], value, low, high))
     better = [_worst(last) < _worst(first) for first, last in zip(before, after, strict=True)]

@@ -26,8 +26,17 @@ class Training:
     table: FloatArray
 
 
-def train(question: Question, method: Method, *, starts: int, rounds: int | None, seed: int, tell: Tell = lambda text: None) -> Training:
-    """Search from several starts and return all of them with the best.
+def train(
+    question: Question,
+    method: Method,
+    *,
+    starts: int,
+    rounds: int | None,
+    seed: int,
+    judged: Question | None = None,
+    tell: Tell = lambda text: None,
+) -> Training:
+    """Search from several starts and return all of them with the best, judged in the situations of ``judged``, else in its own.
 
     Raises :class:`SimulationError` where every start diverges.
     """
@@ -46,7 +55,8 @@ def train(question: Question, method: Method, *, starts: int, rounds: int | None
             f"the training diverges from all {starts} starts.", remedy="Lower the regulator's gain, or start anew with another --seed."
         )
     best = min(finite, key=lambda item: item.score)
-    exact = question.scores([best.vector, np.zeros_like(best.vector)], exact=True)
-    scores = dict(zip(question.situations, map(float, exact[0]), strict=True))
-    zero = dict(zip(question.situations, map(float, exact[1]), strict=True))
+    judging = judged or question
+    exact = judging.scores([best.vector, np.zeros_like(best.vector)], exact=True)
+    scores = dict(zip(judging.situations, map(float, exact[0]), strict=True))
+    zero = dict(zip(judging.situations, map(float, exact[1]), strict=True))
     return Training(tuple(ended), best, scores, zero, question.shape.table(best.vector))
