@@ -20,6 +20,12 @@ from lathesim.cli.registry import open_registry, plugins_option
 @click.option("--on", type=click.Choice(("axis", "contour")), default="axis", show_default=True, help="Which error is learned from.")
 @click.option("--without-filter", is_flag=True, help="Leave the robust filter out, to see what it is good for: it diverges.")
 @click.option("--model", metavar="NAME", help="Variant whose frequency response the filter follows from [default: that of the run].")
+@click.option(
+    "--recording",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="A lap of a real machine: write the program of the next one to --out.",
+)
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Write the lesson with what was learned.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-learning/1) and nothing else.")
 @variant_option
@@ -32,6 +38,7 @@ def learn(
     on: str,
     without_filter: bool,
     model: str | None,
+    recording: Path | None,
     out: Path | None,
     as_json: bool,
     variant: str | None,
@@ -55,12 +62,22 @@ def learn(
     registry = open_registry(plugin_folders)
     overrides = read_settings(settings)
     prepared = prepare(loaded, registry, variant, overrides)
+    # a program changes what is asked for, and no voltage
+    what = "reference" if recording is not None else what
     began = time.perf_counter()
     with working(shown=not as_json) as tell:
         course = course_of(prepared, what)
         tell("measuring the frequency response")
         own = course if model is None else course_of(prepare(loaded, registry, model, overrides), what)
         chosen = learning_filter(own, filtered=not without_filter)
+        if recording is not None:
+            from lathesim.compensation.learning.recorded_lap import next_lap
+
+            files, error = next_lap(prepared, course, chosen, recording, registry, out or Path("lathesim_runs") / loaded.name)
+            click.echo(
+                f"The tracking error of this lap is {1e3 * error:.4g} mm rms; {_promised(chosen.bound)}. See {', '.join(map(str, files))}"
+            )
+            return
         learning = from_lap_to_lap(course, chosen, laps, on=on, tell=tell)
     lasted = time.perf_counter() - began
     written = write_learned(prepared, course, learning, out) if out is not None else []
@@ -85,6 +102,10 @@ def learn(
     )
     if written:
         click.echo(f"See {', '.join(map(str, written))}")
+
+
+def _promised(bound: float) -> str:
+    return f"the next one's is predicted to be {bound:.2f} of it" if math.isfinite(bound) else "nothing is predicted without a filter"
 
 
 def _as_json(lesson: str, learning: object, lasted: float, files: list[str]) -> dict[str, object]:

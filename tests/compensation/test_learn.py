@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from lathesim.cli.main import run_command_line
@@ -12,7 +13,7 @@ from lathesim.compensation.learning.laps import course_of
 from lathesim.compensation.learning.learn import Learning, learn
 from lathesim.compensation.learning.response import learning_filter
 from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.simulate import prepare
+from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry
 
 RMS_MM = (0.578, 0.173, 0.052, 0.016)
@@ -75,3 +76,43 @@ def test_what_was_learned_is_a_lesson(tmp_path: Path, capsys: pytest.CaptureFixt
 def test_a_machine_without_a_position_loop_has_nothing_to_learn(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command_line(["learn", "19_neural_regulator", "--variant", "R9"]) == 1
     assert "no part of the machine controls the position of an axis." in capsys.readouterr().err
+
+
+RECORDED = """
+recordings:
+  time: {column: time, unit: s}
+  drive:
+    x_controller.reference: {column: x_asked, unit: m}
+    z_controller.reference: {column: z_asked, unit: m}
+  compare:
+    x_encoder.position: {column: x_read, unit: m}
+    z_encoder.position: {column: z_read, unit: m}
+"""
+
+
+def recorded(tmp_path: Path, keep: int | None = None) -> tuple[Path, Path]:
+    """Write the lesson with a mapping, and a lap of it as a logger would."""
+    source = load_lesson("20_learning")
+    (tmp_path / "lesson.yaml").write_text(source.text + RECORDED, encoding="utf-8")
+    record = simulate(source, load_registry(), "12_bits")
+    names = ("interpolator.x_reference", "interpolator.z_reference", "x_encoder.position", "z_encoder.position")
+    rows = [",".join(f"{value:.9f}" for value in row) for row in zip(record.time, *(record[name] for name in names), strict=True)]
+    (tmp_path / "lap.csv").write_text("\n".join(["time [s],x_asked [m],z_asked [m],x_read [m],z_read [m]", *rows[:keep]]) + "\n")
+    return tmp_path / "lesson.yaml", tmp_path / "lap.csv"
+
+
+def test_the_next_lap_of_a_recorded_one_is_a_program_that_is_better(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lesson, lap = recorded(tmp_path)
+    out = tmp_path / "next"
+    assert run_command_line(["learn", str(lesson), "--variant", "12_bits", "--recording", str(lap), "--out", str(out)]) == 0
+    assert "0.5799 mm rms; the next one's is predicted to be 0.30 of it" in capsys.readouterr().out
+    again = simulate(load_lesson(out / "lesson.yaml"), load_registry())
+    first = simulate(load_lesson("20_learning"), load_registry(), "12_bits")
+    errors = [first["interpolator.z_reference"][:3000] - run["z_axis.position"][:3000] for run in (first, again)]
+    assert np.sqrt(np.mean(errors[1] ** 2)) < 0.4 * np.sqrt(np.mean(errors[0] ** 2))
+
+
+def test_a_lap_of_another_length_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lesson, lap = recorded(tmp_path, keep=1000)
+    assert run_command_line(["learn", str(lesson), "--variant", "12_bits", "--recording", str(lap), "--out", str(tmp_path / "next")]) == 1
+    assert "the lap has 1000 samples, and the lesson's has 3548." in capsys.readouterr().err

@@ -8,7 +8,6 @@ to; one that stops at the end of each block cannot.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import numpy as np
 
 from lathesim.compensation.learning.laps import Course, course_of
 from lathesim.compensation.learning.response import learning_filter
+from lathesim.compensation.path_program import program_text
 from lathesim.compensation.remedying.remedy import Answer
 from lathesim.component import Table
 from lathesim.engine.assembly import FloatArray
@@ -32,7 +32,6 @@ from lathesim.program.path import lay_path
 
 PROGRAM_FILE, LESSON_FILE = "mirrored.nc", "lesson_program.yaml"
 _ROUNDS = 10
-_MOST_BLOCKS = 20_000
 _LARGEST_SHIFT = 1e-3
 """Largest shift of a way-point [m]: more would gouge, and is no compensation (assumed)."""
 CONTINUOUS = "ConstantVelocityInterpolator"
@@ -58,7 +57,9 @@ def write_program(answer: Answer, folder: Path) -> list[Path]:
         fact = f"the mirrored path would shift a point by {1e3 * largest:.3g} mm, which gouges."
         raise LessonError(fact, place=str(diagnosed.lesson.path), remedy="Repair the machine; a program does not take up so much.")
     file = folder / PROGRAM_FILE
-    file.write_text(_blocks(course.references() + best, course.period, course.axes_of_path(), _spindle(prepared, walker)), encoding="utf-8")
+    file.write_text(
+        program_text(course.references() + best, course.period, course.axes_of_path(), _spindle(prepared, walker)), encoding="utf-8"
+    )
     try:
         lay_path(load_program(file, "linuxcnc"), limits_of(diagnosed.lesson.machine))
     except (LatheSimError, ProgramError) as error:
@@ -105,38 +106,3 @@ def _spindle(prepared: Prepared, walker: str) -> FloatArray | None:
         return None
     record = run(plan, duration=prepared.duration, seed=prepared.case.seed, expected_time=prepared.expected_time)
     return np.asarray(record[name])
-
-
-def _blocks(asked: FloatArray, period: float, words: list[str], spindle: FloatArray | None) -> str:
-    """Return the program: straight blocks of whole samples with the feed that takes just as long, and dwells where it stands."""
-    count = asked.shape[1]
-    every = max(1, -(-count // _MOST_BLOCKS))
-    points = [*range(0, count - 1, every), count - 1]
-    start = " ".join(f"{word}{1e3 * row[0]:.6f}" for word, row in zip(words, asked, strict=True))
-    lines = [
-        "(dialect: linuxcnc)",
-        "(the path of a part, with the errors of one machine mirrored into it)",
-        "G21 G18 G90 G94 G8",
-        f"G0 {start}",
-    ]
-    standing, turning = 0.0, 0.0
-    for first, last in itertools.pairwise(points):
-        if spindle is not None and last < len(spindle) and spindle[last] != turning:
-            turning = float(spindle[last])
-            lines.append(f"G97 S{abs(turning) * 30.0 / np.pi:.4f} {'M3' if turning > 0.0 else 'M4'}" if turning else "M5")
-        before, after = np.round(1e3 * asked[:, first], 6), np.round(1e3 * asked[:, last], 6)
-        way = float(np.sqrt(np.sum((after - before) ** 2)))
-        lasting = (last - first) * period
-        if way < 1e-6:
-            standing += lasting
-            continue
-        if standing > 0.0:
-            lines.append(f"G4 P{standing:.6f}")
-            standing = 0.0
-        # rounded up, so that rounding costs no further sample
-        feed = np.ceil(way / lasting * 60.0 * 1e5) / 1e5
-        target = " ".join(f"{word}{value:.6f}" for word, value in zip(words, after, strict=True))
-        lines.append(f"G1 {target} F{feed:.5f}")
-    if standing > 0.0:
-        lines.append(f"G4 P{standing:.6f}")
-    return "\n".join([*lines, "M2"]) + "\n"

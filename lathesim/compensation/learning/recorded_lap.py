@@ -1,0 +1,62 @@
+"""A lap that a real machine has run, and the program of the next one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from lathesim.compensation.learning.laps import Course
+from lathesim.compensation.learning.response import Filter
+from lathesim.compensation.path_program import program_text
+from lathesim.engine.assembly import FloatArray
+from lathesim.errors import LessonError, RecordingError
+from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.lessons.recording_mapping import mapping_of
+from lathesim.lessons.simulate import Prepared
+from lathesim.plugins import Registry
+from lathesim.recordings.mapping import map_recording
+from lathesim.recordings.reading import read_recording
+
+NEXT_LAP, LESSON = "next_lap.nc", "lesson.yaml"
+_OFF = 2
+"""Samples by which a recorded lap may be shorter or longer: where the logger was started and stopped (assumed)."""
+
+
+def next_lap(
+    prepared: Prepared, course: Course, chosen: Filter, recording: Path, registry: Registry, folder: Path
+) -> tuple[tuple[Path, Path], float]:
+    """Write the program of the next lap from a recorded one, and the lesson that runs it; return both and the lap's tracking error [m].
+
+    The lap's reference is that of the recording where it holds one, else the lesson's; by what it differs from the lesson's is what was
+    learned before. Raises :class:`RecordingError` where the lap has another length, :class:`LessonError` where the lesson maps no reading.
+    """
+    lesson = prepared.case.lesson
+    mapping = mapping_of(lesson, prepared.machinery)
+    record = map_recording(read_recording(recording, registry.readers.values()), mapping).record
+    missing = [loop.reading for loop in course.loops if loop.reading not in record]
+    if missing:
+        fact = f"the lesson maps no column to {missing[0]}, and learning needs the readings of its axes."
+        raise LessonError(fact, place=str(lesson.path), remedy="Write it under 'recordings: compare:'.")
+    if abs(len(record) - course.samples) > _OFF:
+        fact = f"the lap has {len(record)} samples, and the lesson's has {course.samples}."
+        raise RecordingError(fact, place=str(recording), remedy="Record one whole lap of the lesson's program, at its sample period.")
+    asked = course.references()
+    read = np.array([_as_long(record[loop.reading], course.samples) for loop in course.loops])
+    names = [f"{loop.controller}.reference" for loop in course.loops]
+    run = [_as_long(record[name], course.samples) if name in record else row for name, row in zip(names, asked, strict=True)]
+    errors = asked - read
+    following = chosen.applied(np.array(run) - asked, errors)
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / NEXT_LAP
+    file.write_text(program_text(asked + following, course.period, course.axes_of_path(), None), encoding="utf-8")
+    values = {name: str(given.value) for name, given in prepared.case.set.items() if given.place.startswith("--set")}
+    text = changed_lesson(lesson, [], values, folder, variant=prepared.case.variant, program=file, further={"dialect": "linuxcnc"})
+    (folder / LESSON).write_text(text, encoding="utf-8")
+    return (file, folder / LESSON), float(np.sqrt(np.mean(np.sum(errors**2, axis=0))))
+
+
+def _as_long(values: FloatArray, count: int) -> FloatArray:
+    """Return a signal cut or held to a length."""
+    kept = values[:count]
+    return np.concatenate([kept, np.full(count - len(kept), kept[-1])])
