@@ -24,8 +24,9 @@ AGREEMENT = 1.0
 @click.option("--scale", is_flag=True, help="Measure how the cost grows with axes, program time and runs, and draw it.")
 @click.option("--table1", is_flag=True, help="Print the means of Table 1 over small changes, beside a reference.")
 @click.option("--tui", "terminal", is_flag=True, help="Measure the terminal app: first paint, answers to keys, drawing.")
+@click.option("--stability", is_flag=True, help="Measure stability maps, as ratios: collocation, measured responses, the next cut.")
 @click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Where --scale draws [default: lathesim_runs/scale.png].")
-def bench(as_json: bool, quick: bool, scale: bool, table1: bool, terminal: bool, save: Path | None) -> int:
+def bench(as_json: bool, quick: bool, scale: bool, table1: bool, terminal: bool, stability: bool, save: Path | None) -> int:
     """Measure how fast this machine simulates: the median CPU time of a run, its ratio to the compiled engine, and peers where installed.
 
     The work is an 18 s part program on the two-axis lathe with spindle, cutting force, wear, contour and force control, tachometer noise
@@ -38,6 +39,8 @@ def bench(as_json: bool, quick: bool, scale: bool, table1: bool, terminal: bool,
         return _table1(as_json, quick)
     if terminal:
         return _terminal(as_json, quick)
+    if stability:
+        return _stability(as_json)
     from lathesim.cli.bench_work import lathe_work
 
     _tell("preparing the work ...")
@@ -125,6 +128,24 @@ def _table1(as_json: bool, quick: bool) -> int:
     for mean in off:
         click.echo(f"{mean.case}: {mean.metric} is {mean.deviation:+.2f} % off, more than {LIMITS[mean.metric]:g} %.", err=True)
     return 1 if off else 0
+
+
+def _stability(as_json: bool) -> int:
+    """Measure stability maps."""
+    import json
+
+    from lathesim.cli.bench_stability import stability_figures
+
+    figures = stability_figures(_tell)
+    if as_json:
+        rows = [{**vars(figure), "is_within": figure.is_within} for figure in figures]
+        click.echo(json.dumps({"schema": "lathesim-bench-stability/1", "rows": rows, "machine": _machine()}, indent=2))
+    else:
+        for figure in figures:
+            word, sign = "least" if figure.is_at_least else "most", "kept" if figure.is_within else "MISSED"
+            click.echo(f"{figure.name}: {figure.value:.3g} (at {word} {figure.bar:g}: {sign})")
+        click.echo(f"\n{_machine_line()}")
+    return int(any(not figure.is_within for figure in figures))
 
 
 def _terminal(as_json: bool, quick: bool) -> int:
