@@ -35,8 +35,9 @@ class Setting:
 class Replica:
     """Runs of several settings of one machine with values of ``names``.
 
-    A machine whose sampled parts are delays and an interpolator that nothing feeds is run on the reference, laid once, and with up to four
-    times the sample period. ``runs`` counts the simulations made. With ``stop`` set a batch raises ``KeyboardInterrupt``.
+    A machine whose sampled parts are delays and an interpolator is run with up to four times the sample period. If nothing feeds the
+    interpolator and none of its values is among ``names``, the reference is laid once. ``runs`` counts the simulations made. With
+    ``stop`` set a batch raises ``KeyboardInterrupt``.
     """
 
     def __init__(self, settings: Sequence[Setting], names: Sequence[str], stop: threading.Event | None = None) -> None:
@@ -82,7 +83,8 @@ def _batch(setting: Setting, names: Sequence[str]) -> Batch:
     duration = float(setting.times[-1])
     interpolators = [part for part in base.parts if "path" in part.tables]
     fixed = len(interpolators) == 1 and _stands_alone(base, interpolators[0], names)
-    factors = range(_COARSEST, 0, -1) if fixed and _only_delays(base, interpolators[0]) else (1,)
+    coarsens = len(interpolators) == 1 and _only_delays(base, interpolators[0])
+    factors = range(_COARSEST, 0, -1) if coarsens else (1,)
     for factor in factors:
         period = base.sample_period * factor
         coarse = base if factor == 1 else dataclasses.replace(base, sample_period=period, step=period)

@@ -13,7 +13,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
 from lathesim.experiments.emulation.free_values import FreeValue, bounds, free_values, values_of
 from lathesim.experiments.emulation.importance import Importance, importances
-from lathesim.experiments.emulation.methods import METHODS, Effort
+from lathesim.experiments.emulation.methods import METHODS, Effort, Tell
 from lathesim.experiments.emulation.objective import Objective
 from lathesim.experiments.emulation.only_noise import is_noise
 from lathesim.experiments.emulation.structure import Change, changed, possible_changes
@@ -26,10 +26,12 @@ from lathesim.plugins import Registry
 
 _LEAST_FLOOR = 1e-6
 """Noise [m] below which way-points of machines are not; assumed."""
-_MOST_CHANGES = 4
-_FIRST, _LATER = 15, 8
+_MOST_CHANGES = 3
+_AT_ONCE = 0.5
+"""A change that brings the deviation to this share is kept without trying the others."""
+_FIRST, _LATER = 12, 8
 """Runs of the machine that a descent may make before and after its floor is set to what is left, besides those for derivatives."""
-_WORTH = 0.9
+_WORTH = 0.93
 """A change of the structure must bring the deviation to this share; assumed."""
 _SETTLED = 2.0
 """Time [s] from which on the cross-design tables count, as published."""
@@ -90,9 +92,11 @@ def emulate(
     fitted = _Fitting(lesson, recordings, validate, registry, question, stop)
     given = fitted.objective(()).position_rms(np.zeros(len(fitted.free(()))))
     say(f"As given, the machine is off by {_listed_mm(given)} (rms).")
-    best = fitted.best((), say)
+    best = fitted.best((), say, rounds=0 if question.structure else 2)
     if question.structure and not best.stopped:
         best = _with_structure(fitted, best, say)
+        if question.method == "replay" and not best.stopped:
+            best = fitted.best(best.changes, say, best.point)
     return _outcome(fitted, best, given, clock.perf_counter() - began, say)
 
 
@@ -140,7 +144,7 @@ class _Fitting:
         floor = max([_LEAST_FLOOR, *(size / np.sqrt(12.0) for item in read for size in item.resolution.values())])
         return Objective(replica, free, read, self.question.weight if weight is None else weight, floor)
 
-    def best(self, changes: Sequence[Change], say: Say, start: FloatArray | None = None, method: str = "") -> _Found:
+    def best(self, changes: Sequence[Change], say: Say, start: FloatArray | None = None, method: str = "", rounds: int = 2) -> _Found:
         objective = self.objective(changes)
         low, high = bounds(objective.free)
         search = METHODS[method or self.question.method]
@@ -154,7 +158,7 @@ class _Fitting:
         stopped = False
         try:
             if search is METHODS["replay"]:
-                point = _descend(objective, low, high, self.question, start, tell)
+                point = _descend(objective, low, high, self.question, start, tell, rounds)
             else:
                 point = search(objective, low, high, self.question.effort, self.question.seed, tell)
         except KeyboardInterrupt:
@@ -168,12 +172,14 @@ class _Fitting:
         return _Found(tuple(changes), objective, point, misfit, stopped)
 
 
-def _descend(objective: Objective, low: FloatArray, high: FloatArray, question: Question, start: FloatArray | None, tell) -> FloatArray:  # type: ignore[no-untyped-def]
+def _descend(
+    objective: Objective, low: FloatArray, high: FloatArray, question: Question, start: FloatArray | None, tell: Tell, rounds: int
+) -> FloatArray:
     """Return the end of the descent, with the floor set to what is left and the descent gone on with, so that the pull has its weight."""
     from lathesim.experiments.emulation.methods import descend
 
-    point = descend(objective, low, high, np.zeros(len(low)) if start is None else start, tell, _FIRST)
-    for _ in range(2):
+    point = descend(objective, low, high, np.zeros(len(low)) if start is None else start, tell, _FIRST, 1e-2)
+    for _ in range(rounds):
         left = objective.floor * float(np.sqrt(np.square(objective.vector(point)).mean()))
         if left < 1.2 * objective.floor:
             break
@@ -197,12 +203,12 @@ def _with_structure(fitted: _Fitting, best: _Found, say: Say) -> _Found:
                 continue
             start = np.concatenate([best.point, np.zeros(len(change.brings))])
             try:
-                trial = fitted.best((*best.changes, change), lambda sentence: None, start, "replay")
+                trial = fitted.best((*best.changes, change), lambda sentence: None, start, "replay", 0)
             except LatheSimError:
                 continue
             trials.append(trial)
             say(f"  with {change.title}: {1e3 * _left(trial, count):.4g} mm")
-            if trial.stopped:
+            if trial.stopped or _left(trial, count) < _AT_ONCE * left:
                 break
         if not trials:
             break

@@ -118,7 +118,9 @@ def replay(objective: Objective, low: FloatArray, high: FloatArray, effort: Effo
     return descend(objective, low, high, np.zeros(len(low)), tell, 40)
 
 
-def descend(objective: Objective, low: FloatArray, high: FloatArray, start: FloatArray, tell: Tell, most: int) -> FloatArray:
+def descend(
+    objective: Objective, low: FloatArray, high: FloatArray, start: FloatArray, tell: Tell, most: int, closeness: float = 1e-4
+) -> FloatArray:
     """Return the end of a least-squares descent from ``start``, with what the lesson says of the values as a weak pull.
 
     Each set of derivatives is one batch. Source: Branch, Coleman, Li, SIAM J. Sci. Comput. 21 (1999), as scipy has it.
@@ -139,7 +141,7 @@ def descend(objective: Objective, low: FloatArray, high: FloatArray, start: Floa
         return np.vstack([objective.slopes(point), np.diag(1.0 / spread)])
 
     inside = np.clip(start, low + 1e-9, high - 1e-9)
-    end = least_squares(vector, inside, slopes, (low, high), x_scale=spread, xtol=1e-6, ftol=1e-4, gtol=1e-10, max_nfev=most)
+    end = least_squares(vector, inside, slopes, (low, high), x_scale=spread, xtol=1e-6, ftol=closeness, gtol=1e-10, max_nfev=most)
     return np.asarray(end.x)
 
 

@@ -1,0 +1,81 @@
+"""The next part program: written inside the lesson's limits, or refused in one sentence."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import call
+
+LESSON = "12_what_is_wrong_with_this_machine"
+
+
+@pytest.mark.slow
+def test_program_tells_play_from_friction(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    said = call(
+        capsys, "experiment", LESSON, "--between", "Backlash@x_axis,PreslidingFriction@x_axis", "--at-most", "7 s", "--programs", "6",
+        "--no-trial", "--out", tmp_path / "next", "--json",
+    )  # fmt: skip
+    assert said.code == 0, said.err
+    told = json.loads((tmp_path / "next" / "prediction.json").read_text())
+    assert told == json.loads(said.out)
+    assert told["schema"] == "lathesim-experiment/1"
+    assert [item["rival"] for item in told["rivals"]] == ["Backlash@x_scale", "PreslidingFriction@x_axis"]
+    assert told["chance_to_decide"] > 0.9
+    assert told["seconds"] <= 7.5
+    assert {item["channel"] for item in told["record"]} >= {"x_scale.position", "x_drive.current"}
+    assert (tmp_path / "next" / "experiment.png").stat().st_size > 10_000
+    moves = json.loads(call(capsys, "program", tmp_path / "next" / "program.nc", "--json").out)["moves"]
+    assert len(moves) > 10
+    assert call(capsys, "check", tmp_path / "next" / "lesson.yaml").code == 0
+
+
+def test_the_same_thing_twice_cannot_be_told_apart(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    rivals = "ForceOffset@x_axis,ForceOffset@x_axis"
+    said = call(capsys, "experiment", LESSON, "--between", rivals, "--out", tmp_path / "next")
+    assert said.code == 1
+    assert said.err == "--between: two rivals are the same: ForceOffset@x_axis. Name another effect, or another part.\n"
+    assert not (tmp_path / "next").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--between", "Backlash@x_axis"], "one rival alone needs no experiment."),
+        (["--between", "Backlash@y_axis,nothing"], "Backlash does not sit at 'y_axis'. Did you mean 'x_axis'?"),
+        (["--between", "Backlsh@x_axis,nothing"], "there is no effect 'Backlsh'. Did you mean 'Backlash'?"),
+        (["--between", "Backlash@x_axis,nothing", "--at-most", "1 s"], "a program of 1 s is too short to tell anything."),
+        (["--for", "x_axis.mas"], "the machine has no parameter 'x_axis.mas'. Did you mean 'x_axis.mass'?"),
+    ],
+)
+def test_wishes_that_cannot_be_met(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: list[str], message: str) -> None:
+    said = call(capsys, "experiment", LESSON, *arguments, "--out", tmp_path / "next")
+    assert said.code == 1
+    assert message in said.err
+    assert not (tmp_path / "next").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{}", "this is no diagnosis. Give what 'lathesim diagnose --json FILE' wrote."),
+        ("[", "this is no diagnosis."),
+        ('{"schema": "lathesim-diagnosis/1", "verdict": "no_mismatch", "effects": []}', "(no_mismatch) leaves nothing to be told apart."),
+    ],
+)
+def test_files_that_are_no_tied_diagnosis(capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "d.json").write_text(text)
+    said = call(capsys, "experiment", LESSON, tmp_path / "d.json", "--out", tmp_path / "next")
+    assert said.code == 1
+    assert message in said.err
+
+
+def test_machine_that_no_program_moves(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    lesson = tmp_path / "still.yaml"
+    lesson.write_text(
+        "lesson: Still\nmachine: voltage_axis\nduration: 1 s\nrecordings:\n  time: {column: t, unit: s}\n"
+        "  compare: {x_encoder.position: {column: x, unit: m}}\n"
+    )
+    said = call(capsys, "experiment", lesson, "--between", "CoulombFriction@x_axis,nothing", "--out", tmp_path / "next")
+    assert said.code == 1
+    assert "no part program moves this machine: nothing follows the reference of an interpolator." in said.err
