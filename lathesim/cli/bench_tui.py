@@ -1,4 +1,4 @@
-"""``lathesim bench --tui``: what the terminal app costs: its first paint, an answer to a key during a run, and drawing a run."""
+"""``lathesim bench --tui``: what the terminal app costs: first paint, an answer to a key during a run and a search, and drawing."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +17,7 @@ SIZE = (120, 36)
 """Columns and rows of the terminal."""
 POINTS = 4000
 """Samples of the curve and of the path that are drawn."""
+_CASE = "12_what_is_wrong_with_this_machine"
 RATE = 10.0
 """Pictures a second."""
 _FIRST_PAINT = """\
@@ -59,14 +60,23 @@ def tui_figures(rounds: int, tell: Callable[[str], None]) -> list[Figure]:
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         tell("keys during runs ...")
         answers = asyncio.run(_key_answers(10 * rounds))
+        tell("keys during a diagnosis ...")
+        searching = asyncio.run(_search_answers(10 * rounds))
         tell("drawing ...")
         share = asyncio.run(_drawing_share(2.0 * rounds))
     return [
         Figure("CPU time to the first paint", statistics.median(paints), 0.8, "s"),
         Figure("answer to a key during a run, median", statistics.median(answers), 0.1, "s"),
-        Figure("answer to a key during a run, slowest of ten", sorted(answers)[int(0.9 * (len(answers) - 1))], 0.1, "s"),
+        Figure("answer to a key during a run, slowest of ten", _slowest(answers), 0.1, "s"),
+        Figure("answer to a key during a diagnosis, median", statistics.median(searching), 0.1, "s"),
+        Figure("answer to a key during a diagnosis, slowest of ten", _slowest(searching), 0.1, "s"),
         Figure(f"drawing {POINTS} points and the lathe {RATE:g} times a second, share of a core", share, 0.25, ""),
     ]
+
+
+def _slowest(answers: Sequence[float]) -> float:
+    """Return the answer that nine of ten stay below."""
+    return sorted(answers)[int(0.9 * (len(answers) - 1))]
 
 
 def _first_paint() -> float:
@@ -94,6 +104,41 @@ async def _key_answers(keys: int) -> list[float]:
                 await asyncio.sleep(0)
             answers.append(time.perf_counter() - begun)
         app.stop_run()
+    return answers
+
+
+async def _search_answers(keys: int) -> list[float]:
+    """Return for each key the seconds until it is answered, while the diagnosis of a concealed case searches."""
+    from lathesim.cli.tui import make_app
+    from lathesim.exercises.conceal_case import conceal_case
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.plugins import load_registry
+    from lathesim.tui.model.case_file import Guess
+    from lathesim.tui.screens.detective import DetectiveScreen
+
+    conceal_case(load_lesson(_CASE), load_registry(), Path("case"), asked=["CoulombFriction@x_axis"], seed=1, validate=True)
+    app = make_app(_CASE)
+    answers: list[float] = []
+    async with app.run_test(size=SIZE) as pilot:
+        await pilot.press("f7")
+        screen = app.screen
+        assert isinstance(screen, DetectiveScreen)
+        screen.open(Path("case"))
+        while screen.case is None or screen.busy:
+            await asyncio.sleep(0.05)
+        screen.take_guess(Guess())
+        screen.action_diagnose()
+        help_shown = False
+        for _ in range(keys):
+            await asyncio.sleep(0.2)
+            begun = time.perf_counter()
+            app.simulate_key("f7" if help_shown else "f1")
+            wanted = "detective" if help_shown else "help"
+            while app.current_mode != wanted:
+                await asyncio.sleep(0)
+            help_shown = not help_shown
+            answers.append(time.perf_counter() - begun)
+        screen.stop_search()
     return answers
 
 

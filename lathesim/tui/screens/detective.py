@@ -157,7 +157,7 @@ class DetectiveScreen(WorkbenchScreen):
 
     @on(OptionList.OptionSelected, "#nearby")
     def _open_nearby(self, event: OptionList.OptionSelected) -> None:
-        self._open(self._nearby[event.option_index])
+        self.open(self._nearby[event.option_index])
 
     @on(Input.Submitted, "#path")
     @on(Button.Pressed, "#open")
@@ -165,11 +165,12 @@ class DetectiveScreen(WorkbenchScreen):
         typed = self.query_one("#path", Input).value.strip()
         place = self.query_one("#nearby", BrowseList).highlighted
         if typed:
-            self._open(Path(typed).expanduser())
+            self.open(Path(typed).expanduser())
         elif place is not None:
-            self._open(self._nearby[place])
+            self.open(self._nearby[place])
 
-    def _open(self, path: Path) -> None:
+    def open(self, path: Path) -> None:
+        """Open a case folder or a recording, and compare it."""
         try:
             self.case = case_file.open_case(path, self.workbench.setup)
             setup = self.workbench.setup
@@ -287,9 +288,7 @@ class DetectiveScreen(WorkbenchScreen):
     def action_diagnose(self) -> None:
         """Search for what was left out, or stop the search and keep what is known."""
         if self.busy.startswith("Searching"):
-            self._stop.set()
-            self.busy = "Searching: stops at the next step ..."
-            self._show_status()
+            self.stop_search()
             return
         case = self.case
         if case is None:
@@ -305,6 +304,12 @@ class DetectiveScreen(WorkbenchScreen):
         tell = partial(self.app.call_from_thread, self._tell_step)
         work = partial(case_file.diagnose, case, self.workbench.setup, self.workbench.registry, tell, self._stop)
         self.in_thread("Searching ...", work, self._show_diagnosed)
+
+    def stop_search(self) -> None:
+        """Let the search stop at its next step, and keep what is known."""
+        self._stop.set()
+        self.busy = "Searching: stops at the next step ..."
+        self._show_status()
 
     def _tell_step(self, step: str) -> None:
         if self.case is not None:
