@@ -51,8 +51,8 @@ def command_coherence(
         experiment.weights is not None and np.any(experiment.weights < COUNTS) for experiment in experiments
     ):
         return None
-    length = max(_FEWEST, min(len(experiment.record) for experiment in experiments) // _BLOCKS)
-    if min(len(experiment.record) for experiment in experiments) < 4 * length:
+    length = _block(experiments)
+    if not length:
         return None
     left = [_left(experiment, one, length) for experiment, one in zip(experiments, values, strict=True)]
     parts = {part.name: part.component for part in learned_on.machine.assembly.parts}
@@ -67,6 +67,28 @@ def command_coherence(
             found.append(CommandCoherence(channel, driven, share, over))
     best = max(found, key=lambda item: item.share, default=None)
     return best if best is not None and best.share > method.location.coherent_share else None
+
+
+def _block(experiments: tuple[Experiment, Experiment]) -> int:
+    """Return the samples of a block; 0 where a recording has room for fewer than four."""
+    shortest = min(len(experiment.record) for experiment in experiments)
+    length = max(_FEWEST, shortest // _BLOCKS)
+    return length if shortest >= 4 * length else 0
+
+
+def coherent_share(experiments: tuple[Experiment, Experiment], values: tuple[Mapping[str, float], Mapping[str, float]]) -> dict[str, float]:
+    """Return the largest share of what is left of each channel that answers to a driven input, learned on the first experiment and scored
+    on the second; nothing where no controller holds the simulation."""
+    learned_on = experiments[0]
+    length = _block(experiments)
+    if not (learned_on.feeds_back and length):
+        return {}
+    left = [_left(experiment, one, length) for experiment, one in zip(experiments, values, strict=True)]
+    asked = {driven: [_jerked(experiment.record[driven]) for experiment in experiments] for driven in learned_on.machine.drive}
+    return {
+        channel: max((foretold(both[0], left[0][row], both[1], left[1][row], length) for both in asked.values()), default=0.0)
+        for row, channel in enumerate(learned_on.machine.compare)
+    }
 
 
 def foretold(asked: FloatArray, answered: FloatArray, asked_there: FloatArray, answered_there: FloatArray, length: int) -> float:

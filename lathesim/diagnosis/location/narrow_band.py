@@ -17,7 +17,7 @@ from scipy.ndimage import median_filter, uniform_filter1d
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import decides
-from lathesim.identification.noise.noise_model import spectrum
+from lathesim.identification.noise.noise_model import NoiseModel, spectrum
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 
@@ -90,6 +90,18 @@ class NarrowBand:
             f"{self.channel} swings {self.place} by {self.size:.3g} {self.unit} (rms): {self.share:.0%} of what is left "
             "there, weighed by its noise. Nothing in the machine explains it."
         )
+
+
+def band_strength(residual: FloatArray, model: NoiseModel, method: Method = STANDARD) -> float:
+    """Return by how much the strongest band of a residual (samples,) stands out, over what it must reach to be looked at."""
+    power = np.abs(spectrum(residual, model.differences, model.window)) ** 2 / model.power
+    strongest = 0.0
+    for width, prominent in zip(_WIDTHS, _PROMINENT, strict=True):
+        if len(power) < 2 * _AROUND * width or not np.any(power):
+            break
+        prominence = _prominence(power, width)[int(method.location.band_least_cycles) : int(method.location.band_highest * len(power))]
+        strongest = max(strongest, float(np.max(prominence, initial=0.0)) / prominent)
+    return strongest
 
 
 def narrow_bands(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> list[NarrowBand]:

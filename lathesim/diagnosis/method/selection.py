@@ -91,6 +91,12 @@ class SelectionLimits:
         0.5, "share of closed-loop error",
         "a generalisation that restores plausible values must leave less than this in the worst channel",
     )  # fmt: skip
+    value_at_bound: Limit = Limit(
+        1e-3, "share of its range",
+        "a value this near a bound would go further, and explains nothing",
+        "derived",
+        "a bounded fit ends within its tolerance, 1e-8 of the range, of an active bound",
+    )  # fmt: skip
     value_wider: Limit = Limit(10.0, "times the declared deviation", "one value is released this far")
     value_better: Limit = Limit(0.03, "share of gain", "one explanation must be better than another by this")
     value_gain: Limit = Limit(10.0, "nats", "a released value must gain this")

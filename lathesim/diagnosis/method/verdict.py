@@ -11,6 +11,18 @@ from lathesim.diagnosis.method.limit import Limit
 class VerdictLimits:
     """Limits of tests of what is left, and the decision."""
 
+    replicates: Limit = Limit(
+        50.0, "simulations",
+        "so many replicates of the fitted model are simulated where a test of what is left fails",
+        "derived",
+        "the smallest probability that n replicates can show is 1/(n + 1): 50 show one below false_alarms",
+    )  # fmt: skip
+    false_alarms: Limit = Limit(
+        0.02, "probability",
+        "a narrow band, or coherence with the command, is a doubt where the fitted model shows as much less often than this",
+        "derived",
+        "the declared rate for all tests together, by the maximum over tests (Westfall, Young 1993, section 2.3)",
+    )  # fmt: skip
     undetermined_size: Limit = Limit(
         0.05, "share of size",
         "an interval that comes this near the neutral value leaves the size undetermined",

@@ -20,6 +20,7 @@ from lathesim.diagnosis.selection.laboratory import IMPLAUSIBLE
 from lathesim.diagnosis.selection.refusal import is_much_of_it
 from lathesim.diagnosis.verdict.limit_cycles import off_by_chance
 from lathesim.diagnosis.verdict.ranking import removed_in_band
+from lathesim.diagnosis.verdict.replicate_check import beyond_replicates
 from lathesim.diagnosis.verdict.residual_tests import (
     degrades_every_channel,
     is_missing_for_sure,
@@ -87,9 +88,10 @@ def adequacy(
         evidence = replace(evidence, bars=tuple(bar for bar in evidence.bars if not bar.variable.startswith(TOGETHER)))
     left = left_over(evidence, experiment.machine.compare, method=method) if effects else None
     other_form = of_another_form(left, method=method)
-    commanded: list[CommandCoherence] = []
     told, fit = _told(validation, found, evidence, own.fit, method=method)
     bands = tuple(band for band in bands if band.channel in fit)
+    commanded = [] if effects or found.far_off or laws else _commanded(experiment, validation, found, method=method)
+    bands, commanded = beyond_replicates(bands, commanded, (experiment, validation), found.model, method)
     reasons = [*shortfalls(told, list(fit), implausible, baseline, bands, fit, method=method), *other_form, *map(str, laws)]
     if effects:
         reasons += too_little(
@@ -104,7 +106,6 @@ def adequacy(
             evidence, experiment.machine.compare, own.fit, method=method
         )
     else:
-        commanded = [] if laws else _commanded(experiment, validation, found, method=method)
         reasons += [*map(str, commanded)]
         reasons += [*is_missing_for_sure(told, fit, method=method), *_sensors_apart(validation, found.model.validation_fit, method=method)]
         reasons += [] if reasons else mostly_follows(told, list(fit), method=method)

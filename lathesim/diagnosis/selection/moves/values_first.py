@@ -20,11 +20,6 @@ from lathesim.identification.records.fit import with_start
 from lathesim.identification.records.model import Model
 from lathesim.identification.replay.experiment import POSSIBLE, baseline_free
 
-_NEAR_A_BOUND = 1e-3
-"""Share of the range of a value by which it lies inside: a fit comes no nearer to a bound."""
-_FIRST_GUESS = 1.1
-"""Factor of a reading from which a fit begins."""
-
 
 def values_first(laboratory: Laboratory, found: SearchResult, method: Method) -> bool:
     """Return whether values alone explain both recordings; ``found`` then holds the model and the names of the values, the one first that
@@ -37,7 +32,7 @@ def values_first(laboratory: Laboratory, found: SearchResult, method: Method) ->
     off = _off(loose, experiment.machine.uncertain)
     if (
         not off
-        or _at_a_bound(loose, off)
+        or _at_a_bound(loose, off, method)
         or is_implausible(loose.fitted, method=method)
         or not loose.validation.above(baseline.validation, full_band=True) > 0.0
     ):
@@ -72,17 +67,17 @@ def _factor_instead(laboratory: Laboratory, baseline: Model, loose: Model, metho
     reached = merit_of(loose, baseline)
     width = max(method.selection.value_gain, method.selection.value_better * abs(reached))
     for candidate in (item for item in laboratory.experiment.candidates if item.effect.proportional):
-        trial = laboratory.trial(baseline, candidate, (), with_start(baseline.fitted), [_FIRST_GUESS * candidate.neutral])
+        trial = laboratory.trial(baseline, candidate, (), with_start(baseline.fitted), [candidate.points[0]])
         model = laboratory.settled(trial.model)
         if merit_of(model, baseline) > reached - width and (factor := factor_of(model, laboratory.experiment)):
             return factor
     return ""
 
 
-def _at_a_bound(loose: Model, names: Collection[str]) -> bool:
+def _at_a_bound(loose: Model, names: Collection[str], method: Method) -> bool:
     """Return whether a value would go further still if it might: then it is not the value that explains."""
     values = loose.fitted.by_name
-    room = {item.name: _NEAR_A_BOUND * (item.high - item.low) for item in loose.fitted.free}
+    room = {item.name: method.selection.value_at_bound * (item.high - item.low) for item in loose.fitted.free}
     return any(
         not item.low + room[item.name] < values[item.name] < item.high - room[item.name] for item in loose.fitted.free if item.name in names
     )
