@@ -163,13 +163,7 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
             if inside <= 0 and not jumps:
                 break
     if faults:
-        foreign = foreign_control(text, name, [int(fault.place.rpartition(":")[2]) for fault in faults])
-        if foreign is not None:
-            raise foreign
-    if len(faults) == 1:
-        raise faults[0]
-    if faults:
-        raise SeveralFaultsError(faults[:MOST_FAULTS], max(0, len(faults) - MOST_FAULTS))
+        raise _told(faults, text, name)
     if opened and not ending:
         raise ProgramError(
             f"The % of line {opened} opens the program and no second % closes it.",
@@ -186,6 +180,14 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
         warnings.append(Warned(1, "The program is empty."))
     last = line if ending else max((block.line for block in blocks), default=1)
     return Blocks(name, tuple(blocks), ending, last, tuple(warnings), subprograms, own)
+
+
+def _told(faults: list[ProgramError], text: str, name: str) -> ProgramError:
+    """The error for all lines at fault: the control that the program is written for, the only fault, or all of them."""
+    foreign = foreign_control(text, name, [int(fault.place.rpartition(":")[2]) for fault in faults])
+    if foreign is not None:
+        return foreign
+    return faults[0] if len(faults) == 1 else SeveralFaultsError(faults[:MOST_FAULTS], max(0, len(faults) - MOST_FAULTS))
 
 
 @dataclass(frozen=True)
