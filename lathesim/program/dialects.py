@@ -194,6 +194,10 @@ FANUC_B = replace(
 DIALECTS: dict[str, Dialect] = {dialect.name: dialect for dialect in (PAPER, LINUXCNC, FANUC, FANUC_B)}
 
 
+_ALSO_CALLED = {"fanuc-a": "fanuc", "haas": "fanuc", "emc2": "linuxcnc"}
+"""Other names that people write for a dialect."""
+
+
 def not_interpreted(meaning: M, dialect: Dialect) -> bool:
     """Say whether a dialect has a meaning that is not carried out for it."""
     return meaning in NOT_INTERPRETED and meaning not in dialect.carried_out
@@ -201,6 +205,7 @@ def not_interpreted(meaning: M, dialect: Dialect) -> bool:
 
 def dialect_named(name: str) -> Dialect:
     """Give the dialect of this name, or refuse with the nearest one."""
+    name = _ALSO_CALLED.get(name.lower(), name)
     if name not in DIALECTS:
         raise ProgramError(f"There is no dialect '{name}'; there are {', '.join(DIALECTS)}.", remedy=nearest(name, DIALECTS))
     return DIALECTS[name]

@@ -335,7 +335,7 @@ class _Interpreter(Offsets):
 
     def close(self) -> None:
         """A program without an end is refused or warned of, as the dialect has it."""
-        if self.blocks.ending or not any(block.words for block in self.blocks.blocks):
+        if self.blocks.ending or self.ended or not any(block.words for block in self.blocks.blocks):
             return
         if self.dialect.end_required:
             raise ProgramError(

@@ -72,5 +72,7 @@ def test_milling_runs_as_a_template() -> None:
     from lathesim.lessons.simulate import check_machine
     from lathesim.shipped import shipped_folder
 
-    plan = check_machine(load_machine(shipped_folder("lesson_configs") / "machines" / "milling_process.yaml"), load_registry(installed=False))
+    plan = check_machine(
+        load_machine(shipped_folder("lesson_configs") / "machines" / "milling_process.yaml"), load_registry(installed=False)
+    )
     assert "cut.force" in plan.channels

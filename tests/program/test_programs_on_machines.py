@@ -53,6 +53,7 @@ def test_what_may_go_wrong_on_the_machine_is_told_before_it_cuts(tmp_path: Path)
 
 def test_a_run_tells_it_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    said = call(capsys, "run", str(lesson(tmp_path)), "--no-plots", "--plain")
+    short = "G98 G97 S500 M03\nG00 X38. Z5.\nZ-2.\nG01 X36. F900.\nX60.\nM30\n"
+    said = call(capsys, "run", str(lesson(tmp_path, program=short)), "--no-plots", "--plain")
     assert said.code == 0
-    assert "turn.nc:9: The rapid goes into the stock" in said.err
+    assert "turn.nc:3: The rapid goes into the stock" in said.err

@@ -10,13 +10,61 @@ from lathesim.errors import ProgramError
 from lathesim.path_columns import ARC_MOVE, CENTRE_X, CENTRE_Z, END_X, END_Z, KIND, LENGTH, RADIUS, START_X, START_Z
 from lathesim.program.canon import canon
 from lathesim.program.interpreter import interpret
+from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.path import lay_path
 from lathesim.program.words import read_program
 
-DIALECTS = st.sampled_from(["paper", "linuxcnc", "fanuc"])
+DIALECTS = st.sampled_from(["paper", "linuxcnc", "fanuc", "fanuc-b"])
 MILLIMETRES = st.integers(-200_000, 200_000).map(lambda thousandths: thousandths / 1000)
 WORD = st.one_of(
-    st.sampled_from([f"G{code}" for code in (0, 1, 2, 3, 4, 7, 8, 18, 20, 21, 28, 33, 50, 53, 70, 71, 90, 91, 92, 94, 95, 96, 97, 98, 99)]),
+    st.sampled_from(
+        [
+            f"G{code}"
+            for code in (
+                0,
+                1,
+                2,
+                3,
+                4,
+                7,
+                8,
+                10,
+                18,
+                20,
+                21,
+                28,
+                33,
+                40,
+                41,
+                42,
+                50,
+                52,
+                53,
+                55,
+                65,
+                70,
+                71,
+                72,
+                73,
+                74,
+                75,
+                76,
+                77,
+                80,
+                83,
+                90,
+                91,
+                92,
+                94,
+                95,
+                96,
+                97,
+                98,
+                99,
+            )
+        ]
+    ),
+    st.sampled_from(["X[#1+2]", "#1=[3*2]", "Z#<a>", "#<a>=SIN[30]", "X-[1/#2]", ",R1", ",C0.5", "G41.1 D1 L2"]),
     st.sampled_from(["M0", "M2", "M3", "M5", "M6", "T1"]),
     st.builds(lambda letter, value: f"{letter}{value}", st.sampled_from("XZIJKRFSPUWDTQ"), MILLIMETRES),
 )
@@ -35,7 +83,7 @@ def test_any_text_is_a_program_or_a_program_error(text: str | bytes, dialect: st
 @given(st.lists(st.lists(WORD, min_size=1, max_size=5).map(" ".join), max_size=12).map("\n".join), DIALECTS)
 def test_any_words_are_a_program_or_a_program_error(text: str, dialect: str) -> None:
     try:
-        program = interpret(read_program(text, "turn.nc"), dialect)
+        program = interpret(read_program(text, "turn.nc"), dialect, tools={0: Tool(0.4e-3, 3)})
         canon(program)
         table = lay_path(program).table
     except ProgramError:

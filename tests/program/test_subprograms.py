@@ -43,7 +43,6 @@ def test_a_cycle_in_a_subprogram_finds_its_own_contour() -> None:
         ("M98 P13\n", GROOVE, "O0013, which the file does not have. It has O0012."),
         ("M98\n", GROOVE, "needs the number of a program"),
         ("M98 P12\n", "O0012\nM98 P12\nM99\n", "programs deep"),
-        ("M99\n", GROOVE, "would repeat it without end"),
         ("M98 P12 L10000\n", GROOVE, "repeats 10000 times"),
         ("M98 P20 L9999\n", "O0020\nM98 P21 L9999\nM99\nO0021\nG04 P1\nM99\n", "run more than 2000 blocks"),
     ],
@@ -53,3 +52,11 @@ def test_a_call_that_cannot_be_made_is_refused(main: str, further: str, sentence
     with pytest.raises(ProgramError) as refused:
         run(main, further)
     assert sentence in str(refused.value)
+
+
+def test_m99_ends_the_main_program_once_and_says_so() -> None:
+    program = interpret(read_program("G21 G99 G97 S500 M03\nG00 X40. Z2.\nM99\n", "turn.nc"), "fanuc")
+    assert len(program.moves) == 1
+    assert [warned.sentence for warned in program.warnings] == [
+        "M99 in the main program begins it again on a machine; here it ends the program."
+    ]

@@ -58,7 +58,7 @@ class Cycles(ContourCycles):
             modal.taper, modal.cycle_end = 0.0, start
         if not {"X", "Z", "U", "W"} & set(self.block.words):
             raise self.error(f"{modal.motion_code} names no end point{self._other_readings()}.", "Add X and Z words.")
-        word = self.take("R")
+        word = self.take("R") or self.take("K" if meaning is Meaning.FACING_CYCLE_SIMPLE else "I")
         modal.taper = modal.metres(word.value) if word is not None else modal.taper
         here = (modal.x, modal.z)
         modal.x, modal.z = modal.cycle_end if modal.cycle_end is not None else here

@@ -321,7 +321,10 @@ class Flow(Cycles):
         """M99, or M99 P n, which goes to N n of the program that called."""
         code, p = self.block.codes[Meaning.SUBPROGRAM_END].text, self.take("P")
         if self.depth == 0:
-            raise self.error(f"{code} in the main program would repeat it without end.", "Write M30; M99 ends a subprogram.")
+            self.warn(f"{code} in the main program begins it again on a machine; here it ends the program.")
+            self.event("spindle")
+            self.event("program_end")
+            self.ended = True
         if p is not None:
             self.go_to = f"{p.value:g}"
 
