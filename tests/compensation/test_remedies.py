@@ -111,11 +111,11 @@ def test_friction_is_taken_away_and_the_promise_is_kept(tmp_path: Path, capsys: 
     ("effect", "at", "values", "remedy"),
     [
         ("Backlash", "x_scale", {"width": (10e-6, "m")}, "BacklashShift"),
-        ("CumulativePitchError", "x_scale", {"slope": (1e-4, "1")}, "PitchTable"),
+        pytest.param("CumulativePitchError", "x_scale", {"slope": (1e-4, "1")}, "PitchTable", marks=pytest.mark.slow),
         ("EncoderEccentricity", "x_encoder", {"amplitude": (3e-6, "m"), "turn": (0.008, "m"), "phase": (0.3, "rad")}, "ReadingTable"),
-        ("AmplifierDeadZone", "x_dac", {"half_width": (0.1, "V")}, "InverseDeadZone"),
-        ("TransportDelay", "x_dac", {"delay": (1e-3, "s")}, "MotionFeedforward"),
-        ("ForceOffset", "x_axis", {"offset": (40.0, "N")}, "CommandBias"),
+        pytest.param("AmplifierDeadZone", "x_dac", {"half_width": (0.1, "V")}, "InverseDeadZone", marks=pytest.mark.slow),
+        pytest.param("TransportDelay", "x_dac", {"delay": (1e-3, "s")}, "MotionFeedforward", marks=pytest.mark.slow),
+        pytest.param("ForceOffset", "x_axis", {"offset": (40.0, "N")}, "CommandBias", marks=pytest.mark.slow),
     ],
 )
 def test_a_named_effect_gets_its_remedy_and_most_of_it_goes(
@@ -187,6 +187,7 @@ def test_a_remedy_is_not_put_in_twice(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "the lesson has CommandBias at x_controller already." in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_table_that_folds_back_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, out = remedied(tmp_path, diagnosis(("CumulativePitchError", "x_scale", {"slope": (1e-4, "1")})))
     assert code == 0
@@ -198,6 +199,37 @@ def test_a_table_that_folds_back_is_refused(tmp_path: Path, capsys: pytest.Captu
     assert "the positions of a table rise." in capsys.readouterr().err
 
 
+@pytest.mark.slow
+def test_a_mirrored_program_takes_the_friction_away_on_a_closed_control(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    concealed = ["conceal", AXIS, "--effect", "CoulombFriction:level=20 N@x_axis", "--seed", "3", "--out", str(tmp_path / "case")]
+    assert run_command_line(concealed) == 0
+    found = diagnosis(("CoulombFriction", "x_axis", {"level": (20.1, "N")}))
+    code, out = remedied(tmp_path, found, "--as", "program", lesson=str(tmp_path / "case" / "lesson.yaml"))
+    assert code == 0
+    assert run_command_line(["program", str(out / "mirrored.nc")]) == 0
+    again = ["conceal", "--again", str(tmp_path / "case_answer.json"), "--lesson", str(out / "lesson_program.yaml")]
+    assert run_command_line([*again, "--out", str(tmp_path / "again")]) == 0
+    result = json.loads((tmp_path / "again" / "result.json").read_text())["rms_deviation"]["x_scale.position"]
+    assert result["removed_share"] > 0.9
+
+
+def test_a_circle_is_promised_quadrant_by_quadrant(tmp_path: Path) -> None:
+    lesson = load_lesson("21_mend_this_machine")
+    own = lesson.text.partition("variants:")[0]
+    (tmp_path / "circle.yaml").write_text(own, encoding="utf-8")
+    inertia = {"level": (100.0, "N")}
+    found = diagnosis(("CoulombFriction", "x_axis", inertia), ("CoulombFriction", "z_axis", inertia))
+    for entry in found["insert"]:
+        entry["inertia"] = "9720 kg"
+    code, out = remedied(tmp_path, found, lesson=str(tmp_path / "circle.yaml"))
+    assert code == 0
+    promise = json.loads((out / "remedy.json").read_text())["promise"]
+    for quarter in ("+X", "+Z", "-X", "-Z"):
+        size = promise[f"circular_spread at {quarter}"]
+        assert size["after"] < 0.3 * size["before"]
+
+
+@pytest.mark.slow
 def test_the_table_for_a_control_is_in_its_units(tmp_path: Path) -> None:
     code, out = remedied(tmp_path, diagnosis(("Backlash", "x_scale", {"width": (10e-6, "m")})), "--as", "table")
     assert code == 0

@@ -64,10 +64,32 @@ def sizes(bench: Bench, record: FloatArray, sound: FloatArray) -> dict[str, tupl
     if contour is not None:
         found["rms_path_error"] = (_rms(contour), "m")
         found["max_path_error"] = (float(np.max(np.abs(contour))), "m")
+    found |= {name: (value, "m") for name, value in _circle(bench, record).items()}
     for loop in bench.loops:
         voltage = bench.channel(record, f"{loop.converter}.voltage") if loop.converter else None
         if voltage is not None:
             found[f"largest_voltage of {loop.converter}"] = (float(np.max(np.abs(voltage))), "V")
+    return found
+
+
+def _circle(bench: Bench, record: FloatArray) -> dict[str, float]:
+    """Return the spread of the radial deviation over the last whole turn of a circle [m], in all and within 30 degrees of each quadrant."""
+    centres = [bench.channel(record, f"interpolator.centre_{axis}") for axis in ("x", "z")]
+    radius = bench.channel(record, "interpolator.circle_radius")
+    if radius is None or len(bench.loops) != 2 or any(item is None for item in centres):
+        return {}
+    asked = [bench.channel(record, loop.reference) for loop in bench.loops]
+    x, z = (place - centre for place, centre in zip(bench.table(record), centres, strict=True))
+    turned = np.unwrap(np.arctan2(asked[1] - centres[1], asked[0] - centres[0]))  # type: ignore[operator]
+    # what comes after the last turn, where the reference stands and the tool runs out, is dropped
+    last = (np.abs(turned - turned[-1]) < 2.0 * np.pi) & (np.gradient(turned) != 0.0)
+    if abs(turned[-1] - turned[0]) < 2.0 * np.pi * 0.999:
+        return {}
+    radial, angle = (np.hypot(x, z) - radius)[last], np.arctan2(z, x)[last]
+    found = {"circular_spread": float(np.ptp(radial))}
+    for quarter, name in enumerate(("+X", "+Z", "-X", "-Z")):
+        off = np.abs(np.angle(np.exp(1j * (angle - 0.5 * np.pi * quarter))))
+        found[f"circular_spread at {name}"] = float(np.ptp(radial[off < np.radians(30.0)]))
     return found
 
 
