@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from lathesim.cli.case_options import variant_option
 from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.experiments.design.prediction import Foretold
 
 
 @click.command()
@@ -54,6 +58,7 @@ def experiment(
     Rivals come from --between, or from what a diagnosis left tied. Each is refitted to the others, over what the lesson calls uncertain.
     DIR gets program.nc, lesson.yaml to diagnose the run with, prediction.json and experiment.png. Ctrl-C keeps the best program so far.
     """
+    import contextlib
     import json
 
     from lathesim.cli.interrupting import interruptible
@@ -62,7 +67,7 @@ def experiment(
     from lathesim.experiments.design.experiment import Wish, design_experiment
     from lathesim.experiments.design.experiment_files import as_json as json_of
     from lathesim.experiments.design.experiment_files import told_lines, write_experiment, write_program_and_lesson
-    from lathesim.experiments.design.prediction import foretell
+    from lathesim.experiments.design.prediction import tried_design
     from lathesim.experiments.design.rivals import named_between, named_in_diagnosis
     from lathesim.lessons.lesson import load_lesson
     from lathesim.units import quantity
@@ -99,13 +104,11 @@ def experiment(
     place = "--between" if between is not None else str(diagnosis)
     with interruptible() as stop:
         found = design_experiment(loaded, named, registry, wish, variant, place, say, stop)
-        file = write_program_and_lesson(found, out)
-        foretold = []
-        if not no_trial and not found.stopped:
-            try:
-                foretold = foretell(found.scene, found.program, file, registry, seed, say, 60.0)
-            except KeyboardInterrupt:
-                foretold = []
+        write_program_and_lesson(found, out)
+        foretold: list[Foretold] = []
+        if not no_trial and not found.stopped and found.decidable:
+            with contextlib.suppress(KeyboardInterrupt):
+                found, foretold = tried_design(found, lambda design: write_program_and_lesson(design, out), registry, seed, say)
     write_experiment(found, foretold, out)
     if as_json:
         click.echo(json.dumps(json_of(found, foretold), indent=2))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,8 +29,8 @@ _BATCH = 25
 """Programs of one batch, so that progress is told and Ctrl-C heard."""
 _FINALISTS = 6
 _REFITS = 3
-UNDECIDABLE = 0.25
-"""Chance to decide below which rivals are said not to be told apart."""
+UNDECIDABLE = 30.0
+"""T below which two rivals are said not to be told apart: not even a likelihood with all values known would be sure; assumed."""
 
 Say = Callable[[str], None]
 
@@ -69,11 +69,13 @@ class Designed:
     runs: int
     wall_time: float
     stopped: bool
+    others: tuple[tuple[Laid, Worth], ...] = ()
+    """The next best programs, to be taken where a trial of this one goes wrong."""
 
     @property
     def decidable(self) -> bool:
         """Whether the run can be expected to tell."""
-        return self.worth.chance >= UNDECIDABLE
+        return min(far for _, _, far in self.pairs) >= UNDECIDABLE
 
 
 def design_experiment(
@@ -115,12 +117,31 @@ def design_experiment(
         if stop is not None:
             stop.clear()
         stopped, final = True, judged
-    program, worth = max(final, key=lambda pair: _score(pair[1], wish.conditions))
+    ranked = sorted(final, key=lambda pair: -_score(pair[1], wish.conditions))
+    program, worth = ranked[0]
     pairs, by_channel, traces = _told_by(scene, program, worth, floors)
     tried = tuple((item.candidate.title, item.seconds, value.chance) for item, value in judged)
     return Designed(
-        lesson, scene, program, worth, tried, floors, pairs, by_channel, traces, scene.runs, clock.perf_counter() - began, stopped
+        lesson,
+        scene,
+        program,
+        worth,
+        tried,
+        floors,
+        pairs,
+        by_channel,
+        traces,
+        scene.runs,
+        clock.perf_counter() - began,
+        stopped,
+        tuple(ranked[1:]) if not stopped else (),
     )
+
+
+def with_program(found: Designed, program: Laid, worth: Worth) -> Designed:
+    """Return the design with another of its programs."""
+    pairs, by_channel, traces = _told_by(found.scene, program, worth, found.floors)
+    return replace(found, program=program, worth=worth, pairs=pairs, by_channel=by_channel, traces=traces, others=())
 
 
 def _score(worth: Worth, conditions: Conditions) -> float:

@@ -52,7 +52,7 @@ def as_json(found: Designed, foretold: Sequence[Foretold]) -> dict[str, Any]:
         "rivals": [
             {
                 "rival": rival.name,
-                "chance_to_decide": found.worth.by_rival[number],
+                "chance_to_decide": _rival_chance(found, foretold, number),
                 "verdict": next((item.verdict for item in foretold if item.rival == rival.name), None),
                 "named": next((list(item.named) for item in foretold if item.rival == rival.name), []),
             }
@@ -69,6 +69,12 @@ def as_json(found: Designed, foretold: Sequence[Foretold]) -> dict[str, Any]:
         "wall_time_s": found.wall_time,
         "stopped": found.stopped,
     }
+
+
+def _rival_chance(found: Designed, foretold: Sequence[Foretold], number: int) -> float:
+    """Return the chance for one rival: as :func:`_chance`."""
+    own = [item for item in foretold if item.rival == found.scene.rivals[number].name]
+    return 0.5 * found.worth.by_rival[number] + 0.5 * own[0].right if own else found.worth.by_rival[number]
 
 
 def _chance(found: Designed, foretold: Sequence[Foretold]) -> float:

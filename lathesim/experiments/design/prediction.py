@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 from lathesim.diagnosis.diagnose import diagnose
 from lathesim.diagnosis.question import Question
 from lathesim.errors import LatheSimError
+from lathesim.experiments.design.experiment import Designed, with_program
 from lathesim.experiments.design.laying import Laid
 from lathesim.experiments.design.rivals import NOTHING
 from lathesim.experiments.design.scene import Scene
@@ -29,6 +31,28 @@ class Foretold:
     verdict: str
     named: tuple[str, ...]
     right: bool
+
+
+def tried_design(
+    found: Designed, write: Callable[[Designed], Path], registry: Registry, seed: int, say: Callable[[str], None], longest: float = 40.0
+) -> tuple[Designed, list[Foretold]]:
+    """Return the design whose program did best when the diagnosis was tried on it, and what was said.
+
+    The best program is tried first. Where a rival is not named rightly, the next best one is, while the time [s] lasts. ``write`` writes
+    program and lesson of a design and returns the place of the lesson.
+    """
+    began = clock.perf_counter()
+    best, said = found, foretell(found.scene, found.program, write(found), registry, seed, say, longest)
+    for program, worth in found.others:
+        if all(item.right for item in said) or clock.perf_counter() - began > longest:
+            break
+        say("The diagnosis would err; trying the next best program ...")
+        other = with_program(found, program, worth)
+        told = foretell(other.scene, program, write(other), registry, seed, say, longest)
+        if sum(item.right for item in told) > sum(item.right for item in said):
+            best, said = other, told
+    write(best)
+    return best, said
 
 
 def foretell(
@@ -67,6 +91,6 @@ def foretell(
         if rival.name == NOTHING:
             right = told.verdict in ("no_mismatch", "parameters_only")
         else:
-            right = told.verdict == "named" and any(name.partition("@")[0] == rival.effect for name in named)
+            right = told.verdict == "named" and [name.partition("@")[0] for name in named] == [rival.effect]
         found.append(Foretold(rival.name, told.verdict, named, right))
     return found
