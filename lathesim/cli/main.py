@@ -45,6 +45,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "retime": ("lathesim.cli.retime:retime", "Time a path as quickly as the limits of the axes allow."),
     "machine": ("lathesim.cli.machine:machine", "Be the servo side of a simulated machine."),
     "stream": ("lathesim.cli.stream:stream", "Send set-points to a servo side and take its feedback."),
+    "twin": ("lathesim.cli.twin:twin", "Show machine and simulation beside each other while the machine runs."),
     "watch": ("lathesim.cli.watch:watch", "Watch a machine: when it changed, where, and what that is."),
     "publish": ("lathesim.cli.publish:publish", "Publish a simulated machine over OPC UA and MTConnect."),
     "record": ("lathesim.cli.record:record", "Record what a machine publishes."),

@@ -19,12 +19,14 @@ if TYPE_CHECKING:
 @click.option("--limits", type=click.Path(path_type=Path), required=True, metavar="LIMITS.yaml", help="Limits of each axis, and the feed.")
 @click.option("--poses", is_flag=True, help="The columns are poses x, y, z, i, j, k of the tool; LIMITS.yaml names the kinematics.")
 @click.option("--jerk", is_flag=True, help="Keep the limits of jerk as well: the acceleration is 0 at both ends.")
+@click.option("--tolerance", metavar="10um", help="Go slower where the simulated contour error of --lesson exceeds this.")
+@click.option("--lesson", metavar="LESSON", help="The machine whose contour error is simulated.")
 @click.option("--period", default="1 ms", show_default=True, metavar="TIME", help="Period of the servos.")
 @click.option("--grid", type=click.IntRange(8, 10_000_000), default=1000, show_default=True, help="Steps along the path at least.")
 @click.option("--retraction", type=click.FloatRange(1.0, 180.0), default=150.0, show_default=True, help="Turn [deg] where axes stop.")
 @click.option("--out", type=click.Path(path_type=Path), metavar="S.h5", help="Where the set-points go [default: JOINTS_set_points.h5].")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-retime/1) and nothing else.")
-def retime(joints: Path, as_json: bool, out: Path | None, period: str, **how: Any) -> None:
+def retime(joints: Path, as_json: bool, out: Path | None, period: str, tolerance: str | None, lesson: str | None, **how: Any) -> None:
     """Time the path of JOINTS.csv as quickly as the limits of the axes allow, and write a set-point for each servo period.
 
     JOINTS.csv has the header 'x [mm],y [mm],a [deg]' and one row a sample, without times. LIMITS.yaml has
@@ -39,10 +41,19 @@ def retime(joints: Path, as_json: bool, out: Path | None, period: str, **how: An
     seconds = quantity(period, "s")
     if not 0.0 < seconds <= 1.0:
         raise LatheSimError(f"the period is {period}.", remedy="Give a period above 0 s and up to 1 s.")
+    if (tolerance is None) != (lesson is None):
+        raise click.UsageError("--tolerance and --lesson belong together: the error is that of the lesson's machine.")
     timing, limits, chain, note = timed(read_joint_path(joints), **how)
+    cost = None
+    if tolerance is not None and lesson is not None:
+        from lathesim.live.tolerance import within_tolerance
+
+        timing, cost = within_tolerance(timing, limits, lesson, quantity(tolerance, "m"), seconds, how["jerk"], chain)
     place = out or joints.with_name(f"{joints.stem}_set_points.h5")
     count = save_set_points(timing, seconds, place, {"path": joints.name})
     result = _result(timing, limits, chain, place, count)
+    if cost is not None:
+        result["tolerance"] = cost
     if as_json:
         click.echo(json.dumps({"schema": "lathesim-retime/1", **result}, indent=2))
         return
@@ -119,4 +130,12 @@ def _tell(result: dict[str, Any]) -> None:
         click.echo(f"{name:<10}{speed:>18}{100 * axis['velocity_share']:>12.1f} %{force:>18}{100 * axis['acceleration_share']:>12.1f} %")
     if result["path_error_m"] is not None:
         click.echo(f"\nBetween samples the tip leaves the straight line by {1e6 * result['path_error_m']:.3g} um at most.")
+    if "tolerance" in result:
+        row = result["tolerance"]
+        click.echo(
+            f"\nThe contour error is {1e6 * row['before_m']:.4g} um at full speed and {1e6 * row['after_m']:.4g} um now; "
+            f"{row['slower_share']:.0%} of the path is slower, and {row['duration_before_s']:.4g} s became {result['duration_s']:.4g} s."
+        )
+        if row["after_m"] > row["tolerance_m"]:
+            click.echo("That is above the tolerance: what is left does not come from the speed alone.")
     click.echo(f"\n{result['set_points']} set-points are in {result['out']}. Draw them with: lathesim plot {result['out']}")

@@ -32,7 +32,7 @@ class OpcUaSource:
     is a gap in the times, told in the notes. ``remarks`` are sentences about what the server changed of what was asked for.
     """
 
-    def __init__(self, url: str, items: Sequence[MappedItem], *, interval: float = 0.0, queue: int = 5000, patience: float = 10.0) -> None:
+    def __init__(self, url: str, items: Sequence[MappedItem], *, interval: float = 0.0, queue: int = 5000, patience: float = 30.0) -> None:
         self.url, self.items, self.interval, self.queue, self.patience = url, list(items), interval, queue, patience
         self.remarks: list[str] = []
         self._ua, self._client_class = _library()

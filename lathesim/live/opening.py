@@ -9,6 +9,7 @@ from lathesim.lessons.yaml_source import read_source
 from lathesim.live.addresses import read_address
 from lathesim.live.mtconnect_source import MTConnectSource, probe_items
 from lathesim.live.name_map import MappedItem, map_from
+from lathesim.live.opcua_source import OpcUaSource, browse
 from lathesim.live.record_mapping import map_for
 from lathesim.live.samples import LiveError
 from lathesim.live.until_stopped import run_until_stopped
@@ -16,8 +17,10 @@ from lathesim.live.until_stopped import run_until_stopped
 _AGENT_PORT = 5000
 
 
-def open_machine(url: str, map_file: Path | None, prepared: Prepared | None, every: float = 0.0, queue: int = 5000) -> object:
-    """Return the source at ``opc.tcp://host:port`` or ``http://host:port``: what a map names, what a lesson knows, or all that is offered.
+def open_machine(
+    url: str, map_file: Path | None, prepared: Prepared | None, every: float = 0.0, queue: int = 5000
+) -> OpcUaSource | MTConnectSource:
+    """Return the source at ``opc.tcp://host:port`` or ``http://host:port``: what a map names, a lesson knows, or is offered.
 
     ``every`` [s] is the sampling that is asked for, ``queue`` the values the server keeps. Raises :class:`LiveError` where nothing answers.
     """
@@ -26,8 +29,6 @@ def open_machine(url: str, map_file: Path | None, prepared: Prepared | None, eve
     opcua = url.startswith("opc.tcp:")
     items = _items(url, map_file, prepared, opcua)
     if opcua:
-        from lathesim.live.opcua_source import OpcUaSource
-
         return OpcUaSource(url, items, interval=every, queue=queue)
     return MTConnectSource(read_address(url, "http", _AGENT_PORT), items, every or 0.1)
 
@@ -37,8 +38,6 @@ def _items(url: str, map_file: Path | None, prepared: Prepared | None, opcua: bo
         return map_from(read_source(map_file, what="map").data, str(map_file))
     way = "path" if opcua else "item"
     if opcua:
-        from lathesim.live.opcua_source import browse
-
         offered = dict(run_until_stopped(lambda stop: browse(url))[0])
     else:
         address = read_address(url, "http", _AGENT_PORT)

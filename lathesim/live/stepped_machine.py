@@ -43,8 +43,7 @@ class SteppedMachine:
         self.name = prepared.name
         self.axes = tuple(axes)
         self._targets = [(column, target) for column, name in enumerate(axes) for target in axes[name]]
-        empty = np.zeros(LARGEST_BLOCK)
-        driven = drive(prepared.machinery, {target: empty for _, target in self._targets})
+        driven = drive(prepared.machinery, {target: np.zeros(LARGEST_BLOCK) for _, target in self._targets})  # a table for each
         driven = replace(driven, finish="", record=driven.record if record is None else tuple(record))
         self.plan: Plan = wire(driven)
         self.period = self.plan.assembly.sample_period
