@@ -51,6 +51,7 @@ def test_a_width_under_a_stable_one_is_stable() -> None:
     assert chance[-1] > 0.98
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heard", [True, False])
 def test_ten_cuts_come_close_to_the_best(heard: bool) -> None:
     tool = machine(108.0, 0.04, 1.2e7)

@@ -36,6 +36,7 @@ def test_the_response_of_taps_is_that_of_the_tool_point(tapped: TapEstimate) -> 
     assert response.coherence[near].min() > 0.999
 
 
+@pytest.mark.slow
 def test_modes_number_and_values_from_taps(tapped: TapEstimate) -> None:
     found = find_modes(tapped.response)
     assert found.decided_on == "each of 5 hits in turn, which was not fitted"
@@ -62,6 +63,7 @@ def test_an_overload_is_told() -> None:
         estimate_response(record)
 
 
+@pytest.mark.slow
 def test_a_response_that_has_not_died_out_is_windowed_and_its_damping_corrected() -> None:
     slow = ToolPoint((Mode(200.0, 0.004, 1e7),), (1.0,))
     found = estimate_response(tap(slow, TapSettings(length=0.3), 2))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from lathesim.errors import LessonError
 from lathesim.stability.limits.delay_equations import milling, turning
 from lathesim.stability.limits.frequency_limit import Limit, limit_at, limit_of_response, smallest_limit
 from lathesim.stability.limits.lesson_cut import Cut, with_modes
-from lathesim.stability.limits.measured_limit import limits_of_lines
+from lathesim.stability.limits.measured_limit import between_lines, limits_of_lines
 from lathesim.stability.limits.periodic_delay import DelayEquation, chatter_frequency, kind_of, smallest_unstable
 from lathesim.stability.tool_point.frequency_response import FrequencyResponse
 from lathesim.stability.tool_point.modes import Mode, ToolPoint
@@ -72,6 +72,8 @@ def stability_map(cut: Cut, speeds: Sequence[float], method: str, progress: Prog
 def _by_frequency(cut: Cut, speeds: Sequence[float]) -> StabilityMap:
     tool = cut.tool
     if isinstance(tool, FrequencyResponse):
+        lines, values = between_lines(tool.frequency, tool.receptance_values)
+        tool = replace(tool, frequency=lines, receptance_values=values, coherence=None, hits=None, forces=None)
         response = cut.factor * tool.receptance_values
         lowest = int(np.argmin(response.real))
         reach = -0.5 / (cut.stiffness * float(response.real[lowest])) if response.real[lowest] < 0.0 else math.inf
@@ -126,10 +128,15 @@ def first_guess(cut: Cut, tool: ToolPoint) -> float:
     return 0.5 * 2.0 * mode.stiffness * max(mode.damping, 1e-4) * (1.0 + mode.damping) / (force * cut.milling.teeth)
 
 
+def _widest(cut: Cut, guess: float) -> float:
+    """Return the width [m] up to which a limit is looked for; a guess for milling is lower, as its force turns."""
+    return (2.0 if cut.milling is None else 10.0) * _WIDEST * guess
+
+
 def _by_collocation(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:
     guess = first_guess(cut, tool)
     make = equation_of(cut, tool, speed)
-    width, multiplier = smallest_unstable(make, guess, largest=2.0 * _WIDEST * guess)
+    width, multiplier = smallest_unstable(make, guess, largest=_widest(cut, guess))
     if not math.isfinite(width):
         return LobePoint(Limit(speed, width), "")
     frequency = chatter_frequency(make(width), multiplier)
@@ -146,7 +153,7 @@ def _by_time(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:
     else:
         made = rig(tool, cut.stiffness, speed, process_damping=cut.process_damping, diameter=cut.diameter, share=cut.share)
     guess = first_guess(cut, tool)
-    width, multiplier = time_limit(made, guess, 2.0 * _WIDEST * guess)
+    width, multiplier = time_limit(made, guess, _widest(cut, guess))
     if not math.isfinite(width):
         return LobePoint(Limit(speed, width), "")
     frequency = vibration_frequency(made, width, multiplier)

@@ -16,6 +16,10 @@ import numpy as np
 from lathesim.record import FloatArray
 from lathesim.stability.limits.frequency_limit import Limit
 
+_QUICK_TURN = 0.03
+_BETWEEN = 12
+"""Phase from line to line [rad] above which lines are put in, and into how many parts an interval is then cut."""
+
 
 def limits_of_lines(frequency: FloatArray, response: Any, stiffness: float, speeds: FloatArray, lobes: int | None = None) -> list[Limit]:
     """Return the limit at each speed [rpm] from an oriented response [m/N] at rising frequencies [Hz]; at most so many ``lobes``."""
@@ -29,6 +33,34 @@ def limits_of_lines(frequency: FloatArray, response: Any, stiffness: float, spee
         else:
             found[original] = Limit(speed, math.inf)
     return found
+
+
+def between_lines(frequency: FloatArray, response: Any) -> tuple[FloatArray, Any]:
+    """Return a response with lines put in where its phase turns quickly from one to the next, near resonances.
+
+    Between lines 1/G is a cubic: near a mode it is that of a spring, mass and damper, k - m w^2 + j c w, exactly.
+    """
+    response = np.asarray(response)
+    size = np.abs(response)
+    usable = np.minimum.reduce([size[:-3], size[1:-2], size[2:-1], size[3:]]) > 0.0 if len(size) > 3 else np.zeros(0, dtype=bool)
+    turn = np.abs(np.angle(response[2:-1] / np.where(size[1:-2] > 0.0, response[1:-2], 1.0)))
+    places = np.flatnonzero(usable & (turn > _QUICK_TURN) & (np.minimum(response.real[1:-2], response.real[2:-1]) < 0.0)) + 1
+    if not len(places):
+        return frequency, response
+    part = np.arange(1, _BETWEEN) / _BETWEEN
+    four = np.stack([places - 1, places, places + 1, places + 2])
+    x, y = frequency[four], 1.0 / response[four]
+    new = frequency[places, None] + part * (frequency[places + 1] - frequency[places])[:, None]
+    total = np.zeros(new.shape, dtype=np.complex128)
+    for i in range(4):
+        weight = np.ones(new.shape)
+        for j in range(4):
+            if i != j:
+                weight = weight * (new - x[j][:, None]) / (x[i] - x[j])[:, None]
+        total += weight * y[i][:, None]
+    merged = np.concatenate([frequency, new.ravel()])
+    order = np.argsort(merged, kind="stable")
+    return merged[order], np.concatenate([response, (1.0 / total).ravel()])[order]
 
 
 def widths_of_lines(frequency: FloatArray, response: Any, stiffness: float, speeds: FloatArray) -> FloatArray:

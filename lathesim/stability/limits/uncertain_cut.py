@@ -21,7 +21,7 @@ from lathesim.stability.tool_point.modes import ToolPoint
 from lathesim.units import split_quantity
 
 PREFIX = "tool_point."
-DRAWS = 200
+DRAWS = 100
 _DRAWS_WITH_DAMPING = 40
 OF_THE_CUT = ("cutting_stiffness", "process_damping")
 OF_A_MODE = ("frequency", "damping", "stiffness")
