@@ -6,13 +6,14 @@ import math
 
 from lathesim.program.moves import Event, Move, Program, Spindle
 
+_SAME = 1e-10
 _RPM = 60.0 / (2.0 * math.pi)
 
 
 def linuxcnc_text(program: Program) -> str:
     """Return the moves of a program as text in the dialect ``linuxcnc``; cycles stand as the moves they expand to.
 
-    Numbers have seven decimals of a millimetre. Left out: the comments, and the lines the moves came from.
+    Numbers have seven decimals of a millimetre. Left out: the comments, the lines the moves came from, and rapids without a length.
     """
     lines = ["(dialect: linuxcnc)", f"(moves of {_plain(program.name)})", "G21 G18 G90 G91.1 G8 G40"]
     written = _Written()
@@ -22,6 +23,8 @@ def linuxcnc_text(program: Program) -> str:
         while place < len(events) and events[place].before_move <= index:
             lines += written.event(events[place])
             place += 1
+        if move.kind == "rapid" and move.length < _SAME:
+            continue
         lines += written.spindle(move.spindle)
         lines += written.move(move)
     for event in events[place:]:

@@ -71,8 +71,9 @@ def reads_back(program: Program, folder: Path) -> None:
     place = folder / "written.ngc"
     place.write_text(linuxcnc_text(program), encoding="utf-8")
     again = load_program(place, "linuxcnc")
-    assert len(again.moves) == len(program.moves)
-    assert all(alike(here, there) for here, there in zip(program.moves, again.moves, strict=True))
+    moves = [move for move in program.moves if move.kind != "rapid" or move.length > 1e-10]
+    assert len(again.moves) == len(moves)
+    assert all(alike(here, there) for here, there in zip(moves, again.moves, strict=True))
 
 
 @pytest.mark.parametrize("source", sorted(shipped_folder("part_programs").glob("*.nc")), ids=lambda path: path.name)
