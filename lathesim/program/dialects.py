@@ -31,7 +31,7 @@ class Dialect:
     the end of its block. ``work_offsets`` numbers their codes. With ``variables`` there are expressions, with ``o_words`` the statements of
     LinuxCNC, else those of Fanuc's macros. ``builder_codes``: further M codes belong to the machine's builder and do nothing here.
     ``variant_of`` names the dialect of which this one is a rarer form; where both have a word, messages name that one.
-    ``tool_in_front``: the orientations of tools count with X mirrored.
+    ``change_stops_spindle``: a tool change turns the spindle off. ``tool_in_front``: the orientations of tools count with X mirrored.
     """
 
     name: str
@@ -52,6 +52,7 @@ class Dialect:
     variables: bool = False
     builder_codes: bool = False
     tool_in_front: bool = False
+    change_stops_spindle: bool = False
     variant_of: str = ""
     thread_drive_line: bool = False
     cancels_beside_motion: bool = False
@@ -123,6 +124,7 @@ LINUXCNC = Dialect(
     o_words=True,
     variables=True,
     tool_in_front=True,
+    change_stops_spindle=True,
     thread_drive_line=True,
     surface_limit="D",
     end_required=True,

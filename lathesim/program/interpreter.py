@@ -220,6 +220,8 @@ class _Interpreter(Offsets):
             raise self.error(f"{code} changes the tool and no T word has named one.", f"Write it as T1 {code}.")
         if self.has(Meaning.TOOL_CHANGE) or (word is not None and self.dialect.tool_changes_at_t):
             modal.tool = modal.tool_ready
+            if self.dialect.change_stops_spindle and modal.direction != 0:
+                self.turn_spindle(Meaning.SPINDLE_OFF)
             self.event("tool", tool=modal.tool)
             if word is not None and self.dialect.tool_changes_at_t:
                 self.offset_of_tool(offset)

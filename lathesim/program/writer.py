@@ -85,6 +85,7 @@ class _Written:
             "program_end": "M2",
         }  # fmt: skip
         if event.kind == "tool":
+            self._spindle = None  # LinuxCNC stops the spindle to change the tool
             return [f"T{event.tool} M6"] if event.tool else []
         if event.kind == "message":
             return [f"(MSG, {_plain(event.text)})"]

@@ -189,6 +189,22 @@ def test_a_spindle_speed_without_s_is_the_one_that_turned() -> None:
     assert program.warnings[0].sentence == "G97 has no S word and holds the speed of 1432 rpm."
 
 
+def test_a_length_offset_is_that_of_the_tool() -> None:
+    text = "G21 G18 G8 F100\nG10 L1 P2 X1 Z-2\nT2 M6\nG0 X10 Z0\nG43\nG0 X10 Z0\nG49\nG0 X10 Z0\nG43 H0\nG0 X12\nM2\n"
+    program = interpret(read_program(text, "turn.ngc"), "linuxcnc")
+    ends = [(round(1e3 * move.end_x, 6), round(1e3 * move.end_z, 6)) for move in program.moves]
+    assert ends == [(10.0, 0.0), (11.0, -2.0), (10.0, 0.0), (12.0, 0.0)]
+    with pytest.raises(ProgramError, match="H44 names an offset that there is not"):
+        interpret(read_program("G43 H44\nM2\n", "turn.ngc"), "linuxcnc")
+
+
+def test_a_tool_change_stops_the_spindle_of_linuxcnc_only() -> None:
+    text = "G21 G18 F100 S500 M3\nG0 X10\nT2 M6\nG0 X11\nM2\n"
+    assert [move.spindle.direction for move in interpret(read_program(text), "linuxcnc").moves] == [1, 0]
+    text = "G21 G98 F100 S500 M3\nG0 X10.\nT0202 M6\nG0 X11.\nM30\n"
+    assert [move.spindle.direction for move in interpret(read_program(text), "fanuc").moves] == [1, 1]
+
+
 def test_an_origin_shift_is_restored_as_it_was_set() -> None:
     text = "G21 G18 G8 F100\nG0 X20 Z0\nG92 X26 Z3\nG1 X25\nG92.3\nG1 X24\nG92.2\nG1 X23\nG92.3\nG1 X22\nG92.1\nG92.3\nG1 X21\nM2\n"
     program = interpret(read_program(text, "turn.ngc"), "linuxcnc")

@@ -32,6 +32,7 @@ class Offsets(Flow):
     def compensation(self) -> None:
         """G40 to G42, and the choice of a work offset."""
         self._work_offset()
+        self._length_offset()
         meaning = self.block.of_group(Group.COMPENSATION)
         modal = self.modal
         if meaning is None:
@@ -94,6 +95,19 @@ class Offsets(Flow):
         if meaning is Meaning.OFFSET_OTHER and self.modal.offset_number not in self.modal.offsets:
             self.assumed["work_offsets"] = "all zero"
             self.warn(f"{word.text} is read with an offset of 0.")
+
+    def _length_offset(self) -> None:
+        """G43 takes over the offsets of the tool in use, or of H; G49 takes them out."""
+        meaning = self.block.of_group(Group.LENGTH)
+        if meaning is Meaning.LENGTH_OFF:
+            self.modal.tool_offset = (0.0, 0.0)
+        elif meaning is Meaning.LENGTH_ON:
+            h = self.take("H")
+            number = (self.modal.tool or 0) if h is None else int(h.value)
+            if h is not None and (h.value != number or not 0 <= number <= self.stations):
+                raise self.error(f"{h.text} names an offset that there is not.", "Give the number of a tool of the turret.")
+            tool = self.modal.tools.get(number, Tool())
+            self.modal.tool_offset = (tool.x, tool.z)
 
     def _named(self, *letters: str) -> dict[str, float]:
         """Return the lengths [m] of these words of the block, X and U halved while X is a diameter."""
