@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.analysis.metric import Metric, NoValueError, find_channel, signal
+from lathesim.analysis.metric import Metric, find_channel, signal
+from lathesim.errors import RecordError
 from lathesim.record import FloatArray, Record
 
 _TURN = 2.0 * math.pi
@@ -119,7 +120,7 @@ def quadrant_peaks(circle: Circle) -> tuple[float, float, float, float]:
 def _first(record: Record) -> Circle:
     found = circles(record)
     if not found:
-        raise NoValueError("no whole turn of a circle was run")
+        raise RecordError("not available: no whole turn of a circle was run")
     return found[-1]
 
 
@@ -134,7 +135,7 @@ def measured_hysteresis(record: Record) -> float:
     found = circles(record)
     ways = {circle.direction: circle for circle in found}
     if len(ways) < 2:
-        raise NoValueError("the circle was run in one direction only")
+        raise RecordError("not available: the circle was run in one direction only")
     return hysteresis(ways[1.0], ways[-1.0])
 
 
@@ -153,7 +154,7 @@ def smallest_radial_deviation(record: Record) -> float:
 def _whole_path(record: Record) -> FloatArray:
     name = find_channel(record, ".in_contact", ".in_cut", ".engaged")
     if name is not None:
-        raise NoValueError("the machine cuts; the metrics of contact tell more")
+        raise RecordError("not available: the machine cuts, and the metrics of contact tell more")
     return signal(record, "contour.contour_error", ".contour_error")
 
 

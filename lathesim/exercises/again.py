@@ -59,7 +59,8 @@ def record_again(answer_file: Path, lesson: Lesson, registry: Registry, folder: 
     tables = [loop.table for loop in loops]
     try:
         machine = Machine(Situation(prepared.machinery, prepared.duration, {}), columns, wishes, noise, tables)
-        alone = Machine(Situation(first.machinery, first.duration, {}), columns, wishes, noise, tables)
+        own = logged_columns(first.case.lesson, first.machinery, {})
+        alone = Machine(Situation(first.machinery, first.duration, {}), own, wishes, noise, tables)
     except LatheSimError as error:
         fact = f"what is hidden cannot be put into this lesson: {error.fact}"
         raise LessonError(fact, place=str(lesson.path), remedy="Give the lesson that was made for this case.") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -211,6 +212,42 @@ def test_a_mirrored_program_takes_the_friction_away_on_a_closed_control(tmp_path
     assert run_command_line([*again, "--out", str(tmp_path / "again")]) == 0
     result = json.loads((tmp_path / "again" / "result.json").read_text())["rms_deviation"]["x_scale.position"]
     assert result["removed_share"] > 0.9
+
+
+def removed_again(tmp_path: Path, effect: str, found: dict[str, Any], *options: str, change: tuple[str, str] = ("", "")) -> float:
+    """Return the share of a hidden effect that the remedy for a diagnosis removes on the concealed machine."""
+    tmp_path.mkdir(exist_ok=True)
+    assert run_command_line(["conceal", AXIS, "--effect", effect, "--seed", "3", "--out", str(tmp_path / "case")]) == 0
+    code, out = remedied(tmp_path, found, *options, lesson=str(tmp_path / "case" / "lesson.yaml"))
+    assert code == 0
+    lesson = out / "lesson.yaml"
+    if change[0]:
+        lesson.write_text(re.sub(*change, lesson.read_text()))
+    again = ["conceal", "--again", str(tmp_path / "case_answer.json"), "--lesson", str(lesson), "--out", str(tmp_path / "again")]
+    assert run_command_line(again) == 0
+    result = json.loads((tmp_path / "again" / "result.json").read_text())
+    return float(result["rms_deviation"]["x_scale.position"]["removed_share"])
+
+
+@pytest.mark.slow
+def test_a_remedy_on_the_reference_is_recorded_again(tmp_path: Path) -> None:
+    assert removed_again(tmp_path, "Backlash:width=12 um@x_scale", diagnosis(("Backlash", "x_scale", {"width": (12e-6, "m")}))) > 0.9
+
+
+@pytest.mark.slow
+def test_without_the_margin_an_uncertain_size_overcompensates(tmp_path: Path) -> None:
+    found = diagnosis(("CoulombFriction", "x_axis", {"level": (25.0, "N")}))
+    found["effects"][0]["parameters"]["level"] |= {"low": 15.0, "high": 35.0}
+    hidden = "CoulombFriction:level=20 N@x_axis"
+    assert removed_again(tmp_path / "with", hidden, found) > removed_again(tmp_path / "without", hidden, found, "--without-margin") + 0.05
+
+
+@pytest.mark.slow
+def test_without_the_model_of_the_loop_the_pulse_comes_at_the_wrong_time(tmp_path: Path) -> None:
+    found = diagnosis(("CoulombFriction", "x_axis", {"level": (20.0, "N")}))
+    hidden = "CoulombFriction:level=20 N@x_axis"
+    early = removed_again(tmp_path / "early", hidden, found, change=(r"  (lag|inner): .*", r"  \1: 0 s"))
+    assert removed_again(tmp_path / "model", hidden, found) > early + 0.03
 
 
 def test_a_circle_is_promised_quadrant_by_quadrant(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ class FeedforwardController(Component):
     ``friction_speed``. V is kept within the converter's range, and the integral stops while it is not.
 
     Source: M. Tomizuka, Zero Phase Error Tracking Algorithm, J. Dyn. Syst. Meas. Control 109 (1987), introduction; Y. Altintas,
-    Manufacturing Automation, 2nd ed. 2012, section 5.5. Left out: a filter on the derivative.
+    Manufacturing Automation, 2nd ed. 2012, chapter 5. Left out: a filter on the derivative.
     """
 
     group = "controllers"

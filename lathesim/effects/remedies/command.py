@@ -181,7 +181,7 @@ class MotionFeedforward(ModelledRemedy):
     A lag or delay d of the command needs d times the rate of the force, so g_a = d b/K and g_j = d m/K. Velocity and acceleration
     feedforward of common controls are its first two terms.
 
-    Source: H. Grotstollen, in Y. Altintas, Manufacturing Automation, 2nd ed. 2012, section 5.5 (feedforward).
+    Source: Y. Altintas, Manufacturing Automation, 2nd ed. 2012, chapter 5 (feedforward of feed drives).
     """
 
     answers = ("TorsionalWindUp", "ServoLag", "CurrentLoopLag", "MotorInductance", "TransportDelay", "AxialResonance", "BaseRocking")
@@ -230,7 +230,7 @@ class RippleFeedforward(Remedy):
 
         out = in + share (amplitude sin(2 pi q/period + phase) + second sin(4 pi q/period + second_phase))
 
-    Source: S.-J. Huang, in R. Krishnan, Electric Motor Drives, Prentice Hall 2001, chapter 9 (ripple tables). The phase is found anew where
+    Source: R. Krishnan, Electric Motor Drives, Prentice Hall 2001, chapter 9 (torque ripple). The phase is found anew where
     an encoder has no index.
     """
 
