@@ -190,8 +190,13 @@ class _Interpreter(Offsets):
             modal.speed = word.value * _REVOLUTION / 60.0
 
     def _keep_speed(self, code: str) -> None:
-        """G97 without S holds the speed that the surface speed asks for where the tool stands."""
+        """G97 without S: Fanuc holds the speed that turned where the tool stands, the others read the number of G96 as rpm."""
         modal = self.modal
+        if not self.dialect.program_number:
+            number = (modal.speed or 0.0) * 60.0 / (0.3048 if modal.inch else 1.0)
+            modal.speed = number * _REVOLUTION / 60.0
+            self.warn(f"{code} has no S word; the {number:.6g} of the surface speed counts in rpm now.")
+            return
         radius = abs(modal.here[0])
         speed = (modal.speed or 0.0) / radius if radius > 0.0 else math.inf
         speed = speed if modal.limit is None else min(speed, modal.limit)

@@ -187,6 +187,9 @@ def test_a_spindle_speed_without_s_is_the_one_that_turned() -> None:
     program = interpret(read_program("G21 G99 G50 S3000\nG96 S180 M03\nG00 X40. Z0.\nG97\nG01 Z-5. F0.1\nM30\n", "turn.nc"), "fanuc")
     assert program.moves[-1].spindle.speed == pytest.approx(3.0 / 0.020)
     assert program.warnings[0].sentence == "G97 has no S word and holds the speed of 1432 rpm."
+    program = interpret(read_program("G21 G18 F100\nG96 S180 D2000 M3\nG0 X20\nG97\nG1 Z-5\nM2\n", "turn.ngc"), "linuxcnc")
+    assert program.moves[-1].spindle.speed == pytest.approx(6.0 * math.pi)
+    assert program.warnings[0].sentence == "G97 has no S word; the 180 of the surface speed counts in rpm now."
 
 
 def test_a_length_offset_is_that_of_the_tool() -> None:
