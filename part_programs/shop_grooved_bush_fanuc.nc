@@ -18,6 +18,10 @@ G70 P10 Q20
 G00 X44. Z-12.
 G75 R0.3
 G75 X28. Z-16. P1500 Q1500 F0.08
+(the bottom and both walls, in one pass)
+G01 X28. F0.06
+Z-16.
+X44.
 G00 X60. Z30.
 M30
 %

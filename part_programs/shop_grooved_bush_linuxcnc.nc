@@ -37,5 +37,10 @@ O200 WHILE [#<place> GE -16]
     #<place> = [#<place> - 1.5]
   O230 ENDIF
 O200 ENDWHILE
+(the bottom and both walls, in one pass)
+G0 Z-12
+G1 X28 F0.06
+Z-16
+X44
 G0 X60 Z30
 M30
