@@ -11,8 +11,8 @@ SIGMA = {"inertia": 0.05, "viscous": 0.15, "torque_constant": 0.02, "resistance"
 """Declared standard deviations, as shares. The inertia of a lathe's axis is that of motor, screw and table together."""
 FAR = 0.2
 """Where the axis of a lathe stands [m] that does not move: away from the part."""
-MOTOR_SHARE = 0.6
-"""Share of the inertia and of the friction that stands on the motor's shaft, where a description splits them."""
+MOTOR_SHARE, MOTOR_DRAG = 0.6, 0.2
+"""Shares of the inertia and of the friction that stand on the motor's shaft, where a description splits them."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def lesson(rig: Rig, description: str, given: Given, units: dict[str, str] | Non
         values |= {f"{_other(axis)}_axis.travel": f"{FAR:g} m"}
     lines += ["set:", *(f"  {name}: {text}" for name, text in values.items())]
     lines += ["recordings:", "  time: {column: t, unit: s}", *_columns(rig, description, axis, units or {})]
-    lines += ["uncertain:", *(f"  {name}: {100.0 * share:.3g} %" for name, share in _uncertain(rig, description, axis).items())]
+    lines += ["uncertain:", *(f"  {name}: {100.0 * share:.3g} %" for name, share in _uncertain(rig, p, description, axis).items())]
     return "\n".join(lines) + "\n"
 
 
@@ -95,22 +95,23 @@ def _drive(rig: Rig, p: Physics, description: str, axis: str) -> dict[str, str]:
             return values | {"spindle.inertia": f"{p.inertia:.9g} kg*m^2", "spindle.viscous": f"{p.viscous:.9g} N*m*s/rad"}
         return values | {f"{body}.mass": f"{p.inertia / p.ratio**2:.9g} kg", f"{body}.viscous": f"{p.viscous / p.ratio**2:.9g} N*s/m"}
     part = "spindle" if rig.kind == "spindle" else f"{axis}_axis"
+    # what a description is sure of is right: the error is in the motor's inertia, and in the friction behind it
+    rest, drag = (1.0 - MOTOR_SHARE) * rig.physics.inertia, MOTOR_DRAG * rig.physics.viscous
     values = {
         f"{part}.resistance": f"{p.resistance:.9g} ohm", f"{part}.amplifier_gain": f"{p.amplifier:.9g}",
         f"{part}.torque_constant": f"{p.torque_constant:.9g} N*m/A", f"{part}.voltage_constant": f"{p.voltage_constant:.9g} V*s/rad",
         f"{part}.tachometer_gain": f"{p.tachometer:.9g} V*s/rad", f"{part}.largest_current": "1000 A",
         f"{part}.smallest_current": "-1000 A",
-        f"{part}.gear": "1", f"{part}.motor_inertia": f"{MOTOR_SHARE * p.inertia:.9g} kg*m^2",
-        f"{part}.motor_viscous": f"{MOTOR_SHARE * p.viscous:.9g} N*m*s/rad",
+        f"{part}.gear": "1", f"{part}.motor_inertia": f"{p.inertia - rest:.9g} kg*m^2",
+        f"{part}.motor_viscous": f"{drag:.9g} N*m*s/rad",
     }  # fmt: skip
-    rest = 1.0 - MOTOR_SHARE
     if rig.kind == "spindle":
         return values | {
-            "spindle.spindle_inertia": f"{rest * p.inertia:.9g} kg*m^2", "spindle.spindle_viscous": f"{rest * p.viscous:.9g} N*m*s/rad",
+            "spindle.spindle_inertia": f"{rest:.9g} kg*m^2", "spindle.spindle_viscous": f"{p.viscous - drag:.9g} N*m*s/rad",
         }  # fmt: skip
     return values | {
         f"{part}.lead": f"{p.ratio:.12g} m/rad", f"{part}.screw_inertia": "0 kg*m^2", f"{part}.screw_viscous": "0 N*m*s/rad",
-        f"{part}.mass": f"{rest * p.inertia / p.ratio**2:.9g} kg", f"{part}.table_viscous": f"{rest * p.viscous / p.ratio**2:.9g} N*s/m",
+        f"{part}.mass": f"{rest / p.ratio**2:.9g} kg", f"{part}.table_viscous": f"{(p.viscous - drag) / p.ratio**2:.9g} N*s/m",
     }  # fmt: skip
 
 
@@ -149,7 +150,7 @@ def _columns(rig: Rig, description: str, axis: str, units: dict[str, str]) -> li
     return lines
 
 
-def _uncertain(rig: Rig, description: str, axis: str) -> dict[str, float]:
+def _uncertain(rig: Rig, p: Physics, description: str, axis: str) -> dict[str, float]:
     spindle = rig.kind == "spindle"
     if description == "table":
         body, mass = ("spindle", "inertia") if spindle else ("x_axis", "mass")
@@ -160,8 +161,11 @@ def _uncertain(rig: Rig, description: str, axis: str) -> dict[str, float]:
         }  # fmt: skip
     part = "spindle" if spindle else f"{axis}_axis"
     rest = "spindle_viscous" if spindle else "table_viscous"
+    uncertain_inertia = p.inertia - (1.0 - MOTOR_SHARE) * rig.physics.inertia
+    uncertain_drag = p.viscous - MOTOR_DRAG * rig.physics.viscous
     return {
-        f"{part}.motor_inertia": SIGMA["inertia"] / MOTOR_SHARE, f"{part}.{rest}": SIGMA["viscous"] / (1.0 - MOTOR_SHARE),
+        f"{part}.motor_inertia": SIGMA["inertia"] * p.inertia / uncertain_inertia,
+        f"{part}.{rest}": SIGMA["viscous"] * p.viscous / uncertain_drag,
         f"{part}.torque_constant": SIGMA["torque_constant"], f"{part}.resistance": SIGMA["resistance"],
     }  # fmt: skip
 

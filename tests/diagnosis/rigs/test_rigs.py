@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.identification.replay.experiment import build_experiments
+from lathesim.identification.replay.loading import read_for
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
@@ -72,3 +74,25 @@ def test_the_interval_of_a_share() -> None:
     """E. B. Wilson's interval; 8 of 10 as in Brown, Cai, DasGupta, Statistical Science 16 (2001)."""
     assert wilson(8, 10) == pytest.approx((0.490, 0.943), abs=1e-3)
     assert wilson(0, 0) == (0.0, 1.0)
+
+
+def own_run_of(folder: Path, axis: str) -> dict[str, np.ndarray]:
+    """Return what a lesson makes of its own simulation with the recording's input: channel without its axis -> values."""
+    prepared = prepare(load_lesson(folder / "lesson.yaml"), load_registry())
+    machine, recorded = read_for(prepared, folder / "fit.csv", load_registry())
+    (experiment,) = build_experiments(machine, [("fit.csv", recorded.record)], ())
+    run = experiment.own.outputs([], np.zeros((1, 0)))[0]
+    names = [name.removeprefix(f"{axis}_").replace("drive.", "axis.") for name in machine.compare]
+    return dict(zip(names, run, strict=True))
+
+
+@pytest.mark.parametrize("rig", ["gear_pid_1k"])
+def test_descriptions_of_a_rig_are_the_same_machine(rig: str, tmp_path: Path) -> None:
+    """Written from the table's side and from the motor's, a closed loop runs to the same counts and currents."""
+    case = next(case for case in schedule(1, {"sound": 1}) if case.rig.name == rig)
+    table_side, motor_side = (own_run_of(folder, "x") for folder in write_case(case, tmp_path)[:2])
+    assert list(table_side) == list(motor_side)
+    for name, values in table_side.items():
+        moved = float(np.std(values))
+        apart = float(np.sqrt(np.mean((values - motor_side[name]) ** 2)))
+        assert apart < 0.02 * moved, name
