@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 @click.option("--at-most", default="30 s", show_default=True, metavar="TIME", help="How long the program may last.")
 @click.option("--programs", type=click.IntRange(min=4), default=100, show_default=True, help="How many programs are tried.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which programs these are.")
+@click.option("--rounds", type=click.IntRange(min=1), metavar="N", help="Design, run on --machine, diagnose, and again, N times at most.")
+@click.option("--machine", metavar="LESSON", help="The lesson that plays the real machine, for --rounds.")
 @click.option("--no-trial", is_flag=True, help="Do not run the diagnosis on simulated recordings of each rival.")
 @click.option(
     "--without",
@@ -46,6 +48,8 @@ def experiment(
     at_most: str,
     programs: int,
     seed: int,
+    rounds: int | None,
+    machine: str | None,
     no_trial: bool,
     left_out: tuple[str, ...],
     out: Path,
@@ -102,6 +106,17 @@ def experiment(
         return 130 if precise.stopped else 0
     named = named_between(between) if between is not None else named_in_diagnosis(diagnosis or Path())
     place = "--between" if between is not None else str(diagnosis)
+    if rounds is not None:
+        from lathesim.experiments.sequence import run_rounds
+
+        if machine is None:
+            raise click.UsageError("--rounds runs its programs on a machine: name the lesson that plays it with --machine.")
+        with interruptible() as stop:
+            ran = run_rounds(loaded, load_lesson(machine), named, registry, wish, rounds, out, place, say, stop)
+        for number, item in enumerate(ran.rounds, 1):
+            click.echo(f"Round {number}: {item.seconds:.1f} s, {item.verdict} {', '.join(item.named)}".rstrip())
+        click.echo(f"{ran.ended} {ran.seconds:.1f} s of programs in all.")
+        return 0
     with interruptible() as stop:
         found = design_experiment(loaded, named, registry, wish, variant, place, say, stop)
         write_program_and_lesson(found, out)
