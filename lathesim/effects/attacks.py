@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from lathesim.component import DiscreteState, Input, Memory, Output, Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.identification import Identification
 
 _CELLS = 8192
 
@@ -37,10 +38,8 @@ class ReplayAttack(Effect):
     """
 
     catalogue, family, site = 0, "recording", "reading"
-    carried = ()
     neutral = {"lap": 0.0}
-    typical = {"lap": (0.5, 8.0)}
-    typical_rotary = {"lap": (0.5, 8.0)}
+    identification = Identification(typical={"lap": (0.5, 8.0)}, typical_rotary={"lap": (0.5, 8.0)}, carried=())
     fingerprint = "Readings that repeat to the last digit, and answer to no watermark."
     confused_with = ("a lap that is run again",)
     experiment = "Put a watermark on the reference that is never the same twice."
@@ -72,10 +71,8 @@ class OffsetAttack(Effect):
     """
 
     catalogue, family, site = 0, "constants", "reading"
-    carried = ()
     neutral = {"offset": 0.0}
-    typical = {"offset": (1e-5, 1e-3)}
-    typical_rotary = {"offset": (1e-3, 0.1)}
+    identification = Identification(typical={"offset": (1e-5, 1e-3)}, typical_rotary={"offset": (1e-3, 0.1)}, carried=())
     fingerprint = "A step of the reading that no command asked for, and the loop's answer to it."
     confused_with = ("LostCounts",)
     experiment = "Watch the innovation when it begins."
@@ -98,10 +95,8 @@ class ScaleAttack(Effect):
     """
 
     catalogue, family, site = 0, "constants", "reading"
-    carried = ()
     neutral = {"share": 0.0}
-    typical = {"share": (1e-3, 0.05)}
-    typical_rotary = {"share": (1e-3, 0.05)}
+    identification = Identification(typical={"share": (1e-3, 0.05)}, typical_rotary={"share": (1e-3, 0.05)}, carried=())
     fingerprint = "Parts that are too small or too large by a share; the loop sees nothing."
     confused_with = ("ScaleFactorError",)
     experiment = "Measure a part, or a second scale."
@@ -124,10 +119,8 @@ class DelayAttack(Effect):
     """
 
     catalogue, family, site = 0, "lag", "reading"
-    carried = ()
     neutral = {"delay": 0.0}
-    typical = {"delay": (1e-3, 50e-3)}
-    typical_rotary = {"delay": (1e-3, 50e-3)}
+    identification = Identification(typical={"delay": (1e-3, 50e-3)}, typical_rotary={"delay": (1e-3, 50e-3)}, carried=())
     fingerprint = "A loop that begins to swing though nothing of it was changed."
     confused_with = ("TransportDelay", "ChannelTimeShift")
     experiment = "Watch the innovation while the axis accelerates."
@@ -159,10 +152,8 @@ class DriftAttack(Effect):
     """
 
     catalogue, family, site = 0, "slow", "reading"
-    carried = ()
     neutral = {"rate": 0.0}
-    typical = {"rate": (1e-7, 1e-4)}
-    typical_rotary = {"rate": (1e-5, 1e-2)}
+    identification = Identification(typical={"rate": (1e-7, 1e-4)}, typical_rotary={"rate": (1e-5, 1e-2)}, carried=())
     fingerprint = "The machine follows the reading away; only a mean over many samples shows it."
     confused_with = ("ThermalScrewGrowth",)
     experiment = "Add up the innovation: a CUSUM tells what no sample does."

@@ -129,7 +129,9 @@ def _worth(
                     starts = [_refitted(scene, scaled, truth, rows, where[b, other], conditions) for other in range(draws)]
                     best = min(starts, key=lambda pair: pair[0])
                     if refits and conditions.refit:
-                        best = _followed(scene, program, truth, b, best, weight, refits)
+                        alike = [(np.inf, row) for row in _alike(scene, a, b, draw)]
+                        ends = [_followed(scene, program, truth, b, start, weight, refits) for start in (best, *alike)]
+                        best = min(ends, key=lambda pair: pair[0])
                     apart[a, b, draw] = best[0]
     others = np.array([[min(apart[a, b, draw] for b in range(count) if b != a) for draw in range(draws)] for a in range(count)])
     chances = chance_to_decide(others)
@@ -153,6 +155,32 @@ def _refitted(
     for (column, _), amount in zip(steps, shift, strict=True):
         moved[column] += amount
     return cost, moved
+
+
+def _alike(scene: Scene, a: int, b: int, draw: int) -> list[FloatArray]:
+    """Return values at which a rival is as much like another one as the names of its parameters allow: where one effect holds the other
+    as a special case, or both have a pitch and a phase, no descent from elsewhere finds that. Phases are also turned by half a turn:
+    one effect may count as a push what the other counts as a drag."""
+    first, second = scene.rivals[a], scene.rivals[b]
+    row = scene.values(second, second.sizes[draw])
+    if first.term is None or second.term is None:
+        if second.term is not None:
+            row[scene.columns(second)] = second.term.neutral
+        return [row]
+    own = {name.partition(".")[2]: value for name, value in zip(first.term.parameters, first.sizes[draw], strict=True)}
+    for place, column in enumerate(scene.columns(second)):
+        item = second.term.parameters[place].partition(".")[2]
+        neutral = second.term.effect.neutral.get(item)
+        if item in own:
+            row[column] = min(max(own[item], float(second.term.low[place])), float(second.term.high[place]))
+        elif neutral is not None:
+            row[column] = neutral
+    phases = [scene.columns(second)[place] for place, name in enumerate(second.term.parameters) if name.endswith("phase")]
+    if not phases:
+        return [row]
+    turned = row.copy()
+    turned[phases] += np.where(turned[phases] > 0.0, -np.pi, np.pi)
+    return [row, turned]
 
 
 def _least(
