@@ -36,9 +36,14 @@ def tui(opened: str | None, variant: str | None, plugin_folders: tuple[Path, ...
 
 def open_app(opened: str | None = None, variant: str | None = None, plugin_folders: tuple[Path, ...] = ()) -> int:
     """Open the app and return its exit code once it is left."""
+    import os
+
     app = make_app(opened, variant, plugin_folders)
     app.run()
-    return app.return_code or 0
+    code = app.return_code or 0
+    if app.droppable and app.workbench.live is None:
+        os._exit(code)  # a search goes on in its thread for seconds; runs and files are written by now
+    return code
 
 
 def make_app(opened: str | None = None, variant: str | None = None, plugin_folders: tuple[Path, ...] = ()) -> LathesimApp:

@@ -89,6 +89,8 @@ class LathesimApp(App[None]):
         workbench.is_opening = bool(lesson)
         self._watched: LiveRun | None = None
         self._book: StudentBook | None = None
+        self.droppable = 0
+        """Threads at work that write nothing: leaving need not wait for them."""
 
     @property
     def book(self) -> StudentBook:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -183,6 +184,19 @@ async def test_a_class_gets_a_folder_each_and_the_answer_is_revealed_from_its_ow
         await pilot.press("v")
         await pilot.pause()
         assert text(screen, "truth").startswith("✗")
+
+
+async def test_leaving_does_not_wait_for_a_search() -> None:
+    hold = threading.Event()
+    async with opened() as (app, pilot):
+        await pilot.press("f7")
+        await pilot.pause()
+        screen = app.screen
+        assert isinstance(screen, DetectiveScreen)
+        screen.in_thread("Searching ...", lambda: hold.wait(60.0), lambda: None, writes=False)
+        await pilot.press("ctrl+q")
+    assert app.droppable == 1, "the search still goes on"
+    hold.set()
 
 
 def test_candidates_stand_in_the_order_of_what_they_gain() -> None:

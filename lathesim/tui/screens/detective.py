@@ -54,6 +54,7 @@ class DetectiveScreen(WorkbenchScreen):
     DetectiveScreen .row Label { padding: 0 1; }
     DetectiveScreen #effects { width: 34; height: 1fr; }
     """
+    AUTO_FOCUS = "#nearby"
     BINDINGS = [
         Binding("c", "compare", "Compare"),
         Binding("g", "guess", "Guess"),
@@ -127,6 +128,7 @@ class DetectiveScreen(WorkbenchScreen):
             listed.clear_options()
             for path in self._nearby:
                 listed.add_option(Option(Text(f"{'case     ' if path.is_dir() else 'recording'}  {path}")))
+            listed.highlighted = 0 if self._nearby else None
             if not self._nearby:
                 listed.add_option(Option("None here. Type a path below, or hide an effect with h.", disabled=True))
         if REGISTRY in changed:
@@ -224,9 +226,8 @@ class DetectiveScreen(WorkbenchScreen):
         if self.case is None:
             self.tell_fault("Choose a recording first.")
             return
-        self.in_thread(
-            "Comparing ...", partial(case_file.compare, self.case, self.workbench.setup, self.workbench.registry), self._show_compared
-        )
+        work = partial(case_file.compare, self.case, self.workbench.setup, self.workbench.registry)
+        self.in_thread("Comparing ...", work, self._show_compared, writes=False)
 
     def _show_compared(self) -> None:
         case = self.case
@@ -303,7 +304,7 @@ class DetectiveScreen(WorkbenchScreen):
         self._go(DIAGNOSIS)
         tell = partial(self.app.call_from_thread, self._tell_step)
         work = partial(case_file.diagnose, case, self.workbench.setup, self.workbench.registry, tell, self._stop)
-        self.in_thread("Searching ...", work, self._show_diagnosed)
+        self.in_thread("Searching ...", work, self._show_diagnosed, writes=False)
 
     def stop_search(self) -> None:
         """Let the search stop at its next step, and keep what is known."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, cast
 
@@ -95,13 +96,18 @@ class WorkbenchScreen(Screen[None]):
         """Show a sentence about what is at fault, in place, for as long as it takes to read."""
         self.notify(sentence, severity="error", timeout=max(6.0, len(sentence) / 12.0), markup=False, **further)
 
-    def in_thread(self, busy: str, work: Callable[[], object], done: Callable[[], object]) -> None:
-        """Do long work in a thread, one at a time; ``busy`` says what. Afterwards call ``done``, or tell what went wrong."""
+    def in_thread(self, busy: str, work: Callable[[], object], done: Callable[[], object], *, writes: bool = True) -> None:
+        """Do long work in a thread, one at a time; ``busy`` says what. Afterwards call ``done``, or tell what went wrong.
+
+        Work that ``writes`` nothing is dropped where the app is left meanwhile.
+        """
         if self.busy:
             self.notify(f"{self.busy} Wait, or stop it.", severity="warning", markup=False)
             return
         self.busy = busy
         self.show_busy("")
+        app = self.lathesim
+        app.droppable += not writes
 
         def run() -> None:
             fault = ""
@@ -115,9 +121,15 @@ class WorkbenchScreen(Screen[None]):
                 fault = "It was stopped before anything was known."
             except Exception as error:
                 fault = f"This is a fault of the program, not of your input: {type(error).__name__}: {error}"
-            self.app.call_from_thread(self._worked, fault, done)
+            finally:
+                app.droppable -= not writes
+            if app.is_running:
+                app.call_from_thread(self._worked, fault, done)
 
-        self.run_worker(run, thread=True, exit_on_error=False)
+        if writes:
+            self.run_worker(run, thread=True, exit_on_error=False)
+        else:
+            threading.Thread(target=run, daemon=True).start()  # the app waits for its workers when it is left
 
     def _worked(self, fault: str, done: Callable[[], object]) -> None:
         self.busy = ""
