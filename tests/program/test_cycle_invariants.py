@@ -18,6 +18,7 @@ POCKET = "N10 G00 X20. Z2.\nG01 Z-5. F0.1\nX16. Z-10.\nZ-15.\nX24. Z-20.\nX20. Z
 BACKWARDS = "N10 G00 X20.\nG01 Z-20. F0.1\nX30. Z-10.\nN20 X52.\n"
 INCREMENTS = "N10 G00 X20.\nG01 W-12. F0.1\nU4. W-2.\nW-10.\nU10.\nN20 X52.\n"
 FED_IN = "N10 G01 X20. F0.1\nZ-20.\nX30.\nZ-30.\nN20 X52.\n"
+BEHIND_A_COLLAR = "N10 G00 X16.\nG01 Z1. F0.1\nG03 X18. Z0 R1.\nG01 X22.\nX18. Z-3.\nZ-11.\nX14. Z-14.\nX12. Z-17.\nZ-20.\nN20 X48.\n"
 BALL = "N10 G00 X0\nG01 Z0 F0.1\nG03 X30. Z-15. R15.\nG01 Z-25.\nN20 X52.\n"
 
 
@@ -41,6 +42,7 @@ def of_cycle(program: Program, code: str) -> list[Move]:
         ("X52. Z2.", "G71 U2. R0.5\nG71 P0010 Q0020 U0.4 W0.1 F0.3", INCREMENTS, 2.0, 0.2, 0.1),
         ("X52. Z2.", "G71 U3. R0.5\nG71 P10 Q20 U0.4 W0.1 F0.3", FED_IN, 3.0, 0.2, 0.1),
         ("X52. Z2.", "G71 U1. R0.2\nG71 P10 Q20 U0.6 W0 F0.3", BALL, 1.0, 0.3, 0.0),
+        ("X52. Z3.", "G71 U1. R0.5\nG71 P10 Q20 U0.2 W0.2 F0.3", BEHIND_A_COLLAR, 1.0, 0.1, 0.2),
     ],
 )
 def test_roughing_along_z(start: str, cycle: str, contour: str, depth: float, allow_x: float, allow_z: float) -> None:

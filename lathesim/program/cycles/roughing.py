@@ -92,7 +92,8 @@ class Roughing:
             if place == 0 and is_open:
                 steps.append(self._step("feed" if self.feeds_in else "rapid", level, begin))
             else:
-                steps += [self._step("rapid", start[0], begin), self._step("feed", level, begin)]
+                out = self._step("rapid", *start)  # straight out first, so that nothing between here and there is touched
+                steps += [out, self._step("rapid", start[0], begin), self._step("feed", level, begin)]
             steps.append(self._step("feed", level, end))
             away = level + side * min(self.retract, abs(start[0] - level))
             steps.append(self._step("feed", away, end - way * min(self.retract, abs(end - begin))))
@@ -104,7 +105,11 @@ class Roughing:
     def _along_contour(self, walked: Sequence[Point], start: Point) -> list[Step]:
         """Return the pass along the contour with its allowances, and the way back to the start."""
         first, last = walked[0], walked[-1]
-        steps = [self._step("rapid", start[0], first[1]), self._step("feed" if self.feeds_in else "rapid", *first)]
+        steps = [
+            self._step("rapid", *start),
+            self._step("rapid", start[0], first[1]),
+            self._step("feed" if self.feeds_in else "rapid", *first),
+        ]
         for move in self.contour:
             end = (move.end_x + self.allow_x, move.end_z + self.allow_z)
             if move.arc is None:
