@@ -67,5 +67,5 @@ def features(block: BlockSums, theta: FloatArray, noise: FloatArray) -> FloatArr
         means = (block.first - block.slope @ theta) / block.count
     means[:, block.count < _LEAST * block.count.sum()] = np.nan
     square = block.square - 2.0 * block.mixed @ theta + np.einsum("cpq,p,q->c", block.normal, theta, theta)
-    level = np.log(np.maximum(square, 0.0) / block.count.sum() + noise**2)
+    level = np.log(np.maximum(np.maximum(square, 0.0) / block.count.sum() + noise**2, 1e-300))
     return np.column_stack([means, level])

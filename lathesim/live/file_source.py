@@ -51,12 +51,14 @@ class FileSource:
     def _file(self, file: Path) -> Iterator[Block]:
         offset: float | None = None
         for time, columns in self._raw(file):
+            fresh = offset is None
             if offset is None:
                 offset = 0.0 if not np.isfinite(self._end) else self._end + 1.0 - float(time[0])
                 self.starts[file.name] = float(time[0]) + offset
             values = np.array([column * item.scale * si_factor(unit)[0] + item.offset for column, item, unit in columns])
             self._end = float(time[-1]) + offset
-            yield Block(time + offset, values)
+            notes = (f"{file.name} begins",) if fresh and len(self._files) > 1 else ()
+            yield Block(time + offset, values, notes, fresh)
 
     def _raw(self, file: Path) -> Iterator[tuple[FloatArray, list[tuple[FloatArray, SignalMapping, str]]]]:
         if is_record(file):

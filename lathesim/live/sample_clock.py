@@ -46,6 +46,8 @@ class SampleClock:
     def take(self, block: Block) -> list[Stretch]:
         """Return the samples of a block in whole stretches."""
         found: list[Stretch] = []
+        if block.fresh:
+            self._row, self._last = None, np.nan
         for note in block.notes:
             self._fault(float(block.time[0]) if len(block) else self._last, note, 0)
         pieces: list[FloatArray] = []

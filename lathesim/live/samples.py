@@ -34,12 +34,13 @@ class Block:
     """Samples that arrived together: ``time`` (samples,) [s] by the source's own clock, ``values`` (signals, samples).
 
     ``notes`` are sentences about what happened before this block: a gap, a restart, samples that came twice. A value that is not known at
-    an instant is NaN.
+    an instant is NaN. ``fresh`` says that another recording begins: what was before does not go on.
     """
 
     time: FloatArray
     values: FloatArray
     notes: tuple[str, ...] = field(default=())
+    fresh: bool = False
 
     def __len__(self) -> int:
         return len(self.time)

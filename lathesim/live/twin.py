@@ -117,7 +117,7 @@ class Twin:
                 return
             part = slice(first, first + size)
             notes = block.notes if first == 0 else ()
-            for stretch in self._clock.take(Block(block.time[part], block.values[self._rows][:, part], notes)):
+            for stretch in self._clock.take(Block(block.time[part], block.values[self._rows][:, part], notes, block.fresh and first == 0)):
                 self._simulate(stretch, show)
                 if self._pace:
                     end = stretch.begin + stretch.values.shape[1] * self._clock.period

@@ -37,6 +37,10 @@ _TOGETHER = 20.0
 """Samples that tell something of their own together: residuals are correlated."""
 _ABSORBED = 1.0
 """Mean of the statistics up to which other values of the uncertain parameters explain a change."""
+_LEAST_FLOOR = 0.02
+"""Floor of a channel at least, in what a standard deviation of an uncertain value does there: the model is no better than that."""
+_LINEAR = 0.1
+"""Share of what an uncertain value does that its sensitivity may be wrong by: the lesson's machine is not linear."""
 _LARGEST_VALUE = 3.0
 """Standard deviations up to which an uncertain value may be off."""
 _SLOW = 15.0
@@ -154,13 +158,16 @@ class Watch:
         blocks, self._learning = self._learning, []
         count = np.array([block.count.sum() for block in blocks])
         noise = np.sqrt(np.maximum(np.median([block.square for block in blocks] / count[:, None], axis=0), 1e-30))
+        allowed = np.mean([np.einsum("cpp->cp", block.normal) / block.count.sum() for block in blocks], axis=0)
+        least = _LEAST_FLOOR * np.sqrt(allowed.max(axis=1, initial=0.0))
+        noise = np.maximum(noise, least)
         for _ in range(3):
             weight = 1.0 / (_TOGETHER * noise**2)
             self._theta = self._theta if self._frozen else fitted(blocks, weight)
             rest = np.array([np.exp(features(block, self._theta, 0.0 * noise)[:, -1]) for block in blocks])
-            noise = np.sqrt(np.maximum(np.median(rest, axis=0), 1e-30))
+            noise = np.maximum(np.sqrt(np.maximum(np.median(rest, axis=0), 1e-30)), least)
         table = np.array([features(block, self._theta, noise) for block in blocks])
-        mean, deviation = _mean_and_deviation(table, noise)
+        mean, deviation = _mean_and_deviation(table, noise, np.sqrt(min(1.0, _TOGETHER / self.size)))
         self._usual = _Usual(noise, 1.0 / (_TOGETHER * noise**2), mean, deviation)
         trial = Cusum(mean.shape, _SHIFT, np.full(mean.shape, np.inf))
         largest = np.zeros(mean.shape)
@@ -191,7 +198,7 @@ class Watch:
             return None
         side, channel, statistic = (int(place) for place in np.unravel_index(np.argmax(above), above.shape))
         begun = float(self._cusum.begun[side, channel, statistic])
-        since = [item for item in self._blocks if item.time > begun]
+        since = [item for item in self._blocks if item.time > begun + 0.5 * self.size * self.period]
         if self._explained(since):
             return None
         drift = block.time - begun > _SLOW
@@ -224,7 +231,7 @@ class Watch:
         theta = fitted(since, self._usual.weight)
         if np.abs(theta).max(initial=0.0) > _LARGEST_VALUE or not len(theta):
             return False
-        scores = np.array([self._scores(block, theta) for block in since])
+        scores = np.array([self._left_over(block, theta) for block in since])
         known = np.isfinite(scores)
         means = np.where(known, scores, 0.0).sum(axis=0) / np.maximum(1, known.sum(axis=0))
         if np.abs(means[known.sum(axis=0) >= 3]).max(initial=0.0) > _ABSORBED:
@@ -239,6 +246,16 @@ class Watch:
         self._cusum.reset()
         return True
 
+    def _left_over(self, block: BlockSums, theta: FloatArray) -> FloatArray:
+        """Return by how many usual deviations the means of a block are off, beyond what the sensitivities may be wrong by themselves."""
+        assert self._usual is not None
+        states = len(STATES)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            effect = np.abs(block.slope @ theta) / block.count
+        off = np.abs(features(block, theta, self._usual.noise)[:, :states] - self._usual.mean[:, :states])
+        beyond = np.maximum(0.0, off - _LINEAR * effect) / self._usual.deviation[:, :states]
+        return np.minimum(beyond, _LARGEST)
+
     def relearn(self) -> None:
         """Learn anew what is usual: after an alarm the machine is another.
 
@@ -250,12 +267,15 @@ class Watch:
         self._blocks.clear()
 
 
-def _mean_and_deviation(table: FloatArray, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return mean and deviation of each statistic; one that was hardly seen has an infinite deviation and says nothing."""
+def _mean_and_deviation(table: FloatArray, noise: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
+    """Return mean and deviation of each statistic; one that was hardly seen has an infinite deviation and says nothing.
+
+    A mean deviates by ``share`` of the noise at least: that of the samples of a block that depend on one another.
+    """
     known = np.isfinite(table)
     seen = known.sum(axis=0)
     mean = np.where(known, table, 0.0).sum(axis=0) / np.maximum(1, seen)
     square = np.where(known, (table - mean) ** 2, 0.0).sum(axis=0) / np.maximum(1, seen - 1)
-    least = np.column_stack([np.repeat(0.05 * noise[:, None], table.shape[2] - 1, axis=1), np.full(len(noise), 0.05)])
+    least = np.column_stack([np.repeat(share * noise[:, None], table.shape[2] - 1, axis=1), np.full(len(noise), 0.05)])
     deviation = np.maximum(np.sqrt(square), least) * (1.0 + 1.0 / np.sqrt(np.maximum(1, seen)))
     return mean, np.where(seen >= 5, deviation, np.inf)

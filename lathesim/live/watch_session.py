@@ -143,7 +143,7 @@ class WatchSession:
     def _judge(self, block: Block) -> None:
         assert self._clock is not None
         assert self._watch is not None
-        stretches = self._clock.take(Block(block.time, block.values[self._rows], block.notes))
+        stretches = self._clock.take(Block(block.time, block.values[self._rows], block.notes, block.fresh))
         for fault in self._clock.told():
             many = f"{fault.samples} sample{'s' if fault.samples != 1 else ''} " if fault.samples else ""
             sentence = f"t = {fault.time:.3f} s: the recording: {many}{fault.kind}."

@@ -54,6 +54,8 @@ class JointPath:
 def read_joint_path(path: str | Path) -> JointPath:
     """Return the path of a CSV file with the header ``x [mm],y [mm],a [deg]`` and a row for each sample, in SI.
 
+    A column of times, as exported records have one, is left out: the path gets new ones.
+
     Raises :class:`MotionError` with ``file:line`` where the header has no units or a cell is no number.
     """
     place = Path(path)
@@ -61,15 +63,21 @@ def read_joint_path(path: str | Path) -> JointPath:
         with place.open(encoding="utf-8-sig", newline="") as file:
             rows = csv.reader(file)
             header = next(rows, [])
-            names, units, factors = _columns(header, f"{place}:1")
-            values = _numbers(rows, len(names), place)
+            timed = [at for at, cell in enumerate(header) if _is_time(cell)]
+            names, units, factors = _columns([cell for at, cell in enumerate(header) if at not in timed], f"{place}:1")
+            values = np.delete(np.array(_numbers(rows, len(header), place)).reshape(-1, len(header)), timed, axis=1)
     except FileNotFoundError:
         raise MotionError("there is no such file.", place=str(place)) from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise MotionError(f"the file cannot be read: {getattr(error, 'strerror', None) or error}.", place=str(place)) from None
-    if not values:
+    if not len(values):
         raise MotionError("the file has a header and no samples.", place=str(place), remedy="Write one row a sample.")
-    return JointPath(names, units, np.array(values) * factors)
+    return JointPath(names, units, values * factors)
+
+
+def _is_time(cell: str) -> bool:
+    found = _HEADER.match(cell)
+    return found is not None and found[2] in ("s", "ms")
 
 
 def _columns(header: list[str], place: str) -> tuple[tuple[str, ...], tuple[str, ...], FloatArray]:
