@@ -13,7 +13,9 @@ from lathesim.stability.chatter.judge import Judged, judge, judge_line
 from lathesim.stability.chatter.recorded_cut import RecordedCut
 from lathesim.stability.chatter.signal_lines import FEWEST_TURNS, Vibration, envelope_of, vibration, within_band
 
-_PARTS = 24
+_PARTS = 40
+_EARLIEST = 3.0
+"""Turns after which chatter may be told; a diagnosis of the whole takes more."""
 _CHATTER = ("hopf", "flip")
 _MOVED = 0.012
 """A line moved with the speed, or stayed, within this share."""
@@ -88,9 +90,9 @@ def _told(cut: RecordedCut, judged: Judged, found: Vibration, modes: tuple[float
         return math.nan, math.nan
     envelope = envelope_of(found.values, cut.rate, judged.line.frequency, max(0.45 * cut.turning, 8.0))
     largest = float(np.quantile(envelope, 0.98))
-    least = math.ceil(1.2 * FEWEST_TURNS * cut.rate / cut.turning)
-    for count in np.unique(np.linspace(min(least, len(cut.values)), len(cut.values), _PARTS).astype(int)):
-        early = judge(vibration(cut.values[:count], cut.rate, cut.turning), modes)
+    least = math.ceil(1.02 * _EARLIEST * cut.rate / cut.turning)
+    for count in np.unique(np.geomspace(min(least, len(cut.values)), len(cut.values), _PARTS).astype(int)):
+        early = judge(vibration(cut.values[:count], cut.rate, cut.turning, _EARLIEST), modes)
         near = early.line is not None and abs(early.line.frequency / judged.line.frequency - 1.0) < 0.06
         if early.kind in _CHATTER and near:
             return float(count / cut.rate), float(envelope[max(0, count - int(cut.rate / cut.turning)) : count].max() / largest)

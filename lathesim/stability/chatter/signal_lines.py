@@ -63,14 +63,14 @@ class Vibration:
     modulation: float = 0.0
 
 
-def vibration(values: FloatArray, rate: float, turning: float) -> Vibration:
+def vibration(values: FloatArray, rate: float, turning: float, fewest: float = FEWEST_TURNS) -> Vibration:
     """Return the lines of a signal sampled at ``rate`` [Hz] at ``turning`` revolutions a second; :class:`RecordingError` where it is too
     short."""
     if not turning > 0.0:
         raise RecordingError(f"the speed is {60.0 * turning:g} rpm.", remedy="Give the speed of the spindle with --speed.")
-    if len(values) * turning / rate < FEWEST_TURNS:
+    if len(values) * turning / rate < fewest:
         fact = f"the recording holds {len(values) * turning / rate:.1f} turns."
-        raise RecordingError(fact, remedy=f"Record at least {FEWEST_TURNS:.0f}.")
+        raise RecordingError(fact, remedy=f"Record at least {fewest:.0f}.")
     if rate < 8.0 * turning:
         raise RecordingError(f"{rate:g} samples a second are too few at {turning:g} revolutions a second.", remedy="Sample faster.")
     clean = _without_trend(np.asarray(values, dtype=np.float64), rate, turning)
