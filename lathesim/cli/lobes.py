@@ -52,7 +52,7 @@ def lobes(lesson: str, method: str | None, speeds: str, tried: Path | None, as_j
     if as_json:
         click.echo(json.dumps(_as_json(found, cut, edges, cuts), indent=2))
         return
-    _table(found, edges)
+    _table(found, cut, edges)
     if spreads and edges is None:
         click.echo("No band: what is uncertain is followed for uninterrupted turning only.")
     if save is not None:
@@ -118,7 +118,7 @@ def _as_json(found: StabilityMap, cut: Cut, edges: Any, cuts: list[tuple[float, 
     return result
 
 
-def _table(found: StabilityMap, edges: Any) -> None:
+def _table(found: StabilityMap, cut: Cut, edges: Any) -> None:
     from lathesim.stability.limits.frequency_limit import speeds_of
 
     for sentence in found.findings:
@@ -135,9 +135,12 @@ def _table(found: StabilityMap, edges: Any) -> None:
         click.echo(f"{point.limit.speed:>12.0f}{width:>14}{bounds}{frequency:>14}{lobe:>6}  {point.kind}")
     if math.isfinite(found.smallest.width):
         told = ""
-        if math.isfinite(found.smallest.speed):
+        if math.isfinite(found.smallest.speed) and cut.process_damping == 0.0:
             told = "; that is met at " + ", ".join(f"{speed:.0f}" for speed in speeds_of(found.smallest, 6)) + " rpm ..."
         click.echo(f"\nStable at every speed below {1e3 * found.smallest.width:.4f} mm{told}")
+    elif any(math.isfinite(point.limit.width) for point in found.points):
+        lowest = min(found.points, key=lambda point: point.limit.width).limit
+        click.echo(f"\nThe lowest limit shown is {1e3 * lowest.width:.4f} mm at {lowest.speed:.0f} rpm")
 
 
 def read_range(option: str, text: str) -> list[float]:

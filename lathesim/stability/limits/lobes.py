@@ -59,7 +59,9 @@ def stability_map(cut: Cut, speeds: Sequence[float], method: str, progress: Prog
             raise LessonError(f"{word.lower()} has no limit in the frequency domain.", remedy="Use the method 'collocation'.")
         return _by_frequency(cut, speeds)
     tool, told = with_modes(cut)
-    smallest = Limit(math.nan, math.nan) if cut.milling is not None else smallest_limit(tool, cut.stiffness)
+    # what holds at any speed is known in closed form for an uninterrupted cut only
+    whole = cut.milling is None and cut.share == 1.0
+    smallest = smallest_limit(tool, cut.stiffness) if whole else Limit(math.nan, math.nan)
     findings = (told,) if told else ()
     points = []
     for place, speed in enumerate(speeds):
