@@ -190,9 +190,9 @@ class _Interpreter(Offsets):
             modal.speed = word.value * _REVOLUTION / 60.0
 
     def _keep_speed(self, code: str) -> None:
-        """G97 without S: Fanuc holds the speed that turned where the tool stands, the others read the number of G96 as rpm."""
+        """G97 without S: Fanuc holds the speed that turned where the tool stands, LinuxCNC reads the number of G96 as rpm."""
         modal = self.modal
-        if not self.dialect.program_number:
+        if self.dialect.o_words:
             number = (modal.speed or 0.0) * 60.0 / (0.3048 if modal.inch else 1.0)
             modal.speed = number * _REVOLUTION / 60.0
             self.warn(f"{code} has no S word; the {number:.6g} of the surface speed counts in rpm now.")
@@ -200,7 +200,7 @@ class _Interpreter(Offsets):
         radius = abs(modal.here[0])
         speed = (modal.speed or 0.0) / radius if radius > 0.0 else math.inf
         speed = speed if modal.limit is None else min(speed, modal.limit)
-        if math.isinf(speed):
+        if math.isinf(speed) or not self.dialect.program_number:
             raise self.error(f"{code} needs a spindle speed and has none.", f"Add an S word in rpm, for example {code} S1000.")
         modal.speed = speed
         self.warn(f"{code} has no S word and holds the speed of {speed * 60.0 / _REVOLUTION:.4g} rpm.")
