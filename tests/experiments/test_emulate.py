@@ -39,6 +39,7 @@ def waypoints(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> P
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 def test_emulated_machine_follows_a_program_that_was_not_fitted(
     capsys: pytest.CaptureFixture[str], waypoints: Path, tmp_path: Path
 ) -> None:

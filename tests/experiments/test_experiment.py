@@ -11,6 +11,7 @@ LESSON = "12_what_is_wrong_with_this_machine"
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 def test_program_tells_play_from_friction(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     said = call(
         capsys, "experiment", LESSON, "--between", "Backlash@x_axis,PreslidingFriction@x_axis", "--at-most", "7 s", "--programs", "6",

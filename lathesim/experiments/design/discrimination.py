@@ -26,6 +26,10 @@ DECIDES = 3.4
 _EFFICIENCY = 2e-5
 """Share of T that a diagnosis makes use of: it tries many effects and doubts what a likelihood believes. From four sealed cases of lesson
 12: at T = 4e5 two of two were named, at 6e5 one of two."""
+_BEYOND = 10.0
+"""Ranges beyond its usual bounds to which a rival may go when it is refitted: an unusual size is no proof against it."""
+NESTED = 30.0
+"""T below which a rival does what another one does: not even a likelihood with all values known would be sure; assumed."""
 PRICE = 0.005
 """What a second of program costs, as a share of a decision; assumed."""
 _STEP = 0.25
@@ -133,9 +137,16 @@ def _worth(
                         ends = [_followed(scene, program, truth, b, start, weight, refits) for start in (best, *alike)]
                         best = min(ends, key=lambda pair: pair[0])
                     apart[a, b, draw] = best[0]
+    apart = _by_simplicity(apart)
     others = np.array([[min(apart[a, b, draw] for b in range(count) if b != a) for draw in range(draws)] for a in range(count)])
     chances = chance_to_decide(others)
     return Worth(float(chances.mean()), tuple(float(row.mean()) for row in chances), apart, program.seconds)
+
+
+def _by_simplicity(apart: FloatArray) -> FloatArray:
+    """Return T with that of the other way round where one rival holds the other as a special case: of two that fit, the simpler counts."""
+    other = apart.transpose(1, 0, 2)
+    return np.asarray(np.where(apart < NESTED, np.maximum(apart, other), apart))
 
 
 def _refitted(
@@ -212,7 +223,8 @@ def _followed(
     row = start[1].copy()
     for _ in range(rounds):
         if term is not None:
-            row[columns] = np.clip(row[columns], term.low, term.high)
+            reach = _BEYOND * (term.high - term.low)
+            row[columns] = np.clip(row[columns], np.where(term.low < 0.0, term.low - reach, term.low), term.high + reach)
         steps = _steps(scene, scene.rivals[rival], row)
         moved = np.array([row, *[row + step * (np.arange(len(row)) == column) for column, step in steps]])
         scaled = (scene.readings([program], [moved])[0] * weight[None, :, None]).reshape(len(moved), -1)

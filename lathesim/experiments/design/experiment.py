@@ -12,7 +12,7 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
-from lathesim.experiments.design.discrimination import Conditions, Worth, worths
+from lathesim.experiments.design.discrimination import NESTED, Conditions, Worth, worths
 from lathesim.experiments.design.families import Candidate, candidates
 from lathesim.experiments.design.laying import Laid
 from lathesim.experiments.design.rivals import Named, place_rivals
@@ -29,8 +29,6 @@ _BATCH = 25
 """Programs of one batch, so that progress is told and Ctrl-C heard."""
 _FINALISTS = 6
 _REFITS = 3
-UNDECIDABLE = 30.0
-"""T below which two rivals are said not to be told apart: not even a likelihood with all values known would be sure; assumed."""
 
 Say = Callable[[str], None]
 
@@ -75,7 +73,7 @@ class Designed:
     @property
     def decidable(self) -> bool:
         """Whether the run can be expected to tell."""
-        return min(far for _, _, far in self.pairs) >= UNDECIDABLE
+        return min(far for _, _, far in self.pairs) >= NESTED
 
 
 def design_experiment(
