@@ -143,6 +143,8 @@ def describe(
         discovered=f"{candidate.formula}, which explains {candidate.share:.0%} of what is left at {candidate.at}" if candidate else "",
         plugin=plugin_text(candidate) if candidate else "",
         evidence=evidence,
+        rule=rule.reason,
+        history=found.history,
     )
 
 
@@ -170,6 +172,7 @@ def recording_fault(question: Question, faults: Sequence[str], findings: tuple[s
         question.fitted.name,
         question.validation.name if question.validation else question.fitted.name,
         findings=tuple(dict.fromkeys((*findings, *faults))),
+        rule="a check of the recordings fails",
         wall_time=time.perf_counter() - began,
     )
 

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from lathesim.diagnosis.records.history import Step
 from lathesim.engine.assembly import FloatArray
 
 SCHEMA = "lathesim-diagnosis/1"
@@ -198,6 +199,11 @@ class Diagnosis:
     shortfall: str = ""
     """Why the model that is named is not adequate, in one sentence; empty where it is, or where nothing is named."""
 
+    rule: str = ""
+    """The rule of the decision that held, in words."""
+    history: tuple[Step, ...] = ()
+    """The course of the search: the changes of the model that were accepted, in order."""
+
     @property
     def names(self) -> bool:
         """Whether the effects are what was left out; else they only explain part of what is missing."""
@@ -262,9 +268,23 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "not_told": list(diagnosis.not_told),
         "recording": list(diagnosis.findings),
         "discovered": diagnosis.discovered or None,
+        "rule": diagnosis.rule,
+        "history": [_step(number, step) for number, step in enumerate(diagnosis.history, start=1)],
         "complete": diagnosis.complete,
         "report": diagnosis.report or None,
         "wall_time_s": _number(diagnosis.wall_time),
+    }
+
+
+def _step(number: int, step: Step) -> dict[str, Any]:
+    return {
+        "step": number,
+        "move": step.move,
+        "in": list(step.came_in),
+        "out": list(step.went),
+        "log_likelihood_gain": _number(step.gain),
+        "validation_gain": _number(step.validation_gain),
+        "why": step.why,
     }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from lathesim.diagnosis.records.controller_value import ControllerValue
+from lathesim.diagnosis.records.history import Step
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial
@@ -48,6 +49,8 @@ class SearchResult:
     """Whether the search began with an effect beside which values were implausible, to see whether another one eases them."""
     unmoved: dict[str, list[Trial]] = field(default_factory=dict)
     """By the part of an effect: what was as good when it came in, but moved next to nothing beside what was not found yet."""
+    history: tuple[Step, ...] = ()
+    """The changes of the model that were accepted, in order."""
     complete: bool = False
     ended_after: int = 0
     """Runs after which no further effect was looked for; 0 where the search came to its own end."""
@@ -61,6 +64,14 @@ class SearchResult:
     def removed_by(self, candidate: Candidate) -> float:
         """Return the share of the whole error that an effect of the model explained when it came in."""
         return next((trial.share_of_all for trial in self.trials.get(candidate.part, ()) if trial.candidate.part == candidate.part), 0.0)
+
+    def accept(self, model: Model, move: str, why: str = "") -> None:
+        """Take a model in the place of the one that was found, and note the step."""
+        before, after = ([f"{one.name} at {one.at}" for one in other.candidates] for other in (self.model, model))
+        gains = model.score.above(self.model.score, full_band=True), model.validation.above(self.model.validation, full_band=True)
+        came_in, went = (tuple(name for name in names if name not in others) for names, others in ((after, before), (before, after)))
+        self.history = (*self.history, Step(move, came_in, went, *gains, why))
+        self.model = model
 
     def take_over(self, candidate: Candidate, other: Candidate) -> None:
         """Credit an effect, and what was tried in its place, with the share that another one explained which it has made needless."""

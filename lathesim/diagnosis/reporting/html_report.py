@@ -95,6 +95,8 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "bars_in": max(diagnosis.evidence.bars, key=lambda bar: bar.before).channel if diagnosis.evidence.bars else "",
         "bars_after": changed,
         "tried": _tried(diagnosis),
+        "rule": diagnosis.rule,
+        "history": _history(diagnosis),
         "tried_more": max(0, len(diagnosis.evidence.tried) - _TRIED),
         "sure": _sure(diagnosis),
         "judged": f"on {diagnosis.validation}" if diagnosis.validation else "",
@@ -238,6 +240,21 @@ def _bars(bars: Sequence[VariableBar], changed: bool) -> list[dict[str, Any]]:
 
 def _width(share: float) -> float:
     return round(100.0 * min(1.0, max(0.0, share)), 1) if math.isfinite(share) else 0.0
+
+
+def _history(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Return the rows of the course of the search."""
+    return [
+        {
+            "move": step.move,
+            "came_in": ", ".join(step.came_in),
+            "went": ", ".join(step.went),
+            "gain": number(step.gain, 0),
+            "validation_gain": number(step.validation_gain, 0),
+            "why": step.why,
+        }
+        for step in diagnosis.history
+    ]
 
 
 def _tried(diagnosis: Diagnosis) -> list[dict[str, Any]]:

@@ -144,7 +144,8 @@ def _add(laboratory: Laboratory, found: SearchResult, method: Method, ranked: tu
     found.unmoved[best.candidate.part] = [trial for trial in others if credible_if_it_moves(trial, method, found.null_maximum)]
     if not found.model.candidates:
         found.restarted_from = sorted((trial for trial in good if trial is not best), key=lambda trial: -merit(trial, method))
-    before, found.model = found.model, settled
+    before = found.model
+    found.accept(settled, "add", f"explains {best.share_of_all:.0%} of the error")
     found.before[best.candidate.part] = before
     if becomes_implausible(before.fitted, found.model.fitted):
         found.implausible_effects.add(best.candidate.part)
@@ -345,7 +346,7 @@ def _eliminate(laboratory: Laboratory, found: SearchResult, method: Method) -> N
 
     while needless := next((candidate for candidate in found.model.candidates[:-1] if is_needless(candidate)), None):
         laboratory.progress(f"{needless.name} at {needless.at} is no longer needed")
-        found.model = fewer(laboratory, found.model, needless)
+        found.accept(fewer(laboratory, found.model, needless), "drop", "no longer needed")
         found.take_over(found.model.candidates[-1], needless)
 
 
@@ -359,7 +360,7 @@ def _leave_out_unworthy(laboratory: Laboratory, found: SearchResult, method: Met
         much = of_all > method.share_of_all and of_rest > method.share_of_rest
         if not (much or of_rest > method.nearly_all_of_rest):
             laboratory.progress(f"{candidate.name} at {candidate.at} was a part of the shape of {found.model.candidates[-1].name}")
-            found.model = without
+            found.accept(without, "drop", "a part of the shape of another effect")
             found.trials.pop(candidate.part, None)
 
 
@@ -384,11 +385,12 @@ def leave_out(found: SearchResult, candidates: Sequence[Candidate], experiment: 
     laboratory.weigh(found.baseline.fitted)
     rest = tuple(candidate for candidate in found.model.candidates if candidate not in candidates)
     if not rest:
-        found.model = found.baseline
+        found.accept(found.baseline, "drop", "not determined, or of no use")
         return
     gone = {name for candidate in candidates for name in candidate.parameters}
     free = [item for item in found.model.free if item.name not in gone]
-    found.model = laboratory.model(rest, fit(experiment.sensed, free, found.model.fitted.constant, rounds=2, full_band=is_full_band(rest)))
+    fitted = fit(experiment.sensed, free, found.model.fitted.constant, rounds=2, full_band=is_full_band(rest))
+    found.accept(laboratory.model(rest, fitted), "drop", "not determined, or of no use")
 
 
 def _told_screened(laboratory: Laboratory, ranked: Sequence[Screened], null_maximum: float) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.records.history import Step
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import of_usual_size
 from lathesim.diagnosis.selection.forward import grow, leave_out, same_effects
@@ -59,10 +60,10 @@ def search(experiment: Experiment, validation: Experiment, method: Method = STAN
             found.ended_after = found.ended_after or other.ended_after
             if plainly_better(other, found, chosen):
                 laboratory.progress("better than what was found before")
-                found = replace(other, tried=found.tried, ended_after=found.ended_after)
+                found = replace(other, tried=found.tried, ended_after=found.ended_after, history=_restarted(found, other))
                 break
         if simpler := two_for_one(laboratory, baseline, found.model, method=chosen):
-            found.model = laboratory.settled(simpler[0])
+            found.accept(laboratory.settled(simpler[0]), "merge", "one effect explains as much as two")
             found.trials |= {trial.candidate.part: [trial] for trial in simpler[1]}
             laboratory.progress(f"as good and simpler: {' and '.join(trial.candidate.name for trial in simpler[1])}")
         simplify(laboratory, found, method=chosen)
@@ -72,7 +73,8 @@ def search(experiment: Experiment, validation: Experiment, method: Method = STAN
             names = (far.name, *far.instead)
             if far.better:
                 laboratory.progress(f"better than any effect: {far.name} is outside the plausible range of the lesson")
-                found.model, found.far_off, found.factor_instead = far.model, names, far.factor
+                found.accept(far.model, "implausible value", f"{far.name} explains more than any effect")
+                found.far_off, found.factor_instead = names, far.factor
             elif found.model.candidates:
                 found.values_instead = names
         retry_rivals(laboratory, found, chosen)
@@ -82,6 +84,14 @@ def search(experiment: Experiment, validation: Experiment, method: Method = STAN
     except KeyboardInterrupt:
         laboratory.progress("stopped; what was found until here is kept")
     return found
+
+
+def _restarted(found: SearchResult, other: SearchResult) -> tuple[Step, ...]:
+    """Return the history of a search that began again."""
+    went, came_in = (tuple(f"{one.name} at {one.at}" for one in result.model.candidates) for result in (found, other))
+    gain = other.model.score.above(found.model.score, full_band=True)
+    validation_gain = other.model.validation.above(found.model.validation, full_band=True)
+    return (*found.history, *other.history, Step("restart", came_in, went, gain, validation_gain, "the other start explains more"))
 
 
 def _listed(candidates: Iterable[Candidate]) -> str:
@@ -105,7 +115,7 @@ def _grown(laboratory: Laboratory, found: SearchResult, method: Method, known: S
         if last.part not in found.before:
             leave_out(found, [last], laboratory.experiment, laboratory.validation, laboratory.progress)
             continue
-        found.model = found.before[last.part]
+        found.accept(found.before[last.part], "reject", "it needs a parameter outside the plausible range")
         if len(found.refused) <= int(method.selection.most_refused):
             # what it had made needless is there again, and something else may come beside that or in its place
             grow(laboratory, found, method)

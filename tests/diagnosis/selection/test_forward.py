@@ -16,6 +16,7 @@ from lathesim.effects.identification import Identification
 from lathesim.identification.records.model import Score, Trial
 from tests.diagnosis.stand_ins import effect_of
 
+NOTHING = Score(0.0, 0.0)
 SETTINGS = Method()
 
 
@@ -76,7 +77,7 @@ def test_another_model_takes_over_where_it_is_plainly_better(
 def trial(name: str, kept: tuple[Any, ...], share_of_rest: float, moves: float = 5.0) -> Any:
     candidate = SimpleNamespace(name=name, part=name, parameters=())
     fitted = SimpleNamespace(by_name={})
-    beside = SimpleNamespace(candidates=(*kept, candidate), fitted=fitted)
+    beside = SimpleNamespace(candidates=(*kept, candidate), fitted=fitted, score=NOTHING, validation=NOTHING)
     return SimpleNamespace(candidate=candidate, model=beside, gain=500.0, validation_gain=500.0, share_of_rest=share_of_rest, moves=moves)
 
 
@@ -150,8 +151,10 @@ def test_a_lag_that_shrinks_to_next_to_nothing_beside_another_effect_goes(
 ) -> None:
     """A filter of the scale stood for a play until the play came in."""
     filtered, play = lag("filter"), SimpleNamespace(name="Backlash", part="play", at="x_scale", parameters=("play.width",))
-    grown = SimpleNamespace(candidates=(filtered, play), fitted=SimpleNamespace(by_name={"filter.lag": late}))
-    left = SimpleNamespace(candidates=(play,), fitted=grown.fitted)
+    grown = SimpleNamespace(
+        candidates=(filtered, play), fitted=SimpleNamespace(by_name={"filter.lag": late}), score=NOTHING, validation=NOTHING
+    )
+    left = SimpleNamespace(candidates=(play,), fitted=grown.fitted, score=NOTHING, validation=NOTHING)
     monkeypatch.setattr(growth, "_is_needless", lambda *given, **_: False)
     monkeypatch.setattr(growth, "fewer", lambda laboratory, model, candidate, **_: left)
     found: Any = SearchResult(grown, grown)  # type: ignore[arg-type]
@@ -257,8 +260,8 @@ def test_the_barest_form_of_a_friction_is_tried_with_recorded_and_with_felt_moti
 def test_what_was_a_part_of_a_finer_shape_goes(without: tuple[float, ...], kept: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """A ripple at half the wavelength of a friction, once the friction has its second harmonic."""
     ripple, friction = (SimpleNamespace(name=name, at="x_axis", part=name) for name in ("ripple", "friction"))
-    whole: Any = SimpleNamespace(candidates=(ripple, friction), error=np.array([0.02]))
-    fewer: Any = SimpleNamespace(candidates=(friction,), error=np.array(without))
+    whole: Any = SimpleNamespace(candidates=(ripple, friction), error=np.array([0.02]), score=NOTHING, validation=NOTHING)
+    fewer: Any = SimpleNamespace(candidates=(friction,), error=np.array(without), score=NOTHING, validation=NOTHING)
     monkeypatch.setattr(growth, "fewer", lambda laboratory, model, candidate, **_: fewer)
     laboratory: Any = SimpleNamespace(everything=np.ones(1), baseline_error=np.ones(1), progress=lambda text: None)
     found = SearchResult(whole, whole)

@@ -58,7 +58,7 @@ def extend_parameters(laboratory: Laboratory, found: SearchResult, method: Metho
                 if one.candidate.effect.identification.extended == candidate.effect.identification.extended
             ]
             found.trials[candidate.part] = [replace(one, share_of_all=min(one.share_of_all + trial.share_of_all, 1.0)) for one in alike]
-            found.model = laboratory.settled(trial.model)
+            found.accept(laboratory.settled(trial.model), "extend", f"{candidate.name} has an extended shape")
             return True
     return False
 

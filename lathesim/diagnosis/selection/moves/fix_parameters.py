@@ -30,7 +30,7 @@ def fix_parameters(laboratory: Laboratory, found: SearchResult, method: Method =
             spared += [name.partition(".")[2] for name in names]
         if spared:
             laboratory.progress(f"{candidate.name} at {candidate.at} is as good without {listed(spared)}")
-            found.model = laboratory.settled(found.model)
+            found.accept(laboratory.settled(found.model), "fix parameters", f"as good without {listed(spared)}")
 
 
 def _there(model: Model, candidate: Candidate) -> Candidate:

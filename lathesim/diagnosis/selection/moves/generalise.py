@@ -70,7 +70,7 @@ def generalise(laboratory: Laboratory, found: SearchResult, method: Method, leas
             found.trials[best.candidate.part] = good
             found.take_over(best.candidate, candidate)
             found.before[best.candidate.part] = found.model
-            found.model = laboratory.settled(best.model)
+            found.accept(laboratory.settled(best.model), "generalise", "a more general effect explains more")
             changed = True
     return changed
 

@@ -44,7 +44,7 @@ def merge_harmonics(laboratory: Laboratory, found: SearchResult, method: Method,
             found.trials[whole.part] = [replace(one, share_of_all=min(1.0, found.removed_by(wave) + trial.share_of_all))]
             found.before[whole.part] = before
             found.trials.pop(wave.part, None)
-            found.model = laboratory.settled(one.model)
+            found.accept(laboratory.settled(one.model), "merge harmonics", "a wave and its second harmonic are one effect")
             return True
     return False
 

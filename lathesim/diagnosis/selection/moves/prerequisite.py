@@ -44,7 +44,7 @@ def add_prerequisites(laboratory: Laboratory, found: SearchResult, method: Metho
                     f"{trial.candidate.name} at {trial.candidate.at} takes the place of {' and '.join(other.name for other in gone)}"
                 )
                 found.trials[trial.candidate.part] = [trial]
-                found.model = model
+                found.accept(model, "prerequisite", "the effect that it stands on explains as much")
                 return True
             if gone == (candidate,):
                 again = _on_top(laboratory, trial.model, candidate, method=method)
@@ -52,7 +52,7 @@ def add_prerequisites(laboratory: Laboratory, found: SearchResult, method: Metho
                 if _is_as_good(both, found.model, method):
                     laboratory.progress(f"{trial.candidate.name} at {trial.candidate.at} is there too")
                     found.trials |= {trial.candidate.part: [trial], candidate.part: [again]}
-                    found.model = both
+                    found.accept(both, "prerequisite", "both are there")
                     return True
     return False
 

@@ -55,7 +55,7 @@ def retry_rivals(laboratory: Laboratory, found: SearchResult, method: Method) ->
         credited = [replace(trial, share_of_all=trial.share_of_all + more) for trial in (own, *others)]
         if chosen is not own:
             laboratory.progress(f"{chosen.candidate.name} takes the place of {candidate.name} beside the rest")
-            found.model = laboratory.settled(chosen.model)
+            found.accept(laboratory.settled(chosen.model), "retry rivals", "beside the other effects it explains more")
             del found.trials[candidate.part]
         found.trials[chosen.candidate.part] = credited
 
@@ -114,7 +114,7 @@ def _takes_two_places(laboratory: Laboratory, found: SearchResult, candidate: Ca
             ) and not is_implausible(settled.fitted, method=method):
                 laboratory.progress(f"{trial.candidate.name} takes the places of {candidate.name} and {other.name}")
                 shared = min(found.removed_by(candidate) + found.removed_by(other), 1.0)
-                found.model = settled
+                found.accept(settled, "retry rivals", "one effect explains what two did")
                 del found.trials[candidate.part], found.trials[other.part]
                 found.trials[trial.candidate.part] = [replace(trial, share_of_all=shared)]
                 return True

@@ -52,7 +52,7 @@ def simplify(laboratory: Laboratory, found: SearchResult, method: Method = STAND
                 full_band_gain=full_band,
                 full_band_validation_gain=full_band_validation,
             )
-            found.model = laboratory.settled(best.model)
+            found.accept(laboratory.settled(best.model), "simplify", "a simpler effect explains as much")
             found.trials[best.candidate.part] = [best, was]
             laboratory.progress(f"as good and simpler: {best.candidate.name} at {best.candidate.at}")
 

@@ -39,7 +39,7 @@ def specialise(laboratory: Laboratory, found: SearchResult, method: Method = STA
                     replace(trial, candidate=plain) if trial.candidate.part == finer.part else trial for trial in others
                 ]
                 found.unseen.setdefault(plain.part, []).append(finer)
-                found.model = laboratory.settled(model)
+                found.accept(laboratory.settled(model), "specialise", "its special case explains as much")
                 break
 
 

@@ -22,7 +22,7 @@ def candidate(name: str, family: str = "reversal") -> Any:
 
 def model(*candidates: Any, score: float = 0.0) -> Any:
     values = SimpleNamespace(by_name={one.parameters[0]: 1.0 for one in candidates})
-    return SimpleNamespace(candidates=candidates, free=[], fitted=values, score=Score(score, score))
+    return SimpleNamespace(candidates=candidates, free=[], fitted=values, score=Score(score, score), validation=Score(score, score))
 
 
 def trial(one: Any, gain: float, share: float = 0.99) -> Trial:
