@@ -185,7 +185,7 @@ def _values_are_off(experiment: Experiment, found: SearchResult, given: dict[str
     as_given = fit(experiment.sensed, names, constant, rounds=2, iterations=6, slopes="kept")
     error, refitted = laboratory.error(experiment, as_given), found.baseline.error
     gain = found.baseline.score.motion - judged_score(experiment, as_given).motion
-    return bool(gain > 10.0 and np.max((error - refitted) / error) > method.verdict.values_moved)
+    return bool(gain > method.verdict.values_gain and np.max((error - refitted) / error) > method.verdict.values_moved)
 
 
 def _baseline(experiment: Experiment, found: SearchResult, values: Estimates) -> dict[str, BaselineValue]:

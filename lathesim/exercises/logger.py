@@ -17,6 +17,9 @@ from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.schema import RecordedSignal
 from lathesim.units import si_factor
 
+_ROUND_STEPS = (1.0, 2.0, 5.0)
+_ROUNDED_UP = 1.0 + 1e-9
+"""A step that is one of these but for its last digits is that one."""
 LOGGER_BITS = 16
 """Bits of the logger of a channel whose resolution nobody gives (assumed)."""
 TIME = "time"
@@ -73,7 +76,7 @@ class LoggedColumn:
 def _round_step(step: float) -> float:
     """Return the 1, 2 or 5 times a power of ten at or below ``step``."""
     power = 10.0 ** math.floor(math.log10(step))
-    return max(power * factor for factor in (1.0, 2.0, 5.0) if power * factor <= step * (1.0 + 1e-9))
+    return max(power * factor for factor in _ROUND_STEPS if power * factor <= step * _ROUNDED_UP)
 
 
 def logged_columns(lesson: Lesson, assembly: Assembly, signals: Mapping[str, FloatArray]) -> list[LoggedColumn]:

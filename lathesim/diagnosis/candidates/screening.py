@@ -20,6 +20,13 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.simulator import Simulator
 
+_NO_RESPONSE = 1e-6
+"""Whitened power of a response below which a candidate moves no channel."""
+_SAME_RESPONSE = 1e-6
+"""Share of the largest eigenvalue below which responses say nothing new."""
+_DEPENDENT, _TINY = 1e-10, 1e-300
+"""Share of the largest pivot below which a sensitivity depends on the others; what keeps a division from zero."""
+
 
 @dataclass(frozen=True)
 class Screening:
@@ -126,7 +133,7 @@ def _responses(
     found = []
     for (point, _), response in zip(there, absorb.left([run for _, run in there]), strict=True):
         power = float(response @ response)
-        if np.isfinite(power) and power > 1e-6:
+        if np.isfinite(power) and power > _NO_RESPONSE:
             share = float(response @ absorb.residual) / power
             found.append((0.5 * share * share * power, share, point, response))
     found += _at_best_phases(candidate, found, absorb.residual)
@@ -214,7 +221,7 @@ def _basis(tried: Sequence[_Response]) -> FloatArray:
     """Return orthonormal rows that span the responses of a candidate."""
     responses = np.stack([item[3] / np.sqrt(item[3] @ item[3]) for item in tried])
     values, vectors = np.linalg.eigh(responses @ responses.T)
-    good = values > 1e-6 * values[-1]
+    good = values > _SAME_RESPONSE * values[-1]
     return np.asarray((vectors[:, good] / np.sqrt(values[good])).T @ responses)
 
 
@@ -240,7 +247,7 @@ class _Absorber:
             moves = np.minimum(fitted.values - low, high - fitted.values) > _AT_END * scale
             stacked = (np.vstack([white.T.astype(float), np.diag(precision)]) * scale)[:, moves]
             q, r = np.linalg.qr(stacked)
-            good = np.abs(np.diag(r)) > 1e-10 * np.abs(np.diag(r)).max(initial=1e-300)
+            good = np.abs(np.diag(r)) > _DEPENDENT * np.abs(np.diag(r)).max(initial=_TINY)
             self._stacked = np.ascontiguousarray(q[:, good].T, dtype=_SINGLE)
         self._extra = len(fitted.free) if white is not None else 0
         # what holds the baseline away from its given values is evidence too: a candidate may take that strain away

@@ -24,7 +24,7 @@ from lathesim.analysis.figure_style import (
     new_figure,
     thinned,
 )
-from lathesim.diagnosis.comparison.compare import ChannelLines, ChannelResidual, Comparison, Dependence
+from lathesim.diagnosis.comparison.compare import OFF, ChannelLines, ChannelResidual, Comparison, Dependence
 from lathesim.diagnosis.comparison.compare_text import line_text
 from lathesim.identification.signal.order_spectrum import Spectrum
 
@@ -83,7 +83,7 @@ def _draw_channel(upper: Any, lower: Any, item: ChannelResidual) -> None:
     dress(lower, label("residual", unit))
     lower.text(
         1.0, 1.02, f"{item.over_floor:.3g} floors", transform=lower.transAxes, ha="right", va="bottom", fontsize=8.5,
-        color=ALERT if item.over_floor > 3.0 else QUIET,
+        color=ALERT if item.over_floor > OFF else QUIET,
     )  # fmt: skip
 
 

@@ -27,6 +27,10 @@ _BLOCKS, _FEWEST = 20, 64
 """Blocks of a recording, and the fewest samples of one."""
 
 
+_LEAST_LENGTHS = 4
+"""Lengths of a response that a recording must hold."""
+
+
 @dataclass(frozen=True)
 class CommandCoherence:
     """A channel of which a ``share`` of what is left answers to a driven input, and how much that is in floors."""
@@ -73,7 +77,7 @@ def _block(experiments: tuple[Experiment, Experiment]) -> int:
     """Return the samples of a block; 0 where a recording has room for fewer than four."""
     shortest = min(len(experiment.record) for experiment in experiments)
     length = max(_FEWEST, shortest // _BLOCKS)
-    return length if shortest >= 4 * length else 0
+    return length if shortest >= _LEAST_LENGTHS * length else 0
 
 
 def coherent_share(experiments: tuple[Experiment, Experiment], values: tuple[Mapping[str, float], Mapping[str, float]]) -> dict[str, float]:

@@ -112,3 +112,5 @@ class SelectionLimits:
     much_of_all: Limit = Limit(0.3, "share of error", "a periodic effect above this is much of what was missing")
     small_effect: Limit = Limit(0.01, "share of error", "an effect below this beside others is compared with what acts at its place")
     most_refused: Limit = Limit(2, "refusals", "after so many rejections the model is not extended")
+    restores_clearly: Limit = Limit(4.0, "1", "an effect restores plausible values where their penalty is this much below the limit")
+    moved_far: Limit = Limit(3.0, "standard errors", "slopes are taken anew where a value moved by more than this")

@@ -82,3 +82,4 @@ class VerdictLimits:
     same_at_load: Limit = Limit(0.8, "1", "what is missing at small and at large load is the same above this ratio")
     followed: Limit = Limit(0.1, "share of missing force", "a missing force followed the motion above this")
     follows_no_more: Limit = Limit(0.01, "share of missing force", "and follows it no more below this")
+    values_gain: Limit = Limit(10.0, "nats", "other values of the baseline must gain this for the given ones to be called off")

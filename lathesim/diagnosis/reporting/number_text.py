@@ -9,6 +9,12 @@ from collections.abc import Iterable
 from lathesim.analysis.display_unit import display_unit
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 
+_SMALLEST_PLAIN, _LARGEST_PLAIN = -4, 7
+"""Powers of ten between which a number is written without an exponent."""
+_ALMOST_ALL = 0.999
+"""Share above which a number would round to all."""
+_LEAST_TENTH, _WHOLE_PERCENT, _WHOLE_RATIO = 0.05, 99.95, 10.0
+"""Per cent between which one decimal is written; ratio from which none is."""
 _SIGNS = (("um", "µm"), ("us", "µs"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
@@ -39,7 +45,7 @@ def number(value: float, decimals: int | None = None, digits: int = 4) -> str:
     if value == 0.0:
         return "0"
     size = math.floor(math.log10(abs(value)))
-    if not -4 <= size < 7 and decimals is None:
+    if not _SMALLEST_PLAIN <= size < _LARGEST_PLAIN and decimals is None:
         return f"{value:.3e}".replace("e-0", "e-").replace("e+0", "e").replace("-", MINUS)
     places = max(0, digits - 1 - size) if decimals is None else max(0, decimals)
     text = f"{value:.{places}f}"
@@ -73,21 +79,21 @@ def percent(share: float) -> str:
     if not math.isfinite(share):
         return NOTHING
     shown = 100.0 * share
-    if 0.999 < share < 1.0:
+    if _ALMOST_ALL < share < 1.0:
         return f"{min(shown, 99.999):.3f} %"
-    return f"{number(shown, 1 if abs(shown) < 99.95 and abs(shown) >= 0.05 else 0)} %"
+    return f"{number(shown, 1 if _LEAST_TENTH <= abs(shown) < _WHOLE_PERCENT else 0)} %"
 
 
 def probability_text(probability: float) -> str:
     """Return a probability; never as certainty."""
-    return "> 99.9 %" if probability > 0.999 else percent(probability)
+    return "> 99.9 %" if probability > _ALMOST_ALL else percent(probability)
 
 
 def times(ratio: float) -> str:
     """Return a ratio as ``"135 x"``, with the proper sign."""
     if not math.isfinite(ratio):
         return NOTHING
-    digits = 0 if ratio >= 10.0 else 1
+    digits = 0 if ratio >= _WHOLE_RATIO else 1
     return f"{ratio:.{digits}f} {TIMES}"
 
 

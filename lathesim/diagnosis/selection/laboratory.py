@@ -39,6 +39,16 @@ _MOST_AFRESH = 2
 """How often slopes are taken afresh in a trial."""
 
 
+@dataclass(frozen=True)
+class _Fit:
+    """A fit of a candidate on the estimation recording, with its gain there [nats]."""
+
+    fitted: Fitted
+    gain: float
+    restores_plausibility: bool
+    with_simulated_motion: bool
+
+
 @dataclass
 class Laboratory:
     """What every trial needs: the two recordings, and how the baseline's residual is weighed."""
@@ -215,6 +225,40 @@ class Laboratory:
         candidates = (*kept, candidate)
         full_band = is_full_band(candidates)
         constant = {**before.fitted.constant, **(self.experiment.simulated_motion_of(candidates) if with_simulated_motion else {})}
+        best = self._from_best_start(before, candidate, free, starts, constant, promised, full_band=full_band)
+        best = self._with_fresh_slopes(before, best, candidate, constant, full_band=full_band)
+        implausible_before = is_implausible(before.fitted, method=self.method)
+        if implausible_before:
+            # what the effect explains had implausible the values of the machine: from there a fit may not find its way back
+            other = fit(
+                self.experiment.sensed,
+                _at_given_values(with_start(best)),
+                constant,
+                rounds=2,
+                full_band=full_band,
+                tolerance=_FINE,
+                slopes="kept",
+            )
+            best = max((best, other), key=lambda fitted: fitted.score)
+        gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
+        if gain <= self.least_gain and self._removed(before, best) > self.method.selection.must_gain_too:
+            best = fit(self.experiment.sensed, with_start(best), constant, rounds=2, full_band=full_band, settle=_SETTLED, slopes="kept")
+            gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
+        restores_plausibility = (
+            implausible_before
+            and self.method.selection.restores_clearly * float(np.sum(prior_deviations(best) ** 2))
+            < self.method.selection.implausible_penalty
+        )
+        if not (gain > self.least_gain or restores_plausibility):
+            return Trial(candidate, replace(before, candidates=candidates, fitted=best), gain, -np.inf, 0.0, 0.0, 0.0)
+        judged = _Fit(best, gain, restores_plausibility, with_simulated_motion)
+        return self._judged(before, candidate, candidates, judged)
+
+    def _from_best_start(
+        self, before: Model, candidate: Candidate, free: Sequence[Free], starts: Sequence[FloatArray], constant: Mapping[str, float],
+        promised: float, *, full_band: bool,
+    ) -> Fitted:  # fmt: skip
+        """Return the best fit from some starting values; what the model before had free moves along its slopes there."""
         known = dict(zip(before.fitted.names, before.fitted.sensitivity, strict=True)) if before.fitted.sensitivity is not None else {}
         if constant != before.fitted.constant:
             known = {}
@@ -244,9 +288,15 @@ class Laboratory:
             if self._removed(before, fitted) > self.method.selection.score_reached * promised:
                 break
         assert best is not None
+        return best
+
+    def _with_fresh_slopes(
+        self, before: Model, best: Fitted, candidate: Candidate, constant: Mapping[str, float], *, full_band: bool
+    ) -> Fitted:
+        """Return a fit with its slopes taken anew, where a value moved so far that those of the model before hold no longer."""
         nearby = before.fitted
         for _ in range(_MOST_AFRESH):
-            if not _far(nearby, best):
+            if not _far(nearby, best, self.method):
                 break
             # the slopes taken over hold no longer: without them two forms of one thing would end in different places of a valley
             nearby = fit(self.experiment.sensed, with_start(best), constant, rounds=0, full_band=full_band)
@@ -262,35 +312,18 @@ class Laboratory:
                 known=known,
                 slopes="kept",
             )
-        implausible_before = is_implausible(before.fitted, method=self.method)
-        if implausible_before:
-            # what the effect explains had implausible the values of the machine: from there a fit may not find its way back
-            other = fit(
-                self.experiment.sensed,
-                _at_given_values(with_start(best)),
-                constant,
-                rounds=2,
-                full_band=full_band,
-                tolerance=_FINE,
-                slopes="kept",
-            )
-            best = max((best, other), key=lambda fitted: fitted.score)
-        gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
-        if gain <= self.least_gain and self._removed(before, best) > self.method.selection.must_gain_too:
-            best = fit(self.experiment.sensed, with_start(best), constant, rounds=2, full_band=full_band, settle=_SETTLED, slopes="kept")
-            gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
-        restores_plausibility = (
-            implausible_before and 4.0 * float(np.sum(prior_deviations(best) ** 2)) < self.method.selection.implausible_penalty
-        )
-        if not (gain > self.least_gain or restores_plausibility):
-            return Trial(candidate, replace(before, candidates=candidates, fitted=best), gain, -np.inf, 0.0, 0.0, 0.0)
+        return best
+
+    def _judged(self, before: Model, candidate: Candidate, candidates: tuple[Candidate, ...], of: _Fit) -> Trial:
+        """Return the trial of a fit: what it gains on the validation recording, and what it does to the closed-loop simulation."""
+        best, gain = of.fitted, of.gain
         model = self.model(candidates, best)
         held = model.validation.above(before.validation, full_band=is_full_band((*before.candidates, candidate)))
         lost = before.error - model.error
         rest = before.error + np.maximum(self.everything - self.baseline_error, 0.0)
         shares = float(np.max(lost / self.everything)), float(np.max(lost / rest))
         full_band_gains = model.score.above(before.score, full_band=True), model.validation.above(before.validation, full_band=True)
-        if with_simulated_motion and held < gain:
+        if of.with_simulated_motion and held < gain:
             # what holds a part a little wrongly adds up to metres in a replay of another recording; a controller keeps both together
             agreed = agreed_in_closed_loop(
                 (self.experiment, before.fitted, model.fitted), (self.validation, before.validation_fit, model.validation_fit)
@@ -304,7 +337,7 @@ class Laboratory:
             held,
             moved,
             *shares,
-            restores_plausibility,
+            of.restores_plausibility,
             is_implausible(best, method=self.method),
             becomes_implausible(before.fitted, best),
             *full_band_gains,
@@ -345,11 +378,11 @@ def prior_deviations(fitted: Fitted) -> FloatArray:
     return np.array([abs(value - item.given) / item.uncertainty for value, item in known if np.isfinite(item.uncertainty)], dtype=float)
 
 
-def _far(before: Fitted, after: Fitted) -> bool:
+def _far(before: Fitted, after: Fitted, method: Method) -> bool:
     """Return whether a value that both have moved by more than three of its standard errors."""
     values = after.by_name
     both = [(name, start) for name, start in zip(before.names, before.values, strict=True) if name in values]
-    return any(abs(values[name] - start) > 3.0 * before.error(name) for name, start in both)
+    return any(abs(values[name] - start) > method.selection.moved_far * before.error(name) for name, start in both)
 
 
 def candidate_free(candidate: Candidate, start: FloatArray, method: Method = STANDARD) -> list[Free]:

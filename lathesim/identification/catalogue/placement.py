@@ -22,6 +22,8 @@ from lathesim.identification.machine.roles import decides, further_readings_of, 
 from lathesim.identification.records.candidate import Candidate
 from lathesim.lessons.insertion import insert_effect
 
+_WIDE_RANGE = 3.0
+"""Ratio of its ends above which a positive range is walked through in factors."""
 _START_POINTS = 8
 _ORDERS = 3
 """Whole numbers a turn that are tried."""
@@ -252,5 +254,5 @@ def _spread(ranges: Sequence[tuple[float, float]]) -> FloatArray:
     columns = []
     for column, (low, high) in enumerate(ranges):
         share = unit[:, column]
-        columns.append(low * (high / low) ** share if low > 0 and high > 3 * low else low + (high - low) * share)
+        columns.append(low * (high / low) ** share if low > 0 and high > _WIDE_RANGE * low else low + (high - low) * share)
     return np.stack(columns, axis=1)

@@ -27,6 +27,12 @@ from lathesim.identification.noise.autoregressive import Whitening, no_whitening
 
 _STEP, _SHORTEST, _LONGEST = 2e-3, 1e-6, 0.05
 """First step of the differences, as a share of a parameter's scale, and the shares between which it is set anew."""
+_MOVED_FLOORS = 10.0
+"""Floors by which a start must move a channel to count."""
+_SETTLED, _ROUNDING, _TINY = 1e-3, 1e-9, 1e-300
+"""Share of a scale below which a fit is settled; share of the largest singular value that is rounding; what keeps a division from zero."""
+_SAME_ERRORS = 3.0
+"""Standard errors within which two starts came to the same place."""
 _SEEN = 3.0
 """A step moves the channel that shows it best by this many floors (root mean square): more than rounding, less than curvature."""
 _SPREAD = 0.5
@@ -209,7 +215,7 @@ class _Problem:
             rows[1:, position] = np.clip(sizes, self.low[position], self.high[position])
             found = self.evaluate(rows)
             moved = np.sqrt(np.mean(np.square(found[1:] - found[0]), axis=2)).max(axis=1)
-            seen = np.flatnonzero(moved > 10.0)
+            seen = np.flatnonzero(moved > _MOVED_FLOORS)
             scale[position] = sizes[seen[0]] if len(seen) else 1.0
         return scale
 
@@ -283,7 +289,7 @@ class _Problem:
         for _ in range(_ROUNDS):
             before, values = values, self._descend(values, white, 1e-6, 10)
             white = self._whitening_at(values)
-            if np.all(np.abs(values - before) < 1e-3 * self.scale):
+            if np.all(np.abs(values - before) < _SETTLED * self.scale):
                 break
         return _End(values, white, self._cost(values, white))
 
@@ -325,7 +331,7 @@ class _Problem:
         left, singular, right = np.linalg.svd(jacobian * size, full_matrices=False)
         del left
         noise = max(float(np.sqrt(misfit @ misfit / max(len(misfit) - len(values), 1))), 1e-12)
-        loose = singular <= max(noise / _LOOSE, 1e-9 * float(singular.max(initial=0.0)))
+        loose = singular <= max(noise / _LOOSE, _ROUNDING * float(singular.max(initial=0.0)))
         blurred = [[self.free[position].name for position in np.flatnonzero(np.square(row[: self.count]) > _PART)] for row in right[loose]]
         firm = right[~loose].T
         inverse = firm / singular[~loose] ** 2 @ firm.T
@@ -348,9 +354,9 @@ class _Problem:
         """Return whether two ends are the same fit: in what they leave, and in every value that is determined."""
         if end.cost > best.cost * (1.0 + _SAME):
             return False
-        firm = (errors > 0.0) & (errors < _LOOSE * np.maximum(np.abs(best.values), 1e-300))
+        firm = (errors > 0.0) & (errors < _LOOSE * np.maximum(np.abs(best.values), _TINY))
         firm[self.count :] = False
-        near = np.abs(end.values - best.values) <= np.maximum(_SAME * np.abs(best.values), 3.0 * errors)
+        near = np.abs(end.values - best.values) <= np.maximum(_SAME * np.abs(best.values), _SAME_ERRORS * errors)
         return bool(np.all(near[firm]))
 
 

@@ -23,6 +23,8 @@ from lathesim.identification.replay.recorded_parts import LinearSignal
 from lathesim.identification.signal.resolution import channel_floor
 from lathesim.record import Record
 
+_JUMP_FLOORS = 30.0
+"""Floors that a step must reach to be a jump."""
 LOST = 1e12
 """Misfit, in floors, of a run whose numbers grew beyond all bounds."""
 _JUMP = 10.0
@@ -159,7 +161,7 @@ def _weights(values: FloatArray, floor: float, beside: int = 2) -> FloatArray:
     steps = np.abs(np.nan_to_num(np.diff(values, prepend=values[:1])))
     width = min(101, len(steps))
     around = np.convolve(steps, np.ones(width) / width, mode="same")
-    jumps = np.flatnonzero((steps > _JUMP * around) & (steps > 30.0 * floor))
+    jumps = np.flatnonzero((steps > _JUMP * around) & (steps > _JUMP_FLOORS * floor))
     weights = np.ones(len(values))
     for at in jumps:
         near = slice(max(at - beside, 0), at + beside + 1)

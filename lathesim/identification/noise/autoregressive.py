@@ -13,6 +13,8 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 
+_LEAST_ORDERS = 20
+"""Samples for each coefficient without which none is fitted."""
 _FAR = 4.0
 """Misfits beyond so many spreads count less (Huber): a cut that begins or ends a little elsewhere is not noise."""
 _ORDER = 6
@@ -48,7 +50,7 @@ def no_whitening(channels: int) -> list[Whitening]:
 
 def whitening_of(row: FloatArray) -> Whitening:
     """Return the autoregressive model of a channel's misfit (samples,), by least squares."""
-    if len(row) < 20 * _ORDER:
+    if len(row) < _LEAST_ORDERS * _ORDER:
         return Whitening(np.zeros(0), max(float(np.sqrt(np.mean(np.square(row)))), 1.0))
     before = np.column_stack([row[_ORDER - lag : len(row) - lag] for lag in range(1, _ORDER + 1)])
     trust, new = np.ones(len(row)), row

@@ -8,6 +8,10 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 
+_FEWEST_SAMPLES = 10
+"""Samples below which no resolution is read off."""
+_SINGLE_GAP = 1.5
+"""Times the smallest gap below which a gap is a single step."""
 FEWEST_LEVELS = 20
 OFF_GRID = 0.02
 """How far, in spacings, a value may lie beside the grid: the recording's last digit."""
@@ -25,7 +29,7 @@ def channel_floor(values: FloatArray, resolution: float = 0.0) -> float:
     of them lie.
     """
     finite = values[np.isfinite(values)]
-    if len(finite) < 10:
+    if len(finite) < _FEWEST_SAMPLES:
         return max(resolution / math.sqrt(12.0), 1e-300)
     step = resolution or smallest_step(finite) or grid_spacing(finite)
     difference = np.diff(finite, 4)
@@ -56,7 +60,7 @@ def grid_spacing(values: FloatArray) -> float:
         return 0.0
     gaps = np.diff(levels)
     smallest = float(np.min(gaps))
-    spacing = float(np.median(gaps[gaps < 1.5 * smallest]))
+    spacing = float(np.median(gaps[gaps < _SINGLE_GAP * smallest]))
     for reach in (100.0, np.inf):
         # the last digit makes the first spacing a little wrong, and over many counts that adds up
         near = levels - levels[0] if np.isinf(reach) else (gaps[gaps < reach * spacing])

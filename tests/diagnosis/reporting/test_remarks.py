@@ -71,7 +71,7 @@ def judge(monkeypatch: pytest.MonkeyPatch, taken: float, after: float, *, far_of
     effect = SimpleNamespace(parameters=(), part="an effect", effect=effect_of("lag"))
     nothing = SimpleNamespace(by_name={})
     model = SimpleNamespace(candidates=(effect,) * effects, validation_fit=nothing, fitted=nothing)
-    found: Any = SimpleNamespace(model=model, far_off=far_off, values_off=far_off)
+    found: Any = SimpleNamespace(model=model, far_off=far_off, values_off=far_off, jointly_off=())
     return adequacy(experiment, experiment, found, Evidence(missing=(missing,)), own, BASELINE, taken, [], [])
 
 

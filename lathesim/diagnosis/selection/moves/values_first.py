@@ -47,7 +47,8 @@ def values_first(laboratory: Laboratory, found: SearchResult, method: Method) ->
     laboratory.progress(f"nothing is missing beside {', '.join(off)}, which are further off than the lesson holds possible")
     if len(off) == 1:
         found.factor_instead = _factor_instead(laboratory, baseline, loose, method)
-    found.model, found.far_off, found.jointly_off = loose, (off[0],), tuple(off)
+    found.accept(loose, "values first", "values of the lesson alone explain the recordings")
+    found.far_off, found.jointly_off = (off[0],), tuple(off)
     return True
 
 
