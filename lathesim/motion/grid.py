@@ -16,6 +16,8 @@ _LEAST_OF_A_PIECE = 8
 _PASSED = 1.0002
 """Share of a limit from which on a segment is halved; what is left is taken off by slowing the whole."""
 _BETWEEN = np.array([0.2, 0.4, 0.6, 0.8])
+_EVERYWHERE = np.linspace(0.0, 1.0, 21)
+"""Shares of a segment at which the limits are held at last."""
 
 ToolSpeed = Callable[[FloatArray, FloatArray], FloatArray]
 """Positions and their derivative by s, (points, axes), to the distance of the tool tip per s, (points,)."""
@@ -87,7 +89,7 @@ class Grid:
 
     def largest_ratio(self, b: FloatArray, limits: AxisLimits) -> float:
         """Return by how much the whole has to be slowed so that the limits hold at and between the nodes."""
-        return max(float(self.ratios(b, limits, share).max()) for share in (0.0, *_BETWEEN, 1.0))
+        return max(float(self.ratios(b, limits, share).max()) for share in _EVERYWHERE)
 
     def halved(self, which: np.typing.NDArray[np.bool_]) -> Grid:
         """Return the grid with some segments cut in two."""
