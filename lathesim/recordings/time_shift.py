@@ -74,12 +74,27 @@ def motion_shift(first: FloatArray, second: FloatArray, same_kind: bool = True) 
     if not (one.any() and other.any()):
         return None
     lags, height = _correlation(one, other)
+    near = np.abs(lags) <= _half_period(one)
+    lags, height = lags[near], height[near]
     peak = int(np.argmax(height))
     if peak in (0, len(height) - 1):
         return None
     bend = height[peak - 1] - 2.0 * height[peak] + height[peak + 1]
     finer = 0.5 * (height[peak - 1] - height[peak + 1]) / bend if bend < 0.0 else 0.0
     return float(lags[peak] + finer)
+
+
+def _half_period(values: FloatArray) -> int:
+    """Return half the period of a motion in samples, at most the longest shift: where its autocorrelation has its first negative minimum.
+
+    A period later a motion that repeats is like itself again: a shift beyond half of one cannot be told from a shorter one.
+    """
+    from scipy.signal import fftconvolve
+
+    longest = min(_LONGEST, len(values) // 4)
+    alike = fftconvolve(values, values[::-1], mode="full")[len(values) - 1 : len(values) + longest + 1]
+    turns = np.flatnonzero((alike[1:-1] < 0.0) & (alike[1:-1] <= alike[:-2]) & (alike[1:-1] < alike[2:])) + 1
+    return int(turns[0]) if len(turns) else longest
 
 
 def noise_shift(first: FloatArray, second: FloatArray) -> tuple[int, float]:
