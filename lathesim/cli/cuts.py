@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     "--price-of-chatter", "price", type=click.FloatRange(0.0), default=0.0, show_default=True, help="A cut that chatters costs [rpm*mm]."
 )
 @click.option("--compare", "comparators", is_flag=True, help="Draw a network and a Gaussian process beside (extra 'stability').")
+@click.option(
+    "--prior", "before", type=click.Path(path_type=Path), metavar="MAP.json", help="Begin with what cuts at another overhang taught."
+)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Another seed of the particles.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-cuts/1) and nothing else.")
 @click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the map.")
@@ -36,6 +39,7 @@ def cuts(
     risk: float,
     price: float,
     comparators: bool,
+    before: Path | None,
     seed: int,
     as_json: bool,
     save: Path | None,
@@ -44,6 +48,7 @@ def cuts(
 
     CUTS.csv has the columns 'speed [rpm],width [mm],stable' and, where it was recorded, 'frequency [Hz]' of the chatter. The lesson's
     'uncertain:' says what is not known before, as tool_point.damping: 30 %. The next cut is that of largest expected gain in removal rate.
+    --prior takes what --json wrote for another overhang as the beginning.
     """
     import numpy as np
 
@@ -58,7 +63,7 @@ def cuts(
     loaded = load_lesson(lesson)
     tried = read_cuts(cuts_file) if cuts_file is not None else ()
     inside = Range(np.array(read_range("--speed", speeds)), 1e-3 * widest)
-    found = learned_map(loaded, tried, inside, count, risk=risk, price=1e-3 * price, seed=seed)
+    found = learned_map(loaded, tried, inside, count, risk=risk, price=1e-3 * price, seed=seed, before=before)
     if save is not None:
         _draw(loaded.title, found, comparators, save)
     if as_json:
@@ -80,6 +85,7 @@ def _as_json(found: LearnedMap) -> dict[str, Any]:
         "parameters": {
             item.name: {"value": item.value, "low": item.low, "high": item.high, "unit": item.unit} for item in found.parameters
         },
+        "given": dict(zip((item.name for item in found.parameters), found.given, strict=True)),
         "next": [
             {"speed_rpm": item.speed, "width_m": item.width, "stable_probability": item.stable, "expected_gain_rpm_m": item.gain}
             for item in found.proposals

@@ -111,6 +111,23 @@ def test_the_command_learns_and_proposes(tmp_path: Path, monkeypatch: pytest.Mon
     assert Path("map.png").stat().st_size > 20_000
 
 
+def test_what_one_overhang_taught_is_where_another_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("long.yaml").write_text(LESSON + UNCERTAIN, encoding="utf-8")
+    Path("short.yaml").write_text(LESSON.replace("100 Hz", "140 Hz").replace("1e7", "2e7"), encoding="utf-8")
+    Path("c.csv").write_text("speed [rpm],width [mm],stable,frequency [Hz]\n3500,3,no,118.0\n2500,2,no,117.0\n", encoding="utf-8")
+    Path("map.json").write_text(call(capsys, "cuts", "long.yaml", "c.csv", "--json").out, encoding="utf-8")
+    taught = json.loads(Path("map.json").read_text(encoding="utf-8"))["parameters"]["frequency"]["value"]
+    said = call(capsys, "cuts", "short.yaml", "--prior", "map.json", "--json")
+    assert said.code == 0, said.err
+    found = json.loads(said.out)["parameters"]["frequency"]
+    assert found["value"] == pytest.approx(1.4 * taught, rel=0.01)
+    assert found["high"] / found["low"] < 1.25
+    assert "there is no such file" in call(capsys, "cuts", "short.yaml", "--prior", "none.json").err
+
+
 @pytest.mark.parametrize(
     ("lesson", "cuts", "told"),
     [

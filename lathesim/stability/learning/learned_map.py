@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from lathesim.lessons.lesson import Lesson
 from lathesim.record import FloatArray
 from lathesim.stability.learning.adequacy import Adequacy, adequacy, contradictions
 from lathesim.stability.learning.belief import Belief, learn_all
-from lathesim.stability.learning.lesson_prior import lesson_prior
+from lathesim.stability.learning.lesson_prior import carried_over, lesson_prior
 from lathesim.stability.learning.next_cut import Proposal, Range, next_cuts
 from lathesim.stability.learning.tried_cuts import TriedCut
 
@@ -50,6 +51,7 @@ class LearnedMap:
     parameters: tuple[Learned, ...]
     proposals: tuple[Proposal, ...]
     widest: float
+    given: tuple[float, float, float]
     told: tuple[str, ...] = ()
 
     @property
@@ -81,13 +83,22 @@ class LearnedMap:
 
 
 def learned_map(
-    lesson: Lesson, cuts: Sequence[TriedCut], inside: Range, count: int, *, risk: float, price: float, seed: int = 1
+    lesson: Lesson,
+    cuts: Sequence[TriedCut],
+    inside: Range,
+    count: int,
+    *,
+    risk: float,
+    price: float,
+    seed: int = 1,
+    before: Path | None = None,
 ) -> LearnedMap:
-    """Return the map of a lesson after cuts, with ``count`` next ones.
+    """Return the map of a lesson after cuts, with ``count`` next ones; ``before`` is what the cuts at another overhang taught.
 
     Raises :class:`LessonError` where nothing was uncertain, and where cuts contradict each other, which are then named.
     """
-    known = lesson_prior(lesson)
+    given = lesson_prior(lesson, needs_uncertain=before is None)
+    known = given if before is None else carried_over(given, before)
     against = contradictions(cuts)
     if against:
         first, second = against[0]
@@ -105,7 +116,15 @@ def learned_map(
         quantiles = _held(quantiles, inside.speeds, cuts)
     proposals = next_cuts(belief, inside, count, risk=risk, price=price) if count else []
     return LearnedMap(
-        belief, good, tuple(inside.speeds.tolist()), quantiles, _parameters(belief), tuple(proposals), inside.widest, known.told
+        belief,
+        good,
+        tuple(inside.speeds.tolist()),
+        quantiles,
+        _parameters(belief),
+        tuple(proposals),
+        inside.widest,
+        tuple(np.exp(given.prior.mean).tolist()),
+        known.told,
     )
 
 

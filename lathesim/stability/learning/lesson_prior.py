@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from lathesim.stability.limits.lesson_cut import cut_of, with_modes
 from lathesim.stability.limits.uncertain_cut import spreads_of
 from lathesim.stability.tool_point.modes import Mode, ToolPoint
 
+_OF_AN_OVERHANG = 0.02
 _LEAST = 1e-4
 """Relative standard deviation of what is not called uncertain."""
 
@@ -27,12 +30,12 @@ class LessonPrior:
     told: tuple[str, ...] = ()
 
 
-def lesson_prior(lesson: Lesson) -> LessonPrior:
+def lesson_prior(lesson: Lesson, *, needs_uncertain: bool = True) -> LessonPrior:
     """Return the prior of a lesson's map; :class:`LessonError` where nothing is uncertain or the cut is none that cuts can teach."""
     cut = cut_of(lesson)
     spreads = spreads_of(lesson, cut)
     place = str(lesson.path)
-    if not any(spread.deviation > 0.0 for spread in spreads):
+    if needs_uncertain and not any(spread.deviation > 0.0 for spread in spreads):
         remedy = "Add for example  uncertain: {tool_point.damping: 30 %, tool_point.stiffness: 20 %}."
         raise LessonError("nothing of the tool point is uncertain, so cuts teach nothing.", place=place, remedy=remedy)
     if cut.milling is not None or cut.share < 1.0 or cut.process_damping > 0.0:
@@ -60,6 +63,27 @@ def lesson_prior(lesson: Lesson) -> LessonPrior:
         [deviation["frequency"], deviation["damping"], math.hypot(deviation["stiffness"], deviation["cutting_stiffness"])]
     )
     return LessonPrior(Prior(mean, np.maximum(spread_of_three, _LEAST)), tuple(sentences))
+
+
+def carried_over(known: LessonPrior, path: Path) -> LessonPrior:
+    """Return a prior that begins where the cuts at another overhang ended; ``path`` is what ``lathesim cuts --json`` wrote there.
+
+    What the cuts corrected there of frequency, damping and stiffness is corrected here as well, relative to what each lesson gives. How the
+    parameters went together is left out, and 2 % are added for what an overhang changes beyond its model.
+    """
+    names = ("frequency", "damping", "stiffness_over_cutting_stiffness")
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+        rows = [told["parameters"][name] for name in names]
+        given = np.array([float(told["given"][name]) for name in names])
+        value, low, high = (np.array([float(row[word]) for row in rows]) for word in ("value", "low", "high"))
+    except FileNotFoundError:
+        raise LessonError("there is no such file.", place=str(path), remedy="Write it with 'lathesim cuts ... --json'.") from None
+    except (ValueError, KeyError, TypeError):
+        raise LessonError("the file holds no learned map.", place=str(path), remedy="Write it with 'lathesim cuts ... --json'.") from None
+    deviation = np.hypot(np.log(high / low) / (2.0 * 1.959964), _OF_AN_OVERHANG)
+    prior = Prior(known.prior.mean + np.log(value / given), np.asarray(deviation))
+    return replace(known, prior=prior, told=(*known.told, f"The map begins where the cuts of {path.name} ended."))
 
 
 def _real(factor: float, mode: Mode) -> FloatArray:
