@@ -18,12 +18,12 @@ GOALS = {
 AT = (0.5, 1.0, 2.0, 4.0, 6.0, 8.0, 10.0)
 GOLDEN = {
     "spindle.speed": (0.5, (84.8, 85.0, 85.02, 77.36, 76.34, 76.35, 79.54)),
-    "spindle_drive.current": (1.5, (5.5, 5.1, 5.1, 48.7, 55.7, 55.7, 37.0)),
+    "spindle.current": (1.5, (5.5, 5.1, 5.1, 48.7, 55.7, 55.7, 37.0)),
     "load.torque": (0.6, (0.0, 0.0, 0.0, 22.11, 26.76, 24.45, 12.04)),
     "spindle_dac.voltage": (0.01, (3.265, 3.265, 3.265, 3.851, 3.954, 3.954, 3.7)),
     "z_axis.position": (3e-05, (0.004761, 0.006923, 0.010554, 0.016549, 0.022538, 0.028616, 0.034337)),
     "cutting.feed": (1e-05, (0.0, 0.0, 0.0, 0.000206, 0.000266, 0.000241, 0.000121)),
-    "x_drive.current": (3.0, (-1.1, 0.0, -0.4, -1.2, -2.8, -2.3, 0.6)),
+    "x_axis.current": (3.0, (-1.1, 0.0, -0.4, -1.2, -2.8, -2.3, 0.6)),
 }
 """Golden channels of case ``P``: tolerance and values at the times of ``AT`` [SI]."""
 
@@ -68,5 +68,5 @@ def test_the_current_carries_the_load(runs: Runs) -> None:
     record = runs.record("PI")
     cutting = record["cutting.engaged"] > 0.5
     middle = slice(int(cutting.argmax()) + 300, int(cutting.argmax()) + 600)
-    torque = 0.5 * record["spindle_drive.current"][middle].mean() - 0.03 * record["spindle.speed"][middle].mean()
+    torque = 0.5 * record["spindle.current"][middle].mean() - 0.03 * record["spindle.speed"][middle].mean()
     assert torque == pytest.approx(record["load.torque"][middle].mean(), rel=0.03)

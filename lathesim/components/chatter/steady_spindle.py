@@ -12,7 +12,7 @@ class SteadySpindle(Component):
 
     Varying the speed keeps the waves of two turns from settling in step: the way to cut above the limit of a steady speed. Source: E.
     Stone, S. Ahmed, A. Askari, H. Tat, Investigations of process damping forces in metal cutting (2005), and textbooks on sinusoidal
-    spindle speed variation. Left out: drive and inertia; a spindle with those is SpindleDrive.
+    spindle speed variation. Left out: drive and inertia; AnalyticalSpindle has both.
     """
 
     group = "spindle"
