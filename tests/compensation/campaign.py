@@ -1,7 +1,7 @@
 """Concealed machines diagnosed, remedied and recorded again: ``python -m tests.compensation.campaign --machines 100 --out DIR``.
 
-A machine is drawn with its own ranges, and with nothing of the program's generator. Each takes a minute or two, most of it for the diagnosis;
-what is in DIR already is not run again. Printed are the share removed of what the effects added, and whether the promise was kept.
+A machine is drawn with its own ranges, and with nothing of the program's generator. Each takes a minute or two, most of it for the
+diagnosis; what is in DIR already is not run again. Printed are the share removed of what the effects added, and whether the promise was kept.
 """
 
 from __future__ import annotations
@@ -100,9 +100,8 @@ def main() -> None:
     sound = [item for item in results if item["hidden"] == ["none"]]
     promised = [item["kept"] for item in results if item["kept"] is not None]
     print(f"removed: median {np.median(mended):.3f}, tenth percentile {np.percentile(mended, 10):.3f}, least {min(mended):.3f}")
-    print(
-        f"promise kept in {np.mean(promised):.2f} of {len(promised)}; left alone {sum(not item['remedies'] for item in sound)} of {len(sound)} sound"
-    )
+    alone = sum(not item["remedies"] for item in sound)
+    print(f"promise kept in {np.mean(promised):.2f} of {len(promised)}; left alone {alone} of {len(sound)} sound")
 
 
 if __name__ == "__main__":
