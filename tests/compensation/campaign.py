@@ -1,7 +1,8 @@
 """Concealed machines diagnosed, remedied and recorded again: ``python -m tests.compensation.campaign --machines 100 --out DIR``.
 
 A machine is drawn with its own ranges, and with nothing of the program's generator. Each takes a minute or two, most of it for the
-diagnosis; what is in DIR already is not run again. Printed are the share removed of what the effects added, and whether the promise was kept.
+diagnosis; what is in DIR already is not run again. Printed are the share removed of what the effects added, and whether the promise
+was kept.
 """
 
 from __future__ import annotations
