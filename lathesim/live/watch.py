@@ -41,6 +41,8 @@ _LEAST_FLOOR = 0.02
 """Floor of a channel at least, in what a standard deviation of an uncertain value does there: the model is no better than that."""
 _LINEAR = 0.1
 """Share of what an uncertain value does that its sensitivity may be wrong by: the lesson's machine is not linear."""
+_BY_CHANCE = 2.0
+"""Standard errors of that mean that are allowed besides."""
 _LARGEST_VALUE = 3.0
 """Standard deviations up to which an uncertain value may be off."""
 _SLOW = 15.0
@@ -233,8 +235,11 @@ class Watch:
             return False
         scores = np.array([self._left_over(block, theta) for block in since])
         known = np.isfinite(scores)
-        means = np.where(known, scores, 0.0).sum(axis=0) / np.maximum(1, known.sum(axis=0))
-        if np.abs(means[known.sum(axis=0) >= 3]).max(initial=0.0) > _ABSORBED:
+        seen = known.sum(axis=0)
+        means = np.where(known, scores, 0.0).sum(axis=0) / np.maximum(1, seen)
+        # the mean of a few blocks deviates by chance
+        allowed = _ABSORBED + _BY_CHANCE / np.sqrt(np.maximum(1, seen))
+        if np.any((means > allowed) & (seen >= 3)):
             return False
         moved = self.residuals.parameters[int(np.argmax(np.abs(theta - self._theta)))]
         if len(self.absorbed) < 1000:
