@@ -145,7 +145,7 @@ def _add(laboratory: Laboratory, found: SearchResult, method: Method, ranked: tu
     if not found.model.candidates:
         found.restarted_from = sorted((trial for trial in good if trial is not best), key=lambda trial: -merit(trial, method))
     before = found.model
-    found.accept(settled, "add", f"explains {best.share_of_all:.0%} of the error")
+    found.accept(settled, "add", f"explains {best.share_of_rest:.0%} of what was left")
     found.before[best.candidate.part] = before
     if becomes_implausible(before.fitted, found.model.fitted):
         found.implausible_effects.add(best.candidate.part)
