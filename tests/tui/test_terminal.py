@@ -124,8 +124,7 @@ async def test_every_screen_is_drawn_without_colours_on_a_dark_and_a_light_theme
             app.theme = theme
             for key in ("f1", "f2", "f3", "f4", "f6", "f7", "f8"):
                 await pilot.press(key)
-                await pilot.pause()
-                assert len(words_of(app.export_screenshot()).split()) > 10, (theme, key)
+                await until(pilot, lambda: len(words_of(app.export_screenshot()).split()) > 10, f"{key} in {theme}")
 
 
 async def test_a_lesson_is_opened_run_and_its_results_seen_with_the_mouse_alone() -> None:
