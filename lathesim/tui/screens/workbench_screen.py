@@ -79,7 +79,7 @@ class WorkbenchScreen(Screen[None]):
     def _update(self) -> None:
         if not self._stale or not self.is_mounted:
             return
-        if not all(widget.is_mounted for widget in self.walk_children()):
+        if not all(widget.is_mounted for widget in self.walk_children(Widget)):
             self.call_after_refresh(self._update)  # it is shown before all that it holds stands
             return
         changed, self._stale = self._stale, set()
