@@ -8,7 +8,16 @@ import sys
 from pathlib import Path
 
 _PATIENCE, _BYTES_A_SECOND = 20.0, 10e6
-"""Seconds that a trial may take, and how much it reads in each further one at least. Assumed, for a slow disk."""
+"""Seconds of computing that a trial may take, and how much it reads in each further one at least. Assumed, for a slow processor."""
+_WALL = 10.0
+"""Times as long by the clock, where others keep the processors busy; without a limit on computing that ends a trial too."""
+_LIMITED = """
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_CPU, ({seconds}, {seconds}))
+except (ImportError, ValueError, OSError):
+    pass
+"""
 
 
 def refuse_deadly_file(path: Path, script: str) -> None:
@@ -28,7 +37,8 @@ def _survives(path: str, script: str, changed: int, size: int) -> bool:
         return True
     limit = _PATIENCE + size / _BYTES_A_SECOND
     try:
-        ended = subprocess.run([sys.executable, "-c", script, path], capture_output=True, timeout=limit, check=False)
+        limited = _LIMITED.format(seconds=int(limit)) + script
+        ended = subprocess.run([sys.executable, "-c", limited, path], capture_output=True, timeout=_WALL * limit, check=False)
     except subprocess.TimeoutExpired:
         return False
     return ended.returncode in (0, 1)
