@@ -154,7 +154,7 @@ def search(project: Project, rounds: int) -> dict[str, float]:
 
 def told(project: Project, values: dict[str, float]) -> str:
     """Give the design as a command, its cost, time and index, and how each limit is kept."""
-    from lathesim.cli.run_tables import goals_text
+    from lathesim.cli.lessons.run_tables import goals_text
 
     found = project.measured(values)
     options = [f"--set {shlex.quote(f'{name}={text}')}" for name, text in as_text(project, values).items()]

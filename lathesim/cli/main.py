@@ -8,7 +8,6 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import click
@@ -18,62 +17,87 @@ from lathesim.errors import LatheSimError
 
 INPUT_FAULT, USAGE, PROGRAM_FAULT, STOPPED = 1, 2, 3, 130
 
-COMMANDS: dict[str, tuple[str, str]] = {
-    "tui": ("lathesim.cli.tui:tui", "Open the terminal app, as lathesim alone does."),
-    "serve": ("lathesim.cli.serve:serve", "Serve the terminal app to a browser."),
-    "help": ("lathesim.cli.help:help_", "List the chapters of the manual, or print one."),
-    "run": ("lathesim.cli.run:run", "Run a lesson: numbers, plots and a record."),
-    "lessons": ("lathesim.cli.lessons:lessons", "List the lessons."),
-    "grade": ("lathesim.cli.grade:grade", "Hold records against the goals of their lesson."),
-    "plot": ("lathesim.cli.plot:plot", "Plot channels of a record."),
-    "export": ("lathesim.cli.export:export", "Write a record as CSV or MAT file."),
-    "program": ("lathesim.cli.program:program", "Check a part program and show its moves."),
-    "new-program": ("lathesim.cli.new_program:new_program", "Write a part program from a few numbers."),
-    "wiring": ("lathesim.cli.wiring:wiring", "Show how the parts of a lesson's machine are wired."),
-    "components": ("lathesim.cli.components:components", "List the machine parts, or show the page of one."),
-    "effects": ("lathesim.cli.effects:effects", "List the effects that can be left out, or show the page of one."),
-    "plugins": ("lathesim.cli.plugins:plugins", "List what was registered, from where, and what is at fault."),
-    "check": ("lathesim.cli.check:check", "Check lessons, machine templates, part programs and plug-ins."),
-    "schema": ("lathesim.cli.schema:schema", "Print the JSON Schema of a lesson, for editors."),
-    "init": ("lathesim.cli.init:init", "Copy lessons, programs and plug-ins to a folder to work on."),
-    "sweep": ("lathesim.cli.sweep:sweep", "Run a lesson over ranges of its parameters."),
-    "lobes": ("lathesim.cli.lobes:lobes", "Show up to which chip width a cut is stable, over the speed."),
-    "cuts": ("lathesim.cli.cuts:cuts", "Learn a stability map from cuts, and propose the next one."),
-    "chatter": ("lathesim.cli.chatter:chatter", "Tell what the vibration in a recorded cut is."),
-    "tap": ("lathesim.cli.tap:tap", "Hit a tool point with a hammer: its frequency response."),
-    "modes": ("lathesim.cli.modes:modes", "Find the modes in a frequency response."),
-    "retime": ("lathesim.cli.retime:retime", "Time a path as quickly as the limits of the axes allow."),
-    "machine": ("lathesim.cli.machine:machine", "Be the servo side of a simulated machine."),
-    "stream": ("lathesim.cli.stream:stream", "Send set-points to a servo side and take its feedback."),
-    "twin": ("lathesim.cli.twin:twin", "Show machine and simulation beside each other while the machine runs."),
-    "watch": ("lathesim.cli.watch:watch", "Watch a machine: when it changed, where, and what that is."),
-    "publish": ("lathesim.cli.publish:publish", "Publish a simulated machine over OPC UA and MTConnect."),
-    "record": ("lathesim.cli.record:record", "Record what a machine publishes."),
-    "couple": ("lathesim.cli.couple:couple", "Show the receptance of the tip of parts put together."),
-    "fit": ("lathesim.cli.fit:fit", "Fit parameters of a lesson to a recording."),
-    "emulate": ("lathesim.cli.emulate:emulate", "Learn a closed machine from way-points of its programs."),
-    "experiment": ("lathesim.cli.experiment:experiment", "Write the next part program: the one that tells most."),
-    "watermark": ("lathesim.cli.watermark:watermark", "Show what a watermark costs, and how soon it tells a forged sensor."),
-    "compare": ("lathesim.cli.compare:compare", "Hold a recording against the simulation of a lesson."),
-    "diagnose": ("lathesim.cli.diagnose:diagnose", "Name the physics that a simulation left out."),
-    "conceal": ("lathesim.cli.conceal:conceal", "Make a recording with an effect hidden in it."),
-    "reveal": ("lathesim.cli.reveal:reveal", "Open the sealed answer of a concealed recording."),
-    "train": ("lathesim.cli.train:train", "Find the weights of a neural regulator."),
-    "learn": ("lathesim.cli.learn:learn", "Learn from lap to lap what makes a lesson's part better."),
-    "remedy": ("lathesim.cli.remedy:remedy", "Go from a diagnosis to its compensation, with a promise."),
-    "circle": ("lathesim.cli.circle:circle", "Run the circular test of ISO 230-4 on a lesson."),
-    "bench": ("lathesim.cli.bench:bench", "Measure how fast this machine simulates."),
-    "warm": ("lathesim.cli.warm:warm", "Compile what the lessons need, ahead of the first run."),
+SECTIONS: dict[str, dict[str, tuple[str, str]]] = {
+    "The course": {
+        "tui": ("lathesim.cli.app.tui:tui", "Open the terminal app, as lathesim alone does."),
+        "serve": ("lathesim.cli.app.serve:serve", "Serve the terminal app to a browser."),
+        "init": ("lathesim.cli.parts.init:init", "Copy lessons, programs and plug-ins to a folder to work on."),
+        "lessons": ("lathesim.cli.lessons.lessons:lessons", "List the lessons."),
+        "run": ("lathesim.cli.lessons.run:run", "Run a lesson: numbers, plots and a record."),
+        "grade": ("lathesim.cli.lessons.grade:grade", "Grade records by the goals of their lesson."),
+        "sweep": ("lathesim.cli.lessons.sweep:sweep", "Run a lesson over ranges of its parameters."),
+        "help": ("lathesim.cli.help:help_", "List the chapters of the manual, or print one."),
+    },
+    "Records": {
+        "plot": ("lathesim.cli.lessons.plot:plot", "Plot channels of a record."),
+        "export": ("lathesim.cli.lessons.export:export", "Write a record as CSV or MAT file."),
+    },
+    "Part programs": {
+        "program": ("lathesim.cli.programs.program:program", "Check a part program and show its moves."),
+        "new-program": ("lathesim.cli.programs.new_program:new_program", "Write a part program from a few numbers."),
+    },
+    "Machines": {
+        "wiring": ("lathesim.cli.parts.wiring:wiring", "Show how the parts of a lesson's machine are wired."),
+        "components": ("lathesim.cli.parts.components:components", "List the machine parts, or show the page of one."),
+        "effects": ("lathesim.cli.parts.effects:effects", "List the effects that can be left out, or show the page of one."),
+        "plugins": ("lathesim.cli.parts.plugins:plugins", "List what was registered, from where, and what is at fault."),
+        "check": ("lathesim.cli.parts.check:check", "Check lessons, machine templates, part programs and plug-ins."),
+        "schema": ("lathesim.cli.parts.schema:schema", "Print the JSON Schema of a lesson, for editors."),
+    },
+    "Recordings against the simulation": {
+        "compare": ("lathesim.cli.diagnosis.compare:compare", "Compare a recording with the simulation of a lesson."),
+        "diagnose": ("lathesim.cli.diagnosis.diagnose:diagnose", "Name the physics that a simulation left out."),
+        "conceal": ("lathesim.cli.diagnosis.conceal:conceal", "Make a recording with an effect hidden in it."),
+        "reveal": ("lathesim.cli.diagnosis.reveal:reveal", "Open the sealed answer of a concealed recording."),
+        "fit": ("lathesim.cli.diagnosis.fit:fit", "Fit parameters of a lesson to a recording."),
+    },
+    "Contour control and remedies": {
+        "remedy": ("lathesim.cli.contour.remedy:remedy", "Go from a diagnosis to its compensation, with a promise."),
+        "learn": ("lathesim.cli.contour.learn:learn", "Learn from lap to lap what makes a lesson's part better."),
+        "train": ("lathesim.cli.contour.train:train", "Find the weights of a neural regulator."),
+        "circle": ("lathesim.cli.contour.circle:circle", "Run the circular test of ISO 230-4 on a lesson."),
+    },
+    "Closed machines and designed programs": {
+        "emulate": ("lathesim.cli.experiments.emulate:emulate", "Learn a closed machine from way-points of its programs."),
+        "experiment": ("lathesim.cli.experiments.experiment:experiment", "Write the next part program: the one that tells most."),
+        "watermark": (
+            "lathesim.cli.experiments.watermark:watermark",
+            "Show what a watermark costs, and how soon a forged sensor shows.",
+        ),
+    },
+    "Chatter": {
+        "lobes": ("lathesim.cli.stability.lobes:lobes", "Show up to which chip width a cut is stable, over the speed."),
+        "tap": ("lathesim.cli.stability.tap:tap", "Hit a tool point with a hammer: its frequency response."),
+        "modes": ("lathesim.cli.stability.modes:modes", "Find the modes in a frequency response."),
+        "couple": ("lathesim.cli.stability.couple:couple", "Show the receptance of the tip of parts put together."),
+        "cuts": ("lathesim.cli.stability.cuts:cuts", "Learn a stability map from cuts, and propose the next one."),
+        "chatter": ("lathesim.cli.stability.chatter:chatter", "Name what makes a recorded cut vibrate."),
+    },
+    "Machines that run": {
+        "retime": ("lathesim.cli.live.retime:retime", "Time a path as quickly as the limits of the axes allow."),
+        "machine": ("lathesim.cli.live.machine:machine", "Run the servo side of a simulated machine."),
+        "stream": ("lathesim.cli.live.stream:stream", "Send set-points to a servo side and take its feedback."),
+        "twin": ("lathesim.cli.live.twin:twin", "Show machine and simulation beside each other while the machine runs."),
+        "watch": ("lathesim.cli.live.watch:watch", "Watch a machine: when it changed, where, and what that is."),
+        "publish": ("lathesim.cli.live.publish:publish", "Publish a simulated machine over OPC UA and MTConnect."),
+        "record": ("lathesim.cli.live.record:record", "Record what a machine publishes."),
+    },
+    "Speed": {
+        "bench": ("lathesim.cli.speed.bench:bench", "Measure how fast this machine simulates."),
+        "warm": ("lathesim.cli.speed.warm:warm", "Compile what the lessons need, ahead of the first run."),
+    },
 }
+"""Heading of a section of ``lathesim --help`` -> command -> where it stands and what it does."""
+
+COMMANDS = {name: entry for commands in SECTIONS.values() for name, entry in commands.items()}
 
 
 class LazyGroup(click.Group):
     """A group that knows its commands by a table and imports each when it is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Give the names of the commands, in the order of the table, as far as this version has them."""
-        folder = Path(__file__).parent
-        return [name for name, (where, _) in COMMANDS.items() if (folder / f"{where.split(':')[0].rpartition('.')[2]}.py").is_file()]
+        """Return the names of the commands, in the order of the table."""
+        return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import a command."""
@@ -98,9 +122,10 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list of commands from the table, without importing any."""
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, COMMANDS[name][1]) for name in self.list_commands(ctx)])
+        """Write the commands by sections from the table, without importing any."""
+        for title, commands in SECTIONS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name, sentence) for name, (_, sentence) in commands.items()])
 
 
 @click.group(
@@ -118,7 +143,7 @@ def group(ctx: click.Context) -> int | None:
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         click.echo(ctx.get_help())
         return None
-    from lathesim.cli.tui import open_app
+    from lathesim.cli.app.tui import open_app
 
     return open_app()
 

@@ -6,8 +6,8 @@ import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from lathesim.live.cnc_names import PublishedName
-from lathesim.live.lap import Faults, Lap, Publisher
+from lathesim.live.opcua.cnc_names import PublishedName
+from lathesim.live.watching.lap import Faults, Lap, Publisher
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ async def publish_all(
     """Publish until all laps are done or ``stop`` is set; return how many instants went out each way."""
     jobs = []
     if places.opcua is not None:
-        from lathesim.live.opcua_server import publish_opcua
+        from lathesim.live.opcua.opcua_server import publish_opcua
 
         jobs.append(publish_opcua(Publisher(lap, faults, laps), names, places.host, places.opcua, stop, ready))
     if places.mtconnect is not None:
-        from lathesim.live.mtconnect_publish import publish_mtconnect
+        from lathesim.live.mtconnect.mtconnect_publish import publish_mtconnect
 
         publisher = Publisher(lap, faults, laps)
         jobs.append(publish_mtconnect(publisher, names, places.host, places.mtconnect, stop, ready, places.shdr))

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.cli.bench_axes import axes_plan
-from lathesim.cli.bench_work import SEED, Work
+from lathesim.cli.speed.bench_axes import axes_plan
+from lathesim.cli.speed.bench_work import SEED, Work
 from lathesim.engine.batch import Batch
 from lathesim.engine.run import run
 from tests.benchmarks.peers import hand_written_c

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.cli import bench_rows, bench_scale, bench_table1
-from lathesim.cli.bench_axes import axes_plan
-from lathesim.cli.bench_rows import Row, Skipped
-from lathesim.cli.bench_scale import Hour, Series
+from lathesim.cli.speed import bench_rows, bench_scale, bench_table1
+from lathesim.cli.speed.bench_axes import axes_plan
+from lathesim.cli.speed.bench_rows import Row, Skipped
+from lathesim.cli.speed.bench_scale import Hour, Series
 from lathesim.engine.run import run
 from tests.cli.command import call
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.cli.bench_axes import axes_plan
+from lathesim.cli.speed.bench_axes import axes_plan
 from lathesim.component import Component, Output, State
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.engine.batch import Batch

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from lathesim.cache_folder import cache_folder
-from lathesim.cli.bench_axes import axes_plan
+from lathesim.cli.speed.bench_axes import axes_plan
 from lathesim.component import Component, Output, State
 from lathesim.engine import module_cache, run_arrays
 from lathesim.engine.assembly import Assembly, Part

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from lathesim.cache_folder import cache_folder
-from lathesim.cli.bench_axes import axes_plan
-from lathesim.cli.bench_work import SEED, lathe_plan
+from lathesim.cli.speed.bench_axes import axes_plan
+from lathesim.cli.speed.bench_work import SEED, lathe_plan
 from lathesim.component import Component, DiscreteState, Input, Output
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.fuse import fuse

@@ -95,7 +95,7 @@ def test_what_is_paid_for_is_what_is_simulated(runs: Runs) -> None:
 
 
 def test_the_table_of_limits_says_which_is_broken_and_by_how_much(runs: Runs) -> None:
-    from lathesim.cli.run_tables import goals_text
+    from lathesim.cli.lessons.run_tables import goals_text
 
     table = goals_text(runs.goals())
     assert "max contour error      at most 0.5 mm   0.68508 mm  missed by 0.185 mm (37 %)" in table

@@ -14,14 +14,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lathesim.live.addresses import Address
-from lathesim.live.mtconnect_agent import AgentServer
-from lathesim.live.mtconnect_buffer import DataItem, ObservationBuffer
-from lathesim.live.mtconnect_documents import Agent
-from lathesim.live.mtconnect_source import MTConnectSource
-from lathesim.live.name_map import map_from
-from lathesim.live.samples import LiveError
-from lathesim.live.shdr import Adapter, follow_adapter, read_line, write_line
+from lathesim.live.mtconnect.mtconnect_agent import AgentServer
+from lathesim.live.mtconnect.mtconnect_buffer import DataItem, ObservationBuffer
+from lathesim.live.mtconnect.mtconnect_documents import Agent
+from lathesim.live.mtconnect.mtconnect_source import MTConnectSource
+from lathesim.live.mtconnect.shdr import Adapter, follow_adapter, read_line, write_line
+from lathesim.live.recording.name_map import map_from
+from lathesim.live.sources.addresses import Address
+from lathesim.live.sources.samples import LiveError
 
 START = datetime(2026, 1, 1, tzinfo=UTC)
 X = DataItem("x1", "Xact", "SAMPLE", "POSITION", "MILLIMETER", "ACTUAL", ("Linear", "X"))

@@ -9,11 +9,11 @@ import struct
 import numpy as np
 import pytest
 
-from lathesim.live.addresses import read_address
-from lathesim.live.samples import LiveError, Signal, Sink
-from lathesim.live.servo_session import ServoSettings
-from lathesim.live.streaming import StreamJob, StreamResult, stream
-from lathesim.live.wire_format import Decoder, Kind, numbers_frame, read_text, text_frame
+from lathesim.live.servo.servo_session import ServoSettings
+from lathesim.live.servo.streaming import StreamJob, StreamResult, stream
+from lathesim.live.servo.wire_format import Decoder, Kind, numbers_frame, read_text, text_frame
+from lathesim.live.sources.addresses import read_address
+from lathesim.live.sources.samples import LiveError, Signal, Sink
 from tests.live.servo import PERIOD, Kept, machine, servo_side, wave
 
 HELLO = text_frame(Kind.HELLO, {"axes": ["x"], "period": PERIOD, "udp_port": 0})

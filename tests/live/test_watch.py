@@ -13,13 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lathesim.lessons.simulate import Prepared
-from lathesim.live.cusum import Cusum, mean_run_length
-from lathesim.live.forecast import forecast
-from lathesim.live.residual_stream import ResidualStream
-from lathesim.live.sample_clock import SampleClock
-from lathesim.live.samples import Block, Signal
-from lathesim.live.watch import Alarm, Watch
-from lathesim.live.watch_session import Event, WatchSession, WatchSettings
+from lathesim.live.sources.sample_clock import SampleClock
+from lathesim.live.sources.samples import Block, Signal
+from lathesim.live.watching.cusum import Cusum, mean_run_length
+from lathesim.live.watching.forecast import forecast
+from lathesim.live.watching.residual_stream import ResidualStream
+from lathesim.live.watching.watch import Alarm, Watch
+from lathesim.live.watching.watch_session import Event, WatchSession, WatchSettings
 from lathesim.record import Channel, FloatArray, Record
 from lathesim.record_writer import save
 from tests.cli.command import call

@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lathesim.live.feedback_order import WAIT, FeedbackOrder
-from lathesim.live.wire_format import (
+from lathesim.live.servo.wire_format import (
     Decoder,
     Frame,
     Kind,
@@ -25,6 +24,7 @@ from lathesim.live.wire_format import (
     read_total,
     text_frame,
 )
+from lathesim.live.sources.feedback_order import WAIT, FeedbackOrder
 
 
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=8), st.lists(st.integers(0, 4000), max_size=30))

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from lathesim.cli.new_program import new_program
-from lathesim.cli.program import program
+from lathesim.cli.programs.new_program import new_program
+from lathesim.cli.programs.program import program
 from lathesim.errors import ProgramError, UnitError
 from lathesim.program.interpreter import interpret
 from lathesim.program.words import read_program

@@ -1,0 +1,1 @@
+"""Commands: contour control, learning and remedies."""

@@ -1,0 +1,1 @@
+"""Commands: recordings against simulations."""

@@ -1,0 +1,1 @@
+"""Commands: closed controllers, designed programs, watermarks."""

@@ -1,0 +1,1 @@
+"""Commands: run lessons, grade, sweep, plot, export."""

@@ -1,0 +1,154 @@
+"""``lathesim grade LESSON RUN.h5...``: records held against the goals of their lesson, one or a whole class."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.lessons.grading import GoalResult, Grade, Yardstick
+
+RECORD_ENDINGS = (".h5", ".hdf5")
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, metavar="[LESSON] RUN.h5...")
+@click.option("--json", "form", flag_value="json", help="Write the result as JSON (schema lathesim-grade/1).")
+@click.option("--csv", "form", flag_value="csv", help="Write one table for a spreadsheet, the best first.")
+@plugins_option
+def grade(files: tuple[str, ...], form: str | None, plugin_folders: tuple[Path, ...]) -> int:
+    """Hold records against the goals of LESSON; without it each against the lesson it names.
+
+    One record is told in full, with hints for the goals it misses; several make one table, the best first. A file that cannot be read
+    has its reason in its row, and the exit code is then 1.
+    """
+    from lathesim.lessons.grading import UNREADABLE, grade_file, ranked, yardstick
+
+    lesson, records = _sorted_out(files)
+    registry = open_registry(plugin_folders)
+    given = yardstick(lesson, registry) if lesson is not None else None
+    grades = ranked([grade_file(path, registry, given) for path in records])
+    if form == "json":
+        click.echo(_json(grades, given))
+    elif form == "csv":
+        click.echo(_csv(grades), nl=False)
+    elif len(grades) == 1:
+        click.echo(_in_full(grades[0]))
+    else:
+        click.echo(_table(grades))
+    return int(any(item.result == UNREADABLE for item in grades))
+
+
+def _sorted_out(files: Sequence[str]) -> tuple[str | None, list[Path]]:
+    """Give the lesson, if the first name is one, and the files of records."""
+    first_is_record = files[0].lower().endswith(RECORD_ENDINGS)
+    records = [Path(name) for name in (files if first_is_record else files[1:])]
+    if not records:
+        raise click.UsageError(f"no record is named beside '{files[0]}'. Write: lathesim grade LESSON RUN.h5")
+    return (None if first_is_record else files[0]), list(dict.fromkeys(records))
+
+
+def _in_full(graded: Grade) -> str:
+    from lathesim.cli.lessons.run_tables import goals_text
+
+    case = f", case {_plain(graded.variant)}" if graded.variant else ""
+    lines = [f"{graded.record}: {graded.lesson or 'no lesson'}{case}"]
+    lines += [_plain(note) for note in graded.notes]
+    if graded.goals:
+        lines += ["", goals_text(graded.goals), ""]
+        lines.append(f"{graded.met} of {len(graded.goals)} goals met: {graded.result}.")
+    return "\n".join(lines)
+
+
+def _table(grades: Sequence[Grade]) -> str:
+    from lathesim.cli.lessons.run_tables import aligned, words
+    from lathesim.lessons.grading import REACHED
+
+    names = _goal_columns(grades)
+    rows = [("record", "lesson", "result", "goals", *(f"{words(metric)} {limit}" for metric, limit in names), "notes")]
+    for item in grades:
+        found = {(goal.metric, f"{goal.sense} {goal.limit}"): goal for goal in item.goals}
+        cells = [_shown(found.get(name)) for name in names]
+        count = f"{item.met} of {len(item.goals)}" if item.goals else "-"
+        rows.append((item.record, item.lesson, item.result, count, *cells, _plain(" ".join(item.notes))))
+    best = sum(item.result == REACHED for item in grades)
+    return f"{aligned(rows)}\n\n{best} of {len(grades)} records meet all goals."
+
+
+def _shown(goal: GoalResult | None) -> str:
+    if goal is None or goal.value != goal.value:
+        return "-"
+    return f"{goal.value:.5g} {goal.unit}".strip() + ("" if goal.met else " !")
+
+
+def _csv(grades: Sequence[Grade]) -> str:
+    import csv
+    import io
+
+    from lathesim.units import split_quantity
+
+    names = _goal_columns(grades)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    head = [f"{metric} [{split_quantity(limit.split(maxsplit=2)[2])[1] or 1}] {limit}" for metric, limit in names]
+    writer.writerow(["record", "lesson", "variant", "result", "goals_met", "goals", *head, "notes"])
+    for item in grades:
+        found = {(goal.metric, f"{goal.sense} {goal.limit}"): goal for goal in item.goals}
+        values = [f"{found[name].value:.6g}" if name in found and found[name].value == found[name].value else "" for name in names]
+        told = [_cell(item.record), _cell(item.lesson), _cell(item.variant), item.result, item.met, len(item.goals)]
+        writer.writerow([*told, *values, _cell(" ".join(item.notes))])
+    return text.getvalue()
+
+
+def _json(grades: Sequence[Grade], given: Yardstick | None) -> str:
+    import json
+
+    result: dict[str, Any] = {"schema": "lathesim-grade/1", "lesson": given.name if given else None}
+    return json.dumps({**result, "records": [_as_json(item) for item in grades]}, indent=2)
+
+
+def _as_json(graded: Grade) -> dict[str, Any]:
+    return {
+        "record": graded.record,
+        "lesson": graded.lesson,
+        "variant": graded.variant or None,
+        "status": graded.status,
+        "result": graded.result,
+        "goals_met": graded.met,
+        "goals": [
+            {
+                "metric": goal.metric,
+                "sense": goal.sense,
+                "limit": goal.limit,
+                "value": None if goal.value != goal.value else goal.value,
+                "unit": goal.unit or "1",
+                "missed_by": None if goal.over != goal.over else goal.over,
+                "met": goal.met,
+                "hint": goal.hint if not goal.met else "",
+                "reason": goal.reason,
+            }
+            for goal in graded.goals
+        ],
+        "notes": list(graded.notes),
+    }
+
+
+def _goal_columns(grades: Sequence[Grade]) -> list[tuple[str, str]]:
+    """Give the goals of all lessons as (metric, limit), each once, in the order in which they come."""
+    return list(dict.fromkeys((goal.metric, f"{goal.sense} {goal.limit}") for item in grades for goal in item.goals))
+
+
+def _plain(text: str) -> str:
+    """Give text from a file without characters that would steer the terminal."""
+    return "".join(character if character.isprintable() else "?" for character in text)
+
+
+def _cell(text: str) -> str:
+    """Give text from a file so that a spreadsheet takes it for text, never for a formula."""
+    plain = _plain(text)
+    return f"'{plain}" if plain[:1] in ("=", "+", "-", "@") else plain

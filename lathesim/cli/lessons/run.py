@@ -1,0 +1,210 @@
+"""``lathesim run LESSON``: the main job, from a lesson to numbers, plots and a record."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lathesim.cli.case_options import find_program_file, program_option, read_settings, set_option, variant_option
+from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.analysis.metric import Measurements
+    from lathesim.cli.lessons.run_tables import Outcome
+    from lathesim.lessons.lesson import Lesson
+    from lathesim.lessons.simulate import Prepared
+    from lathesim.plugins import Registry
+    from lathesim.record import Record
+
+STOPPED = 130
+
+
+@click.command()
+@click.argument("lesson")
+@variant_option
+@program_option
+@set_option
+@click.option("--recording", type=click.Path(path_type=Path), metavar="FILE", help="What drives a lesson with 'recordings: drive:'.")
+@click.option("--seed", type=click.IntRange(min=0), help="Another seed of the noise.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="RUN.h5", help="Where the record goes [default: lathesim_runs/LESSON/].")
+@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-run/1) and nothing else.")
+@click.option("--plain", "engine", flag_value="plain", help="Run in plain Python, without the compiler.")
+@click.option("--compiled", "engine", flag_value="compiled", help="Compile first, however short the run.")
+@click.option("--no-plots", is_flag=True, help="Draw no plots.")
+@plugins_option
+def run(
+    lesson: str,
+    variant: str | None,
+    program: Path | None,
+    settings: tuple[str, ...],
+    recording: Path | None,
+    seed: int | None,
+    out: Path | None,
+    as_json: bool,
+    engine: str | None,
+    no_plots: bool,
+    plugin_folders: tuple[Path, ...],
+) -> int:
+    """Run LESSON (a file, or the name of a shipped one): a table of results, plots, and a record beside them.
+
+    Without --variant all variants of the lesson run, and a table compares them with the published values. With --recording the inputs that
+    the lesson names under 'recordings: drive:' are driven by FILE, for as long as it lasts, and the motion starts as it shows; 'lathesim
+    compare' holds the same run against it. Ctrl-C ends a run and keeps what was simulated until then (exit code 130).
+    """
+    import os
+
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy is loaded below; its matrices here are too small to be shared among cores
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.simulate import prepare
+
+    registry = open_registry(plugin_folders)
+    loaded = load_lesson(lesson)
+    changes = read_settings(settings)
+    file = find_program_file(program, loaded.path.parent)
+    names: list[str | None] = [variant] if variant is not None else list(loaded.variants) or [None]
+    prepared = [prepare(loaded, registry, name, changes, program=file) for name in names]
+    _tell_odd_programs(prepared)
+    runs = _Runs(loaded, registry, as_json, engine, seed, no_plots)
+    if recording is not None:
+        prepared = [runs.driven(case, recording) for case in prepared]
+    for case in prepared:
+        runs.one(case, _record_path(out, case, alone=len(prepared) == 1))
+        if runs.stopped:
+            break
+    runs.tell()
+    return STOPPED if runs.stopped else int(runs.failed)
+
+
+def _tell_odd_programs(prepared: list[Prepared]) -> None:
+    """Print what is odd in the programs of machines that cut, once each."""
+    from lathesim.lessons.program_path import program_warnings
+    from lathesim.lessons.raw_stock import raw_stock
+
+    stocks = [(case, raw_stock(case.plan)) for case in prepared]
+    told = [sentence for case, stock in stocks if stock is not None for sentence in program_warnings(case.case, stock)]
+    for sentence in dict.fromkeys(told):
+        click.echo(sentence, err=True)
+
+
+def _record_path(out: Path | None, case: Prepared, *, alone: bool) -> Path:
+    """Give where the record goes; with several cases and one ``--out`` each gets the name of its variant."""
+    from lathesim.lessons.kept_run import record_path
+
+    if out is None:
+        return record_path(case)
+    return out if alone else out.with_name(f"{out.stem}_{case.case.variant}{out.suffix}")
+
+
+class _Runs:
+    """The runs of one call: each is made, kept, measured and drawn; then all are told."""
+
+    def __init__(self, lesson: Lesson, registry: Registry, as_json: bool, engine: str | None, seed: int | None, no_plots: bool) -> None:
+        self.lesson = lesson
+        self.registry = registry
+        self.as_json = as_json
+        self.engine = engine
+        self.seed = seed
+        self.no_plots = no_plots
+        self.stopped = False
+        self.failed = False
+        self.outcomes: list[Outcome] = []
+        self.results: list[dict[str, Any]] = []
+        self.files: list[Path] = []
+        self.findings: dict[str, None] = {}
+
+    def driven(self, case: Prepared, recording: Path) -> Prepared:
+        """Give a case driven by a recording, and keep what was found in that."""
+        from lathesim.identification.replay.driven_run import driven_by
+
+        found = driven_by(case, recording, self.registry)
+        self.findings |= dict.fromkeys(found.findings)
+        return found.prepared
+
+    def one(self, case: Prepared, path: Path) -> None:
+        """Run one case and keep what it gives."""
+        from lathesim.cli.lessons.run_tables import Outcome
+        from lathesim.cli.run_progress import progress_bar
+        from lathesim.lessons.kept_run import run_and_keep
+
+        with progress_bar(case.name, case.expected_time, shown=not self.as_json) as progress:
+            kept = run_and_keep(case, self.registry, path, engine=self.engine, seed=self.seed, progress=progress)
+        record, measurements = kept.record, kept.measurements
+        if kept.failure:
+            click.echo(f"{case.name}: {kept.failure} See {path}.", err=True)
+            self.failed = self.failed or not case.breaks_down
+        self.files.append(path)
+        self.stopped = kept.stopped
+        if self.stopped:
+            last = float(record.time[-1]) if len(record) else 0.0
+            click.echo(f"Stopped at {last:.4g} s of simulated time; what was simulated until then is kept in {path}.", err=True)
+        published = {**self.lesson.settings.published, **_published(self.lesson, case)}
+        without = {name: measurements.skipped[name] for name in measurements.without}
+        told = kept.nothing_cut
+        self.outcomes.append(
+            Outcome(case.case.variant or "", measurements.values, published, record.status, list(kept.goals), without, told)
+        )
+        self.results.append(_result(case, record, path, measurements, told))
+        if case.recording:
+            self.results[-1] |= {"recording": case.recording, "recording_findings": list(self.findings)}
+        if not self.no_plots and len(record) > 1:
+            from lathesim.analysis.run_plots import save_run_plots
+
+            self.files += save_run_plots(record, path, f"{self.lesson.title}{f', case {case.case.variant}' if case.case.variant else ''}")
+
+    def tell(self) -> None:
+        """Write the result: JSON, or tables with the goals and where everything is."""
+        if self.as_json:
+            click.echo(_json(self.results, self.stopped))
+            return
+        for finding in self.findings:
+            click.echo(f"Recording: {finding}")
+        if self.findings:
+            click.echo()
+        from lathesim.cli.lessons.run_tables import case_table, goals_text, nothing_cut_text, variants_table
+
+        if len(self.outcomes) > 1:
+            click.echo(variants_table(self.outcomes, {goal.metric for goal in self.lesson.settings.goals}))
+        elif self.outcomes:
+            click.echo(case_table(self.outcomes[0]))
+            if self.outcomes[0].goals:
+                click.echo(f"\n{goals_text(self.outcomes[0].goals)}")
+        told = nothing_cut_text(self.outcomes)
+        if told:
+            click.echo(f"\n{told}")
+        folders = list(dict.fromkeys(str(path.parent) for path in self.files))
+        records = len(self.results)
+        click.echo(f"\n{_counted(records, 'record')} and {_counted(len(self.files) - records, 'plot')} in {', '.join(folders)}")
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
+
+
+def _published(lesson: Lesson, case: Prepared) -> dict[str, str]:
+    return dict(lesson.settings.variants[case.case.variant].published) if case.case.variant else {}
+
+
+def _result(case: Prepared, record: Record, path: Path, measurements: Measurements, nothing_cut: str) -> dict[str, Any]:
+    return {
+        "schema": "lathesim-run/1",
+        "lesson": case.case.lesson.name,
+        "variant": case.case.variant,
+        "engine": record.meta["engine"],
+        "status": record.meta["status"],
+        "wall_time_s": record.meta["wall_time"],
+        "record": str(path),
+        "metrics": measurements.as_json(),
+        **({"nothing_cut": nothing_cut} if nothing_cut else {}),
+    }
+
+
+def _json(results: list[dict[str, Any]], stopped: bool) -> str:
+    """Give the JSON of a call; of several cases the first stands at the top and all of them under ``variants``."""
+    import json
+
+    if len(results) == 1 and not stopped:
+        return json.dumps(results[0], indent=2)
+    top = dict(results[0]) if results else {"schema": "lathesim-run/1"}
+    return json.dumps({**top, "variants": {str(result["variant"]): result for result in results}}, indent=2)

@@ -1,0 +1,1 @@
+"""Commands: machines that run."""

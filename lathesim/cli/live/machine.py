@@ -1,0 +1,110 @@
+"""``lathesim machine LESSON --listen PORT``: the servo side of the simulated machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lathesim.cli.case_options import read_settings, set_option, variant_option
+from lathesim.cli.live.live_options import STOPPED, axis_option, host_option, read_axes
+from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.live.servo.servo_session import ServoSettings, Session
+    from lathesim.live.servo.stepped_machine import SteppedMachine
+    from lathesim.live.sources.samples import Sink
+
+
+@click.command()
+@click.argument("lesson")
+@click.option("--listen", "port", type=click.IntRange(0, 65535), required=True, metavar="PORT", help="TCP port; 0 takes a free one.")
+@host_option
+@click.option("--clock", type=click.Choice(("wall", "virtual")), default="wall", show_default=True, help="Which clock the servos keep.")
+@click.option("--buffer", "capacity", type=click.IntRange(2, 1_000_000), default=200, show_default=True, help="Room of the buffer.")
+@click.option("--begin", type=click.IntRange(1, 1_000_000), default=50, show_default=True, help="Set-points to wait for at the start.")
+@click.option("--elastic", type=click.FloatRange(1e-5, 1.0), metavar="RHO", help="Slow down on the path when the buffer runs low.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="R.h5", help="Keep what the machine did.")
+@click.option("--once", is_flag=True, help="End after the first stream.")
+@axis_option
+@variant_option
+@set_option
+@plugins_option
+def machine(
+    lesson: str,
+    port: int,
+    host: str,
+    clock: str,
+    capacity: int,
+    begin: int,
+    elastic: float | None,
+    out: Path | None,
+    once: bool,
+    axis_texts: tuple[str, ...],
+    variant: str | None,
+    settings: tuple[str, ...],
+    plugin_folders: tuple[Path, ...],
+) -> int:
+    """Be the servo side of LESSON's machine: take set-points over TCP, move, and send feedback over UDP.
+
+    When the buffer runs empty the tool holds its place, or with --elastic RHO it slows down before, on its path: the playback rate changes
+    by at most RHO a period. Ctrl-C ends it; what was recorded is kept.
+    """
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.simulate import prepare
+    from lathesim.live.servo.servo_session import ServoSettings
+    from lathesim.live.servo.servo_side import ServoSide, serve
+    from lathesim.live.servo.stepped_machine import SteppedMachine, axes_of
+    from lathesim.live.sources.until_stopped import run_until_stopped
+
+    axes = read_axes(axis_texts)
+    prepared = prepare(load_lesson(lesson), open_registry(plugin_folders), variant, read_settings(settings))
+    how = ServoSettings(capacity, min(begin, capacity), elastic, clock == "virtual")
+    records = _Records(out)
+
+    def make(names: tuple[str, ...]) -> SteppedMachine:
+        return SteppedMachine(prepared, axes_of(prepared, names, axes))
+
+    def ready(taken: int) -> None:
+        click.echo(f"{prepared.name} takes set-points at {host}:{taken}; Ctrl-C ends it.", err=True)
+
+    side = ServoSide(make, how, lambda sentence: click.echo(sentence, err=True), records.open)
+    sessions, stopped = run_until_stopped(lambda stop: serve(side, host, port, stop, ready, once=once))
+    for session in sessions:
+        _tell(session, how)
+    return STOPPED if stopped else 0
+
+
+class _Records:
+    """Opens a record for each stream: R.h5, R_2.h5 and so on."""
+
+    def __init__(self, out: Path | None) -> None:
+        self._out = out
+        self._count = 0
+
+    def open(self, machine: SteppedMachine) -> Sink | None:
+        if self._out is None:
+            return None
+        from lathesim.live.servo.servo_session import machine_signals
+        from lathesim.record_writer import RecordWriter
+
+        self._count += 1
+        place = self._out if self._count == 1 else self._out.with_name(f"{self._out.stem}_{self._count}{self._out.suffix}")
+        return RecordWriter(place, [signal.as_channel() for signal in machine_signals(machine)])
+
+
+def _tell(session: Session, how: ServoSettings) -> None:
+    count = session.counts
+    if not count:
+        return
+    stops = f"{count['underruns']} underruns" if how.rho is None else f"{count['hard_stops']} hard stops"
+    click.echo(f"{session.peer}: {session.periods} periods, {count['arrived']} set-points, {stops}; ended: {session.reason}.")
+    clock = session.clock.as_json()
+    if clock.get("wakes") and not how.virtual:
+        click.echo(
+            f"  It came {1e3 * (clock['late_mean_s'] or 0):.2f} ms late on average, {1e3 * (clock['latest_s'] or 0):.1f} ms at most, "
+            f"with a jitter of {1e3 * (clock['jitter_s'] or 0):.2f} ms; the lowest fill was {clock['lowest_fill']:.0f}."
+        )
+    if session.late_periods:
+        click.echo(f"  {session.late_periods} periods passed while this computer was away.")

@@ -1,0 +1,197 @@
+"""``lathesim stream S.h5 URL``: send set-points to a servo side, and take its feedback."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lathesim.cli.live.live_options import STOPPED, axis_option, read_axes
+
+if TYPE_CHECKING:
+    from lathesim.live.recording.record_blocks import RecordBlocks
+    from lathesim.record import FloatArray
+
+_SUFFIX = ".position"
+
+
+@click.command()
+@click.argument("set_points", type=click.Path(path_type=Path), metavar="S.h5")
+@click.argument("url", metavar="URL")
+@click.option("--fill", type=click.IntRange(2, 1_000_000), default=150, show_default=True, help="How full to keep the buffer.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="R.h5", help="Keep the feedback.")
+@click.option("--elastic", type=click.FloatRange(1e-5, 1.0), metavar="RHO", help="With sim: play elastically, as machine --elastic does.")
+@click.option("--away", type=click.FloatRange(0.0, 1e6), default=0.0, metavar="N", help="With sim: planner away 5 + Exp(N) periods.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, help="With sim: seed of the planner's absences.")
+@click.option(
+    "--loops", type=click.IntRange(1, 1_000_000), default=1, help="Send the set-points so many times; they must end as they begin."
+)
+@axis_option
+@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-stream/1) and nothing else.")
+def stream(
+    set_points: Path,
+    url: str,
+    fill: int,
+    out: Path | None,
+    elastic: float | None,
+    away: float,
+    seed: int,
+    loops: int,
+    axis_texts: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Send the set-points of S.h5, as 'lathesim retime' writes them, to the servo side at URL (127.0.0.1:5600), and take its feedback.
+
+    With the URL sim:LESSON planner, buffer and machine run here on a virtual clock, as fast as they can, the same bits each time.
+    """
+    from lathesim.live.recording.record_blocks import RecordBlocks
+
+    source = RecordBlocks(set_points)
+    try:
+        names = _axes(source)
+        if loops > 1:
+            _check_closed(source, names)
+        result, stopped = (
+            _virtual(source, names, url.removeprefix("sim:"), fill, out, elastic, (away, seed), loops, read_axes(axis_texts), as_json)
+            if url.startswith("sim:")
+            else _network(source, names, url, fill, out, loops, as_json)
+        )
+    finally:
+        source.close()
+    if as_json:
+        click.echo(json.dumps({"schema": "lathesim-stream/1", **result}, indent=2))
+    else:
+        _tell(result, out)
+    return STOPPED if stopped else 0
+
+
+def _axes(source: RecordBlocks) -> list[str]:
+    from lathesim.live.sources.samples import LiveError
+
+    names = [signal.name.removesuffix(_SUFFIX) for signal in source.signals if signal.name.endswith(_SUFFIX)]
+    if not names or len(source) < 2:
+        remedy = "Make one with 'lathesim retime'."
+        raise LiveError("the record holds no set-points: no channels 'AXIS.position'.", place=str(source.path), remedy=remedy)
+    return names
+
+
+def _check_closed(source: RecordBlocks, names: list[str]) -> None:
+    from lathesim.live.sources.samples import LiveError
+
+    first = last = None
+    for block in source.blocks([name + _SUFFIX for name in names]):
+        first = block.values[:, 0] if first is None else first
+        last = block.values[:, -1]
+    assert first is not None
+    assert last is not None
+    for name, begin, end in zip(names, first, last, strict=True):
+        if abs(end - begin) > 1e-6:
+            fact = f"the axis {name} ends {abs(end - begin):.3g} away from where it begins."
+            raise LiveError(fact, place=str(source.path), remedy="Leave --loops out, or close the path.")
+
+
+def _blocks(source: RecordBlocks, names: list[str], loops: int) -> Iterator[FloatArray]:
+    for _ in range(loops):
+        for block in source.blocks([name + _SUFFIX for name in names]):
+            yield block.values.T.copy()
+
+
+def _writer(out: Path | None, signals: Any) -> Any:
+    from lathesim.record_writer import RecordWriter
+
+    return None if out is None else RecordWriter(out, [signal.as_channel() for signal in signals])
+
+
+def _network(
+    source: RecordBlocks, names: list[str], url: str, fill: int, out: Path | None, loops: int, as_json: bool
+) -> tuple[dict[str, Any], bool]:
+    from lathesim.live.servo.streaming import StreamJob
+    from lathesim.live.servo.streaming import stream as send
+    from lathesim.live.sources.addresses import read_address
+    from lathesim.live.sources.until_stopped import run_until_stopped
+
+    address = read_address(url, "tcp")
+    job = StreamJob(names, source.period, _blocks(source, names, loops), fill, lambda signals: _writer(out, signals))
+    with _progress(source.period * len(source) * loops, as_json) as bar:
+        job.progress = bar
+        result, stopped = run_until_stopped(lambda stop: send(job, address, stop))
+    return result.as_json(), stopped
+
+
+def _virtual(
+    source: RecordBlocks,
+    names: list[str],
+    lesson: str,
+    fill: int,
+    out: Path | None,
+    elastic: float | None,
+    planner: tuple[float, int],
+    loops: int,
+    axes: dict[str, str],
+    as_json: bool,
+) -> tuple[dict[str, Any], bool]:
+    from dataclasses import asdict
+
+    from lathesim.cli.registry import open_registry
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.simulate import prepare
+    from lathesim.live.servo.servo_session import machine_signals
+    from lathesim.live.servo.set_point_buffer import SetPointBuffer
+    from lathesim.live.servo.stepped_machine import SteppedMachine, axes_of
+    from lathesim.live.servo.virtual_stream import Planner, stream_virtually
+    from lathesim.live.sources.samples import LiveError
+
+    prepared = prepare(load_lesson(lesson), open_registry(()))
+    machine = SteppedMachine(prepared, axes_of(prepared, names, axes))
+    if abs(source.period / machine.period - 1.0) > 1e-6:
+        fact = f"the set-points come every {1e3 * source.period:g} ms, and the machine takes one every {1e3 * machine.period:g} ms."
+        raise LiveError(fact, remedy=f"Time the path with --period '{1e3 * machine.period:g} ms'.")
+    sink = _writer(out, machine_signals(machine))
+    stopped = False
+    buffer = SetPointBuffer(len(names), max(fill, 2), elastic)
+    with _progress(source.period * len(source) * loops, as_json) as bar:
+        try:
+            count = stream_virtually(_blocks(source, names, loops), machine, buffer, Planner(fill, 5.0, planner[0], planner[1]), sink, bar)
+        except KeyboardInterrupt:
+            stopped, count = True, buffer.count()
+    if sink is not None:
+        status = "stopped" if stopped else "complete"
+        sink.finish({"sample_period": machine.period, "status": status, "machine": machine.name})
+    result = {"machine": machine.name, "sent": count.arrived, "ended": "stopped" if stopped else "complete"}
+    return {**result, "servo": {**asdict(count), "periods": machine.periods}, "feedback": {"received": machine.periods, "lost": 0}}, stopped
+
+
+class _progress:  # noqa: N801
+    """A bar of the simulated time, where somebody watches."""
+
+    def __init__(self, seconds: float, quiet: bool) -> None:
+        self._bar = None if quiet else click.progressbar(length=max(1, int(1e3 * seconds)), label="set-points", show_pos=False)
+        self._done = 0
+
+    def __enter__(self) -> _progress:
+        if self._bar is not None:
+            self._bar.__enter__()
+        return self
+
+    def __call__(self, seconds: float) -> None:
+        """Show how much has been played."""
+        if self._bar is not None:
+            self._bar.update(max(0, int(1e3 * seconds) - self._done))
+            self._done = int(1e3 * seconds)
+
+    def __exit__(self, *error: Any) -> None:
+        if self._bar is not None:
+            self._bar.__exit__(*error)
+
+
+def _tell(result: dict[str, Any], out: Path | None) -> None:
+    servo, feedback = result["servo"], result["feedback"]
+    click.echo(f"{result['machine']}: {result['sent']} set-points sent, {servo.get('periods', 0)} periods played; {result['ended']}.")
+    click.echo(f"Underruns {servo.get('underruns', 0)}, hard stops {servo.get('hard_stops', 0)}, lowest fill {servo.get('lowest', '-')}.")
+    lost = ", ".join(f"{name} {number}" for name, number in feedback.items() if number and name != "received")
+    click.echo(f"Feedback: {feedback.get('received', 0)} samples{f'; {lost}' if lost else ', none lost'}.")
+    if out is not None:
+        click.echo(f"What the machine did is in {out}. Draw it with: lathesim plot {out}")

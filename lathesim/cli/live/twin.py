@@ -1,0 +1,93 @@
+"""``lathesim twin LESSON SOURCE``: the simulation beside the machine, while it runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lathesim.cli.case_options import variant_option
+from lathesim.cli.live.live_options import STOPPED
+from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.live.sources.samples import Source
+    from lathesim.live.twin import TwinLine
+
+_BAR = 21
+
+
+@click.command()
+@click.argument("lesson")
+@click.argument("source", metavar="SOURCE")
+@click.option("--map", "map_file", type=click.Path(path_type=Path), metavar="MAP.yaml", help="Which node or data item is which channel.")
+@click.option("--every", default="0.5 s", show_default=True, metavar="TIME", help="How often a line is shown.")
+@click.option("--scale", metavar="5um", help="Difference that fills the bar [default: the largest so far].")
+@click.option("--out", type=click.Path(path_type=Path), metavar="R.h5", help="Keep references, executed and simulated channels.")
+@click.option("--fast", is_flag=True, help="Show a recording as fast as it can be read, not at its own times.")
+@variant_option
+@plugins_option
+def twin(
+    lesson: str,
+    source: str,
+    map_file: Path | None,
+    every: str,
+    scale: str | None,
+    out: Path | None,
+    fast: bool,
+    variant: str | None,
+    plugin_folders: tuple[Path, ...],
+) -> int:
+    """Run LESSON's simulation beside a machine and show both: reference, executed, simulated, and their difference magnified.
+
+    SOURCE is an OPC UA server, an MTConnect agent, or a recording, which is played again at its own times. Ctrl-C ends it and keeps what
+    was recorded with --out.
+    """
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.simulate import prepare
+    from lathesim.live.sources.file_source import FileSource
+    from lathesim.live.sources.opening import open_machine
+    from lathesim.live.sources.until_stopped import run_until_stopped
+    from lathesim.live.twin import Twin
+    from lathesim.units import quantity
+
+    registry = open_registry(plugin_folders)
+    prepared = prepare(load_lesson(lesson), registry, variant)
+    recorded = "://" not in source
+    opened: Source = FileSource([Path(source)], prepared, registry) if recorded else open_machine(source, map_file, prepared)
+    shown = Twin(prepared, opened, out, every=quantity(every, "s"), pace=recorded and not fast)
+    lines = _Lines(None if scale is None else quantity(scale, "m"))
+    status, stopped = run_until_stopped(lambda stop: shown.run(stop, lines.show))
+    click.echo(f"{shown.samples} samples; {status}.")
+    if out is not None:
+        click.echo(f"Reference, executed and simulated channels are in {out}. Draw them with: lathesim plot {out}")
+    return STOPPED if stopped else 0
+
+
+class _Lines:
+    """Writes a line for each moment: the first compared position as a bar, every channel's largest difference as a number."""
+
+    def __init__(self, scale: float | None) -> None:
+        self._given = scale
+        self._scale = scale or 0.0
+
+    def show(self, line: TwinLine) -> None:
+        """Write a line."""
+        from lathesim.units import shown
+
+        name, unit, reference, executed, simulated = line.axes[0]
+        largest = line.largest[name]
+        if self._given is None:
+            self._scale = max(self._scale, largest, 1e-12)
+        place = round((1.0 + max(-1.0, min(1.0, (executed - simulated) / self._scale))) / 2.0 * (_BAR - 1))
+        bar = "".join("|" if at == place else "+" if at == _BAR // 2 else "." for at in range(_BAR))
+        rest = ", ".join(f"{other} {shown(value, other_unit, 3)}" for other, other_unit, value in _largest(line))
+        lost = f", {line.lost} samples lost" if line.lost else ""
+        where = f"reference {shown(reference, unit, 5)}, executed {shown(executed, unit, 5)}, simulated {shown(simulated, unit, 5)}"
+        click.echo(f"t = {line.time:8.2f} s  {where}  [{bar}] {shown(self._scale, unit, 2)}  largest: {rest}{lost}")
+
+
+def _largest(line: TwinLine) -> list[tuple[str, str, float]]:
+    units = {name: unit for name, unit, *_ in line.axes}
+    return [(name, units[name], value) for name, value in line.largest.items()]

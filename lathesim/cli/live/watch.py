@@ -1,0 +1,120 @@
+"""``lathesim watch LESSON SOURCE...``: a diagnosis that runs with the machine."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lathesim.cli.case_options import variant_option
+from lathesim.cli.live.live_options import STOPPED
+from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.lessons.simulate import Prepared
+    from lathesim.live.watching.watch_session import Event
+    from lathesim.plugins import Registry
+
+
+@click.command()
+@click.argument("lesson")
+@click.argument("sources", nargs=-1, required=True, metavar="SOURCE...")
+@click.option("--map", "map_file", type=click.Path(path_type=Path), metavar="MAP.yaml", help="Which node or data item is which channel.")
+@click.option("--learn", default="60 s", show_default=True, metavar="TIME", help="How long what is usual is learnt.")
+@click.option("--block", default="0.2 s", show_default=True, metavar="TIME", help="Over how long residuals are summed up.")
+@click.option("--window", default="20 s", show_default=True, metavar="TIME", help="How much of the stream a diagnosis gets.")
+@click.option("--validate-with", type=click.IntRange(0, 20), default=0, metavar="N", help="Judge on N further windows [default: its half].")
+@click.option("--tolerance", "tolerances", multiple=True, metavar="CHANNEL=5um", help="Say when a drift of this channel reaches it.")
+@click.option("--at-most", default="120 s", show_default=True, metavar="TIME", help="How long a diagnosis may take.")
+@click.option("--no-diagnosis", is_flag=True, help="Tell changes and drifts only.")
+@click.option("--json-lines", is_flag=True, help="Write each event as a line of JSON (schema lathesim-watch/1) and nothing else.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where windows and answers go.")
+@variant_option
+@plugins_option
+def watch(
+    lesson: str,
+    sources: tuple[str, ...],
+    map_file: Path | None,
+    learn: str,
+    block: str,
+    window: str,
+    validate_with: int,
+    tolerances: tuple[str, ...],
+    at_most: str,
+    no_diagnosis: bool,
+    json_lines: bool,
+    out: Path | None,
+    variant: str | None,
+    plugin_folders: tuple[Path, ...],
+) -> int:
+    """Watch a machine: say when it began to differ from LESSON, where, and what that is.
+
+    SOURCE is an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port), or recordings, one after another. What is usual
+    is learnt first. Then a change or a drift is told with its time and place, and the window around it is diagnosed in the background.
+    Values may move within what the lesson calls uncertain. Faults of the recording are told as such. Ctrl-C ends it.
+    """
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.simulate import prepare
+    from lathesim.live.sources.until_stopped import run_until_stopped
+    from lathesim.live.watching.watch_session import WatchSession, WatchSettings
+    from lathesim.units import quantity
+
+    registry = open_registry(plugin_folders)
+    prepared = prepare(load_lesson(lesson), registry, variant)
+    settings = WatchSettings(
+        learn=quantity(learn, "s"),
+        block=quantity(block, "s"),
+        window=quantity(window, "s"),
+        patience=quantity(at_most, "s"),
+        validation_windows=validate_with,
+        tolerance=_tolerances(tolerances, prepared),
+        folder=out or Path("lathesim_runs") / prepared.name,
+        diagnose=not no_diagnosis,
+        plugins=plugin_folders,
+    )
+    source = _source(sources, map_file, prepared, registry)
+    session = WatchSession(prepared, source, settings, _json_line if json_lines else _line)
+    _, stopped = run_until_stopped(session.run)
+    return STOPPED if stopped else 0
+
+
+def _line(event: Event) -> None:
+    click.echo(event.sentence)
+
+
+def _json_line(event: Event) -> None:
+    line = {"schema": "lathesim-watch/1", "event": event.kind, "time_s": event.time, "sentence": event.sentence, **event.data}
+    click.echo(json.dumps(line, default=float))
+
+
+def _tolerances(texts: tuple[str, ...], prepared: Prepared) -> dict[str, float]:
+    from lathesim.live.recording.record_mapping import lesson_signals
+    from lathesim.live.sources.samples import LiveError
+    from lathesim.units import quantity
+
+    units = {signal.name: signal.unit for signal in lesson_signals(prepared)}
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise click.UsageError(f"--tolerance {text}: write it as --tolerance x_scale.position=5um.")
+        if name not in units:
+            from lathesim.errors import nearest
+
+            raise LiveError(f"the lesson has no channel '{name}'.", remedy=nearest(name, units) or f"It has {', '.join(units)}.")
+        found[name] = quantity(value, units[name])
+    return found
+
+
+def _source(sources: tuple[str, ...], map_file: Path | None, prepared: Prepared, registry: Registry) -> Any:
+    from lathesim.live.sources.opening import open_machine
+
+    if len(sources) == 1 and "://" in sources[0]:
+        return open_machine(sources[0], map_file, prepared)
+    if any("://" in source for source in sources):
+        raise click.UsageError("One machine is watched at a time; several recordings may follow one another.")
+    from lathesim.live.sources.file_source import FileSource
+
+    return FileSource([Path(source) for source in sources], prepared, registry)

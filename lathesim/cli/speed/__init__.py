@@ -1,0 +1,1 @@
+"""Commands: measure the speed, compile ahead."""

@@ -1,0 +1,186 @@
+"""The rows of ``lathesim bench``: the work item by the engine and by its peers, and how long it takes to start."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.cli.speed.bench_work import ENCODER_COUNT, SEED, Work
+
+Tell = Callable[[str], None]
+START = {
+    "start: lathesim --help": ("--help",),
+    "start: lathesim run --json --no-plots, warm": ("run", "01_contour_error", "--variant", "I", "--json", "--no-plots"),
+    "start: lathesim run of one case with plots, warm": ("run", "01_contour_error", "--variant", "I"),
+}
+_COMPILE = """\
+import time
+from lathesim.cli.speed.bench_work import lathe_plan
+from lathesim.engine.fuse import fuse
+from lathesim.engine.module_cache import compiled_machine
+fused = fuse(lathe_plan())
+begun = time.process_time()
+compiled_machine(fused)
+print(time.process_time() - begun)
+"""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line: CPU seconds (the median), and how far its positions are from the engine's [encoder counts], none where not compared."""
+
+    name: str
+    median_s: float
+    difference: float | None = None
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """What was not measured, and why."""
+
+    name: str
+    reason: str
+
+
+def cpu_seconds(call: Callable[[], Any]) -> float:
+    """Give the CPU seconds of this process that a call takes; other programs on the machine count less than with the clock."""
+    begun = time.process_time()
+    call()
+    return time.process_time() - begun
+
+
+def work_rows(work: Work, rounds: int, *, slow: bool, tell: Tell) -> tuple[list[Row], list[Skipped]]:
+    """Measure the work by the engine (compiled, in a batch, plain) and by the peers that are here.
+
+    The peers are the files of ``tests/benchmarks/peers`` of a checkout. What takes about as long as the engine is measured in turns with
+    it, so that a busy moment of the machine strikes all alike.
+    """
+    from lathesim.engine.batch import Batch
+    from lathesim.engine.run import run
+
+    record = run(work.plan, seed=SEED, engine="compiled")
+    ours = np.stack([record["x_axis.position"], record["z_axis.position"]])
+    members = 10
+    batch = Batch(work.plan, work.samples, seed=SEED, threads=1)
+    values = np.full((members, 1), work.parameters["x_controller.proportional"])
+
+    calls: dict[str, tuple[Callable[[], Any], int]] = {
+        "compiled": (lambda: run(work.plan, seed=SEED, engine="compiled"), 1),
+        "compiled, one run of a batch": (
+            lambda: batch.run(["x_controller.proportional"], values, lambda record: float(record[0, -1])),
+            members,
+        ),
+    }
+    differences: dict[str, float] = {}
+    present, skipped = _present(slow)
+    for module in present:
+        if getattr(module, "IN_TURNS", False):
+            differences[module.NAME] = _difference(ours, module.simulate(work))
+            calls[module.NAME] = (lambda module=module: module.simulate(work), 1)  # type: ignore[misc]
+    tell(f"measuring {', '.join(calls)} ...")
+    rows = [Row(name, seconds, differences.get(name)) for name, seconds in _in_turns(calls, rounds).items()]
+    tell("measuring plain ...")
+    plain = [cpu_seconds(lambda: run(work.plan, seed=SEED, engine="plain")) for _ in range(max(3, rounds // 3))]
+    rows.append(Row("plain", statistics.median(plain)))
+    for module in present:
+        if getattr(module, "IN_TURNS", False):
+            continue
+        tell(f"measuring {module.NAME} ...")
+        repeats = 1 if getattr(module, "SLOW", False) else max(1, min(3, rounds // 3))
+        try:
+            seconds, positions = _peers().times_and_positions(module.__name__.rpartition(".")[2], work, repeats)
+        except (RuntimeError, OSError, subprocess.CalledProcessError) as error:
+            skipped.append(Skipped(module.NAME, str(error)))
+            continue
+        rows.append(Row(module.NAME, statistics.median(seconds), _difference(ours, positions)))
+    return rows, skipped
+
+
+def _in_turns(calls: dict[str, tuple[Callable[[], Any], int]], rounds: int) -> dict[str, float]:
+    """Give the median CPU seconds of each call (name -> call and what to divide by), measured in turns."""
+    for call, _ in calls.values():
+        call()
+    seconds: dict[str, list[float]] = {name: [] for name in calls}
+    for _ in range(rounds):
+        for name, (call, share) in calls.items():
+            seconds[name].append(cpu_seconds(call) / share)
+    return {name: statistics.median(found) for name, found in seconds.items()}
+
+
+def _present(slow: bool) -> tuple[list[Any], list[Skipped]]:
+    """Give the peers that can be measured here, and why the others cannot."""
+    peers = _peers()
+    if peers is None:
+        return [], [Skipped("peers", "they are measured from a checkout, with its folder tests/benchmarks/peers")]
+    present, skipped = [], []
+    for peer in peers.PEERS:
+        module = peers.peer_module(peer)
+        reason = module.absent() or ("it is slow, and --quick leaves it out" if getattr(module, "SLOW", False) and not slow else "")
+        if reason:
+            skipped.append(Skipped(module.NAME, reason))
+        else:
+            present.append(module)
+    return present, skipped
+
+
+def start_rows(rounds: int, tell: Tell) -> list[Row]:
+    """Measure how long commands take from nothing, and compiling."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        compiled = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(Path(folder) / "byte_code")}  # as an installation has it
+        for name, arguments in START.items():
+            tell(f"measuring {name} ...")
+            command = [sys.executable, "-m", "lathesim", *arguments]
+            _child(command, folder, compiled)
+            rows.append(Row(name, statistics.median(_child(command, folder, compiled)[0] for _ in range(rounds))))
+        tell("measuring how long compiling takes ...")
+        known: list[float] = []
+        unknown: list[float] = []
+        for number in range(max(1, rounds // 3)):
+            cache = {**compiled, "LATHESIM_CACHE": str(Path(folder) / f"cache_{number}")}
+            command = [sys.executable, "-c", _COMPILE]
+            unknown.append(float(_child(command, folder, cache)[1]))
+            for file in Path(cache["LATHESIM_CACHE"]).glob("machine_*"):
+                file.unlink()
+            known.append(float(_child(command, folder, cache)[1]))
+        rows.append(Row("first compile of a new wiring, its parts known", statistics.median(known)))
+        rows.append(Row("first compile of all, nothing known", statistics.median(unknown)))
+    return rows
+
+
+def _child(command: list[str], folder: str, more: dict[str, str] | None = None) -> tuple[float, str]:
+    """Run a command and give its CPU seconds (those of the clock where the system does not count them), and what it wrote."""
+    root = str(Path(__file__).parents[3])
+    environment = {**os.environ, "PYTHONPATH": root, **(more or {})}
+    before = os.times()
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=folder, env=environment)
+    after = os.times()
+    spent = after.children_user + after.children_system - before.children_user - before.children_system
+    return spent or after.elapsed - before.elapsed, done.stdout
+
+
+def _difference(ours: np.ndarray, theirs: np.ndarray) -> float:
+    """Give the largest difference of the positions [encoder counts]; infinite where the runs are not equally long."""
+    if ours.shape != theirs.shape:
+        return float("inf")
+    return float(np.abs(ours - theirs).max() / ENCODER_COUNT)
+
+
+def _peers() -> Any:
+    root = Path(__file__).parents[3]
+    if not (root / "tests" / "benchmarks" / "peers").is_dir():
+        return None
+    if str(root) not in sys.path:
+        sys.path.insert(0, str(root))
+    return importlib.import_module("tests.benchmarks.peers")

@@ -1,0 +1,268 @@
+"""How the cost grows: ``lathesim bench --scale`` over axes, program time and runs, with record writing, threads and memory."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.cli.speed.bench_axes import axes_plan
+from lathesim.cli.speed.bench_rows import Row, Tell, cpu_seconds
+from lathesim.cli.speed.bench_work import SEED, Work, lathe_plan
+from lathesim.engine.wiring import Plan
+
+AXES = (1, 2, 5, 10, 20, 50)
+TIMES = (10.0, 30.0, 100.0, 300.0, 1000.0, 3600.0)
+RUNS = (1, 10, 100, 1000, 5000)
+HOUR = 3600.0
+_AXES_TIME = 20.0
+_PLAIN_TIME = 4.0
+"""Simulated seconds of a run over axes, compiled and plain."""
+_LONG = 5.0
+"""CPU seconds of what is measured only once."""
+_MEMORY_RUNS = (100, 10000)
+_PARAMETER = "x_controller.proportional"
+
+
+@dataclass(frozen=True)
+class Series:
+    """Cost [CPU s] over a size; a slope of 1 on a log plot means that the cost is in proportion."""
+
+    name: str
+    sizes: tuple[float, ...]
+    seconds: tuple[float, ...]
+
+    @property
+    def slope(self) -> float:
+        """The slope of the least-squares line through the logarithms of all points."""
+        return self._slope(0)
+
+    @property
+    def upper_slope(self) -> float:
+        """The same without the smaller sizes, in which what does not grow with the size still counts."""
+        return self._slope(len(self.sizes) // 3)
+
+    def _slope(self, first: int) -> float:
+        return float(np.polyfit(np.log(self.sizes[first:]), np.log(self.seconds[first:]), 1)[0])
+
+    def rows(self) -> list[Row]:
+        """Give one row a point."""
+        return [Row(f"{size:g} {self.name}", seconds) for size, seconds in zip(self.sizes, self.seconds, strict=True)]
+
+
+def long_plan(seconds: float) -> Plan:
+    """Give the work item's lathe with one straight cut that lasts as long as asked for, at the programmed feed."""
+    from lathesim.lessons.program_path import path_of_program
+
+    plan = lathe_plan()
+    feed = 50.0 / (1.2 * seconds / 60.0)
+    with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder) / "long.nc"
+        program.write_text(f"N10 G90 G94 G71\nN20 G00 X15.0 Z14.0\nN30 M03 G01 Z64.0 F{feed:.9f} S1000\nN40 M30\n")
+        table = path_of_program(program, "paper").table
+    parts = tuple(_changed(part, table) for part in plan.assembly.parts)
+    from lathesim.engine.wiring import wire
+
+    return wire(dataclasses.replace(plan.assembly, parts=parts))
+
+
+def _changed(part: Any, table: Any) -> Any:
+    """Give a part with the long path; the force controller gives way to the programmed feed, so that the cut lasts as long as planned."""
+    if "path" in part.tables:
+        return dataclasses.replace(part, tables={**part.tables, "path": table})
+    if part.name == "process_controller":
+        from lathesim.components.programmed_feed import ProgrammedFeed
+
+        return dataclasses.replace(part, component=ProgrammedFeed.with_units({"signal": "N"}), parameters={})
+    return part
+
+
+def scale_series(work: Work, rounds: int, *, quick: bool, tell: Tell) -> list[Series]:
+    """Measure the cost over axes (compiled and plain), program time and runs.
+
+    Plain, every axis costs what its operations cost. Compiled, one axis keeps the processor waiting for the result before (subtract,
+    divide, multiply, add: 25 cycles a stage); the next three are computed in that time, and cost next to nothing.
+    """
+    from lathesim.engine.batch import Batch
+    from lathesim.engine.fuse import fuse
+    from lathesim.engine.module_cache import compiled_machine
+    from lathesim.engine.run import run
+
+    found = []
+    plans = {number: axes_plan(number) for number in AXES}
+    for number, plan in plans.items():
+        tell(f"compiling {number} axes ...")
+        compiled_machine(fuse(plan))
+    for name, engine, duration in (("axes", "compiled", _AXES_TIME), ("axes, plain", "plain", _PLAIN_TIME)):
+        calls: dict[float, Callable[[], Any]] = {
+            number: lambda plan=plan, engine=engine, end=duration: run(plan, duration=end, engine=engine, check_stability=False)  # type: ignore[misc]
+            for number, plan in plans.items()
+        }
+        found.append(_series(f"{name}, {duration:g} s", calls, rounds, tell))
+    calls = {}
+    for seconds in TIMES:
+        plan = long_plan(seconds)
+        calls[seconds] = lambda plan=plan, end=seconds: run(  # type: ignore[misc]
+            plan, duration=end, engine="compiled", seed=SEED, check_stability=False, sink=_Nowhere()
+        )
+    found.append(_series("s of program", calls, max(1, rounds // 2), tell))
+    batch = Batch(work.plan, work.samples, seed=SEED, threads=1)
+    calls = {}
+    for number in RUNS[:4] if quick else RUNS:
+        values = _values(work, number)
+        calls[number] = lambda values=values: batch.run([_PARAMETER], values, _last)  # type: ignore[misc]
+    found.append(_series("runs, one thread", calls, max(1, rounds // 5), tell))
+    return found
+
+
+def _series(name: str, calls: dict[float, Callable[[], Any]], rounds: int, tell: Tell) -> Series:
+    """Measure calls in turns, what takes long only once; the least counts, as a busy machine only ever adds to it."""
+    seconds: dict[float, list[float]] = {}
+    for size, call in calls.items():
+        tell(f"measuring {size:g} {name} ...")
+        if size == next(iter(calls)):
+            call()
+        seconds[size] = [cpu_seconds(call)]
+    for _ in range(rounds):
+        for size, call in calls.items():
+            often = 5 if seconds[size][0] < 0.1 else 1 if seconds[size][0] < _LONG else 0
+            seconds[size] += [cpu_seconds(call) for _ in range(often)]
+    return Series(name, tuple(calls), tuple(min(found) for found in seconds.values()))
+
+
+def thread_gain(work: Work, rounds: int, tell: Tell) -> float:
+    """Give how many times faster two threads are than one, by the clock: the median over pairs of batches, one after the other."""
+    from lathesim.engine.batch import Batch
+
+    values = _values(work, 100)
+    batches = [Batch(work.plan, work.samples, seed=SEED, threads=threads) for threads in (1, 2)]
+    gains = []
+    for turn in range(rounds):
+        tell(f"measuring two threads against one, {turn + 1} of {rounds} ...")
+        one, two = (_clock(lambda batch=batch: batch.run([_PARAMETER], values, _last)) for batch in batches)  # type: ignore[misc]
+        gains.append(one / two)
+    return statistics.median(gains)
+
+
+@dataclass(frozen=True)
+class Hour:
+    """A program of one hour, recorded to disk: seconds by the clock and of CPU, those without recording, largest memory, size on disk."""
+
+    clock_s: float
+    cpu_s: float
+    unrecorded_cpu_s: float
+    memory_mb: float
+    file_mb: float
+
+
+def hour(tell: Tell) -> Hour:
+    """Run an hour of program at 5 ms, recorded to disk block by block, in a process of its own."""
+    tell("measuring an hour of program, recorded to disk ...")
+    return Hour(**json.loads(_child("hour")))
+
+
+def batch_memory(tell: Tell) -> dict[int, float]:
+    """Give the largest memory [MB] of a process that runs so many runs and keeps one cost of each."""
+    tell("measuring the memory of batches ...")
+    return {runs: float(_child(f"batch:{runs}")) for runs in _MEMORY_RUNS}
+
+
+def _child(what: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    command = [sys.executable, "-m", __name__, what]
+    return subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
+
+
+def _hour_here() -> str:
+    from lathesim.engine.run import run
+    from lathesim.record import Channel
+    from lathesim.record_writer import RecordWriter
+
+    plan = long_plan(HOUR)
+    run(plan, duration=1.0, engine="compiled")
+    unrecorded = cpu_seconds(lambda: run(plan, duration=HOUR, engine="compiled", seed=SEED, sink=_Nowhere()))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "hour.h5"
+        channels = [Channel(name, plan.unit(name), np.zeros(0), plan.doc(name)) for name in plan.channels]
+
+        def recorded() -> None:
+            with RecordWriter(path, channels, compress=False) as writer:
+                writer.finish(run(plan, duration=HOUR, engine="compiled", seed=SEED, sink=writer).meta)
+
+        begun = time.perf_counter()
+        cpu = cpu_seconds(recorded)
+        clock, size = time.perf_counter() - begun, path.stat().st_size / 1e6
+    return json.dumps(dataclasses.asdict(Hour(clock, cpu, unrecorded, _largest_memory(), size)))
+
+
+class _Nowhere:
+    """Takes the blocks of a run and keeps none."""
+
+    def write(self, time: np.ndarray, values: np.ndarray) -> None:
+        """Take a block."""
+
+
+def _batch_here(runs: int) -> str:
+    from lathesim.engine.batch import Batch
+
+    plan = lathe_plan()
+    value = plan.parameter_values[plan.parameters[_PARAMETER]]
+    costs = Batch(plan, 200, seed=SEED).run([_PARAMETER], value * np.linspace(0.9, 1.1, runs)[:, None], _last)
+    assert len(costs) == runs
+    return f"{_largest_memory()}"
+
+
+def _largest_memory() -> float:
+    """Give the largest memory of this process so far [MB]; ``ru_maxrss`` also counts what its parent had when it started it."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM:"))
+        return float(line.split()[1]) * 1024 / 1e6
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+
+
+def _values(work: Work, runs: int) -> np.ndarray:
+    return work.parameters[_PARAMETER] * np.linspace(0.9, 1.1, runs)[:, None]
+
+
+def _last(record: np.ndarray) -> float:
+    return float(record[0, -1])
+
+
+def _clock(call: Callable[[], Any]) -> float:
+    begun = time.perf_counter()
+    call()
+    return time.perf_counter() - begun
+
+
+def told(series: Sequence[Series]) -> list[str]:
+    """Give in words how the cost grows."""
+    lines = []
+    for item in series:
+        factor = item.seconds[-1] / item.seconds[0]
+        sizes = f"{item.sizes[0]:g} to {item.sizes[-1]:g} {item.name}"
+        upper = f"{item.upper_slope:.3f} from {item.sizes[len(item.sizes) // 3]:g} on"
+        lines.append(f"{sizes}: {factor:.4g} times the cost; slope on a log plot {item.slope:.3f}, {upper} (1 is in proportion)")
+        costs = dict(zip(item.sizes, item.seconds, strict=True))
+        if 1000 in costs and 5000 in costs and not math.isclose(costs[1000], 0.0):
+            lines.append(f"5000 runs take {costs[5000] / costs[1000]:.2f} times as long as 1000")
+    return lines
+
+
+if __name__ == "__main__":
+    kind, _, number = sys.argv[1].partition(":")
+    print(_hour_here() if kind == "hour" else _batch_here(int(number)))

@@ -1,0 +1,85 @@
+"""``lathesim bench --table1``: the means of Table 1 over small changes of the axes, beside those of an independent simulator.
+
+The 8-bit converters make limit cycles, so that a single result scatters by a percent or two when a parameter moves by one; means over such
+changes are what two simulators can be compared by. The reference is a simulator with the same defaults, written apart from this one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.cli.speed.bench_rows import Tell
+
+LESSON = "01_contour_error"
+JITTERED = tuple(f"{axis}_{name}" for axis in "xz" for name in ("axis.gain", "axis.time_constant", "controller.proportional"))
+"""K, tau and Kp of both axes."""
+JITTER = 0.01
+DRAWS = 60
+CHANCE = 2004
+METRICS = {"cycle_time": ("s", 1.0), "max_contour_error": ("mm", 1e3), "contour_error_squared_integral": ("mm^2*s", 1e6)}
+"""Metric -> unit it is shown in, and what that is times the SI value."""
+REFERENCE = {
+    "I": (18.480, 0.684, 0.1113),
+    "II": (18.480, 0.334, 0.0201),
+    "III": (18.480, 0.510, 0.0773),
+    "IV": (28.830, 0.430, 0.0791),
+    "V": (18.480, 0.684, 0.0398),
+    "VI": (18.480, 0.222, 0.0537),
+}
+"""Case -> cycle time [s], largest contour error [mm], integral of its square [mm^2 s]: means over 60 draws of that simulator."""
+LIMITS = {"cycle_time": 0.0, "max_contour_error": 3.0, "contour_error_squared_integral": 6.0}
+"""How far the means may be off [%]."""
+
+
+@dataclass(frozen=True)
+class Mean:
+    """The mean of a metric of one case [display unit], the reference, and how far off it is [%]."""
+
+    case: str
+    metric: str
+    unit: str
+    mean: float
+    reference: float
+
+    @property
+    def deviation(self) -> float:
+        """How far the mean is from the reference [%]."""
+        return 100.0 * (self.mean / self.reference - 1.0)
+
+    @property
+    def is_within(self) -> bool:
+        """Whether it is within its limit."""
+        return abs(self.deviation) <= LIMITS[self.metric] + 1e-6
+
+
+def table1(draws: int, tell: Tell) -> list[Mean]:
+    """Give the means of all cases over ``draws`` draws, each of six factors between 0.99 and 1.01."""
+    from lathesim.analysis.metric import measure
+    from lathesim.engine.run import run
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.simulate import prepare
+    from lathesim.plugins import load_registry
+
+    registry = load_registry(installed=False)
+    lesson = load_lesson(LESSON)
+    found = []
+    for case, reference in REFERENCE.items():
+        tell(f"running case {case} ...")
+        prepared = prepare(lesson, registry, case)
+        plan, chance = prepared.plan, np.random.default_rng(CHANCE)
+        given = np.array([plan.parameter_values[plan.parameters[name]] for name in JITTERED])
+        rows = []
+        for _ in range(draws):
+            factors = chance.uniform(1.0 - JITTER, 1.0 + JITTER, len(given))
+            overrides = dict(zip(JITTERED, given * factors, strict=True))
+            record = run(plan, seed=prepared.case.seed, engine="compiled", overrides=overrides, check_stability=False)
+            values = measure(record, registry.metrics).values
+            rows.append([values[name].value * factor for name, (_, factor) in METRICS.items()])
+        means = np.mean(rows, axis=0)
+        found += [
+            Mean(case, name, unit, float(mean), wanted)
+            for (name, (unit, _)), mean, wanted in zip(METRICS.items(), means, reference, strict=True)
+        ]
+    return found

@@ -1,0 +1,1 @@
+"""Commands: chatter, from the tap of a hammer to the map."""

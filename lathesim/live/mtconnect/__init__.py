@@ -1,0 +1,1 @@
+"""An MTConnect agent, its client, and SHDR."""

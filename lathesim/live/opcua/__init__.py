@@ -1,0 +1,1 @@
+"""OPC UA with the names of OPC 40502."""

@@ -1,0 +1,93 @@
+"""Names of OPC 40502 for what a lesson records: which axis, which scale, which spindle.
+
+Source: OPC 40502, OPC UA for Computerized Numerical Control Systems (CNC), release 1.0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from lathesim.engine.assembly import Assembly, Part
+from lathesim.live.sources.samples import Signal
+
+NAMESPACE = "http://opcfoundation.org/UA/CNC"
+
+
+@dataclass(frozen=True)
+class PublishedName:
+    """Where a channel is found: ``path`` of browse names below the machine, and the ``unit`` it has there."""
+
+    channel: str
+    path: tuple[str, ...]
+    unit: str
+
+
+def published_names(assembly: Assembly, signals: Sequence[Signal]) -> list[PublishedName]:
+    """Return the standard place of each channel, and ``Signals / part.output`` for what the standard has no name for.
+
+    A sensor that a controller closes its loop on is the motor's (PosIndirect) where another sensor sees the same motion, which is then the
+    scale (PosDirect); a single sensor is PosDirect.
+    """
+    parts = {part.name: part for part in assembly.parts}
+    sources = {wire.target: wire.source for wire in assembly.wires if wire.source}
+    by_motion = _sensors(parts, sources)
+    found = []
+    for signal in signals:
+        path = _standard(signal, parts, sources, by_motion) or ("Signals", signal.name)
+        found.append(PublishedName(signal.name, path, "mm" if path[0] == "CncAxisList" and signal.unit == "m" else signal.unit))
+    taken: set[tuple[str, ...]] = set()
+    for at, entry in enumerate(found):
+        if entry.path in taken:
+            found[at] = PublishedName(entry.channel, ("Signals", entry.channel), _unit(signals, entry.channel))
+        taken.add(found[at].path)
+    return found
+
+
+def _unit(signals: Sequence[Signal], name: str) -> str:
+    return next(signal.unit for signal in signals if signal.name == name)
+
+
+def _sensors(parts: Mapping[str, Part], sources: Mapping[str, str]) -> dict[str, list[str]]:
+    """Return for each motion (``part.output``) the outputs of the sensors that see it; those a controller uses come first."""
+    found: dict[str, list[str]] = {}
+    closing = set(sources.values())
+    for part in parts.values():
+        ports = part.component.ports
+        if "measured" in ports and "reading" in ports and "drive" not in ports:
+            seen = _behind_effects(f"{part.name}.{ports['measured']}", sources)
+            found.setdefault(seen, []).append(f"{part.name}.{ports['reading']}")
+    return {motion: sorted(outputs, key=lambda name: name not in closing) for motion, outputs in found.items()}
+
+
+def _behind_effects(target: str, sources: Mapping[str, str]) -> str:
+    source = sources.get(target, "")
+    while source.endswith(".outgoing"):
+        source = sources.get(f"{source.partition('.')[0]}.incoming", "")
+    return source
+
+
+def _standard(
+    signal: Signal, parts: Mapping[str, Part], sources: Mapping[str, str], by_motion: Mapping[str, list[str]]
+) -> tuple[str, ...] | None:
+    part, _, item = signal.name.partition(".")
+    if part not in parts:
+        return None
+    for motion, sensors in by_motion.items():
+        if signal.name in sensors and signal.unit in ("m", "rad"):
+            indirect = len(sensors) > 1 and sensors.index(signal.name) == 0
+            return ("CncAxisList", motion.partition(".")[0], "PosIndirect" if indirect else "PosDirect", "ActPos")
+    ports = parts[part].component.ports
+    if "drive" in ports and "measured" in ports and item == ports["drive"] and signal.unit == "m":
+        return ("CncAxisList", _axis_of(part, parts, sources, by_motion), "PosDirect", "CmdPos")
+    if "flow" in ports and signal.unit == "rad/s" and item == ports["flow"]:
+        return ("CncSpindleList", part, "ActSpeed")
+    return None
+
+
+def _axis_of(controller: str, parts: Mapping[str, Part], sources: Mapping[str, str], by_motion: Mapping[str, list[str]]) -> str:
+    measured = sources.get(f"{controller}.{parts[controller].component.ports['measured']}", "")
+    for motion, sensors in by_motion.items():
+        if measured in sensors:
+            return motion.partition(".")[0]
+    return controller

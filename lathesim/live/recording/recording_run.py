@@ -1,0 +1,156 @@
+"""A source written to a record: block by block, with gaps, restarts and doubled samples noted, and kept however it ends."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import time as clock
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from lathesim.live.sources.samples import Block, Source
+from lathesim.record import FloatArray
+from lathesim.record_writer import RecordWriter
+
+_GAP = 1.5
+"""Sample periods from which on a step of the time is a gap."""
+_MOST_NOTES = 1000
+_STEPS = 200
+"""Steps of the time from which the sample period is told."""
+
+
+@dataclass
+class Noted:
+    """What was found on the way: ``gaps`` (begin, end, samples) [s], sentences, samples in all and those that were left out."""
+
+    samples: int = 0
+    gaps: list[tuple[float, float, int]] = field(default_factory=list)
+    notes: list[tuple[float, str]] = field(default_factory=list)
+    doubled: int = 0
+    period: float = 0.0
+    status: str = "complete"
+
+    @property
+    def lost(self) -> int:
+        """Return how many samples are missing in the gaps."""
+        return sum(count for _, _, count in self.gaps)
+
+    def as_json(self) -> dict[str, object]:
+        """Return what was found as plain data."""
+        return {
+            "samples": self.samples,
+            "period_s": self.period,
+            "gaps": [{"begin_s": begin, "end_s": end, "samples": count} for begin, end, count in self.gaps],
+            "lost": self.lost,
+            "doubled": self.doubled,
+            "notes": [{"time_s": time, "sentence": sentence} for time, sentence in self.notes],
+            "status": self.status,
+        }
+
+
+class Recorder:
+    """Writes blocks to a record and notes what is odd about their times; memory does not grow with the length of the recording."""
+
+    def __init__(self, source: Source, out: Path) -> None:
+        self._source, self._out = source, out
+        self._writer: RecordWriter | None = None
+        self._early: list[tuple[float, float]] = []
+        self._last = -np.inf
+        self.noted = Noted()
+
+    def take(self, block: Block) -> None:
+        """Write a block; instants that are not after the last one are left out and counted."""
+        if self._writer is None:
+            self._writer = RecordWriter(self._out, [signal.as_channel() for signal in self._source.signals])
+        for note in block.notes:
+            self._note(block.time[0] if len(block) else self._last, note)
+        fresh = block.time > np.maximum.accumulate(np.concatenate([[self._last], block.time[:-1]]))
+        self.noted.doubled += int(np.sum(~fresh))
+        time, values = block.time[fresh], block.values[:, fresh]
+        if not len(time):
+            return
+        if np.isfinite(self._last) or len(time) > 1:
+            self._look_for_gaps(time)
+        self._last = float(time[-1])
+        self._writer.write(time, np.ascontiguousarray(values))
+        self.noted.samples += len(time)
+
+    def _look_for_gaps(self, time: FloatArray) -> None:
+        before = np.concatenate([[self._last], time[:-1]]) if np.isfinite(self._last) else time[:-1]
+        after = time if np.isfinite(self._last) else time[1:]
+        if len(self._early) < _STEPS:
+            self._early += zip(before.tolist(), after.tolist(), strict=True)
+            if len(self._early) >= _STEPS:
+                self._judge_early()
+            return
+        self._keep_gaps(before, after)
+
+    def _judge_early(self) -> None:
+        """Look for gaps among the first steps, once there are enough of them to know the period."""
+        if self._early:
+            before, after = np.array(self._early).T
+            self.noted.period = float(np.median(after - before))
+            self._keep_gaps(before, after)
+
+    def _keep_gaps(self, before: FloatArray, after: FloatArray) -> None:
+        period = self.noted.period
+        if period <= 0.0:
+            return
+        for at in np.flatnonzero(after - before > _GAP * period):
+            count = round((after[at] - before[at]) / period) - 1
+            if count > 0 and len(self.noted.gaps) < _MOST_NOTES:
+                self.noted.gaps.append((float(before[at]), float(after[at]), count))
+
+    def _note(self, time: float, sentence: str) -> None:
+        if len(self.noted.notes) < _MOST_NOTES:
+            self.noted.notes.append((float(time) if np.isfinite(time) else 0.0, sentence))
+
+    def finish(self) -> Noted:
+        """Close the record with what was found; without a sample there is none."""
+        if len(self._early) < _STEPS:
+            self._judge_early()
+        if self._writer is not None:
+            meta: dict[str, str | float | int] = {"status": self.noted.status, "source": self._source.name}
+            if self.noted.period > 0.0:
+                meta["sample_period"] = self.noted.period
+            meta["recording"] = json.dumps(self.noted.as_json())
+            self._writer.finish(meta)
+        return self.noted
+
+
+async def record(source: Source, out: Path, seconds: float, stop: asyncio.Event, progress: Callable[[float], None]) -> Noted:
+    """Record a source for ``seconds`` by this computer's clock, or until it ends or ``stop`` is set; what came is kept in any case."""
+    recorder = Recorder(source, out)
+    begun = clock.monotonic()
+    blocks = source.blocks()
+    following: asyncio.Task[Block] | None = None
+    ending: asyncio.Task[bool] = asyncio.ensure_future(stop.wait())
+    try:
+        while (left := seconds - (clock.monotonic() - begun)) > 0.0 and not stop.is_set():
+            following = following or asyncio.ensure_future(_next(blocks))
+            await asyncio.wait([following, ending], timeout=min(left, 0.5), return_when=asyncio.FIRST_COMPLETED)
+            progress(clock.monotonic() - begun)
+            if following.done():
+                recorder.take(following.result())
+                following = None
+        recorder.noted.status = "stopped" if stop.is_set() else "complete"
+    except StopAsyncIteration:
+        pass
+    finally:
+        ending.cancel()
+        if following is not None:
+            following.cancel()
+            with contextlib.suppress(asyncio.CancelledError, Exception):
+                await following
+        with contextlib.suppress(Exception):
+            await blocks.aclose()  # type: ignore[attr-defined]
+        recorder.finish()
+    return recorder.noted
+
+
+async def _next(blocks: AsyncIterator[Block]) -> Block:
+    return await anext(blocks)

@@ -1,0 +1,1 @@
+"""Set-points streamed to the servo side of a machine."""

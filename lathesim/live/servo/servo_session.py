@@ -1,0 +1,272 @@
+"""One planner's session at the servo side: reading fills the buffer, playing empties it and moves the machine."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from lathesim.errors import LatheSimError
+from lathesim.live.servo.set_point_buffer import SetPointBuffer
+from lathesim.live.servo.stepped_machine import SteppedMachine
+from lathesim.live.servo.wire_format import (
+    Decoder,
+    Frame,
+    Kind,
+    WireError,
+    numbers_frame,
+    read_numbers,
+    read_total,
+    samples_of_a_datagram,
+    text_frame,
+)
+from lathesim.live.sources.clock_statistics import ClockStatistics
+from lathesim.live.sources.samples import Signal, Sink
+from lathesim.record import FloatArray
+
+PATIENCE = 10.0
+"""Seconds a peer may take for its greeting, and a planner may be silent, before it is let go."""
+CHUNK = 1 << 16
+"""Bytes read at once."""
+_STATUS_EVERY = 0.02
+"""Seconds between two reports of the fill to the planner."""
+_LONGEST_CATCH_UP = 20
+"""Periods computed in one go at most when this computer was away; the rest did not pass for the machine, and is counted."""
+
+
+@dataclass
+class Session:
+    """What one planner's stream did."""
+
+    peer: str
+    periods: int = 0
+    late_periods: int = 0
+    reason: str = ""
+    clock: ClockStatistics = field(default_factory=ClockStatistics)
+    counts: dict[str, float | int] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the session as plain data."""
+        return {"peer": self.peer, "periods": self.periods, "late_periods": self.late_periods, "ended": self.reason, **self.counts,
+                "clock": self.clock.as_json()}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ServoSettings:
+    """How the servo side plays: room of the buffer, set-points to wait for at the start, elastic rate change per period (None: hold)."""
+
+    capacity: int = 200
+    begin_at: int = 50
+    rho: float | None = None
+    virtual: bool = False
+
+
+class Playing:
+    """One planner's session: reading fills the buffer, playing empties it."""
+
+    def __init__(
+        self, settings: ServoSettings, machine: SteppedMachine, session: Session, reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter, feedback: tuple[str, int], sink: Sink | None, tell: Callable[[str, str], None],
+    ) -> None:  # fmt: skip
+        self._settings, self._machine, self._session, self._tell = settings, machine, session, tell
+        self._reader, self._writer = reader, writer
+        self._buffer = SetPointBuffer(len(machine.axes), settings.capacity, settings.rho)
+        self._room = asyncio.Event()
+        self._more = asyncio.Event()
+        self._feedback = _Feedback(feedback, min(64, len(machine.signals)))
+        self._sink = sink
+
+    async def run(self, decoder: Decoder, frames: list[Frame]) -> None:
+        """Play until the stream has ended or the planner is gone, then tell what happened."""
+        playing = asyncio.create_task(self._play())
+        reading = asyncio.create_task(self._read(decoder, frames))
+        try:
+            await asyncio.wait({playing, reading}, return_when=asyncio.FIRST_COMPLETED)
+            if reading.done() and not playing.done():
+                self._buffer.end()
+                self._more.set()
+                await playing
+            if playing.done() and playing.exception() is not None:
+                raise playing.exception()  # type: ignore[misc]
+            if reading.done() and reading.exception() is not None:
+                raise reading.exception()  # type: ignore[misc]
+        finally:
+            for task in (playing, reading):
+                task.cancel()
+            await asyncio.gather(playing, reading, return_exceptions=True)
+            self._close()
+        self._writer.write(text_frame(Kind.STATUS, self._status(True)))
+        with contextlib.suppress(OSError, TimeoutError):
+            await asyncio.wait_for(self._writer.drain(), 1.0)
+
+    def _close(self) -> None:
+        count = self._buffer.count()
+        session = self._session
+        session.periods = self._machine.periods
+        session.counts = {
+            "arrived": count.arrived, "consumed": count.consumed, "underruns": count.underruns, "hard_stops": count.hard_stops,
+            "lowest_fill": count.lowest,
+        }  # fmt: skip
+        session.reason = session.reason or "complete"
+        self._feedback.close()
+        if self._sink is not None:
+            with contextlib.suppress(LatheSimError):
+                self._sink.finish({"sample_period": self._machine.period, "status": session.reason, "machine": self._machine.name})
+
+    async def _read(self, decoder: Decoder, frames: list[Frame]) -> None:
+        """Put what comes into the buffer; stop reading while it is full."""
+        expected = 0
+        while True:
+            for item in frames:
+                if item.kind is Kind.END:
+                    if read_total(item) != expected:
+                        raise WireError(f"the stream ends after {read_total(item)} set-points, and {expected} came.")
+                    return
+                if item.kind is not Kind.SET_POINTS:
+                    raise WireError(f"a {item.kind.name} frame came where set-points are due.")
+                numbers = read_numbers(item)
+                if numbers.first != expected or numbers.values.shape[1] != len(self._machine.axes):
+                    fact = (
+                        f"set-point {numbers.first} of {numbers.values.shape[1]} axes came; due is {expected} of {len(self._machine.axes)}."
+                    )
+                    raise WireError(fact)
+                await self._store(numbers.values)
+                expected += len(numbers.values)
+            try:
+                data = await asyncio.wait_for(self._reader.read(CHUNK), PATIENCE)
+            except TimeoutError:
+                self._session.reason = f"the planner was silent for {PATIENCE:g} s after {expected} set-points"
+                return
+            except OSError:
+                data = b""
+            if not data:
+                self._session.reason = f"the planner went away after {expected} set-points"
+                return
+            frames = decoder.feed(data)
+
+    async def _store(self, values: FloatArray) -> None:
+        while len(values):
+            taken = self._buffer.put(values)
+            values = values[taken:]
+            self._more.set()
+            if len(values):
+                self._room.clear()
+                await self._room.wait()
+
+    async def _play(self) -> None:
+        while self._buffer.fill < self._settings.begin_at and self._buffer.room and not self._buffer.ended:
+            self._more.clear()
+            self._writer.write(text_frame(Kind.STATUS, self._status(False)))
+            await self._more.wait()
+        await (self._play_virtual() if self._settings.virtual else self._play_wall())
+
+    async def _play_virtual(self) -> None:
+        """Let a period pass for each set-point: as many as there are, however they were grouped."""
+        while not self._buffer.finished:
+            count = int(self._buffer.fill)
+            if count:
+                self._move(count)
+                self._writer.write(text_frame(Kind.STATUS, self._status(False)))
+                await self._writer.drain()
+                await asyncio.sleep(0)
+            elif not self._buffer.ended:
+                self._more.clear()
+                await self._more.wait()
+
+    async def _play_wall(self) -> None:
+        """Let as many periods pass as the clock says."""
+        period = self._machine.period
+        begun, done, told = time.perf_counter(), 0, 0.0
+        while not self._buffer.finished:
+            now = time.perf_counter() - begun
+            due = int(now / period) + 1 - done
+            if due > _LONGEST_CATCH_UP:
+                self._session.late_periods += due - _LONGEST_CATCH_UP
+                done += due - _LONGEST_CATCH_UP
+                due = _LONGEST_CATCH_UP
+            if due > 0:
+                self._session.clock.add(max(0.0, now - done * period), self._buffer.fill)
+                self._move(due)
+                done += due
+            if now - told > _STATUS_EVERY:
+                told = now
+                self._send_status()
+            await asyncio.sleep(max(0.0, begun + done * period - time.perf_counter()))
+
+    def _send_status(self) -> None:
+        """Report the fill, unless the planner does not read what it is told."""
+        if self._writer.transport.get_write_buffer_size() < CHUNK:
+            self._writer.write(text_frame(Kind.STATUS, self._status(False)))
+
+    def _move(self, periods: int) -> None:
+        first = self._machine.periods
+        set_points = self._buffer.play(periods)
+        if not len(set_points):
+            return
+        values = self._machine.advance(set_points)
+        if self._buffer.room:
+            self._room.set()
+        self._feedback.send(first, values)
+        if self._sink is not None:
+            try:
+                times = (first + np.arange(values.shape[1], dtype=np.float64)) * self._machine.period
+                self._sink.write(times, np.vstack([set_points.T, values]))
+            except LatheSimError as error:
+                self._sink = None  # the machine goes on; what could not be kept is told once
+                self._tell("record", error.message)
+
+    def _status(self, last: bool) -> dict[str, Any]:
+        count = self._buffer.count()
+        return {
+            "arrived": count.arrived,
+            "consumed": count.consumed,
+            "fill": count.fill,
+            "room": self._buffer.room,
+            "underruns": count.underruns,
+            "hard_stops": count.hard_stops,
+            "periods": self._machine.periods,
+            "last": last,
+            **({"clock": self._session.clock.as_json()} if last else {}),
+        }
+
+
+class _Feedback:
+    """Sends samples to the planner's UDP port; what the network does not take at once is lost, as on a real machine, and counted there."""
+
+    def __init__(self, address: tuple[str, int], channels: int) -> None:
+        self._channels = channels
+        self._socket: socket.socket | None = None
+        if address[1]:
+            kind = socket.AF_INET6 if ":" in address[0] else socket.AF_INET
+            self._socket = socket.socket(kind, socket.SOCK_DGRAM)
+            self._socket.setblocking(False)
+            self._address = address
+
+    def send(self, first: int, values: FloatArray) -> None:
+        """Send samples (channels, samples); the first has the number ``first``."""
+        if self._socket is None:
+            return
+        table = values[: self._channels].T
+        largest = samples_of_a_datagram(self._channels)
+        for begin in range(0, len(table), largest):
+            with contextlib.suppress(OSError):
+                self._socket.sendto(numbers_frame(Kind.FEEDBACK, first + begin, table[begin : begin + largest]), self._address)
+
+    def close(self) -> None:
+        """Close the socket."""
+        if self._socket is not None:
+            self._socket.close()
+
+
+def machine_signals(machine: SteppedMachine) -> tuple[Signal, ...]:
+    """Return what a session keeps: the set-points it played, then the channels of the machine."""
+    played = [
+        Signal(f"set_point.{name}", unit, f"set-point of {name}") for name, unit in zip(machine.axes, machine.axis_units, strict=True)
+    ]
+    return (*played, *machine.signals)

@@ -1,0 +1,181 @@
+"""The servo side of the simulated machine: takes set-points over TCP, moves, and sends feedback over UDP.
+
+One planner at a time moves the machine; whoever else connects is told so and let go. Reading stops while the buffer is full, so a planner
+that sends more than there is room for waits, and no set-point is lost. The clock is ``wall`` or ``virtual``: in virtual time a period
+passes when there is a set-point for it, and the result depends on nothing else.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lathesim.errors import LatheSimError
+from lathesim.live.servo.servo_session import CHUNK, PATIENCE, Playing, ServoSettings, Session
+from lathesim.live.servo.set_point_buffer import SetPointBuffer
+from lathesim.live.servo.stepped_machine import SteppedMachine
+from lathesim.live.servo.wire_format import Decoder, Frame, Kind, WireError, read_text, text_frame
+from lathesim.live.sources.samples import LiveError, Sink
+
+MOST_CONNECTIONS = 32
+"""Connections that are open at once; more are closed as they come."""
+MOST_SESSIONS = 100
+"""Sessions that are remembered; older ones are forgotten."""
+_MOST_KINDS = 200
+"""Kinds of faults that are told apart in the log; the rest is one kind."""
+
+MachineMaker = Callable[[tuple[str, ...]], SteppedMachine]
+
+
+class ServoSide:
+    """Listens at a port and moves the machine of whoever streams to it. ``log`` takes a sentence about each peer."""
+
+    def __init__(
+        self, make: MachineMaker, settings: ServoSettings, log: Callable[[str], None], open_sink: Callable[[SteppedMachine], Sink | None]
+    ) -> None:
+        self._make = make
+        self._settings = settings
+        self._log = log
+        self._open_sink = open_sink
+        self._busy = False
+        self._open = 0
+        self._told: dict[str, int] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
+        self.sessions: list[Session] = []
+        self.ended = asyncio.Event()
+
+    async def serve(self, host: str, port: int) -> asyncio.Server:
+        """Begin to listen; raises :class:`LiveError` where the port cannot be taken."""
+        warm = SetPointBuffer(1, 2, 0.5)  # what plays is compiled or loaded now, and not while the clock runs
+        warm.put(np.zeros((2, 1)))
+        warm.play(1)
+        try:
+            return await asyncio.start_server(self._accept, host, port, limit=CHUNK, backlog=64)
+        except OSError as error:
+            raise LiveError(f"{host}:{port} cannot be taken: {error.strerror}.", remedy="Choose another with --listen.") from None
+
+    async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        peer = ":".join(str(part) for part in writer.get_extra_info("peername")[:2])
+        own = asyncio.current_task()
+        assert own is not None
+        self._tasks.add(own)
+        own.add_done_callback(self._tasks.discard)
+        self._open += 1
+        try:
+            if self._open > MOST_CONNECTIONS:
+                self._tell("more connections than are allowed", f"{peer}: more than {MOST_CONNECTIONS} connections; let go.")
+                return
+            await self._greet(reader, writer, peer)
+        except (WireError, LatheSimError) as error:
+            self._tell(f"{peer.partition(':')[0]} {error.fact}", f"{peer}: {error.message}")
+            with contextlib.suppress(OSError):
+                writer.write(text_frame(Kind.ERROR, {"sentence": error.message}))
+                await asyncio.wait_for(writer.drain(), 1.0)
+        except (TimeoutError, OSError):
+            self._tell(f"{peer.partition(':')[0]} silent", f"{peer}: silent for {PATIENCE:g} s, or gone; let go.")
+        finally:
+            self._open -= 1
+            writer.close()
+
+    async def close(self) -> None:
+        """End all sessions and wait until what they recorded is kept."""
+        for task in list(self._tasks):
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    def _tell(self, kind: str, sentence: str) -> None:
+        """Log each kind of fault once, whatever numbers it holds; how often it came is counted."""
+        known = re.sub(r"\d+", "", kind)
+        if known not in self._told and len(self._told) >= _MOST_KINDS:
+            known = ""
+        self._told[known] = self._told.get(known, 0) + 1
+        if self._told[known] == 1:
+            self._log(sentence)
+
+    async def _greet(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, peer: str) -> None:
+        decoder = Decoder()
+        frames: list[Frame] = []
+        deadline = asyncio.get_running_loop().time() + PATIENCE
+        while not frames:
+            data = await asyncio.wait_for(reader.read(CHUNK), max(0.0, deadline - asyncio.get_running_loop().time()))
+            if not data:
+                return
+            frames = decoder.feed(data)
+        hello = _Greeting.read(frames[0])
+        if self._busy:
+            raise LiveError("another planner moves the machine.", remedy="Wait until it has ended.")
+        self._busy = True
+        try:
+            machine = self._make(hello.axes)
+            if not math.isclose(hello.period, machine.period, rel_tol=1e-9):
+                fact = f"the set-points come every {1e3 * hello.period:g} ms, and the machine takes one every {1e3 * machine.period:g} ms."
+                raise LiveError(fact, remedy=f"Time the path with --period '{1e3 * machine.period:g} ms'.")
+            session = Session(peer)
+            self.sessions.append(session)
+            del self.sessions[:-MOST_SESSIONS]
+            host = writer.get_extra_info("peername")[0]
+            writer.write(text_frame(Kind.HELLO, _greeting_of(machine, self._settings)))
+            sink = self._open_sink(machine)
+            playing = Playing(self._settings, machine, session, reader, writer, (host, hello.udp_port), sink, self._tell)
+            await playing.run(decoder, frames[1:])
+        finally:
+            self._busy = False
+            self.ended.set()
+
+
+async def serve(
+    side: ServoSide, host: str, port: int, stop: asyncio.Event, ready: Callable[[int], None], *, once: bool = False
+) -> list[Session]:
+    """Listen until ``stop`` is set, or with ``once`` until the first stream has ended; ``ready`` is told the port. Return the sessions."""
+    server = await side.serve(host, port)
+    ready(server.sockets[0].getsockname()[1])
+    waits = [asyncio.ensure_future(event.wait()) for event in ([stop, side.ended] if once else [stop])]
+    await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+    for wait in waits:
+        wait.cancel()
+    server.close()
+    await side.close()
+    return side.sessions
+
+
+@dataclass(frozen=True)
+class _Greeting:
+    axes: tuple[str, ...]
+    period: float
+    udp_port: int
+
+    @staticmethod
+    def read(first: Frame) -> _Greeting:
+        if first.kind is not Kind.HELLO:
+            raise WireError(f"the first frame is {first.kind.name}, and HELLO is due.")
+        data = read_text(first)
+        axes, period, port = data.get("axes"), data.get("period"), data.get("udp_port", 0)
+        if not isinstance(axes, list) or not 1 <= len(axes) <= 64 or not all(isinstance(name, str) and 0 < len(name) < 80 for name in axes):
+            raise WireError("the greeting names no axes.")
+        if not isinstance(period, (int, float)) or isinstance(period, bool) or not 0.0 < period <= 1.0:
+            raise WireError("the greeting has no period between 0 and 1 s.")
+        if not isinstance(port, int) or isinstance(port, bool) or not 0 <= port < 65536:
+            raise WireError("the greeting has no UDP port.")
+        if len(set(axes)) != len(axes):
+            raise WireError("the greeting names an axis twice.")
+        return _Greeting(tuple(axes), float(period), port)
+
+
+def _greeting_of(machine: SteppedMachine, settings: ServoSettings) -> dict[str, Any]:
+    return {
+        "machine": machine.name,
+        "axes": list(machine.axes),
+        "units": list(machine.axis_units),
+        "period": machine.period,
+        "capacity": settings.capacity,
+        "begin_at": min(settings.begin_at, settings.capacity),
+        "clock": "virtual" if settings.virtual else "wall",
+        "channels": [[signal.name, signal.unit, signal.description[:80]] for signal in machine.signals][:64],
+    }

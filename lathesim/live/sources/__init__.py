@@ -1,0 +1,1 @@
+"""Timed samples from wherever they come, and where they go."""

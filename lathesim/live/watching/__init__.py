@@ -1,0 +1,1 @@
+"""A diagnosis that runs with the machine."""

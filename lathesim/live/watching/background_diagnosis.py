@@ -1,0 +1,87 @@
+"""A diagnosis of a window of the stream, in a process of its own, so that the watch goes on."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.lessons.simulate import Prepared
+from lathesim.live.recording.record_mapping import recordings_for
+from lathesim.live.sources.samples import Signal
+from lathesim.record import Channel, FloatArray, Record
+from lathesim.record_writer import save
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """Samples around a change: ``begin`` [s], ``values`` (signals, samples) every ``period`` [s]."""
+
+    begin: float
+    period: float
+    signals: tuple[Signal, ...]
+    values: FloatArray
+
+    def as_record(self) -> Record:
+        """Return the window as a record whose time begins at 0."""
+        rows = zip(self.signals, self.values, strict=True)
+        channels = {signal.name: Channel(signal.name, signal.unit, row, signal.description) for signal, row in rows}
+        meta: dict[str, str | float | int] = {"sample_period": self.period, "status": "complete", "began": self.begin}
+        return Record(np.arange(self.values.shape[1], dtype=np.float64) * self.period, channels, meta)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a diagnosis said: its JSON, or why there is none."""
+
+    answer: dict[str, Any]
+    failure: str = ""
+
+    @property
+    def effects(self) -> list[tuple[str, str]]:
+        """Return the named effects as (effect, at)."""
+        return [(str(entry.get("effect", "")), str(entry.get("at", ""))) for entry in self.answer.get("effects", [])]
+
+
+async def diagnose_window(
+    prepared: Prepared, window: Window, validation: Window | None, folder: Path, number: int, patience: float, plugins: Sequence[Path]
+) -> Verdict:
+    """Return the diagnosis of a window; its record, lesson and answer stay in ``folder``; ``patience`` [s] bounds it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    record, lesson, answer = (folder / f"watch_{number}{ending}" for ending in (".h5", "_lesson.yaml", ".json"))
+    save(window.as_record(), record)
+    further = {"recordings": recordings_for(prepared, [signal.name for signal in window.signals])}
+    variant = prepared.case.variant
+    lesson.write_text(changed_lesson(prepared.case.lesson, [], {}, folder, variant=variant, further=further), encoding="utf-8")
+    command = [sys.executable, "-m", "lathesim", "diagnose", str(lesson), str(record), "--json", str(answer), "--no-report"]
+    command += ["--at-most", f"{patience:g} s", "--out", str(folder / f"watch_{number}")]
+    if validation is not None:
+        judged = folder / f"watch_{number}_validation.h5"
+        save(validation.as_record(), judged)
+        command += ["--validate", str(judged)]
+    for place in plugins:
+        command += ["--plugins", str(place)]
+    process = await asyncio.create_subprocess_exec(
+        *command, stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.PIPE, start_new_session=True, env=dict(os.environ)
+    )
+    try:
+        _, told = await process.communicate()
+    except asyncio.CancelledError:
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()
+        raise
+    try:
+        return Verdict(json.loads(answer.read_text(encoding="utf-8")))
+    except (OSError, ValueError):
+        lines = told.decode("utf-8", "replace").strip().splitlines()
+        return Verdict({}, lines[-1] if lines else "the diagnosis gave no answer.")
