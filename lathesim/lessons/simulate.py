@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lathesim.component import Parameter
+from lathesim.component import Parameter, Table
+from lathesim.engine.assembly import Part
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, SimulationError
 from lathesim.lessons.assemble import assemble_case
@@ -88,14 +89,25 @@ def prepare(
 
 
 def check_machine(machine: Machine, registry: Registry) -> Plan:
-    """Wire a machine template as it stands, with a path of one short segment, and give the plan; raises what :func:`prepare` raises."""
+    """Wire a machine template as it stands and give the plan; raises what :func:`prepare` raises.
+
+    A path of one short segment and the example tables of its components stand in for what only a lesson gives.
+    """
     from lathesim.path_columns import FEED, LENGTH, PATH_COLUMNS
 
     settings = LessonSettings(lesson=machine.settings.machine, machine=machine.name)
     lesson = Lesson(machine.name, machine.path, settings, machine.source, machine)
     path = np.zeros((1, len(PATH_COLUMNS)))
     path[0, [LENGTH, FEED]] = 0.001
-    return wire(assemble_case(case_of(lesson), registry, path))
+    machinery = assemble_case(case_of(lesson), registry, path)
+    return wire(dataclasses.replace(machinery, parts=tuple(_with_example_tables(part) for part in machinery.parts)))
+
+
+def _with_example_tables(part: Part) -> Part:
+    """Return a part with the example of each table that it declares and that nothing gives."""
+    examples = getattr(part.component, "example_tables", {})
+    missing = [name for name in part.component.declared(Table) if name not in part.tables and name in examples]
+    return dataclasses.replace(part, tables={**part.tables, **{name: np.array(examples[name], dtype=float) for name in missing}})
 
 
 def simulate(

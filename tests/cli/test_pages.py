@@ -145,6 +145,12 @@ def test_check_says_in_one_line_each_what_a_file_is(capsys: Capture) -> None:
     assert told[2].startswith("a part program with ")
 
 
+def test_check_takes_a_machine_whose_tables_only_a_lesson_gives(capsys: Capture) -> None:
+    said = call(capsys, "check", ROOT / "lesson_configs/machines/coordinated_plant.yaml")
+    assert said.code == 0, said.err
+    assert said.out.endswith("a machine template with 4 parts.\n")
+
+
 def test_check_tells_every_file_at_fault(capsys: Capture) -> None:
     Path("turn.nc").write_text("G90 G94 G71\nG1 X1\n", encoding="utf-8")
     Path("part.py").write_text("import nothing_here\n", encoding="utf-8")
