@@ -38,6 +38,12 @@ class TimeLaw:
         places = np.clip(s + h * (v + h * (a / 2.0 + h * j / 6.0)), self.place[0], self.place[-1])
         return (places, *(np.where(moving, rate, 0.0) for rate in rates))  # type: ignore[return-value]
 
+    def going_through(self, time: FloatArray) -> FloatArray:
+        """Return the middle of the stretch of the path that is gone through at the instants ``time`` [s]."""
+        piece = np.clip(np.searchsorted(self.time, np.asarray(time), side="right") - 1, 0, max(0, len(self.time) - 2))
+        middles: FloatArray = 0.5 * (self.place[piece] + self.place[np.minimum(piece + 1, len(self.place) - 1)])
+        return middles
+
     def slowed(self, factor: float) -> TimeLaw:
         """Return the law ``factor`` times as long: speeds fall by it, accelerations by its square, jerks by its cube."""
         return TimeLaw(self.time * factor, self.place, self.speed / factor, self.acceleration / factor**2, self.jerk / factor**3)

@@ -33,6 +33,10 @@ def motion_at(curve: Curve, law: TimeLaw, time: FloatArray) -> tuple[FloatArray,
     """Return q and its first three derivatives by t: q' s', q' s'' + q'' s'^2, q' s''' + 3 q'' s' s'' + q''' s'^3."""
     s, v, a, j = (rate[:, None] for rate in law.at(np.asarray(time, dtype=np.float64)))
     spans = np.clip(np.searchsorted(curve.knots, s[:, 0], side="right") - 1, 0, max(0, len(curve.knots) - 2))
+    if len(curve.stops) > 2:
+        # s at a retraction may be rounded to either side of it; which of the two directions is meant is known from the time
+        piece = np.clip(np.searchsorted(curve.knots[curve.stops], law.going_through(time), side="right") - 1, 0, len(curve.stops) - 2)
+        spans = np.clip(spans, curve.stops[piece], curve.stops[piece + 1] - 1)
     offsets = s[:, 0] - curve.knots[spans]
     q, q1, q2, q3 = (curve.derivative(order, spans, offsets) for order in range(4))
     return q, q1 * v, q1 * a + q2 * v * v, q1 * j + 3.0 * q2 * v * a + q3 * v**3

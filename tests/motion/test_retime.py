@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from lathesim.motion.axis_limits import AxisLimits
@@ -153,6 +153,7 @@ def test_the_axes_stand_at_a_retraction() -> None:
     st.floats(1e-3, 10.0),
     st.floats(1e-3, 100.0),
 )
+@example([(0.0, 0.0009999999999999998), (0.01953125, 0.0), (0.0, 0.0)], 1.0, 2.0).via("the sample at the retraction")
 def test_any_path_is_timed_within_its_limits(points: list[tuple[float, float]], velocity: float, acceleration: float) -> None:
     timing = retime(path_of(np.array(points)), same_limits(2, velocity, acceleration), grid=100)
     _, v, a, _ = timing.at(np.linspace(0.0, timing.duration, 4001))

@@ -72,6 +72,7 @@ class OpcUaSource:
                     notes.append("the server was away")
                 self._connected_before = True
                 async for block in self._flow(client, rows):
+                    notes += block.notes
                     if len(block):
                         yield Block(block.time, block.values, tuple(notes))
                         notes = []
