@@ -14,6 +14,7 @@ from lathesim.cli.case_options import variant_option
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
+    from lathesim.compensation.remedying.loop_gains import LoopGain
     from lathesim.compensation.remedying.remedy import Answer
 
 
@@ -91,6 +92,8 @@ def _tell(answer: Answer, files: list[Path], lasted: float) -> None:
         click.echo(f"  {answer.diagnosed.registry.remedies[line.remedy].cannot}")  # type: ignore[attr-defined]
     for item in answer.not_mended:
         click.echo(f"{item.effect} at {item.at}: {item.why}.")
+    for loop in answer.gains:
+        click.echo(f"{loop.controller}: {_room(loop)}")
     for caution in answer.cautions:
         click.echo(caution)
     if answer.promise:
@@ -102,6 +105,11 @@ def _tell(answer: Answer, files: list[Path], lasted: float) -> None:
             click.echo(f"{size.name:<40}{before:>12}{after:>12}{low + ' to ' + high:>24}{removed:>10}")
         click.echo(f"\nBetter than before in {100.0 * answer.better_in:.0f} % of the draws.")
     click.echo(f"{lasted:.1f} s. See {', '.join(map(str, files))}")
+
+
+def _room(loop: LoopGain) -> str:
+    own = f"the loop gain is {loop.gain:.4g} 1/s. It is stable up to {loop.largest:.4g} 1/s"
+    return f"{own}, and up to {loop.largest_without:.4g} 1/s without the effect." if loop.largest_without is not None else f"{own}."
 
 
 def _share(share: float) -> str:

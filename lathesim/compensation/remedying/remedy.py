@@ -11,6 +11,7 @@ import numpy as np
 
 from lathesim.compensation.remedying.bench import Bench, Diagnosed, Line
 from lathesim.compensation.remedying.diagnosis_file import Found, Named
+from lathesim.compensation.remedying.loop_gains import LoopGain, loop_gains
 from lathesim.compensation.remedying.merging import merged
 from lathesim.compensation.remedying.planning import Axis, Sized, axes_of, remedies_for, sized_effects
 from lathesim.compensation.remedying.promise import DRAWS, Size, draws_of, promised
@@ -46,7 +47,10 @@ class NotMended:
 
 @dataclass(frozen=True)
 class Answer:
-    """What was chosen and is promised; ``nothing`` says why there is nothing to mend, ``cautions`` what may not be claimed."""
+    """What was chosen and is promised; ``nothing`` says why there is nothing to mend, ``cautions`` what may not be claimed.
+
+    ``gains`` are those of the loops that a diagnosed effect makes late: how far each may be raised.
+    """
 
     diagnosed: Diagnosed
     bench: Bench | None
@@ -57,6 +61,7 @@ class Answer:
     better_in: float
     cautions: tuple[str, ...]
     nothing: str = ""
+    gains: tuple[LoopGain, ...] = ()
 
 
 def remedy(
@@ -89,15 +94,15 @@ def remedy(
     lines, late = _kept(diagnosed, lines, found, tell) if lines else ([], [])
     if margin:
         lines = [_with_margin(line, found) for line in lines]
+    gains = loop_gains(diagnosed)
     if not lines:
-        return Answer(diagnosed, bench, (), axes, (*not_mended, *late), (), 0.0, found.cautions)
+        return Answer(diagnosed, bench, (), axes, (*not_mended, *late), (), 0.0, found.cautions, gains=gains)
     tell("trying the remedies over draws of what is uncertain")
     mended = diagnosed.bench(lines)
     intervals = _intervals(mended, found, lesson)
     sizes, better = promised(mended, draws_of(mended, intervals, DRAWS, seed))
-    return Answer(
-        diagnosed, mended, tuple(lines), axes, (*not_mended, *late, *_limits(mended, lines)), tuple(sizes), better, found.cautions
-    )
+    unmended = (*not_mended, *late, *_limits(mended, lines))
+    return Answer(diagnosed, mended, tuple(lines), axes, unmended, tuple(sizes), better, found.cautions, gains=gains)
 
 
 def _refitted(lesson: Lesson, registry: Registry, found: Found, variant: str | None) -> dict[str, str]:

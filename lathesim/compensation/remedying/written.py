@@ -46,6 +46,15 @@ def as_json(answer: Answer, lesson: str, files: list[str], wall_time: float) -> 
             if answer.bench is not None
         ],
         "not_mended": [{"effect": item.effect, "at": item.at, "why": item.why} for item in answer.not_mended],
+        "loop_gains_per_s": [
+            {
+                "controller": item.controller,
+                "gain": _number(item.gain),
+                "largest": _number(item.largest),
+                "largest_without_effect": _number(item.largest_without) if item.largest_without is not None else None,
+            }
+            for item in answer.gains
+        ],
         "cautions": list(answer.cautions),
         "better_in_share_of_draws": answer.better_in if answer.lines else None,
         "promise": {
