@@ -17,6 +17,9 @@ _GRID = 720
 _WHOLE = 1e-3
 """Share of a turn that may be missing from a whole one: a sample at either end."""
 
+_CARRIED = 1e-9
+"""Share of the radius that samples, steps and the comparison at even angles carry: what is smaller is no deviation and counts as 0."""
+
 
 @dataclass(frozen=True)
 class Circle:
@@ -90,19 +93,26 @@ def circular_deviation(circle: Circle) -> float:
 
     even = np.arange(_GRID) * _TURN / _GRID
     shape = np.stack([np.cos(even), np.sin(even)], axis=1)
-    radial = circle.on_grid
-    scale = max(float(np.max(np.abs(radial))), 1e-12)
+    radial = circle.on_grid - float(np.mean(circle.on_grid))
+    scale = float(np.max(np.abs(radial)))
+    if _carried(scale, circle) == 0.0:
+        return 0.0
     one = np.ones((_GRID, 1))
     above = np.hstack([-shape, -one, 0.0 * one])
     below = np.hstack([shape, 0.0 * one, one])
     limits = np.concatenate([-radial, radial]) / scale
     solved = linprog([0.0, 0.0, 1.0, -1.0], A_ub=np.vstack([above, below]), b_ub=limits, bounds=[(None, None)] * 4, method="highs")
-    return float(solved.fun) * scale if solved.success else float(np.ptp(radial))
+    return _carried(float(solved.fun) * scale if solved.success else float(np.ptp(radial)), circle)
+
+
+def _carried(deviation: float, circle: Circle) -> float:
+    """Return a deviation, or 0 where the numbers do not carry it."""
+    return deviation if deviation > _CARRIED * circle.radius else 0.0
 
 
 def hysteresis(forward: Circle, backward: Circle) -> float:
     """Return H [m]: the largest radial difference between the two directions at one angle."""
-    return float(np.max(np.abs(forward.on_grid - backward.on_grid)))
+    return _carried(float(np.max(np.abs(forward.on_grid - backward.on_grid))), forward)
 
 
 def quadrant_peaks(circle: Circle) -> tuple[float, float, float, float]:
@@ -113,7 +123,7 @@ def quadrant_peaks(circle: Circle) -> tuple[float, float, float, float]:
     for quarter in range(4):
         off = np.abs((even - 0.5 * math.pi * quarter + math.pi) % _TURN - math.pi)
         near = radial[off <= math.radians(30.0)]
-        peaks.append(float(np.ptp(near)))
+        peaks.append(_carried(float(np.ptp(near)), circle))
     return peaks[0], peaks[1], peaks[2], peaks[3]
 
 

@@ -58,6 +58,18 @@ def test_hysteresis_is_the_largest_difference_at_one_angle() -> None:
     assert hysteresis(of(1e-6 * np.sin(angle)), of(1e-6 * np.sin(angle) - 4e-6, -1.0)) == pytest.approx(4e-6)
 
 
+def test_rounding_is_no_deviation_and_never_negative(capsys: pytest.CaptureFixture[str]) -> None:
+    angle = np.linspace(-np.pi, np.pi, 1440, endpoint=False)
+    rounding = of(-0.4e-3 + 2e-12 * np.cos(7.0 * angle))
+    assert circular_deviation(rounding) == 0.0
+    assert hysteresis(rounding, of(rounding.radial + 1e-12, -1.0)) == 0.0
+    assert circular_deviation(of(-0.4e-3 + 1e-10 * np.cos(2.0 * angle))) == pytest.approx(2e-10, rel=1e-3)
+    assert run_command_line(["circle", "17_circular_test"]) == 0
+    told = capsys.readouterr().out
+    assert "circular deviation G   0 mm\nhysteresis H           0 mm\n" in told
+    assert "+X 0 mm, +Z 0 mm, -X 0 mm, -Z 0 mm" in told
+
+
 def test_the_command_tells_both_directions_and_what_each_effect_adds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     figure = tmp_path / "circle.png"
     assert run_command_line(["circle", "17_circular_test", "--variant", "friction", "--json", "--save", str(figure)]) == 0
