@@ -1,11 +1,14 @@
 """A closed controller learnt from way-points at 10 Hz."""
 
 import json
+import signal
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from lathesim.engine.assembly import FloatArray
+from lathesim.experiments.emulation.objective import Objective
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry, load_registry
@@ -36,6 +39,14 @@ def waypoints(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> P
     write_waypoints(folder / "three_speeds.csv", registry, "three_speeds", 10e-6, 27.0)
     write_waypoints(folder / "staircase.csv", registry, "staircase", 10e-6, 24.0)
     return folder
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> Path:
+    """Nine seconds of the staircase."""
+    place = tmp_path_factory.mktemp("short") / "staircase.csv"
+    write_waypoints(place, registry, "staircase", 10e-6, 9.0)
+    return place
 
 
 @pytest.mark.slow
@@ -80,3 +91,42 @@ def test_unknown_program_is_refused(capsys: pytest.CaptureFixture[str], tmp_path
     done = call(capsys, "emulate", LESSON, f"stairs={tmp_path / 'r.csv'}", "--out", str(tmp_path / "e"))
     assert done.code == 1
     assert "'stairs' is neither a variant of the lesson nor a part program." in done.err
+
+
+def test_clock_that_runs_apart_is_refused(capsys: pytest.CaptureFixture[str], short: Path, tmp_path: Path) -> None:
+    rows = np.loadtxt(short, delimiter=",", skiprows=1)
+    rows[:, 0] *= 1.02
+    np.savetxt(tmp_path / "fast.csv", rows, delimiter=",", header="time,x,y", comments="", fmt="%.5f")
+    done = call(capsys, "emulate", LESSON, tmp_path / "fast.csv", "--out", tmp_path / "e")
+    assert done.code == 1
+    assert "fast.csv: its clock runs 2" in done.err
+    assert "% fast against the part program: after 9.09 s it is 181 ms ahead." in done.err
+    assert "Correct its time column, or name the part program that was run." in done.err
+    assert not (tmp_path / "e").exists()
+
+
+def test_stopped_emulation_keeps_the_best_machine_so_far(
+    capsys: pytest.CaptureFixture[str], short: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    costs = Objective.costs
+    populations: list[int] = []
+
+    def interrupted_in_the_third(objective: Objective, points: FloatArray) -> FloatArray:
+        populations.append(len(points))
+        if len(populations) == 3:
+            signal.raise_signal(signal.SIGINT)
+        return costs(objective, points)
+
+    monkeypatch.setattr(Objective, "costs", interrupted_in_the_third)
+    done = call(
+        capsys,
+        "emulate", LESSON, short, "--method", "genetic", "--population", "8", "--free", "x_controller.loop_gain,x_element_1.gain",
+        "--out", tmp_path / "e",
+    )  # fmt: skip
+    assert done.code == 130, done.err
+    assert len(populations) == 3
+    assert "Stopped: this is the best machine so far." in done.out
+    told = json.loads((tmp_path / "e" / "emulation.json").read_text())
+    assert told["stopped"]
+    assert told["recordings"][0]["rms_m"] <= told["recordings"][0]["rms_given_m"]
+    assert load_lesson(str(tmp_path / "e" / "lesson.yaml")).title

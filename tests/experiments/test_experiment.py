@@ -63,6 +63,10 @@ def test_wishes_that_cannot_be_met(capsys: pytest.CaptureFixture[str], tmp_path:
         ("{}", "this is no diagnosis. Give what 'lathesim diagnose --json FILE' wrote."),
         ("[", "this is no diagnosis."),
         ('{"schema": "lathesim-diagnosis/1", "verdict": "no_mismatch", "effects": []}', "(no_mismatch) leaves nothing to be told apart."),
+        (
+            '{"schema": "lathesim-diagnosis/1", "lesson": "The forged sensor", "verdict": "tied", "effects": []}',
+            "this is a diagnosis of another lesson: 'The forged sensor', not 'What is wrong with this machine?'.",
+        ),
     ],
 )
 def test_files_that_are_no_tied_diagnosis(capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, message: str) -> None:

@@ -104,7 +104,7 @@ def experiment(
         told = write_precision(precise, out)
         click.echo(json.dumps(told, indent=2) if as_json else "\n".join(precision_lines(precise, out)))
         return 130 if precise.stopped else 0
-    named = named_between(between) if between is not None else named_in_diagnosis(diagnosis or Path())
+    named = named_between(between) if between is not None else named_in_diagnosis(diagnosis or Path(), loaded.title)
     place = "--between" if between is not None else str(diagnosis)
     if rounds is not None:
         from lathesim.experiments.sequence import run_rounds

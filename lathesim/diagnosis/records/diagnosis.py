@@ -230,6 +230,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the JSON of a diagnosis; numbers that are not finite become null."""
     return {
         "schema": SCHEMA,
+        "lesson": diagnosis.lesson,
         "verdict": diagnosis.verdict,
         "sentence": diagnosis.sentence,
         "effects": [_effect(effect) for effect in diagnosis.effects],

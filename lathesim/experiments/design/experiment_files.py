@@ -11,6 +11,7 @@ import numpy as np
 
 from lathesim.experiments.design.experiment import Designed
 from lathesim.experiments.design.prediction import Foretold
+from lathesim.experiments.design.rivals import NEXT_RUN
 from lathesim.lessons.changed_lesson import changed_lesson
 
 SCHEMA = "lathesim-experiment/1"
@@ -30,7 +31,13 @@ def write_program_and_lesson(found: Designed, folder: Path) -> Path:
     program.write_text(program_of(found), encoding="utf-8")
     names = ", ".join(rival.name for rival in found.scene.rivals)
     text = f"A run of this program tells apart {names}. Record it, and diagnose it with this lesson.\n"
-    further: dict[str, Any] = {"variants": {}, "try": [], "goals": [], "lesson": f"{found.lesson.title}, the next run", "text": text}
+    further: dict[str, Any] = {
+        "variants": {},
+        "try": [],
+        "goals": [],
+        "lesson": found.lesson.title.removesuffix(NEXT_RUN) + NEXT_RUN,
+        "text": text,
+    }
     if found.scene.room.needs_duration:
         further["duration"] = f"{np.ceil(10.0 * found.program.seconds) / 10.0:.1f} s"
     written = changed_lesson(found.lesson, [], {}, folder, program=program, further=further)

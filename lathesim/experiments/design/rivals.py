@@ -18,6 +18,8 @@ from lathesim.plugins import Registry
 
 NOTHING = "nothing"
 """Name of the rival that leaves the machine as the lesson has it."""
+NEXT_RUN = ", the next run"
+"""What the title of a lesson ends with that a designed program came with."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +59,11 @@ def named_between(text: str) -> list[Named]:
     return found
 
 
-def named_in_diagnosis(path: Path) -> list[Named]:
+def named_in_diagnosis(path: Path, title: str) -> list[Named]:
     """Return the rivals that a diagnosis left: what it named and what is tied with it, else all that it lists.
 
-    Raises :class:`LatheSimError` where the file is no diagnosis, or one that left nothing to tell.
+    ``title`` is that of the lesson. Raises :class:`LatheSimError` where the file is no diagnosis, one of another lesson, or one that left
+    nothing to tell.
     """
     try:
         told: Any = json.loads(path.read_text(encoding="utf-8"))
@@ -70,6 +73,10 @@ def named_in_diagnosis(path: Path) -> list[Named]:
         told = None
     if not isinstance(told, dict) or not str(told.get("schema", "")).startswith("lathesim-diagnosis/"):
         raise LatheSimError("this is no diagnosis.", place=str(path), remedy="Give what 'lathesim diagnose --json FILE' wrote.")
+    made_with = told.get("lesson")
+    if isinstance(made_with, str) and made_with and made_with.removesuffix(NEXT_RUN) != title.removesuffix(NEXT_RUN):
+        fact = f"this is a diagnosis of another lesson: '{made_with}', not '{title}'."
+        raise LatheSimError(fact, place=str(path), remedy="Give the lesson that it was made with, or name the rivals with --between.")
     return named_in(told, str(path))
 
 

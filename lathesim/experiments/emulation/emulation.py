@@ -5,12 +5,13 @@ from __future__ import annotations
 import threading
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
+from lathesim.experiments.emulation.clock_check import check_clocks
 from lathesim.experiments.emulation.free_values import FreeValue, bounds, free_values, values_of
 from lathesim.experiments.emulation.importance import Importance, importances
 from lathesim.experiments.emulation.methods import METHODS, Effort, Tell
@@ -90,13 +91,20 @@ def emulate(
     """
     began = clock.perf_counter()
     fitted = _Fitting(lesson, recordings, validate, registry, question, stop)
-    given = fitted.objective(()).position_rms(np.zeros(len(fitted.free(()))))
+    as_given = fitted.objective(())
+    start = np.zeros(len(as_given.free))
+    check_clocks(fitted.recorded, [rows[0] for rows in as_given.replica.readings(values_of(as_given.free, start)[None, :])])
+    given = as_given.position_rms(start)
     say(f"As given, the machine is off by {_listed_mm(given)} (rms).")
     best = fitted.best((), say, rounds=0 if question.structure else 2)
     if question.structure and not best.stopped:
         best = _with_structure(fitted, best, say)
         if question.method == "replay" and not best.stopped:
-            best = fitted.best(best.changes, say, best.point)
+            try:
+                best = fitted.best(best.changes, say, best.point)
+            except KeyboardInterrupt:
+                fitted.heard()
+                best = replace(best, stopped=True)
     return _outcome(fitted, best, given, clock.perf_counter() - began, say)
 
 
@@ -123,6 +131,15 @@ class _Fitting:
         self.recorded = self.read(lesson, self.given)
         self.runs = 0
         self.factor = question.factor
+
+    def heard(self) -> None:
+        """Take the wish to stop as heard, so that what is known can still be judged."""
+        if self.stop is not None:
+            self.stop.clear()
+
+    def wished(self) -> bool:
+        """Tell whether Ctrl-C was pressed and not yet heard."""
+        return self.stop is not None and self.stop.is_set()
 
     def read(self, lesson: Lesson, given: Sequence[str]) -> tuple[Waypoints, ...]:
         return tuple(read_waypoints(lesson, text, self.registry) for text in given)
@@ -164,8 +181,7 @@ class _Fitting:
         except KeyboardInterrupt:
             if not objective.history.points:
                 raise
-            if self.stop is not None:
-                self.stop.clear()
+            self.heard()
             point, stopped = objective.history.best(), True
         misfit = float(np.square(objective.vector(point)).sum())
         self.runs += objective.replica.runs
@@ -189,35 +205,50 @@ def _descend(
 
 
 def _with_structure(fitted: _Fitting, best: _Found, say: Say) -> _Found:
-    """Change the structure step by step while each change takes away a good part of what is left."""
-    count = sum(item.time.size * len(item.channels) for item in fitted.recorded)
+    """Change the structure step by step while each change takes away a good part of what is left; Ctrl-C keeps the best so far."""
     while len(best.changes) < _MOST_CHANGES and not best.stopped:
-        left = _left(best, count)
-        if is_noise(best.objective, best.point):
+        try:
+            winner = _changed_once(fitted, best, say)
+        except KeyboardInterrupt:
+            fitted.heard()
+            return replace(best, stopped=True)
+        if winner is None:
             break
-        taken = {change.title for change in best.changes}
-        prepared = best.objective.recorded[0].prepared
-        trials = []
-        for change in possible_changes(prepared, fitted.registry):
-            if change.title in taken:
-                continue
-            start = np.concatenate([best.point, np.zeros(len(change.brings))])
-            try:
-                trial = fitted.best((*best.changes, change), lambda sentence: None, start, "replay", 0)
-            except LatheSimError:
-                continue
-            trials.append(trial)
-            say(f"  with {change.title}: {1e3 * _left(trial, count):.4g} mm")
-            if trial.stopped or _left(trial, count) < _AT_ONCE * left:
-                break
-        if not trials:
-            break
-        winner = min(trials, key=lambda item: _left(item, count))
-        if _left(winner, count) > _WORTH * left:
-            break
-        say(f"Kept: {winner.changes[-1].title}.")
         best = winner
     return best
+
+
+def _changed_once(fitted: _Fitting, best: _Found, say: Say) -> _Found | None:
+    """Return the machine with the change that takes away most, or None where none is worth it; stopped where Ctrl-C ended the trials."""
+    count = sum(item.time.size * len(item.channels) for item in fitted.recorded)
+    if is_noise(best.objective, best.point):
+        return None
+    left = _left(best, count)
+    taken = {change.title for change in best.changes}
+    trials: list[_Found] = []
+    stopped = False
+    for change in possible_changes(best.objective.recorded[0].prepared, fitted.registry):
+        if change.title in taken:
+            continue
+        start = np.concatenate([best.point, np.zeros(len(change.brings))])
+        try:
+            trial = fitted.best((*best.changes, change), lambda sentence: None, start, "replay", 0)
+        except LatheSimError:
+            continue
+        except KeyboardInterrupt:
+            fitted.heard()
+            stopped = True
+            break
+        trials.append(trial)
+        say(f"  with {change.title}: {1e3 * _left(trial, count):.4g} mm")
+        stopped = trial.stopped
+        if stopped or _left(trial, count) < _AT_ONCE * left:
+            break
+    winner = min(trials, key=lambda item: _left(item, count), default=None)
+    if winner is None or _left(winner, count) > _WORTH * left:
+        return replace(best, stopped=True) if stopped else None
+    say(f"Kept: {winner.changes[-1].title}.")
+    return replace(winner, stopped=stopped)
 
 
 def _left(found: _Found, count: int) -> float:
@@ -230,22 +261,27 @@ def _outcome(fitted: _Fitting, best: _Found, given: Sequence[float], wall: float
     residual = objective.vector(point)[0]
     freedom = max(1, residual.size - len(point))
     noise = max(objective.floor * float(np.sqrt(np.square(residual).sum() / freedom)), _LEAST_FLOOR)
-    say("What the recordings tell ...")
+    say("Stopped; the best machine so far is judged." if best.stopped else "What the recordings tell ...")
+    # the judgement of what is known is no longer given up: a first Ctrl-C only leaves out the importance and the cross-design table
+    objective.replica.stop = None
     told = _telling(objective, point, noise)
-    ranked = importances(objective, point, noise, low, high, question.seed) if question.importance and not best.stopped else []
+    stopped = best.stopped or fitted.wished()
+    ranked = importances(objective, point, noise, low, high, question.seed) if question.importance and not stopped else []
+    stopped = stopped or fitted.wished()
     unseen: list[Unseen] = []
     unseen_objective = None
     if fitted.unseen_given:
         unseen_objective = fitted.objective(best.changes, fitted.unseen_given)
+        unseen_objective.replica.stop = None
         unseen_objective.floor = objective.floor
         unseen = judge_unseen(objective, unseen_objective, point)
-    cross = _cross(fitted, best, say) if len(fitted.recorded) > 1 and not best.stopped else ()
+    cross = _cross(fitted, best, say) if len(fitted.recorded) > 1 and not stopped else ()
     lesson = changed(fitted.lesson, best.changes) if best.changes else fitted.lesson
     return Emulation(
         lesson, best.changes, objective.free, values_of(objective.free, point), objective.recorded, tuple(given),
         tuple(objective.position_rms(point)), cross, noise, told, tuple(ranked), tuple(unseen),
         unseen_objective.recorded if unseen_objective is not None else (), fitted.runs + objective.replica.runs, wall,
-        best.stopped, question,
+        stopped or fitted.wished(), question,
     )  # fmt: skip
 
 
