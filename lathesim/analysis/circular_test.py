@@ -185,10 +185,34 @@ def rms_speed_error(record: Record) -> float:
     return float(np.sqrt(np.mean(error * error)))
 
 
+def quality_factor(record: Record) -> float:
+    """Return nu = V_k/rms(E_k) [1/s], the speed along the path over the rms contour error.
+
+    V_k follows from the speed error that the record holds, V_k^2 = x'^2 + z'^2 - E_vk. Source: V. Lyubich, V. Frolov, V. Beliaev, Synthesis
+    of the neural coordinated control algorithm for the model of CNC machine, table 1.
+    """
+    return _speed_over(record, rms_path_error(record))
+
+
+def smallest_quality_factor(record: Record) -> float:
+    """Return nu_min = V_k/max |E_k| [1/s], see :func:`quality_factor`."""
+    return _speed_over(record, max_path_error(record))
+
+
+def _speed_over(record: Record, error: float) -> float:
+    excess = signal(record, ".speed_error")
+    x, z = signal(record, "x_axis.velocity", ".x_velocity"), signal(record, "z_axis.velocity", ".z_velocity")
+    if error == 0.0:
+        raise RecordError("not available: the tool does not leave the path")
+    return math.sqrt(max(float(np.mean(x * x + z * z - excess)), 0.0)) / error
+
+
 CIRCLE_METRICS = (
     Metric("max_path_error", "m", "largest distance from the path, cut or not", max_path_error),
     Metric("rms_path_error", "m", "root mean square of the distance from the path", rms_path_error),
     Metric("rms_speed_error", "m^2/s^2", "root mean square of a difference of squared path speeds", rms_speed_error),
+    Metric("quality_factor", "1/s", "speed along the path over the rms distance from it", quality_factor),
+    Metric("smallest_quality_factor", "1/s", "speed along the path over the largest distance from it", smallest_quality_factor),
     Metric("circular_deviation", "m", "G of ISO 230-4: two concentric circles hold the path", measured_circular_deviation),
     Metric("circular_hysteresis", "m", "H of ISO 230-4: largest difference between both directions", measured_hysteresis),
     Metric("largest_radial_deviation", "m", "F max of ISO 230-4", largest_radial_deviation),
