@@ -17,7 +17,7 @@ OF_A_CUT = {
     "max_surface_roughness", "mean_surface_roughness", "max_cutting_force", "mean_cutting_force", "max_feed", "max_depth_of_cut",
     "removed_volume", "max_spindle_torque", "rms_spindle_torque", "max_cutting_power", "rms_cutting_power", "cutting_energy",
     "mean_spindle_droop", "min_cutting_speed", "mean_cutting_speed", "max_cutting_speed", "tool_wear", "max_x_force", "rms_x_force",
-    "max_z_force", "rms_z_force", "part_cost", "time_per_part", "parts_per_edge",
+    "max_z_force", "rms_z_force", "part_cost", "time_per_part", "parts_per_edge", "settled_removal_rate",
 }  # fmt: skip
 
 
