@@ -46,7 +46,11 @@ def diagnose_together(
         further = load_case(lesson, [other.recording], registry)
         _check_same(case, further, other)
         tell(f"together with {other.recording.name}")
-        answers.append(diagnose(replace(question, validation=further.recordings[0]), tell))
+        judging = further.recordings[0]
+        if judging.name == question.fitted.name:
+            # both folders of a class hold a recording.csv, and the answer names the one that judged
+            judging = replace(judging, name=str(other.recording))
+        answers.append(diagnose(replace(question, validation=judging), tell))
     return answers[0] if len(answers) == 1 else _joined(answers)
 
 

@@ -102,9 +102,13 @@ def diagnose(
             diagnosis = answer(question, tell)
     folder = out or Path("lathesim_runs") / loaded.name
     if design:
+        from lathesim.cli.interrupting import interruptible
         from lathesim.experiments.design.for_diagnosis import with_designed_program
 
-        diagnosis = with_designed_program(diagnosis, loaded, registry, folder / "next", variant, lambda text: click.echo(text, err=True))
+        with interruptible() as stop:
+            diagnosis = with_designed_program(
+                diagnosis, loaded, registry, folder / "next", variant, lambda text: click.echo(text, err=True), stop
+            )
     files = [] if no_report else write_answer(diagnosis, case.lesson, folder)
     told = json.dumps({**as_json(diagnosis), "report": str(files[0]) if files else None}, indent=2)
     if quiet:

@@ -1,0 +1,134 @@
+"""One verdict from several recordings of a machine, and the program that a tied diagnosis asks for."""
+
+import json
+import threading
+from pathlib import Path
+
+import pytest
+
+from lathesim.diagnosis.records.diagnosis import Diagnosis, FoundEffect
+from lathesim.experiments.design import for_diagnosis
+from lathesim.experiments.design.experiment import Wish
+from lathesim.lessons.lesson import Lesson, load_lesson
+from lathesim.plugins import load_registry
+from tests.cli.command import call
+from tests.diagnosis.pushed_table import Hidden, write_case
+
+LESSON = "12_what_is_wrong_with_this_machine"
+ONLY = ("--effect", "CoulombFriction", "--effect", "ForceOffset", "--effect", "TorqueRipple")
+GENERAL = "Constant speeds in both directions."
+ONE_WAY = """\
+(One way only: dry friction and a friction with two levels look the same)
+N10 G90 G94 G71 G18
+N20 G01 X10.0 F600
+N30 X30.0 F1200
+N40 X60.0 F1800
+N50 X62.0 F300
+N60 M30
+"""
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_further_recordings_judge_the_new_one(times: int, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    lesson, new, before = write_case(tmp_path, Hidden(dry=8.0))
+    said = call(capsys, "diagnose", lesson, new, *("--with", lesson, before) * times, *ONLY, "--json", "-", "--no-report")
+    assert said.code == 0, said.err
+    told = json.loads(said.out)
+    assert told["verdict"] == "named"
+    assert [(item["effect"], item["at"]) for item in told["effects"]] == [("CoulombFriction", "x_axis")]
+    assert {item["recording"] for item in told["fit"].values()} == {before.name}
+
+
+def test_recordings_called_the_same_are_told_apart(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    lesson, new, before = write_case(tmp_path, Hidden(dry=8.0))
+    (tmp_path / "before").mkdir()
+    other = before.rename(tmp_path / "before" / new.name)
+    said = call(capsys, "diagnose", lesson, new, "--with", lesson, other, *ONLY, "--json", "-", "--no-report")
+    assert {item["recording"] for item in json.loads(said.out)["fit"].values()} == {str(other)}
+
+
+def test_recordings_of_different_machines_are_not_joined(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    lesson, new, before = write_case(tmp_path, Hidden(dry=8.0))
+    other = tmp_path / "other.yaml"
+    other.write_text(lesson.read_text(encoding="utf-8").replace("x_axis.mass: 40 kg", "x_axis.mass: 55 kg"), encoding="utf-8")
+    said = call(capsys, "diagnose", lesson, new, "--with", other, before, *ONLY, "--no-report")
+    assert said.code == 1
+    assert "the recordings are of different machines: x_axis.mass is" in said.err
+
+
+def tied() -> Diagnosis:
+    """Return a diagnosis that could not tell play from friction."""
+    found = FoundEffect(
+        "Backlash", "x_scale", "reversal", 0.6, {}, tied_with=("PreslidingFriction at x_axis",), separating_experiment=GENERAL
+    )
+    told = f"Backlash cannot be told from PreslidingFriction at x_axis here. {GENERAL}"
+    return Diagnosis("tied", "", LESSON, "r.csv", "r.csv", effects=(found,), not_told=(told,))
+
+
+@pytest.fixture
+def few_programs(monkeypatch: pytest.MonkeyPatch) -> Lesson:
+    """Lesson 12, for which few and short programs are tried."""
+    monkeypatch.setattr(for_diagnosis, "Wish", lambda: Wish(at_most=5.0, candidates=4, draws=1))
+    return load_lesson(LESSON)
+
+
+def test_tied_diagnosis_names_the_program_that_is_written(few_programs: Lesson, tmp_path: Path) -> None:
+    heard: list[str] = []
+    registry = load_registry(installed=False)
+    found = for_diagnosis.with_designed_program(tied(), few_programs, registry, tmp_path / "next", None, heard.append)
+    program = tmp_path / "next" / "program.nc"
+    assert found.effects[0].separating_experiment == str(program)
+    assert "M30" in program.read_text(encoding="utf-8")
+    assert load_lesson(tmp_path / "next" / "lesson.yaml").title == "What is wrong with this machine?, the next run"
+    assert heard[-1] == f"The program that would tell is {program}."
+    (advice,) = found.not_told
+    assert GENERAL not in advice
+    assert advice.endswith(f"Run {program}, and diagnose it with {program.with_name('lesson.yaml')} together with this recording (--with).")
+
+
+def test_stopped_design_keeps_the_diagnosis(few_programs: Lesson, tmp_path: Path) -> None:
+    stop = threading.Event()
+    stop.set()
+    heard: list[str] = []
+    registry = load_registry(installed=False)
+    assert for_diagnosis.with_designed_program(tied(), few_programs, registry, tmp_path / "next", None, heard.append, stop) == tied()
+    assert heard[-1] == "No program is designed: stopped before one was tried."
+    assert not (tmp_path / "next").exists()
+
+
+def test_diagnosis_without_a_tie_needs_no_program(few_programs: Lesson, tmp_path: Path) -> None:
+    heard: list[str] = []
+    named = Diagnosis("named", "", LESSON, "r.csv", "r.csv", effects=(FoundEffect("Backlash", "x_scale", "reversal", 0.99, {}),))
+    registry = load_registry(installed=False)
+    assert for_diagnosis.with_designed_program(named, few_programs, registry, tmp_path / "next", None, heard.append) == named
+    assert heard == ["No program is designed: the diagnosis (named) leaves nothing to be told apart."]
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_tie_of_a_one_way_run_is_split_by_the_designed_program(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("one_way.nc").write_text(ONE_WAY, encoding="utf-8")
+    text = load_lesson(LESSON).path.read_text(encoding="utf-8").partition("variants:")[0]
+    text = text.replace("../part_programs/axis_exercise.nc", "one_way.nc").replace("duration: 17 s", "duration: 5 s")
+    Path("one_way.yaml").write_text(text, encoding="utf-8")
+    hidden = ("--effect", "CoulombFriction:level=20 N@x_axis", "--seed", "5")
+    assert call(capsys, "conceal", "one_way.yaml", *hidden, "--out", "first").code == 0
+    said = call(capsys, "diagnose", "first/lesson.yaml", "first/recording.csv", "--design", "--out", "answer", "--json", "tied.json")
+    assert said.code == 0, said.err
+    told = json.loads(Path("tied.json").read_text(encoding="utf-8"))
+    assert told["verdict"] == "tied"
+    assert told["effects"][0]["separating_experiment"] == "answer/next/program.nc"
+    assert call(capsys, "program", "answer/next/program.nc").code == 0
+    assert call(capsys, "conceal", "answer/next/lesson.yaml", *hidden, "--out", "second").code == 0
+    joined = call(
+        capsys,
+        "diagnose", "second/lesson.yaml", "second/recording.csv", "--with", "first/lesson.yaml", "first/recording.csv", "--no-report",
+        "--json", "-",
+    )  # fmt: skip
+    assert joined.code == 0, joined.err
+    told = json.loads(joined.out)
+    assert told["verdict"] == "named"
+    assert [(item["effect"], item["at"], item["tied_with"]) for item in told["effects"]] == [("CoulombFriction", "x_axis", [])]
