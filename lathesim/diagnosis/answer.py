@@ -16,7 +16,7 @@ from lathesim.diagnosis.location.spindle_orders import told, turn_lines
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.preparation import Prepared, as_measured, other_laws
 from lathesim.diagnosis.question import Question
-from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagnosis, Interval, no_surer_than
+from lathesim.diagnosis.records.diagnosis import TOO_SLOW, VERDICTS, BaselineValue, Diagnosis, Interval, no_surer_than
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
 from lathesim.diagnosis.reporting.evidence import gather, located, strongest_variables
@@ -163,11 +163,13 @@ def _facts(found: SearchResult, ranked: Sequence[RankedEffect], moved: bool, jud
     )
 
 
-def recording_fault(question: Question, faults: Sequence[str], findings: tuple[str, ...], began: float) -> Diagnosis:
-    """Return the answer to recordings that are at fault."""
+def recording_fault(
+    question: Question, faults: Sequence[str], findings: tuple[str, ...], began: float, *, too_slow: bool = False
+) -> Diagnosis:
+    """Return the answer to recordings that are at fault, or ``too_slow`` for the controllers of the machine."""
     return Diagnosis(
         "recording_fault",
-        f"{VERDICTS['recording_fault']} {faults[0]}",
+        f"{TOO_SLOW if too_slow else VERDICTS['recording_fault']} {faults[0]}",
         question.lesson,
         question.fitted.name,
         question.validation.name if question.validation else question.fitted.name,

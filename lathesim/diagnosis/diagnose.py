@@ -37,7 +37,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     began, progress = time.perf_counter(), tell or (lambda text: None)
     prepared = prepare(question)
     if prepared.faults:
-        return recording_fault(prepared.question, prepared.faults, prepared.findings, began)
+        return recording_fault(prepared.question, prepared.faults, prepared.findings, began, too_slow=prepared.too_slow)
     found = search(prepared.experiment, prepared.validation, question.method, progress)
     found.controller = prepared.controller
     if faults := against_model(prepared.experiments, found, question.method, two_files=question.validation is not None):
@@ -51,7 +51,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     if found.complete and not answer.adequate:
         answer = _leaner_answer(prepared, found, answer, values, progress)
     if faults := of_a_slow_log(prepared.question.fitted.findings, prepared.question.machine, answer):
-        return recording_fault(prepared.question, faults, prepared.findings, began)
+        return recording_fault(prepared.question, faults, prepared.findings, began, too_slow=True)
     spent = time.perf_counter() - began
     return replace(answer, validation=prepared.validation_name, findings=prepared.findings, wall_time=spent, complete=found.complete)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from lathesim.diagnosis.candidates.eligibility import without_one_sided
 from lathesim.diagnosis.question import Question
-from lathesim.diagnosis.recording_checks.checks import against_commands, found_by
+from lathesim.diagnosis.recording_checks.checks import against_commands, found_by, too_slow_for_commands
 from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw, another_law
 from lathesim.diagnosis.recording_checks.controller_value import controller_value, with_commands_followed
 from lathesim.diagnosis.recording_checks.exchanged_channels import exchanged_with
@@ -27,7 +27,7 @@ class Prepared:
 
     ``whole`` is the experiment of the whole file where both recordings are parts of one. ``controller`` is a value that replaces the
     lesson's; ``question`` is the one with that value. With ``faults`` the recordings are not fit to be answered, and there are no
-    experiments where the reader found them.
+    experiments where the reader found them; ``too_slow`` says that they only were not recorded often enough.
     """
 
     question: Question
@@ -37,6 +37,7 @@ class Prepared:
     whole: Experiment | None = None
     validation_name: str = ""
     controller: ControllerValue | None = None
+    too_slow: bool = False
 
     @property
     def experiment(self) -> Experiment:
@@ -77,7 +78,9 @@ def prepare(question: Question) -> Prepared:
         given = with_commands_followed(prepared.experiment, as_given(prepared.experiment))
     # a feed-forward may be more than all that the lesson's controller does
     laws = {law.channel: law.feed_forward for law in another_law(prepared.experiment, prepared.validation, given, method=method)}
-    return replace(prepared, faults=against_commands(prepared.experiments, given, laws, method))
+    faults = against_commands(prepared.experiments, given, laws, method)
+    slow = too_slow_for_commands(question.fitted.findings, question.machine.compare) if faults else ()
+    return replace(prepared, faults=slow or faults, too_slow=bool(slow))
 
 
 def _experiments(question: Question) -> tuple[list[Experiment], Experiment | None, str]:

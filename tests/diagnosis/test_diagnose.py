@@ -15,7 +15,7 @@ import lathesim.diagnosis.verdict.adequacy as judging
 from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.method import Limit
 from lathesim.diagnosis.question import Question
-from lathesim.diagnosis.recording_checks.checks import of_a_slow_log
+from lathesim.diagnosis.recording_checks.checks import of_a_slow_log, too_slow_for_commands
 from lathesim.diagnosis.records.diagnosis import Diagnosis, as_json
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
@@ -240,3 +240,10 @@ def numbers(told: Any) -> list[float]:
     if isinstance(told, list):
         return [number for value in told for number in numbers(value)]
     return [told] if isinstance(told, float) else []
+
+
+def test_commands_between_samples_far_apart_are_out_of_reach_and_not_wrong() -> None:
+    slow = Finding("coarse", "", "one sample every 100 ms, and x_controller decides every 1 ms", "")
+    (sentence,) = too_slow_for_commands([slow], ["x_controller.voltage"])
+    assert sentence.startswith("One sample every 100 ms, and x_controller decides every 1 ms: samples so far apart cannot show")
+    assert too_slow_for_commands([replace(slow, kind="interpolated")], ["x_controller.voltage"]) == ()

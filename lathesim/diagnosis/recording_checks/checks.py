@@ -16,6 +16,7 @@ from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.identification.machine.roles import closes_a_loop
+from lathesim.identification.replay.controller_rate import MOST
 from lathesim.identification.replay.experiment import Experiment, Machine
 from lathesim.recordings.finding import Finding
 
@@ -72,6 +73,18 @@ def with_a_wrong_unit(found: SearchResult, values: Mapping[str, float], method: 
     most = [candidate for candidate in credible if found.removed_by(candidate) > method.verdict.named_share]
     mistaken = wrong_unit(most, values, method=method)
     return (mistaken,) if mistaken else ()
+
+
+def too_slow_for_commands(findings: Iterable[Finding], compared: Iterable[str]) -> tuple[str, ...]:
+    """Return a sentence where a command cannot be followed because its controller decided more often than was recorded, and by more than is
+    interpolated; empty for other recordings. Neither a fault of a channel nor one of the machine can be told from such a log."""
+    slow = next((finding for finding in findings if finding.kind == "coarse"), None)
+    if slow is None:
+        return ()
+    return (
+        f"{slow.fact[:1].upper()}{slow.fact[1:]}: samples so far apart cannot show what happens within the loop between two of them, "
+        f"and {', '.join(compared)} cannot be computed without that. Record each decision, or every k-th up to k = {MOST}.",
+    )
 
 
 def of_a_slow_log(findings: Iterable[Finding], machine: Machine, answer: Diagnosis) -> tuple[str, ...]:

@@ -29,6 +29,8 @@ VERDICTS: dict[Verdict, str] = {
     "recording_fault": "The recording itself is at fault; no physics is named from it.",
 }
 """One sentence for each verdict."""
+TOO_SLOW = "The recording is too slow for this question; no physics is named from it."
+"""The sentence for ``recording_fault`` where the samples are sound, but too far apart."""
 
 
 @dataclass(frozen=True)
