@@ -87,7 +87,9 @@ class RecordWriter:
         self.samples += len(times)
 
     def finish(self, meta: Mapping[str, str | float | int] | None = None) -> None:
-        """Write ``meta`` and move the whole file to its place."""
+        """Write ``meta`` and move the whole file to its place; after the disk has refused a block there is nothing to move."""
+        if self._file is None:
+            return
         with self._told():
             self._file.create_dataset("meta", data=json.dumps(dict(meta or {})))
             self._close_file()
