@@ -11,5 +11,6 @@ def stock_metrics() -> dict[str, Metric]:
     from lathesim.analysis.circular_test import CIRCLE_METRICS
     from lathesim.analysis.cost_metrics import COST_METRICS
     from lathesim.analysis.metrics import METRICS
+    from lathesim.analysis.motion_metrics import MOTION_METRICS
 
-    return {metric.name: metric for metric in (*METRICS, *COST_METRICS, *CIRCLE_METRICS, *CHATTER_METRICS)}
+    return {metric.name: metric for metric in (*METRICS, *COST_METRICS, *CIRCLE_METRICS, *CHATTER_METRICS, *MOTION_METRICS)}
