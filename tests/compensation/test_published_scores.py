@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from lathesim.analysis.register import stock_metrics
 from lathesim.compensation.training.score import SCORES, total
-from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import load_registry
 from lathesim.record import Channel, Record
@@ -82,3 +84,27 @@ def test_the_regulator_of_zeros_has_a_better_factor_than_every_published_one() -
     assert nu == pytest.approx(SPEED / metrics["rms_path_error"].measure(record))
     assert nu > max(row[3] for row in PUBLISHED)
     assert metrics["smallest_quality_factor"].measure(record) > max(row[5] for row in PUBLISHED)
+
+
+@pytest.mark.parametrize("radius", [9, 10, 11, 12, 13])
+def test_the_trained_network_of_the_lesson_beats_the_published_one_on_every_circle(radius: int, tmp_path: Path) -> None:
+    source = load_lesson("19_neural_regulator")
+    weights = source.path.parent / "tables" / "trained_regulator.csv"
+    (tmp_path / "trained.csv").write_bytes(weights.read_bytes())
+    text = source.text.partition("\nvariants:")[0].replace("tables/zero_regulator.csv", "trained.csv")
+    text += f"\nset: {{coordinator.radius: {radius} m, x_axis.travel: -{radius} m}}\n"
+    record = simulate(lesson_from_text(text, tmp_path / "lesson.yaml"), load_registry())
+    score = total(SCORES["seed"], [record["coordinator.contour_error"], record["coordinator.speed_error"]])
+    published = {row[1]: row[2] for row in PUBLISHED if row[0] == "NR_L1E3"}
+    assert score < published[radius]
+    assert score < 1e-5
+
+
+def test_on_the_hard_machine_each_knows_more_than_the_one_before() -> None:
+    """Delay, steps and friction: no regulator, the uncoupled stand-in, the network, cross-coupling, learning."""
+    measure = stock_metrics()["rms_path_error"].measure
+    lesson, registry = load_lesson("19_neural_regulator"), load_registry()
+    order = ("hard", "hard_uncoupled", "hard_network", "hard_coupled", "hard_learned")
+    rms = [measure(simulate(lesson, registry, variant)) for variant in order]
+    assert rms == sorted(rms, reverse=True)
+    assert rms[-1] < 0.5e-3
