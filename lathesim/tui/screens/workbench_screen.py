@@ -80,7 +80,8 @@ class WorkbenchScreen(Screen[None]):
         if not self._stale or not self.is_mounted:
             return
         if not all(widget.is_mounted for widget in self.walk_children(Widget)):
-            self.call_after_refresh(self._update)  # it is shown before all that it holds stands
+            # It is shown before all that it holds stands. A timer lets the widgets mount; a callback of this screen's idling would not.
+            self.set_timer(0.05, self._update)
             return
         changed, self._stale = self._stale, set()
         self.show_changes(changed)
