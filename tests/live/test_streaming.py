@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import socket
 import struct
+from collections.abc import Awaitable, Callable
 
 import numpy as np
 import pytest
 
+from lathesim.live.servo import servo_session
+from lathesim.live.servo import servo_side as servo_side_module
 from lathesim.live.servo.servo_session import ServoSettings
 from lathesim.live.servo.streaming import StreamJob, StreamResult, stream
 from lathesim.live.servo.wire_format import Decoder, Kind, numbers_frame, read_text, text_frame
@@ -102,6 +106,53 @@ async def test_a_peer_that_does_not_keep_to_the_format_is_named_once_and_let_go(
                 pass  # what was not read is thrown away with the connection
             writer.close()
     assert len([line for line in log if sentence in line]) == 1, log
+
+
+async def _silent(writer: asyncio.StreamWriter) -> None:
+    """Send nothing."""
+
+
+async def _slow(writer: asyncio.StreamWriter) -> None:
+    """Send a greeting byte by byte, each within the patience and all together beyond it."""
+    for byte in HELLO:
+        writer.write(bytes([byte]))
+        await asyncio.sleep(0.02)
+
+
+async def _half_a_frame(writer: asyncio.StreamWriter) -> None:
+    """Greet, and begin a frame that never ends."""
+    writer.write(HELLO + numbers_frame(Kind.SET_POINTS, 0, wave(100))[:-9])
+
+
+async def _half_closed(writer: asyncio.StreamWriter) -> None:
+    """Greet, and close the own half of the connection."""
+    writer.write(HELLO + numbers_frame(Kind.SET_POINTS, 0, wave(100)))
+    writer.write_eof()
+
+
+@pytest.mark.parametrize(
+    ("behave", "sentence"),
+    [(_silent, "silent for 0.3 s"), (_slow, "silent for 0.3 s"), (_half_a_frame, "the planner was silent"), (_half_closed, "went away")],
+)
+async def test_a_slow_or_half_open_peer_is_named_once_and_the_next_one_is_served(
+    behave: Callable[[asyncio.StreamWriter], Awaitable[None]], sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (servo_session, servo_side_module):
+        monkeypatch.setattr(module, "PATIENCE", 0.3)
+    log: list[str] = []
+    async with servo_side(ServoSettings(), log) as (side, port):
+        for _ in range(2):
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            await behave(writer)
+            with contextlib.suppress(ConnectionError):
+                while await asyncio.wait_for(reader.read(1 << 16), 10.0):
+                    pass
+            writer.close()
+        monkeypatch.setattr(servo_session, "PATIENCE", 10.0)
+        result = await send(port, 300)
+    assert result.reason == "complete"
+    reasons = [session.reason for session in side.sessions[:-1]]
+    assert [sentence in line for line in log] == [True] or [sentence in reason for reason in reasons] == [True, True], (log, reasons)
 
 
 async def test_a_second_planner_and_a_thousand_connections_do_not_disturb_the_first() -> None:

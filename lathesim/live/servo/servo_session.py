@@ -173,7 +173,7 @@ class Playing:
             if count:
                 self._move(count)
                 self._writer.write(text_frame(Kind.STATUS, self._status(False)))
-                await self._writer.drain()
+                await asyncio.wait_for(self._writer.drain(), PATIENCE)  # a planner that reads no report is let go
                 await asyncio.sleep(0)
             elif not self._buffer.ended:
                 self._more.clear()
