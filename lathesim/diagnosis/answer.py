@@ -4,19 +4,31 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lathesim.diagnosis.discovery.generated_plugin import plugin_text
 from lathesim.diagnosis.discovery.sparse_regression import discover
-from lathesim.diagnosis.location.closed_loop_fit import compared
+from lathesim.diagnosis.location.closed_loop_fit import Compared, compared
 from lathesim.diagnosis.location.operating_conditions import resting
 from lathesim.diagnosis.location.spindle_orders import told, turn_lines
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.preparation import Prepared, as_measured, other_laws
 from lathesim.diagnosis.question import Question
-from lathesim.diagnosis.records.diagnosis import TOO_SLOW, VERDICTS, BaselineValue, Diagnosis, Interval, no_surer_than
+from lathesim.diagnosis.records.diagnosis import (
+    NAMING,
+    TOO_SLOW,
+    VERDICTS,
+    BaselineValue,
+    Diagnosis,
+    Evidence,
+    FoundEffect,
+    Interval,
+    Location,
+    no_surer_than,
+)
+from lathesim.diagnosis.records.discovered import Discovered
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
 from lathesim.diagnosis.reporting.evidence import gather, located, strongest_variables
@@ -37,8 +49,27 @@ from lathesim.identification.estimation.estimates import (
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.budget import Progress
 from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.fit import with_start
+from lathesim.identification.records.fit import Fitted, with_start
 from lathesim.identification.replay.experiment import Experiment
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """What the answer is drawn from: the recordings, what was found, the lesson's own simulation, what is missing, what was decided."""
+
+    prepared: Prepared
+    found: SearchResult
+    own: Compared
+    evidence: Evidence
+    baseline: dict[str, BaselineValue]
+    judged: Adequacy
+    names: bool
+    """Whether the verdict names effects."""
+
+    @property
+    def method(self) -> Method:
+        """The numbers that decide."""
+        return self.prepared.question.method
 
 
 def describe(
@@ -50,67 +81,27 @@ def describe(
 ) -> Diagnosis:
     """Return the answer: effects ranked, what is left tested, the verdict decided, and all of it in words."""
     question, experiment, validation = prepared.question, prepared.experiment, prepared.validation
+    method = question.method
     progress("simulating the lesson before and after")
-    moved = _values_are_off(experiment, found, as_measured(experiment, found).by_name, method=question.method)
+    moved = _values_are_off(experiment, found, as_measured(experiment, found).by_name, method=method)
     before = found.baseline.validation_fit if found.model.candidates else as_measured(validation, found)
     reported_fit = on_validation(validation, found, values.values())
-    as_the_lesson = {found.controller.name: found.controller.given} if found.controller else {}
-    own = compared(validation, {**before.by_name, **as_the_lesson}, reported_fit.by_name)
-    evidence = gather(experiment, validation, found, own, method=question.method)
-    ranked = [
-        *rank_effects(found, question.method, experiment.one_sided),
-        *[RankedEffect(candidate, 1.0, (), (), np.nan, np.nan) for candidate, _ in counts],
-    ]
-    read = {f"{candidate.part}.{candidate.effect.identification.spacing}": count for candidate, count in counts}
-    after = strongest_variables(evidence.bars, [], after=True, method=question.method)
+    own = _own_simulation(validation, found, before, reported_fit)
+    evidence = gather(experiment, validation, found, own, method=method)
+    ranked = _ranked(experiment, found, counts, method)
     baseline = _baseline(experiment, found, values)
     taken = removed_share(validation, before, reported_fit)
-    unsized = [
-        candidate
-        for candidate in found.model.candidates
-        if interval_includes_neutral(candidate, values, question.method.verdict.undetermined_size)
-    ]
-    judged = adequacy(
-        experiment,
-        validation,
-        found,
-        evidence,
-        own,
-        baseline,
-        taken,
-        other_laws(question, found, experiment, validation),
-        unsized,
-        method=question.method,
-    )
+    laws, unsized = other_laws(question, found, experiment, validation), _unsized(found, values, method)
+    judged = adequacy(experiment, validation, found, evidence, own, baseline, taken, laws, unsized, method=method)
     sure = with_error_of_form(values, found.model.candidates, judged.form_left) if judged.form_left else values
-    rule = decide(_facts(found, ranked, moved, judged, sure), question.method)
-    verdict = rule.verdict
-    names = verdict in ("named", "tied")
-    told_of = replace(sure, by_name={**sure.by_name, **read})
-    candidates = [item.candidate for item in ranked]
-    effects = tuple(reported(item, told_of, experiment) for item in ranked)
-    if names:
-        effects = tuple(without_undetermined(effects, candidates, validation, found, told_of.values(), method=question.method))
-    else:
-        effects = tuple(no_surer_than(max(0.0, taken), effect) for effect in effects)
-    if effects and found.values_instead:
-        effects = (replace(effects[0], tied_with=(*effects[0].tied_with, *found.values_instead)), *effects[1:])
-    location = located(validation, found, evidence, named=names, method=question.method)
-    if found.controller and not effects:
-        location = replace(location, components=(found.controller.name.partition(".")[0],))
-    if judged.laws and not names:
-        location = replace(location, components=tuple(law.controller for law in judged.laws))
-    if counts:
-        hosts = [candidate.at.partition(".")[0] for candidate in (*found.model.candidates, *[candidate for candidate, _ in counts])]
-        others = location.components if found.model.candidates else ()
-        location = replace(location, components=tuple(dict.fromkeys([*hosts, *others])))
-    candidate = None
-    if not judged.adequate:
-        progress("looking for a formula for what is left")
-        candidate = discover(experiment, found.model.fitted, validation, found.model.validation_fit, method=question.method)
+    rule = decide(_facts(found, ranked, moved, judged, sure), method)
+    outcome = _Outcome(prepared, found, own, evidence, baseline, judged, rule.verdict in NAMING)
+    effects = _effects(outcome, ranked, replace(sure, by_name={**sure.by_name, **_read(counts)}), taken)
+    location = _location(outcome, effects, [candidate for candidate, _ in counts])
+    formula = _formula(outcome, progress)
     return Diagnosis(
-        verdict=verdict,
-        sentence=sentence_of(verdict, effects, found.values_off, found.jointly_off),
+        verdict=rule.verdict,
+        sentence=sentence_of(rule.verdict, effects, found.values_off, found.jointly_off),
         lesson=question.lesson,
         recording=question.fitted.name,
         validation="",
@@ -119,32 +110,110 @@ def describe(
         fit=own.fit,
         removed_share=taken,
         adequate=judged.adequate,
-        shortfall=not_adequate((*judged.reasons, *judged.weak)) if names else "",
+        shortfall=not_adequate((*judged.reasons, *judged.weak)) if outcome.names else "",
         baseline=baseline,
-        insert=tuple(lesson_entry(*pair, found.model.fitted, experiment) for pair in zip(effects, candidates, strict=True))
-        if names
-        else (),
-        left=(
-            *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in judged.laws),
-            *still_missing(evidence, after, found, question.method),
-            *resting(validation, found.model.validation_fit, method=question.method),
-            *map(str, judged.bands),
-            *(f"{told}." for told in judged.commanded),
-            *(f"{name} is off by no more than its loop swings by chance between two steps of a converter." for name in judged.by_chance),
-            *told(
-                turn_lines(validation, found.model.validation_fit, method=question.method),
-                {name: item.unit for name, item in own.fit.items()},
-            ),
-            *implausible_values(judged.implausible, baseline),
-            *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors, method=question.method),
-            *value_instead(found.far_off, baseline, found.factor_instead, whole=judged.adequate or names),
-        ),
-        not_told=(*not_determined(effects), *unseen_forms(ranked)) if names else (),
-        discovered=f"{candidate.formula}, which explains {candidate.share:.0%} of what is left at {candidate.at}" if candidate else "",
-        plugin=plugin_text(candidate) if candidate else "",
+        insert=_entries(outcome, effects, ranked),
+        left=_left(outcome),
+        not_told=(*not_determined(effects), *unseen_forms(ranked)) if outcome.names else (),
+        discovered=f"{formula.formula}, which explains {formula.share:.0%} of what is left at {formula.at}" if formula else "",
+        plugin=plugin_text(formula) if formula else "",
         evidence=evidence,
         rule=rule.reason,
         history=found.history,
+    )
+
+
+def _own_simulation(validation: Experiment, found: SearchResult, before: Fitted, reported_fit: Fitted) -> Compared:
+    """Return how far the lesson's own simulation is off, before and after; before, the controller is as the lesson says."""
+    as_the_lesson = {found.controller.name: found.controller.given} if found.controller else {}
+    return compared(validation, {**before.by_name, **as_the_lesson}, reported_fit.by_name)
+
+
+def _ranked(
+    experiment: Experiment, found: SearchResult, counts: Sequence[tuple[Candidate, Estimate]], method: Method
+) -> list[RankedEffect]:
+    """Return the effects that were found, ranked, and then those whose size was read off a count of the recordings."""
+    return [
+        *rank_effects(found, method, experiment.one_sided),
+        *[RankedEffect(candidate, 1.0, (), (), np.nan, np.nan) for candidate, _ in counts],
+    ]
+
+
+def _read(counts: Sequence[tuple[Candidate, Estimate]]) -> dict[str, Estimate]:
+    """Return the estimates that were read off a count of the recordings, by the name of their parameter."""
+    return {f"{candidate.part}.{candidate.effect.identification.spacing}": count for candidate, count in counts}
+
+
+def _unsized(found: SearchResult, values: Estimates, method: Method) -> list[Candidate]:
+    """Return the effects whose size the recordings do not determine."""
+    return [
+        candidate for candidate in found.model.candidates if interval_includes_neutral(candidate, values, method.verdict.undetermined_size)
+    ]
+
+
+def _effects(outcome: _Outcome, ranked: Sequence[RankedEffect], values: Estimates, taken: float) -> tuple[FoundEffect, ...]:
+    """Return the effects as they are reported: of those that are named what the recordings determine, of others no more than is surely
+    explained."""
+    found, validation = outcome.found, outcome.prepared.validation
+    effects = tuple(reported(item, values, outcome.prepared.experiment) for item in ranked)
+    if outcome.names:
+        candidates = [item.candidate for item in ranked]
+        effects = tuple(without_undetermined(effects, candidates, validation, found, values.values(), method=outcome.method))
+    else:
+        effects = tuple(no_surer_than(max(0.0, taken), effect) for effect in effects)
+    if effects and found.values_instead:
+        effects = (replace(effects[0], tied_with=(*effects[0].tied_with, *found.values_instead)), *effects[1:])
+    return effects
+
+
+def _location(outcome: _Outcome, effects: Sequence[FoundEffect], counted: Sequence[Candidate]) -> Location:
+    """Return where the difference is; ``counted`` are the effects whose size was read off a count of the recordings."""
+    found, judged = outcome.found, outcome.judged
+    location = located(outcome.prepared.validation, found, outcome.evidence, named=outcome.names, method=outcome.method)
+    if found.controller and not effects:
+        location = replace(location, components=(found.controller.name.partition(".")[0],))
+    if judged.laws and not outcome.names:
+        location = replace(location, components=tuple(law.controller for law in judged.laws))
+    if counted:
+        hosts = [candidate.at.partition(".")[0] for candidate in (*found.model.candidates, *counted)]
+        others = location.components if found.model.candidates else ()
+        location = replace(location, components=tuple(dict.fromkeys([*hosts, *others])))
+    return location
+
+
+def _formula(outcome: _Outcome, progress: Progress) -> Discovered | None:
+    """Return a formula for what a model that is not adequate leaves, where there is one."""
+    if outcome.judged.adequate:
+        return None
+    progress("looking for a formula for what is left")
+    model, prepared = outcome.found.model, outcome.prepared
+    return discover(prepared.experiment, model.fitted, prepared.validation, model.validation_fit, method=outcome.method)
+
+
+def _entries(outcome: _Outcome, effects: Sequence[FoundEffect], ranked: Sequence[RankedEffect]) -> tuple[dict[str, str], ...]:
+    """Return the lines to paste into the lesson, of effects that are named."""
+    if not outcome.names:
+        return ()
+    fitted, experiment = outcome.found.model.fitted, outcome.prepared.experiment
+    return tuple(lesson_entry(effect, item.candidate, fitted, experiment) for effect, item in zip(effects, ranked, strict=True))
+
+
+def _left(outcome: _Outcome) -> tuple[str, ...]:
+    """Return what is left and what speaks against the values, each in a sentence, in the order in which it is told."""
+    found, judged, method = outcome.found, outcome.judged, outcome.method
+    experiment, validation = outcome.prepared.experiment, outcome.prepared.validation
+    left_by_model = found.model.validation_fit
+    return (
+        *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in judged.laws),
+        *still_missing(outcome.evidence, strongest_variables(outcome.evidence.bars, [], after=True, method=method), found, method),
+        *resting(validation, left_by_model, method=method),
+        *map(str, judged.bands),
+        *(f"{coherence}." for coherence in judged.commanded),
+        *(f"{name} is off by no more than its loop swings by chance between two steps of a converter." for name in judged.by_chance),
+        *told(turn_lines(validation, left_by_model, method=method), {name: item.unit for name, item in outcome.own.fit.items()}),
+        *implausible_values(judged.implausible, outcome.baseline),
+        *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors, method=method),
+        *value_instead(found.far_off, outcome.baseline, found.factor_instead, whole=judged.adequate or outcome.names),
     )
 
 

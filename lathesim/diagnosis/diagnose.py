@@ -69,7 +69,7 @@ def _leaner_answer(prepared: Prepared, found: SearchResult, answer: Diagnosis, v
     without, useless = leaner
     kept = estimates(without.model, prepared.experiment, prepared.validation, prepared.whole)
     other = _answer(prepared, without, kept, progress)
-    return other if other.adequate and (useless or other.verdict in ("named", "tied")) else answer
+    return other if other.adequate and (useless or other.names) else answer
 
 
 def ask(lesson: str, machine: Machine, recordings: tuple[Recorded, ...], effects: Iterable[type[Effect]]) -> Question:

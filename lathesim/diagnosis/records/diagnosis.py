@@ -32,6 +32,9 @@ VERDICTS: dict[Verdict, str] = {
 TOO_SLOW = "The recording is too slow for this question; no physics is named from it."
 """The sentence for ``recording_fault`` where the samples are sound, but too far apart."""
 
+NAMING: tuple[Verdict, ...] = ("named", "tied")
+"""The verdicts that name effects."""
+
 
 @dataclass(frozen=True)
 class Interval:
@@ -209,7 +212,7 @@ class Diagnosis:
     @property
     def names(self) -> bool:
         """Whether the effects are what was left out; else they only explain part of what is missing."""
-        return self.verdict in ("named", "tied")
+        return self.verdict in NAMING
 
 
 def no_surer_than(share: float, effect: FoundEffect) -> FoundEffect:

@@ -91,42 +91,14 @@ def _add(laboratory: Laboratory, found: SearchResult, method: Method, ranked: tu
         return False
     found.screened = ranked
     _told_screened(laboratory, ranked[:5], found.null_maximum)
-    tried: list[Trial] = []
-    first = ranked[: method.screened]
-    waiting = [
-        *first,
-        *[item for item in ranked[method.screened :] if item.share > method.selection.further_score][
-            : int(method.selection.further_candidates)
-        ],
-    ]
-    while wave := _wave(laboratory, found, waiting, ranked[0].gain, tried, method):
-        asked = [Asked(item.candidate, found.model.candidates, found.model.free, _starts(item, method=method), item.share) for item in wave]
-        asked += [*_bare(wave, found.model), *_of_more_stages(wave, found.model)]
-        made = side_by_side(laboratory, found.model, asked)
-        to_feel = [
-            *_with_simulated_motion(made, tried, found.model, method=method),
-            *_held_at_rest(laboratory.experiment, wave, made, found.model, method=method),
-        ]
-        with_simulated_motion = side_by_side(laboratory, found.model, to_feel)
-        tried += [*made, *[trial for trial in with_simulated_motion if _holds_still(trial, made, method=method)]]
+    tried = _tried_in_waves(laboratory, found, ranked, method)
     found.tried += tried
-    good = [
-        trial
-        for trial in tried
-        if believable(trial, method, found.null_maximum) and not is_part_of_a_wave(trial, found.model, method=method)
-    ]
-    good = [trial for trial in good if _is_in_time(laboratory, trial.candidate, trial.model, method=method)]
-    good = [trial for trial in good if is_a_wave(laboratory.experiment, trial.candidate, trial.model.fitted.by_name, method=method)]
-    good = _without_degradation(good, method=method)
+    good = _credible(laboratory, found, tried, method)
     if not good:
         return merge_harmonics(laboratory, found, method, [trial for trial in tried if believable(trial, method, found.null_maximum)])
-    good.sort(key=lambda trial: -merit(trial, method))
     best = simplest(good, method)
-    good += [
-        trial
-        for trial in _rivals(laboratory, found, ranked, screened, best, tried, method=method)
-        if believable(trial, method, found.null_maximum)
-    ]
+    rivals = _rivals(laboratory, found, ranked, screened, best, tried, method=method)
+    good += [trial for trial in rivals if believable(trial, method, found.null_maximum)]
     best = simplest(sorted(good, key=lambda trial: -merit(trial, method)), method)
     if found.model.candidates and best.share_of_all < method.share_of_all and generalise(laboratory, found, method, best.share_of_rest):
         # what is so small beside the effects that were found is rather a finer form of one of them
@@ -139,6 +111,51 @@ def _add(laboratory: Laboratory, found: SearchResult, method: Method, ranked: tu
             return False
         best = simplest(good, method)
         settled = laboratory.settled(best.model)
+    _accept(laboratory, found, best, settled, good, tried, method)
+    _eliminate(laboratory, found, method)
+    return True
+
+
+def _tried_in_waves(laboratory: Laboratory, found: SearchResult, ranked: Sequence[Screened], method: Method) -> list[Trial]:
+    """Fit candidates, the best ones first, as long as the fits so far leave the others worth it, and return the trials."""
+    tried: list[Trial] = []
+    further = [item for item in ranked[method.screened :] if item.share > method.selection.further_score]
+    waiting = [*ranked[: method.screened], *further[: int(method.selection.further_candidates)]]
+    while wave := _wave(laboratory, found, waiting, ranked[0].gain, tried, method):
+        asked = [Asked(item.candidate, found.model.candidates, found.model.free, _starts(item, method=method), item.share) for item in wave]
+        asked += [*_bare(wave, found.model), *_of_more_stages(wave, found.model)]
+        made = side_by_side(laboratory, found.model, asked)
+        to_feel = [
+            *_with_simulated_motion(made, tried, found.model, method=method),
+            *_held_at_rest(laboratory.experiment, wave, made, found.model, method=method),
+        ]
+        with_simulated_motion = side_by_side(laboratory, found.model, to_feel)
+        tried += [*made, *[trial for trial in with_simulated_motion if _holds_still(trial, made, method=method)]]
+    return tried
+
+
+def _credible(laboratory: Laboratory, found: SearchResult, tried: Sequence[Trial], method: Method) -> list[Trial]:
+    """Return the trials that may be taken, the best first: believable, in time, no part of a known wave and no wave longer than the way."""
+    good = [
+        trial
+        for trial in tried
+        if believable(trial, method, found.null_maximum) and not is_part_of_a_wave(trial, found.model, method=method)
+    ]
+    good = [trial for trial in good if _is_in_time(laboratory, trial.candidate, trial.model, method=method)]
+    good = [trial for trial in good if is_a_wave(laboratory.experiment, trial.candidate, trial.model.fitted.by_name, method=method)]
+    return sorted(_without_degradation(good, method=method), key=lambda trial: -merit(trial, method))
+
+
+def _accept(
+    laboratory: Laboratory,
+    found: SearchResult,
+    best: Trial,
+    settled: Model,
+    good: list[Trial],
+    tried: Sequence[Trial],
+    method: Method,
+) -> None:
+    """Take the best trial into the model, ``settled``, and keep what else was as ``good``, or would have been if it moved."""
     found.trials[best.candidate.part] = good
     others = [trial for trial in tried if trial.candidate.part not in {known.candidate.part for known in good}]
     found.unmoved[best.candidate.part] = [trial for trial in others if credible_if_it_moves(trial, method, found.null_maximum)]
@@ -150,8 +167,6 @@ def _add(laboratory: Laboratory, found: SearchResult, method: Method, ranked: tu
     if becomes_implausible(before.fitted, found.model.fitted):
         found.implausible_effects.add(best.candidate.part)
     laboratory.progress(f"{best.candidate.name} at {best.candidate.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
-    _eliminate(laboratory, found, method)
-    return True
 
 
 def _without_degradation(good: Sequence[Trial], method: Method = STANDARD) -> list[Trial]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from lathesim.analysis.display_unit import shown_with_unit
@@ -80,60 +80,94 @@ def adequacy(
     effects = bool(found.model.candidates)
     drawn = drawn_by_waves(experiment, found.model.candidates, found.model.fitted.by_name, method=method) if effects else ()
     implausible = _implausible(experiment, found, baseline)
-    bands = tuple(
-        narrow_bands(validation, found.model.validation_fit, method=method) or narrow_bands(experiment, found.model.fitted, method=method)
-    )
-    if effects:
-        # with two variables at once a table shows how finely an effect of the right form is simulated
-        evidence = replace(evidence, bars=tuple(bar for bar in evidence.bars if not bar.variable.startswith(TOGETHER)))
+    evidence = _of_one_variable(evidence) if effects else evidence
     left = left_over(evidence, experiment.machine.compare, method=method) if effects else None
     other_form = of_another_form(left, method=method)
     told, fit = _told(validation, found, evidence, own.fit, method=method)
-    bands = tuple(band for band in bands if band.channel in fit)
-    commanded = [] if effects or found.far_off or laws else _commanded(experiment, validation, found, method=method)
-    bands, commanded = beyond_replicates(bands, commanded, (experiment, validation), found.model, method)
+    bands, commanded = _beyond_chance(experiment, validation, found, laws, fit, method)
     reasons = [*shortfalls(told, list(fit), implausible, baseline, bands, fit, method=method), *other_form, *map(str, laws)]
     if effects:
-        reasons += too_little(
-            evidence,
-            taken,
-            waves=all(is_much_of_it(candidate, found, method=method) for candidate in found.model.candidates),
-            method=method,
-        )
+        waves = all(is_much_of_it(candidate, found, method=method) for candidate in found.model.candidates)
+        reasons += too_little(evidence, taken, waves=waves, method=method)
     elif found.far_off:
-        # a value that the lesson holds impossible has to explain what it is believed for
-        reasons += leaves_much(evidence, taken, method=method) or still_follows(
-            evidence, experiment.machine.compare, own.fit, method=method
-        )
+        reasons += _of_an_impossible_value(experiment, evidence, own, taken, method)
     else:
-        reasons += [*map(str, commanded)]
-        reasons += [*is_missing_for_sure(told, fit, method=method), *_sensors_apart(validation, found.model.validation_fit, method=method)]
-        reasons += [] if reasons else mostly_follows(told, list(fit), method=method)
+        reasons += _without_effects(validation, found, told, fit, commanded, reasons, method)
     # without anything that feeds back a simulation drifts with whatever nobody modelled
     degraded = effects and validation.feeds_back and degrades_every_channel(own.fit, method=method)
     if degraded:
         reasons.append("with it the lesson's own simulation is further off in every channel")
     weak = leaves_much(evidence, taken, method=method) if effects and not reasons else []
     weak += [f"the recordings do not determine how large {candidate.name} at {candidate.at} is" for candidate in unsized]
-    # a machine that cannot be is no explanation where much is left as well, or nothing beside it is sure to be there
-    impossible = bool(implausible) and (taken < method.verdict.explains_most or (effects and len(unsized) == len(found.model.candidates)))
-    if drawn:
-        names = listed([f"{candidate.name} at {candidate.at}" for candidate in drawn])
-        few = "are there so few times that together they" if len(drawn) > 1 else "is not once there as a whole and"
-        reasons.append(f"{names} {few} may be anything that goes with the place")
-    removed = removed_in_band(found) if taken > 0.0 and not degraded and not impossible and not drawn else 0.0
-    form_left = left.share if left is not None and other_form else 0.0
+    reasons += _anything_drawn(drawn)
+    credited = taken > 0.0 and not (degraded or drawn or _is_impossible(implausible, found, taken, unsized, method))
     return Adequacy(
         tuple(reasons),
         tuple(weak),
-        removed,
-        form_left,
+        removed_in_band(found) if credited else 0.0,
+        left.share if left is not None and other_form else 0.0,
         implausible,
         bands,
         tuple(laws),
         tuple(commanded),
         tuple(name for name in own.fit if name not in fit),
     )
+
+
+def _of_one_variable(evidence: Evidence) -> Evidence:
+    """Return the evidence without tables of two variables at once: they show how finely an effect of the right form is simulated."""
+    return replace(evidence, bars=tuple(bar for bar in evidence.bars if not bar.variable.startswith(TOGETHER)))
+
+
+def _beyond_chance(
+    experiment: Experiment, validation: Experiment, found: SearchResult, laws: Sequence[AnotherLaw], fit: Collection[str], method: Method
+) -> tuple[tuple[NarrowBand, ...], list[CommandCoherence]]:
+    """Return the narrow bands left in the channels of ``fit``, and what answers to a driven input, beyond what replicates show."""
+    bands = tuple(
+        narrow_bands(validation, found.model.validation_fit, method=method) or narrow_bands(experiment, found.model.fitted, method=method)
+    )
+    bands = tuple(band for band in bands if band.channel in fit)
+    known = found.model.candidates or found.far_off or laws
+    commanded = [] if known else _commanded(experiment, validation, found, method=method)
+    return beyond_replicates(bands, commanded, (experiment, validation), found.model, method)
+
+
+def _of_an_impossible_value(experiment: Experiment, evidence: Evidence, own: Compared, taken: float, method: Method) -> list[str]:
+    """Return the reasons against a value that the lesson holds impossible: it has to explain what it is believed for."""
+    return leaves_much(evidence, taken, method=method) or still_follows(evidence, experiment.machine.compare, own.fit, method=method)
+
+
+def _without_effects(
+    validation: Experiment,
+    found: SearchResult,
+    told: Evidence,
+    fit: Mapping[str, ChannelFit],
+    commanded: Sequence[CommandCoherence],
+    known: Sequence[str],
+    method: Method,
+) -> list[str]:
+    """Return the reasons against a model without effects, beside those that are ``known``."""
+    reasons = [
+        *map(str, commanded),
+        *is_missing_for_sure(told, fit, method=method),
+        *_sensors_apart(validation, found.model.validation_fit, method=method),
+    ]
+    return reasons if reasons or known else mostly_follows(told, list(fit), method=method)
+
+
+def _anything_drawn(drawn: Sequence[Candidate]) -> list[str]:
+    """Return the reason where waves draw what may be anything that goes with the place."""
+    if not drawn:
+        return []
+    names = listed([f"{candidate.name} at {candidate.at}" for candidate in drawn])
+    few = "are there so few times that together they" if len(drawn) > 1 else "is not once there as a whole and"
+    return [f"{names} {few} may be anything that goes with the place"]
+
+
+def _is_impossible(implausible: Collection[str], found: SearchResult, taken: float, unsized: Sequence[Candidate], method: Method) -> bool:
+    """Return whether a machine cannot be and is no explanation: much is left as well, or nothing beside it is sure to be there."""
+    effects = found.model.candidates
+    return bool(implausible) and (taken < method.verdict.explains_most or bool(effects and len(unsized) == len(effects)))
 
 
 def _told(

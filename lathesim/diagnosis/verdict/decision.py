@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from lathesim.diagnosis.method import Method
-from lathesim.diagnosis.records.diagnosis import VERDICTS, FoundEffect, Verdict, listed
+from lathesim.diagnosis.records.diagnosis import NAMING, VERDICTS, FoundEffect, Verdict, listed
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], far_off: tup
     if verdict == "parameters_only" and far_off:
         others = f" (or {' or '.join(far_off[1:])})" if len(far_off) > 1 else ""
         return f"No physics is missing, but {far_off[0]}{others} is further off than the lesson holds possible."
-    if verdict not in ("named", "tied") or not effects:
+    if verdict not in NAMING or not effects:
         return VERDICTS[verdict]
     names = [f"{effect.effect} at {effect.at}" + (f" (or {', '.join(effect.tied_with)})" if effect.tied_with else "") for effect in effects]
     return f"The simulation left out {listed(names)}."
