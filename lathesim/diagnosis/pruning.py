@@ -54,12 +54,7 @@ def doubtful_effects(
     All go that act at moving parts and explain next to nothing of what acts there.
     Of these a single one goes where nothing that matters was missing, and small ones beside others where no force that matters was missing
     at their place or the lesson's own simulation is further off with the whole model in some channel."""
-    trifling = (
-        found.model.candidates
-        and all_push(experiment, found.model.candidates)
-        and not any(is_much_of_it(candidate, found, method=method) for candidate in found.model.candidates)
-    )
-    if trifling and next_to_nothing(missing_signals(validation, found.baseline, found.model, method=method), method=method):
+    if _all_trifling(found, experiment, validation, method):
         return list(found.model.candidates)
     period, model = experiment.machine.assembly.sample_period, found.model.fitted.by_name
     in_time = [
@@ -87,6 +82,14 @@ def doubtful_effects(
     return doubtful + [
         candidate for candidate in unsure if hardly_missed(evidence, channels, "" if single else candidate.at, method=method)
     ]
+
+
+def _all_trifling(found: SearchResult, experiment: Experiment, validation: Experiment, method: Method) -> bool:
+    """Return whether all effects act at moving parts and explain next to nothing of what acts there."""
+    effects = found.model.candidates
+    if not effects or not all_push(experiment, effects) or any(is_much_of_it(candidate, found, method=method) for candidate in effects):
+        return False
+    return next_to_nothing(missing_signals(validation, found.baseline, found.model, method=method), method=method)
 
 
 def _own(validation: Experiment, found: SearchResult, values: Estimates) -> Compared:

@@ -197,12 +197,16 @@ def _replayed(
         Addend(found.by_name[name] / size, _unit_over(draft.unit, column.unit), column.text, found.error(name) / size, column.unit)
         for name, size, column in zip(names, sizes, draft.columns, strict=True)
     )
+    return Discovered(draft.at, draft.unit, addends, share, _role(experiment, draft.at), _domain(draft, motion))
+
+
+def _domain(draft: _Draft, motion: Mapping[str, FloatArray]) -> tuple[Span, ...]:
+    """Return the range of each variable of a draft in the recording: the formula says nothing beyond it."""
     used = set(re.findall(r"\b[vqt]\b", " ".join(column.text for column in draft.columns)))
     length = "rad" if draft.unit in ("N*m", "rad") else "m"
     units = {"v": f"{length}/s", "q": length, "t": "s"}
     ends = {name: (float(np.min(motion[name])), float(np.max(motion[name]))) for name in units if name in used}
-    domain = tuple(Span(name, units[name], *span) for name, span in ends.items())
-    return Discovered(draft.at, draft.unit, addends, share, _role(experiment, draft.at), domain)
+    return tuple(Span(name, units[name], *span) for name, span in ends.items())
 
 
 def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArray], sizes: Sequence[float]) -> Machinery:

@@ -19,15 +19,9 @@ def answer_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.effects:
         lines += ["", *([] if diagnosis.names else [f"{takes_part(diagnosis)}:"])]
         lines += [line for effect in diagnosis.effects for line in _effect_lines(effect, diagnosis)]
-    if diagnosis.location.components and diagnosis.verdict not in ("no_mismatch", "parameters_only"):
-        depends = f"; it depends on {', '.join(diagnosis.location.variables)}" if diagnosis.location.variables else ""
-        lines += ["", f"Where: {', '.join(diagnosis.location.components)}{depends}"]
-    else:
-        lines.append("")
+    lines += ["", *_where_lines(diagnosis)]
     if diagnosis.verdict == "parameters_only":
-        for name, value in diagnosis.baseline.items():
-            interval = f"95 %: {value.low:.5g} to {value.high:.5g}"
-            lines.append(f"  {name} = {with_unit(f'{value.refit_with:.5g}', value.unit)}  (given {value.given:.5g}, {interval})")
+        lines += _value_lines(diagnosis)
     for name, channel in diagnosis.fit.items():
         sizes = [shown_with_unit(value, channel.unit) for value in (channel.before, channel.after, channel.floor)]
         lines.append(f"{name} on {channel.recording}: off by {sizes[0]} before, {sizes[1]} after (floor {sizes[2]})")
@@ -39,6 +33,23 @@ def answer_lines(diagnosis: Diagnosis) -> list[str]:
         lines += _beside(diagnosis)
     if not diagnosis.complete:
         lines.append("The search was stopped; this is what was known until then.")
+    return lines
+
+
+def _where_lines(diagnosis: Diagnosis) -> list[str]:
+    """Return the line on where physics is missing, where any is."""
+    if not diagnosis.location.components or diagnosis.verdict in ("no_mismatch", "parameters_only"):
+        return []
+    depends = f"; it depends on {', '.join(diagnosis.location.variables)}" if diagnosis.location.variables else ""
+    return [f"Where: {', '.join(diagnosis.location.components)}{depends}"]
+
+
+def _value_lines(diagnosis: Diagnosis) -> list[str]:
+    """Return a line for each value of the lesson, as fitted and as given."""
+    lines = []
+    for name, value in diagnosis.baseline.items():
+        interval = f"95 %: {value.low:.5g} to {value.high:.5g}"
+        lines.append(f"  {name} = {with_unit(f'{value.refit_with:.5g}', value.unit)}  (given {value.given:.5g}, {interval})")
     return lines
 
 

@@ -219,16 +219,7 @@ def _candidate(part: str, effect: type[Effect], placed: type[Component], host: s
     )
     declared = placed.declared(Parameter)
     names = [name for name in declared if name in ranges and (shaped or name not in effect.identification.extended)]
-    points = _spread([ranges[name] for name in names])
-    if "order" in names:
-        # lobes and ripples come in whole numbers a turn, the lowest first; between two of them nothing adds up over many turns
-        lowest, highest = (round(bound) for bound in ranges["order"])
-        orders = np.arange(lowest, min(highest, lowest + _ORDERS - 1) + 1)
-        # one size for all phases of an order: from responses of one size the best phase is worked out
-        points = np.tile([_middle(*ranges[name]) for name in names], (len(_PHASES) * len(orders), 1))
-        points[:, names.index("order")] = np.repeat(orders, len(_PHASES))
-        if "phase" in names:
-            points[:, names.index("phase")] = np.tile(_PHASES, len(orders))
+    points = _points_of_orders(names, ranges) if "order" in names else _spread([ranges[name] for name in names])
     neutral = np.array([effect.neutral.get(name, _middle(*ranges[name])) for name in names])
     low = np.array([declared[name].low for name in names])
     high = np.array([declared[name].high for name in names])
@@ -239,6 +230,19 @@ def _candidate(part: str, effect: type[Effect], placed: type[Component], host: s
         neutral = np.array([default.get(name, value) for name, value in zip(names, neutral, strict=True)])
     finer = _candidate(part, effect, placed, host, shaped=True) if effect.identification.extended and not shaped else None
     return Candidate(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, least, usual, points, shaped=finer)
+
+
+def _points_of_orders(names: list[str], ranges: Mapping[str, tuple[float, float]]) -> FloatArray:
+    """Return starting points, shape (points, names), of what comes in whole numbers a turn, as lobes and ripples do, the lowest first:
+    between two of them nothing adds up over many turns. All phases of an order have one size: from responses of one size the best phase
+    is worked out."""
+    lowest, highest = (round(bound) for bound in ranges["order"])
+    orders = np.arange(lowest, min(highest, lowest + _ORDERS - 1) + 1)
+    points = np.tile([_middle(*ranges[name]) for name in names], (len(_PHASES) * len(orders), 1))
+    points[:, names.index("order")] = np.repeat(orders, len(_PHASES))
+    if "phase" in names:
+        points[:, names.index("phase")] = np.tile(_PHASES, len(orders))
+    return points
 
 
 def _middle(low: float, high: float) -> float:

@@ -104,13 +104,7 @@ def _estimates(model: Model, experiment: Experiment, validation: Experiment, who
     of_recording = {item.name for item in begun_anew(validation, model.candidates)}
     of_recording |= {name for candidate in model.candidates for name in candidate.nuisance}
     names = [name for name in first.names if name not in of_recording]
-    orders = {name for candidate in model.candidates for name in candidate.named(candidate.effect.identification.orders)}
-    pull = [
-        ((first.by_name[name] - second.by_name[name]) ** 2 / (first.error_by_noise(name) ** 2 + second.error_by_noise(name) ** 2))
-        for name in names
-        if first.error_by_noise(name) > 0.0 and second.error_by_noise(name) > 0.0 and name not in orders
-    ]
-    inflation = float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, _LARGEST_INFLATION))
+    inflation = _inflation(first, second, names, model.candidates)
     fits = (first, second) if whole is None else (_refitted(model, whole, validation, full_band),)
     experiments = (experiment, validation) if whole is None else (whole,)
     biases = [
@@ -128,6 +122,17 @@ def _estimates(model: Model, experiment: Experiment, validation: Experiment, who
     told = fits[0]
     found |= {name: Estimate(told.by_name[name], told.error(name), told.error_by_noise(name)) for name in of_one if name in told.names}
     return Estimates(found, inflation, apart)
+
+
+def _inflation(first: Fitted, second: Fitted, names: Sequence[str], candidates: Sequence[Candidate]) -> float:
+    """Return the factor by which two fits disagree by more than their standard errors, root mean square over the values; at least 1."""
+    orders = {name for candidate in candidates for name in candidate.named(candidate.effect.identification.orders)}
+    pull = [
+        ((first.by_name[name] - second.by_name[name]) ** 2 / (first.error_by_noise(name) ** 2 + second.error_by_noise(name) ** 2))
+        for name in names
+        if first.error_by_noise(name) > 0.0 and second.error_by_noise(name) > 0.0 and name not in orders
+    ]
+    return float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, _LARGEST_INFLATION))
 
 
 def _apart(candidate: Candidate, names: Sequence[str], found: Mapping[str, Estimate], covariance: FloatArray) -> float:

@@ -50,12 +50,7 @@ def transferred(experiment: Experiment, fitted: Fitted, candidates: Sequence[Can
     free += [item for item in _vague(fitted) if item.name not in own and item.name not in nuisance]
     freed = {item.name for item in free}
     constant = {name: value for name, value in values.items() if name not in freed and name not in own}
-    middles = {name for candidate in candidates for name in candidate.named(candidate.effect.identification.middles)}
-    angles = middles | {name for candidate in candidates for name in candidate.named(candidate.effect.identification.phases)}
-    phases = [item.name for item in free if item.name in nuisance and item.name in angles]
-    if phases:
-        turns = _FINE_TURNS if middles & set(phases) else _TURNS
-        free = _at_the_best_turn(experiment, free, constant, phases, turns)
+    free = _phases_turned(experiment, free, constant, candidates, nuisance)
     instants = [item.name for item in free if item.name in nuisance and item.name in instants_of([item.name])]
     if instants:
         free = _at_the_best_instant(experiment, free, constant, candidates, instants)
@@ -70,6 +65,18 @@ def transferred(experiment: Experiment, fitted: Fitted, candidates: Sequence[Can
     recorded = {name: value for name, value in constant.items() if name not in motion}
     other = fit(experiment.sensed, free, recorded, rounds=2, iterations=6, tolerance=_ROUGH, slopes="kept")
     return max((judged, other), key=lambda fitted: fitted.score)
+
+
+def _phases_turned(
+    experiment: Experiment, free: list[Free], constant: Mapping[str, float], candidates: Sequence[Candidate], nuisance: Collection[str]
+) -> list[Free]:
+    """Return the free values with the phases among the ``nuisance`` parameters turned to where they explain most."""
+    middles = {name for candidate in candidates for name in candidate.named(candidate.effect.identification.middles)}
+    angles = middles | {name for candidate in candidates for name in candidate.named(candidate.effect.identification.phases)}
+    phases = [item.name for item in free if item.name in nuisance and item.name in angles]
+    if not phases:
+        return free
+    return _at_the_best_turn(experiment, free, constant, phases, _FINE_TURNS if middles & set(phases) else _TURNS)
 
 
 def _at_the_best_turn(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from lathesim.diagnosis.candidates.screening import least_shown, screened_instead
@@ -13,7 +15,9 @@ from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible
 from lathesim.diagnosis.selection.moves.split import form_starts
 from lathesim.diagnosis.selection.refusal import is_trifling, pushes_at, quiet_parts
 from lathesim.diagnosis.selection.trials import Asked, side_by_side
+from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial
+from lathesim.identification.replay.experiment import Experiment
 
 
 def generalise(laboratory: Laboratory, found: SearchResult, method: Method, least: float = 0.0) -> bool:
@@ -21,46 +25,12 @@ def generalise(laboratory: Laboratory, found: SearchResult, method: Method, leas
     changed = False
     quiet = quiet_parts(laboratory, found.model, method=method)
     for candidate in found.model.candidates:
-        rest = tuple(other for other in found.model.candidates if other is not candidate)
-        forms = [
-            other
-            for other in laboratory.experiment.candidates
-            if other.at == candidate.at and candidate.name in other.effect.identification.generalises
-        ]
-        forms = [other for other in forms if other.part not in found.refused]
-        kept = [item for item in found.model.free if item.name not in candidate.parameters]
-        asked = []
-        # a form of a friction that feels the simulated motion feels it too
-        with_simulated_motion = any(
-            found.model.fitted.constant.get(name) == 0.0 for name in laboratory.experiment.simulated_motion_of([candidate])
-        )
-        for other in forms:
-            starts = form_starts(candidate, other, found.model)
-            motion = laboratory.experiment.simulated_motion_of([other]) if with_simulated_motion else {}
-            screening_score = screened_instead(laboratory.experiment.sensed, found.model.fitted, candidate, other, starts[1:], motion)
-            cost = method.margin + method.per_parameter * len(other.parameters)
-            if least_shown(laboratory.experiment.sensed, found.model.fitted, candidate, other) < cost:
-                found.unseen.setdefault(candidate.part, []).append(other)
-            # where a friction holds by its own motion a screening score says little of how much
-            promising = screening_score.gain > 0.5 * method.margin and (
-                with_simulated_motion or may_be_worth(laboratory, found.model, screening_score, method)
-            )
-            if promising and not pushes_at(candidate, quiet):
-                asked.append(Asked(other, rest, kept, starts, with_simulated_motion=with_simulated_motion))
-                if other.bare:
-                    plain = form_starts(candidate, other.bare, found.model)
-                    asked += [
-                        Asked(other.bare, rest, kept, plain, with_simulated_motion=with_simulated_motion)
-                        for with_simulated_motion in (False, True)
-                    ]
+        asked = _finer_forms(laboratory, found, candidate, method, quiet=pushes_at(candidate, quiet))
         if asked:
             laboratory.progress(f"asking whether {candidate.name} at {candidate.at} has a finer form")
         swaps = side_by_side(laboratory, found.model, asked)
         found.tried += swaps
-        good = [trial for trial in swaps if believable(trial, method, 0.0)]
-        good = [trial for trial in good if replaces(trial, candidate, method) and trial.share_of_rest >= least]
-        good = good or [trial for trial in swaps if _restores_plausibility(trial, method)]
-        good = [trial for trial in good if not is_trifling(laboratory, found.model, trial.model, trial, method=method)]
+        good = _better_forms(laboratory, found, candidate, swaps, least, method)
         if not good:
             # the first micrometres of a friction are sensed through the noise of an encoder: promising, and yet not to be fitted
             found.unseen.setdefault(candidate.part, []).extend(trial.candidate for trial in swaps if not trial.gain > method.margin)
@@ -73,6 +43,53 @@ def generalise(laboratory: Laboratory, found: SearchResult, method: Method, leas
             found.accept(laboratory.settled(best.model), "generalise", "a more general effect explains more")
             changed = True
     return changed
+
+
+def _finer_forms(laboratory: Laboratory, found: SearchResult, candidate: Candidate, method: Method, *, quiet: bool) -> list[Asked]:
+    """Return the refined forms of an effect that are worth a fit in its place; where it pushes at a ``quiet`` part, none. Those
+    that would show too little to be told from it are noted as unseen."""
+    experiment, model = laboratory.experiment, found.model
+    rest = tuple(other for other in model.candidates if other is not candidate)
+    kept = [item for item in model.free if item.name not in candidate.parameters]
+    # a form of a friction that feels the simulated motion feels it too
+    with_simulated_motion = any(model.fitted.constant.get(name) == 0.0 for name in experiment.simulated_motion_of([candidate]))
+    asked = []
+    for other in _refined_forms(experiment, found, candidate):
+        starts = form_starts(candidate, other, model)
+        motion = experiment.simulated_motion_of([other]) if with_simulated_motion else {}
+        screening_score = screened_instead(experiment.sensed, model.fitted, candidate, other, starts[1:], motion)
+        cost = method.margin + method.per_parameter * len(other.parameters)
+        if least_shown(experiment.sensed, model.fitted, candidate, other) < cost:
+            found.unseen.setdefault(candidate.part, []).append(other)
+        # where a friction holds by its own motion a screening score says little of how much
+        promising = screening_score.gain > 0.5 * method.margin and (
+            with_simulated_motion or may_be_worth(laboratory, model, screening_score, method)
+        )
+        if promising and not quiet:
+            asked.append(Asked(other, rest, kept, starts, with_simulated_motion=with_simulated_motion))
+            if other.bare:
+                plain = form_starts(candidate, other.bare, model)
+                asked += [Asked(other.bare, rest, kept, plain, with_simulated_motion=simulated) for simulated in (False, True)]
+    return asked
+
+
+def _refined_forms(experiment: Experiment, found: SearchResult, candidate: Candidate) -> list[Candidate]:
+    """Return the candidates at the place of one that are more general than it and were not refused."""
+    return [
+        other
+        for other in experiment.candidates
+        if other.at == candidate.at and candidate.name in other.effect.identification.generalises and other.part not in found.refused
+    ]
+
+
+def _better_forms(
+    laboratory: Laboratory, found: SearchResult, candidate: Candidate, swaps: Sequence[Trial], least: float, method: Method
+) -> list[Trial]:
+    """Return the trials whose form may take the place of a candidate: they remove ``least`` of the rest, or restore plausible values."""
+    good = [trial for trial in swaps if believable(trial, method, 0.0)]
+    good = [trial for trial in good if replaces(trial, candidate, method) and trial.share_of_rest >= least]
+    good = good or [trial for trial in swaps if _restores_plausibility(trial, method)]
+    return [trial for trial in good if not is_trifling(laboratory, found.model, trial.model, trial, method=method)]
 
 
 def _restores_plausibility(trial: Trial, method: Method) -> bool:
