@@ -90,7 +90,7 @@ def describe(
     evidence = gather(experiment, validation, found, own, method=method)
     ranked = _ranked(experiment, found, counts, method)
     baseline = _baseline(experiment, found, values)
-    taken = removed_share(validation, before, reported_fit)
+    taken = removed_share(validation, before, reported_fit, method=method)
     laws, unsized = other_laws(question, found, experiment, validation), _unsized(found, values, method)
     judged = adequacy(experiment, validation, found, evidence, own, baseline, taken, laws, unsized, method=method)
     sure = with_error_of_form(values, found.model.candidates, judged.form_left) if judged.form_left else values
@@ -250,7 +250,7 @@ def recording_fault(
 
 def _values_are_off(experiment: Experiment, found: SearchResult, given: dict[str, float], method: Method = STANDARD) -> bool:
     """Return whether other values of the uncertain parameters explain much that the given ones leave."""
-    laboratory = Laboratory(experiment, experiment, lambda text: None, found.baseline.fitted.noise)
+    laboratory = Laboratory(experiment, experiment, lambda text: None, found.baseline.fitted.noise, method=method)
     names = [item for item in with_start(found.baseline.fitted) if item.name not in experiment.machine.uncertain]
     constant = {name: given[name] for name in experiment.machine.uncertain}
     as_given = fit(experiment.sensed, names, constant, rounds=2, iterations=6, slopes="kept")

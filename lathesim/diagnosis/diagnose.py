@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from lathesim.diagnosis.answer import describe, recording_fault
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.preparation import Prepared, prepare
 from lathesim.diagnosis.pruning import leaner_model, prune_undetermined
 from lathesim.diagnosis.question import Question
@@ -72,6 +73,8 @@ def _leaner_answer(prepared: Prepared, found: SearchResult, answer: Diagnosis, v
     return other if other.adequate and (useless or other.names) else answer
 
 
-def ask(lesson: str, machine: Machine, recordings: tuple[Recorded, ...], effects: Iterable[type[Effect]]) -> Question:
-    """Put a question together."""
-    return Question(lesson, machine, recordings[0], recordings[1] if len(recordings) > 1 else None, tuple(effects))
+def ask(
+    lesson: str, machine: Machine, recordings: tuple[Recorded, ...], effects: Iterable[type[Effect]], method: Method = STANDARD
+) -> Question:
+    """Return a question; the second of the recordings, if there are two, is the one that judges."""
+    return Question(lesson, machine, recordings[0], recordings[1] if len(recordings) > 1 else None, tuple(effects), method)

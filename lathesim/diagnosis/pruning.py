@@ -35,13 +35,13 @@ def prune_undetermined(prepared: Prepared, found: SearchResult, progress: Progre
     values = estimates(found.model, experiment, validation, prepared.whole)
     if doubtful := doubtful_effects(found, experiment, validation, values, method=method):
         progress(f"dropping {', '.join(candidate.name for candidate in doubtful)}: its confidence interval includes zero")
-        leave_out(found, doubtful, experiment, validation, progress)
+        leave_out(found, doubtful, experiment, validation, progress, method=method)
         values = estimates(found.model, experiment, validation, prepared.whole)
     reported_fit = on_validation(validation, found, values.values())
     if found.model.candidates and explains_nothing(validation, found.baseline.validation_fit, reported_fit, method=method):
         names = ", ".join(candidate.name for candidate in found.model.candidates)
         progress(f"dropping {names}: it does not improve the validation recording")
-        leave_out(found, found.model.candidates, experiment, validation, progress)
+        leave_out(found, found.model.candidates, experiment, validation, progress, method=method)
         values = estimates(found.model, experiment, validation, prepared.whole)
     return values
 
@@ -112,5 +112,5 @@ def leaner_model(
     why = "which do not improve the validation recording" if useless else "whose interval includes zero"
     progress(f"asking whether {', '.join(candidate.name for candidate in doubtful)} can go, {why}")
     leaner = replace(found)
-    leave_out(leaner, doubtful, prepared.experiment, prepared.validation, progress)
+    leave_out(leaner, doubtful, prepared.experiment, prepared.validation, progress, method=prepared.question.method)
     return leaner, useless

@@ -394,9 +394,16 @@ def _is_needless(laboratory: Laboratory, model: Model, candidate: Candidate, met
     return lost < method.margin + method.per_parameter * len(candidate.parameters)
 
 
-def leave_out(found: SearchResult, candidates: Sequence[Candidate], experiment: Experiment, validation: Experiment, tell: Progress) -> None:
+def leave_out(
+    found: SearchResult,
+    candidates: Sequence[Candidate],
+    experiment: Experiment,
+    validation: Experiment,
+    tell: Progress,
+    method: Method = STANDARD,
+) -> None:
     """Take effects out of what was found and fit the rest again."""
-    laboratory = Laboratory(experiment, validation, tell)
+    laboratory = Laboratory(experiment, validation, tell, method=method)
     laboratory.weigh(found.baseline.fitted)
     rest = tuple(candidate for candidate in found.model.candidates if candidate not in candidates)
     if not rest:

@@ -113,7 +113,7 @@ def _grown(laboratory: Laboratory, found: SearchResult, method: Method, known: S
         laboratory.progress(f"{last.name} at {last.at} is rejected: it needs a parameter outside the plausible range of the lesson")
         found.refused.add(last.part)
         if last.part not in found.before:
-            leave_out(found, [last], laboratory.experiment, laboratory.validation, laboratory.progress)
+            leave_out(found, [last], laboratory.experiment, laboratory.validation, laboratory.progress, method=method)
             continue
         found.accept(found.before[last.part], "reject", "it needs a parameter outside the plausible range")
         if len(found.refused) <= int(method.selection.most_refused):

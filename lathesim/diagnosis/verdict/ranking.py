@@ -80,19 +80,19 @@ def explains_nothing(experiment: Experiment, before: Fitted, after: Fitted, meth
     over = np.sqrt(np.mean(np.square(before.residual), axis=1)) / experiment.sensed.seen_floors
     if np.max(over) > method.verdict.hardly_any_error:
         return False
-    laboratory = Laboratory(experiment, experiment, lambda text: None)
+    laboratory = Laboratory(experiment, experiment, lambda text: None, method=method)
     laboratory.weigh(before)
     return laboratory.most_removed(experiment, before, after) < method.verdict.no_error
 
 
-def removed_share(experiment: Experiment, before: Fitted, after: Fitted) -> float:
+def removed_share(experiment: Experiment, before: Fitted, after: Fitted, method: Method = STANDARD) -> float:
     """Return the share of a recording's error, above its floor and in the band of the motion, that one fit removes of another's.
 
     It is weighed as forces and sensor noise of the size of the first are, as in the search: what loads add up to over a recording, a metre
     or a turn that no model could know, does not outweigh what an effect does. White noise of a sensor beyond its floor, as it is left
     after, is nothing that a model could remove.
     """
-    laboratory = Laboratory(experiment, experiment, lambda text: None)
+    laboratory = Laboratory(experiment, experiment, lambda text: None, method=method)
     laboratory.weigh(before)
     shapes = experiment.sensed.noise_shapes(after.by_name)
     white = np.array([white_noise(row, shape) for row, shape in zip(after.residual, shapes, strict=True)])
