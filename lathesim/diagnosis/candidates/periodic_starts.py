@@ -59,49 +59,65 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
         if not wave or not size or seen is None:
             continue
         host, place, velocity = seen
-        column = names.index(wave)
-        # the shortest waves of the range are no longer than samples are apart on a fast axis: chance has lines there
-        low, high = float(candidate.points[:, column].min()), float(candidate.usual[column])
-        if wave == _ORDER:
-            low, high = (2.0 * math.pi / order for order in reversed(candidate.effect.identification.typical[_ORDER]))
-        else:
-            # a belt's pulley turns once in a tenth of a metre, a geared shaft once in some turns of its motor; a force must be there more
-            # often, as other slow ones are there too
-            least = method.candidates.least_turns if candidate.effect.site == "measured" else method.candidates.least_turns_of_force
-            high = max(high, min(float(np.ptp(place)) / least, method.candidates.longer_geometry * high))
-        low = max(low, 2.0 * method.candidates.beyond_typical * _way_per_sample(place, method=method))
+        low, high = _range_of_lengths(candidate, wave, place, method)
         points = []
-        # a friction turns its sign round with the direction, a ripple in proportion to the driving force goes with that
-        sizes = [(size, "direction" if candidate.effect.identification.periodic and _is_friction(candidate) else "")]
-        sizes += [(_SHARE, "drive")] if _SHARE in names and size != _SHARE else []
-        for name, factor in sizes:
+        for name, factor in _sizes_of(candidate, names, size):
             key = (candidate.at if factor == "drive" else host, factor)
             if key not in spectra:
                 times = _driving(experiment, candidate.at) if factor == "drive" else None
                 if factor and times is None:
                     times = direction_of(velocity, method=method)
                 together = {name for name, (other, *_) in places.items() if other == host}
-                spectra[key] = [
-                    _periodogram(place, kind, times, _shortest(candidates, together, method=method)) for kind in (signals, fast)
-                ]
-            lengths = [
-                length
-                for spectrum in spectra[key]
-                for length in _strongest(
-                    *spectrum, low / method.candidates.beyond_typical, high * method.candidates.beyond_typical, method=method
-                )
-            ]
-            lengths += [length for length in float(np.ptp(place)) / np.array(_ALONG_ALL) if low < length < float(candidate.usual[column])]
-            for length in lengths:
-                for phase in _PHASES:
-                    point = np.where(np.isin(names, ["phase", "second_phase"]), phase, candidate.neutral)
-                    point[column] = 2.0 * math.pi / length if wave == _ORDER else length
-                    point[names.index(name)] = float(np.median(candidate.points[:, names.index(name)]))
-                    points.append(point)
+                shortest = _shortest(candidates, together, method=method)
+                spectra[key] = [_periodogram(place, kind, times, shortest) for kind in (signals, fast)]
+            lengths = _lengths(spectra[key], low, high, method)
+            usual = float(candidate.usual[names.index(wave)])
+            lengths += [length for length in float(np.ptp(place)) / np.array(_ALONG_ALL) if low < length < usual]
+            points += _points_of(candidate, names, wave, name, lengths)
         if points:
             # whole numbers a turn are tried besides
             found[candidate.part] = np.vstack([points, candidate.points]) if wave == _ORDER else np.array(points)
     return found
+
+
+def _range_of_lengths(candidate: Candidate, wave: str, place: FloatArray, method: Method) -> tuple[float, float]:
+    """Return the shortest and the longest wave that is looked for; ``wave`` is the parameter that says how long one is."""
+    column = next(number for number, name in enumerate(candidate.parameters) if name.partition(".")[2] == wave)
+    # the shortest waves of the range are no longer than samples are apart on a fast axis: chance has lines there
+    low, high = float(candidate.points[:, column].min()), float(candidate.usual[column])
+    if wave == _ORDER:
+        low, high = (2.0 * math.pi / order for order in reversed(candidate.effect.identification.typical[_ORDER]))
+    else:
+        # a belt's pulley turns once in a tenth of a metre, a geared shaft once in some turns of its motor; a force must be there more
+        # often, as other slow ones are there too
+        least = method.candidates.least_turns if candidate.effect.site == "measured" else method.candidates.least_turns_of_force
+        high = max(high, min(float(np.ptp(place)) / least, method.candidates.longer_geometry * high))
+    return max(low, 2.0 * method.candidates.beyond_typical * _way_per_sample(place, method=method)), high
+
+
+def _sizes_of(candidate: Candidate, names: Sequence[str], size: str) -> list[tuple[str, str]]:
+    """Return the parameters that say how large a wave is, each with what its signal is multiplied with: nothing, or the direction of a
+    friction that turns its sign round, or the driving force of a ripple in proportion to it."""
+    sizes = [(size, "direction" if candidate.effect.identification.periodic and _is_friction(candidate) else "")]
+    return sizes + ([(_SHARE, "drive")] if _SHARE in names and size != _SHARE else [])
+
+
+def _lengths(spectra: Sequence[tuple[FloatArray, FloatArray]], low: float, high: float, method: Method) -> list[float]:
+    """Return the wavelengths between two limits at which spectra are strongest."""
+    beyond = method.candidates.beyond_typical
+    return [length for spectrum in spectra for length in _strongest(*spectrum, low / beyond, high * beyond, method=method)]
+
+
+def _points_of(candidate: Candidate, names: Sequence[str], wave: str, size: str, lengths: Sequence[float]) -> list[FloatArray]:
+    """Return a starting point for each wavelength and phase, of the usual ``size``."""
+    points = []
+    for length in lengths:
+        for phase in _PHASES:
+            point = np.where(np.isin(names, ["phase", "second_phase"]), phase, candidate.neutral)
+            point[names.index(wave)] = 2.0 * math.pi / length if wave == _ORDER else length
+            point[names.index(size)] = float(np.median(candidate.points[:, names.index(size)]))
+            points.append(point)
+    return points
 
 
 def is_a_wave(experiment: Experiment, candidate: Candidate, values: Mapping[str, float], method: Method = STANDARD) -> bool:
