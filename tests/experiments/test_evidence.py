@@ -28,7 +28,7 @@ N60 M30
 """
 
 
-@pytest.mark.parametrize("times", [1, 2])
+@pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_further_recordings_judge_the_new_one(times: int, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     lesson, new, before = write_case(tmp_path, Hidden(dry=8.0))
     said = call(capsys, "diagnose", lesson, new, *("--with", lesson, before) * times, *ONLY, "--json", "-", "--no-report")

@@ -1,41 +1,41 @@
-"""Whether the clock of way-points runs apart from the machine's own, which no value of the machine can mend."""
+"""Whether the clock of way-points runs apart from that of the simulated program."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.errors import RecordingError
 from lathesim.experiments.waypoints import Waypoints
 
 _LEAST_LEAD = 0.05
-"""Time [s] by which a clock must be ahead or behind at the end before it is refused; assumed: a shorter one is lag or jitter."""
+"""Time [s] by which a clock must be ahead or behind at the end before it is told; assumed: a shorter one is lag or jitter."""
 _LEFT = 0.1
 """Share of the power left by a constant shift that a running clock may leave; assumed: other machines leave far more."""
 
 
-def check_clocks(recorded: Sequence[Waypoints], simulated: Sequence[FloatArray]) -> None:
-    """Refuse way-points whose clock runs apart from the simulated machine's.
+def clocks_apart(recorded: Sequence[Waypoints], simulated: Sequence[FloatArray]) -> Iterator[str]:
+    """Yield a sentence for each recording whose clock runs apart from the simulated program's.
 
     ``simulated`` holds for each recording the readings (channels, times) [SI] of the machine as given at its times. Two fits by least
-    squares are compared, y(t) = m(t - d) and y(t) = m(t / (1 + s) - d): a constant shift d is the lag of an axis, a skew s is none. Raises
-    :class:`RecordingError` where the skew takes away nine tenths of what a shift leaves, and 50 ms or more come together by the end.
+    squares are compared, y(t) = m(t - d) and y(t) = m(t / (1 + s) - d): a constant shift d is the lag of an axis, a skew s is none. A
+    sentence comes where the skew takes away nine tenths of what a shift leaves, and 50 ms or more come together by the end. A control that
+    slows down at each corner looks the same, so the recording is not refused.
     """
     for item, readings in zip(recorded, simulated, strict=True):
         if not np.isfinite(readings).all():
             continue
         skew, left = _skew(item, readings)
-        ahead = skew * item.duration
-        if abs(ahead) < _LEAST_LEAD or left > _LEFT:
+        late = skew * item.duration
+        if abs(late) < _LEAST_LEAD or left > _LEFT:
             continue
-        direction, place = ("fast", "ahead") if skew > 0.0 else ("slow", "behind")
-        fact = (
-            f"its clock runs {100.0 * abs(skew):.2g} % {direction} against the part program: after {item.duration:.3g} s it is "
-            f"{1e3 * abs(ahead):.3g} ms {place}."
+        pace, corners = ("fast", "slower") if late > 0.0 else ("slow", "quicker")
+        yield (
+            f"{item.file.name}: its clock runs {100.0 * abs(skew):.2g} % {pace} against the program as simulated, "
+            f"{1e3 * abs(late):.3g} ms after {item.duration:.3g} s. Correct its time column, unless the control is that much {corners} at "
+            "corners."
         )
-        raise RecordingError(fact, place=str(item.file), remedy="Correct its time column, or name the part program that was run.")
 
 
 def _skew(item: Waypoints, readings: FloatArray) -> tuple[float, float]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
-from lathesim.experiments.emulation.clock_check import check_clocks
+from lathesim.experiments.emulation.clock_check import clocks_apart
 from lathesim.experiments.emulation.free_values import FreeValue, bounds, free_values, values_of
 from lathesim.experiments.emulation.importance import Importance, importances
 from lathesim.experiments.emulation.methods import METHODS, Effort, Tell
@@ -93,7 +93,9 @@ def emulate(
     fitted = _Fitting(lesson, recordings, validate, registry, question, stop)
     as_given = fitted.objective(())
     start = np.zeros(len(as_given.free))
-    check_clocks(fitted.recorded, [rows[0] for rows in as_given.replica.readings(values_of(as_given.free, start)[None, :])])
+    readings = [rows[0] for rows in as_given.replica.readings(values_of(as_given.free, start)[None, :])]
+    for sentence in clocks_apart(fitted.recorded, readings):
+        say(sentence)
     given = as_given.position_rms(start)
     say(f"As given, the machine is off by {_listed_mm(given)} (rms).")
     best = fitted.best((), say, rounds=0 if question.structure else 2)
