@@ -116,3 +116,14 @@ def test_a_lap_of_another_length_is_refused(tmp_path: Path, capsys: pytest.Captu
     lesson, lap = recorded(tmp_path, keep=1000)
     assert run_command_line(["learn", str(lesson), "--variant", "12_bits", "--recording", str(lap), "--out", str(tmp_path / "next")]) == 1
     assert "the lap has 1000 samples, and the lesson's has 3548." in capsys.readouterr().err
+
+
+def test_a_lesson_that_has_learned_goes_on_learning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first, second = tmp_path / "first", tmp_path / "second"
+    assert run_command_line(["learn", "20_learning", "--variant", "fine", "--laps", "2", "--out", str(first), "--json"]) == 0
+    before = json.loads(capsys.readouterr().out)["laps"]
+    assert run_command_line(["learn", str(first / "lesson.yaml"), "--laps", "2", "--out", str(second), "--json"]) == 0
+    after = json.loads(capsys.readouterr().out)["laps"]
+    assert after[0]["largest_m"] == pytest.approx(before[-1]["largest_m"], rel=1e-3)
+    assert after[-1]["largest_m"] < 0.3 * after[0]["largest_m"]
+    assert (second / "x_controller_learned_2.csv").is_file()

@@ -147,7 +147,7 @@ def course_of(prepared: Prepared, what: str) -> Course:
     for loop in loops:
         controller = next(part for part in machinery.parts if part.name == loop.controller)
         port = controller.component.ports["reading" if what == "voltage" else "drive"]
-        name = f"{loop.controller}_learned"
+        name = _free_name(f"{loop.controller}_learned", {part.name for part in machinery.parts})
         machinery = insert_effect(machinery, LearnedCorrection, f"{loop.controller}.{port}", name=name)
         tables.append(f"{name}.samples")
     parts = tuple(
@@ -160,3 +160,8 @@ def course_of(prepared: Prepared, what: str) -> Course:
     normals = [f"{part}.normal_{axis}" for axis in ("x", "z") for part in ("contour",)]
     places = tuple(plan.channels.index(name) for name in normals if name in plan.channels)
     return Course(loops, machinery, batch, what, samples, machinery.sample_period, tuple(tables), places)
+
+
+def _free_name(wanted: str, taken: set[str]) -> str:
+    """Return the name of a correction: the wanted one, numbered on where the lesson has learned already."""
+    return next(name for name in (wanted, *(f"{wanted}_{number}" for number in range(2, len(taken) + 3))) if name not in taken)
