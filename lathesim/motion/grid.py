@@ -19,6 +19,11 @@ _BETWEEN = np.array([0.2, 0.4, 0.6, 0.8])
 _EVERYWHERE = np.linspace(0.0, 1.0, 21)
 """Shares of a segment at which the limits are held at last."""
 
+_CLOSELY = np.linspace(0.0, 1.0, 201)
+"""Shares of the segments that come nearest to their limits, at which they are looked at again."""
+_MOST_NEAR = 16
+"""How many segments those are."""
+
 ToolSpeed = Callable[[FloatArray, FloatArray], FloatArray]
 """Positions and their derivative by s, (points, axes), to the distance of the tool tip per s, (points,)."""
 Slower = Callable[[FloatArray], FloatArray]
@@ -88,8 +93,16 @@ class Grid:
         return np.asarray(np.max([self.ratios(b, limits, share) for share in _BETWEEN], axis=0) > np.sqrt(_PASSED))
 
     def largest_ratio(self, b: FloatArray, limits: AxisLimits) -> float:
-        """Return by how much the whole has to be slowed so that the limits hold at and between the nodes."""
-        return max(float(self.ratios(b, limits, share).max()) for share in _EVERYWHERE)
+        """Return by how much the whole has to be slowed so that the limits hold at and between the nodes.
+
+        The segments with the largest ratios are looked at more closely: a bend of the spline may lie within one.
+        """
+        largest = np.max([self.ratios(b, limits, share) for share in _EVERYWHERE], axis=0)
+        top = float(largest.max())
+        near = np.argsort(largest)[-_MOST_NEAR:]
+        pairs = [Grid(self.curve, self.s[at : at + 2], self.span[at : at + 1], self.rest[:0]) for at in near]
+        closer = [pair.ratios(b[at : at + 2], limits, share) for at, pair in zip(near, pairs, strict=True) for share in _CLOSELY]
+        return max(top, float(np.max(closer)))
 
     def halved(self, which: np.typing.NDArray[np.bool_]) -> Grid:
         """Return the grid with some segments cut in two."""

@@ -154,6 +154,9 @@ def test_the_axes_stand_at_a_retraction() -> None:
     st.floats(1e-3, 100.0),
 )
 @example([(0.0, 0.0009999999999999998), (0.01953125, 0.0), (0.0, 0.0)], 1.0, 2.0).via("the sample at the retraction")
+@example(
+    [(0.0, 0.0), (0.0, 6.28e-4), (0.0, 0.0), (1.0, 0.0), (0.0, 0.0), (1.0, 0.0), (0.0, 9.47e-4), (6e-4, 0.0), (0.0, 0.0)], 1.0, 2.0
+).via("a bend within one segment")
 def test_any_path_is_timed_within_its_limits(points: list[tuple[float, float]], velocity: float, acceleration: float) -> None:
     timing = retime(path_of(np.array(points)), same_limits(2, velocity, acceleration), grid=100)
     _, v, a, _ = timing.at(np.linspace(0.0, timing.duration, 4001))
