@@ -112,6 +112,7 @@ def test_a_machine_and_its_stream_end_and_keep_what_was_played(tmp_path: Path) -
     assert 0 < len(load(tmp_path / "machine.h5")) < 60_000
 
 
+@pytest.mark.slow
 def test_a_publisher_and_its_recorder_end_and_keep_what_came(tmp_path: Path) -> None:
     port = free_port()
     with running(tmp_path, "publish", LESSON, "--mtconnect", port, "--rate", "50 Hz") as publisher:

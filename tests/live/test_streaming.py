@@ -116,7 +116,7 @@ async def _slow(writer: asyncio.StreamWriter) -> None:
     """Send a greeting byte by byte, each within the patience and all together beyond it."""
     for byte in HELLO:
         writer.write(bytes([byte]))
-        await asyncio.sleep(0.02)
+        await asyncio.sleep(0.01)
 
 
 async def _half_a_frame(writer: asyncio.StreamWriter) -> None:
