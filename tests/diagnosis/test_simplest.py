@@ -7,10 +7,11 @@ import pytest
 
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.selection.acceptance import simplest
+from lathesim.effects.identification import Identification
 
 
 def trial(name: str, gain: float, values: int, catalogue: int, spare: int = 0, share: float = 0.9) -> Any:
-    effect = SimpleNamespace(catalogue=catalogue, between_sensors=False)
+    effect = SimpleNamespace(catalogue=catalogue, identification=Identification())
     candidate = SimpleNamespace(name=name, parameters=("value",) * values, spare=("value",) * spare, effect=effect, second=False)
     return SimpleNamespace(candidate=candidate, full_band_gain=gain, full_band_validation_gain=gain, share_of_all=share)
 
