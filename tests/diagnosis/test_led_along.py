@@ -44,6 +44,7 @@ def write_log(file: Path, seed: int) -> None:
     np.savetxt(file, rows, delimiter=",", header="t,asked,feed,acceleration,reached,current", comments="")
 
 
+@pytest.mark.slow
 def test_a_loop_without_feed_forward_is_no_late_sensor(tmp_path: Path) -> None:
     """A filter of the encoder makes the position as late; the current is late with the motion, and only the loop does both."""
     (tmp_path / "lesson.yaml").write_text(LESSON, encoding="utf-8")

@@ -146,6 +146,7 @@ def test_five_thousand_damaged_recordings_make_no_fault(tmp_path: Path) -> None:
     assert ended["mapped"] > 500 and ended["refused"] > 500
 
 
+@pytest.mark.slow
 def test_a_record_whose_texts_never_end_is_refused(tmp_path: Path) -> None:
     """An empty free space in the heap of the texts, over which the HDF5 library steps for ever."""
     path = tmp_path / "run.h5"

@@ -42,7 +42,9 @@ def check_units(name: str, effect: type) -> None:
         assert np.isfinite(quantity(text, declared.unit))
 
 
-@pytest.mark.parametrize("template", TEMPLATES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "template", [pytest.param(path, id=path.stem, marks=pytest.mark.slow if "lathe" in path.stem else ()) for path in TEMPLATES]
+)
 def test_every_value_of_every_candidate_is_written_with_the_unit_of_its_wire(template: Path, registry: Registry) -> None:
     assembly = check_machine(load_machine(template), registry).assembly
     filled, candidates = insert_candidates(assembly, registry.effects.values(), wire(assembly).channels)  # type: ignore[arg-type]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from math import erf, exp, log, sqrt
 
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
@@ -19,6 +20,7 @@ from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import with_start
 from lathesim.identification.records.model import Model
 from lathesim.identification.replay.experiment import POSSIBLE, baseline_free
+from lathesim.recordings.known_factors import known_factor
 
 
 def values_first(laboratory: Laboratory, found: SearchResult, method: Method) -> bool:
@@ -34,6 +36,7 @@ def values_first(laboratory: Laboratory, found: SearchResult, method: Method) ->
         not off
         or _at_a_bound(loose, off, method)
         or is_implausible(loose.fitted, method=method)
+        or _is_a_common_factor(loose, off, experiment.machine.uncertain, method)
         or not loose.validation.above(baseline.validation, full_band=True) > 0.0
     ):
         return False
@@ -82,6 +85,23 @@ def _at_a_bound(loose: Model, names: Collection[str], method: Method) -> bool:
     return any(
         not item.low + room[item.name] < values[item.name] < item.high - room[item.name] for item in loose.fitted.free if item.name in names
     )
+
+
+def _is_a_common_factor(loose: Model, names: Collection[str], uncertain: Mapping[str, float], method: Method) -> bool:
+    """Return whether all values are off by one factor that a mistaken unit leaves: then a reading is at fault, and no value is off.
+
+    The logarithms of two independent values with relative deviations s1, s2 agree within d with the probability
+    erf(d/sqrt(2 (s1^2 + s2^2))). Below the false-alarm rate, the agreement is no chance.
+    """
+    values = loose.fitted.by_name
+    given = {item.name: item.given for item in loose.fitted.free}
+    ratios = {name: values[name] / given[name] for name in names if given[name]}
+    if len(ratios) < 2 or len(ratios) < len(uncertain) or min(ratios.values()) <= 0.0:
+        return False
+    logarithms = sorted((log(ratio), (uncertain[name] / given[name]) ** 2) for name, ratio in ratios.items())
+    (least, first), (most, last) = logarithms[0], logarithms[-1]
+    is_one = erf((most - least) / sqrt(2.0 * (first + last))) < method.verdict.false_alarms
+    return is_one and bool(known_factor(exp(0.5 * (least + most))))
 
 
 def _off(loose: Model, uncertain: Mapping[str, float]) -> list[str]:
