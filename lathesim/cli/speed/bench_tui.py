@@ -139,6 +139,8 @@ async def _search_answers(keys: int) -> list[float]:
             help_shown = not help_shown
             answers.append(time.perf_counter() - begun)
         screen.stop_search()
+        while screen.busy:  # else the search goes on in the background of what is measured next
+            await asyncio.sleep(0.05)
     return answers
 
 

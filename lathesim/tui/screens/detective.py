@@ -302,7 +302,7 @@ class DetectiveScreen(WorkbenchScreen):
         self._stop.clear()
         self.query_one(DiagnosisPane).begin(case.guess.words)
         self._go(DIAGNOSIS)
-        tell = partial(self.app.call_from_thread, self._tell_step)
+        tell = self._tell_from_thread
         work = partial(case_file.diagnose, case, self.workbench.setup, self.workbench.registry, tell, self._stop)
         self.in_thread("Searching ...", work, self._show_diagnosed, writes=False)
 
@@ -311,6 +311,10 @@ class DetectiveScreen(WorkbenchScreen):
         self._stop.set()
         self.busy = "Searching: stops at the next step ..."
         self._show_status()
+
+    def _tell_from_thread(self, step: str) -> None:
+        """Tell a step of work in a thread; nothing is told once the screen is gone."""
+        self.call_later(self._tell_step, step)
 
     def _tell_step(self, step: str) -> None:
         if self.case is not None:
@@ -376,12 +380,12 @@ class DetectiveScreen(WorkbenchScreen):
             return
 
         def make() -> None:
-            tell = partial(self.app.call_from_thread, self._tell_step)
+            tell = self._tell_from_thread
             for folder in order.folders:
                 made = case_file.conceal(
                     setup.lesson, self.workbench.registry, folder, hidden=order.hidden, validate=order.validate, tell=tell
                 )
-                self.app.call_from_thread(self.notify, "\n".join(made), markup=False, timeout=10.0)
+                self.call_later(self.notify, "\n".join(made), markup=False, timeout=10.0)
 
         self.in_thread("Hiding and recording ...", make, partial(self.show_changes, {SETUP}))
 

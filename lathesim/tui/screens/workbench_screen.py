@@ -128,7 +128,7 @@ class WorkbenchScreen(Screen[None]):
             finally:
                 app.droppable -= not writes
             if app.is_running:
-                app.call_from_thread(self._worked, fault, done)
+                self.call_later(self._worked, fault, done)
 
         if writes:
             self.run_worker(run, thread=True, exit_on_error=False)
