@@ -11,7 +11,7 @@ from pathlib import Path
 
 @functools.cache
 def cache_folder() -> Path:
-    """Give the folder (``LATHESIM_CACHE`` or the system's usual place), made if absent; a temporary one where it cannot be written."""
+    """Return the folder (``LATHESIM_CACHE`` or the system's usual place), made if absent; a temporary one where it cannot be written."""
     chosen = os.environ.get("LATHESIM_CACHE")
     base = Path(os.environ.get("XDG_CACHE_HOME", "")) if os.environ.get("XDG_CACHE_HOME") else Path.home() / ".cache"
     folder = Path(chosen) if chosen else base / "lathesim" / f"python{sys.version_info.major}.{sys.version_info.minor}"

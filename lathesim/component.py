@@ -66,7 +66,7 @@ class Declaration:
         self.name = name
 
     def with_units(self, units: Mapping[str, str]) -> Declaration:
-        """Give a copy with the placeholders of the unit replaced."""
+        """Return a copy with the placeholders of the unit replaced."""
         copy = object.__new__(type(self))
         copy.__dict__.update(self.__dict__)
         copy.unit = _PLACEHOLDER.sub(lambda match: f"({units[match[1]]})" if match[1] in units else match[0], self.unit)
@@ -76,7 +76,7 @@ class Declaration:
 
 
 def _without_needless_brackets(unit: str) -> str:
-    """Give ``N/s`` for ``((N))/s``, and ``m/s`` for ``(m/s)``: a person reads it, and pastes it into a lesson."""
+    """Return ``N/s`` for ``((N))/s``, and ``m/s`` for ``(m/s)``: a person reads it, and pastes it into a lesson."""
     before = ""
     while before != unit:
         before = unit
@@ -196,14 +196,14 @@ class Component:
 
     @classmethod
     def output_laws(cls) -> dict[str, tuple[str, ...]]:
-        """Give for each output law the outputs it gives: ``output`` those that have no law of their own."""
+        """Return for each output law the outputs it gives: ``output`` those that have no law of their own."""
         single = {f"output_{name}": (name,) for name in cls.declared(Output) if f"output_{name}" in cls.laws}
         rest = tuple(name for name in cls.declared(Output) if f"output_{name}" not in cls.laws)
         return ({"output": rest} if "output" in cls.laws else {}) | single
 
     @classmethod
     def idle(cls) -> tuple[dict[str, float], dict[str, str]]:
-        """Give the parameter values with which the part only passes on what it is given, and which input each output then is.
+        """Return the parameter values with which the part only passes on what it is given, and which input each output then is.
 
         The engine leaves an idle part out. Most parts have no such values: both are empty.
         """
@@ -211,17 +211,17 @@ class Component:
 
     @classmethod
     def law_of(cls, output: str) -> str:
-        """Give the law that gives an output."""
+        """Return the law that gives an output."""
         return f"output_{output}" if f"output_{output}" in cls.laws else "output"
 
     @classmethod
     def placeholders(cls) -> set[str]:
-        """Give the unit placeholders that are still open."""
+        """Return the unit placeholders that are still open."""
         return {match for item in cls.declarations.values() for match in _PLACEHOLDER.findall(item.unit)}
 
     @classmethod
     def with_units(cls, units: Mapping[str, str]) -> type[Component]:
-        """Give the same part with its unit placeholders replaced, for example ``{"effort": "N", "flow": "m/s"}``."""
+        """Return the same part with its unit placeholders replaced, for example ``{"effort": "N", "flow": "m/s"}``."""
         if not cls.placeholders():
             return cls
         body: dict[str, Any] = {name: item.with_units(units) for name, item in cls.declarations.items()}

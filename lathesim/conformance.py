@@ -45,7 +45,7 @@ class _Case:
 
 
 def check_component(component: type[Component], *, compiled: bool = False) -> list[ComponentError]:
-    """Give what a component breaks of the contract; an empty list where it keeps it.
+    """Return what a component breaks of the contract; an empty list where it keeps it.
 
     Looked at: one sentence of documentation, units that can be read, laws that take what they name and give what is declared, as finite
     floats, at default values, at every bound of every parameter and at random values between them; the same answer twice. With
@@ -196,7 +196,7 @@ def _run(component: type[Component], laws: dict[str, Any], case: _Case) -> Compo
 
 
 def _bits(answers: Iterable[Any]) -> list[str]:
-    """Give answers in a form in which equal bits are equal, also those of what is no number."""
+    """Return answers in a form in which equal bits are equal, also those of what is no number."""
     return [
         " ".join(float(value).hex() for value in (answer if isinstance(answer, tuple) else (answer,)) if value is not None)
         for answer in answers
@@ -280,7 +280,7 @@ def _compiled(component: type[Component], closed: type[Component]) -> list[Compo
 
 
 def _place(thing: Any) -> str:
-    """Give ``file:line`` of a class or function, or its name where it has no file."""
+    """Return ``file:line`` of a class or function, or its name where it has no file."""
     try:
         file = Path(inspect.getsourcefile(thing) or "").name
         return f"{file}:{inspect.getsourcelines(thing)[1]}"
@@ -289,7 +289,7 @@ def _place(thing: Any) -> str:
 
 
 def line_of(component: type[Component], name: str) -> str:
-    """Give ``file:line`` of the declaration of a component's name."""
+    """Return ``file:line`` of the declaration of a component's name."""
     owner: type = next((base for base in component.__mro__ if isinstance(vars(base).get(name), Declaration)), component)
     try:
         lines, first = inspect.getsourcelines(owner)
@@ -301,7 +301,7 @@ def line_of(component: type[Component], name: str) -> str:
 
 
 def _line_in(error: BaseException, laws: dict[str, Any]) -> str:
-    """Give ``file:line`` of the deepest frame of an error that lies in the file of a law."""
+    """Return ``file:line`` of the deepest frame of an error that lies in the file of a law."""
     files: Sequence[str] = [function.__code__.co_filename for function in laws.values() if hasattr(function, "__code__")]
     trace, found = error.__traceback__, ""
     while trace is not None:

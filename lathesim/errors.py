@@ -85,6 +85,6 @@ class SimulationError(LatheSimError):
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
-    """Give ``"Did you mean 'x'?"`` for the name most like ``name``, or an empty text where none is near."""
+    """Return ``"Did you mean 'x'?"`` for the name most like ``name``, or an empty text where none is near."""
     found = difflib.get_close_matches(name, list(names), n=1, cutoff=0.6)
     return f"Did you mean '{found[0]}'?" if found else ""

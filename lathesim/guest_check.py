@@ -25,7 +25,7 @@ class _RunsOn(BaseException):
 
 
 def guest_fault(component: type[Component]) -> str:
-    """Give what is wrong with a guest's component as ``file:line: sentence``, empty where it keeps the contract."""
+    """Return what is wrong with a guest's component as ``file:line: sentence``, empty where it keeps the contract."""
     if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         return _first_fault(component)
     with _given_up(signal.ITIMER_PROF, signal.SIGPROF, PATIENCE), _given_up(signal.ITIMER_REAL, signal.SIGALRM, _ASLEEP):
@@ -58,7 +58,7 @@ def _first_fault(component: type[Component]) -> str:
 
 
 def _shown(path: str) -> str:
-    """Give a path as a person would write it where they stand."""
+    """Return a path as a person would write it where they stand."""
     return str(Path(path).relative_to(Path.cwd())) if path and Path(path).is_relative_to(Path.cwd()) else path
 
 

@@ -26,27 +26,27 @@ hookimpl = pluggy.HookimplMarker(PROJECT)
 
 @hookspec
 def register_components() -> Sequence[type[Component]]:  # type: ignore[empty-body]
-    """Give component classes; a machine names each by its class name."""
+    """Return component classes; a machine names each by its class name."""
 
 
 @hookspec
 def register_effects() -> Sequence[type[Component]]:  # type: ignore[empty-body]
-    """Give effect classes; a lesson inserts each by its class name."""
+    """Return effect classes; a lesson inserts each by its class name."""
 
 
 @hookspec
 def register_remedies() -> Sequence[type[Component]]:  # type: ignore[empty-body]
-    """Give remedy classes: effects that compensate another one; a lesson inserts each by its class name."""
+    """Return remedy classes: effects that compensate another one; a lesson inserts each by its class name."""
 
 
 @hookspec
 def register_metrics() -> Sequence[Any]:  # type: ignore[empty-body]
-    """Give metrics: what a number is called, its unit, how it is measured on a Record, and whether it is one ``of_cutting``."""
+    """Return metrics: what a number is called, its unit, how it is measured on a Record, and whether it is one ``of_cutting``."""
 
 
 @hookspec
 def register_recording_readers() -> Sequence[Any]:  # type: ignore[empty-body]
-    """Give readers: which files each reads, and how it makes a Record of one."""
+    """Return readers: which files each reads, and how it makes a Record of one."""
 
 
 HOOKS = ("register_components", "register_effects", "register_remedies", "register_metrics", "register_recording_readers")

@@ -33,27 +33,27 @@ class StockParts:
 
     @hookimpl
     def register_components(self) -> list[type[Component]]:
-        """Give the stock components."""
+        """Return the stock components."""
         return _stock("lathesim.components.register", "stock_components")
 
     @hookimpl
     def register_effects(self) -> list[type[Component]]:
-        """Give the stock effects."""
+        """Return the stock effects."""
         return _stock("lathesim.effects.register", "stock_effects")
 
     @hookimpl
     def register_remedies(self) -> list[type[Component]]:
-        """Give the stock remedies."""
+        """Return the stock remedies."""
         return _stock("lathesim.effects.remedies.register", "stock_remedies")
 
     @hookimpl
     def register_metrics(self) -> list[Any]:
-        """Give the stock metrics."""
+        """Return the stock metrics."""
         return _stock("lathesim.analysis.register", "stock_metrics")
 
     @hookimpl
     def register_recording_readers(self) -> list[Any]:
-        """Give the stock recording readers."""
+        """Return the stock recording readers."""
         return _stock("lathesim.recordings.register", "stock_readers")
 
 
@@ -62,7 +62,7 @@ def _stock(module: str, function: str) -> list[Any]:
 
 
 def _listed(given: Any) -> list[Any]:
-    """Give what a hook gave as a list; a mapping counts by its values."""
+    """Return what a hook gave as a list; a mapping counts by its values."""
     return list(given.values()) if isinstance(given, Mapping) else list(given)
 
 
@@ -107,19 +107,19 @@ class Registry:
         return self._collected("register_recording_readers", _no_fault)
 
     def component(self, name: str) -> type[Component]:
-        """Give the component of a name; :class:`PluginError` with the nearest name where there is none."""
+        """Return the component of a name; :class:`PluginError` with the nearest name where there is none."""
         found: type[Component] = self._found(name, self.components, "component")
         return found
 
     def effect(self, name: str) -> type[Component]:
-        """Give the effect of a name, or the remedy; :class:`PluginError` with the nearest name where there is none."""
+        """Return the effect of a name, or the remedy; :class:`PluginError` with the nearest name where there is none."""
         if name not in self.effects and name in self.remedies:
             return self.remedies[name]
         found: type[Component] = self._found(name, self.effects, "effect")
         return found
 
     def metric(self, name: str) -> Any:
-        """Give the metric of a name; :class:`PluginError` with the nearest name where there is none."""
+        """Return the metric of a name; :class:`PluginError` with the nearest name where there is none."""
         return self._found(name, self.metrics, "metric")
 
     def ask(self, *kinds: str) -> None:
@@ -262,7 +262,7 @@ class Registry:
 
 
 def load_registry(plugin_folders: Iterable[Path] = (), *, installed: bool = True) -> Registry:
-    """Give the registry of stock parts, installed plug-ins and the files of plug-in folders."""
+    """Return the registry of stock parts, installed plug-ins and the files of plug-in folders."""
     registry = Registry()
     if installed:
         registry.add_installed()
@@ -307,7 +307,7 @@ def _told(error: BaseException) -> str:
 
 
 def _classes_in(path: Path) -> list[str]:
-    """Give the names of the classes a file would define, as far as its text tells."""
+    """Return the names of the classes a file would define, as far as its text tells."""
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
@@ -316,7 +316,7 @@ def _classes_in(path: Path) -> list[str]:
 
 
 def _shown(path: str) -> str:
-    """Give a path as a person would write it where they stand."""
+    """Return a path as a person would write it where they stand."""
     return str(Path(path).relative_to(Path.cwd())) if Path(path).is_relative_to(Path.cwd()) else path
 
 

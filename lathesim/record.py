@@ -73,14 +73,14 @@ class Record:
         return iter(self.channels)
 
     def channel(self, name: str) -> Channel:
-        """Give a channel with its unit; :class:`RecordError` with the nearest name where there is none."""
+        """Return a channel with its unit; :class:`RecordError` with the nearest name where there is none."""
         found = self.channels.get(name)
         if found is None:
             raise RecordError(f"the record has no channel '{name}'.", remedy=nearest(name, self.channels) or _some_of(self.channels))
         return found
 
     def unit(self, name: str) -> str:
-        """Give the SI unit of a channel."""
+        """Return the SI unit of a channel."""
         return self.channel(name).unit
 
     @property
@@ -97,22 +97,22 @@ class Record:
         return str(self.meta.get("status", "complete"))
 
     def between(self, begin: float, end: float) -> Record:
-        """Give the samples with ``begin <= time <= end`` [s], with their times as they are."""
+        """Return the samples with ``begin <= time <= end`` [s], with their times as they are."""
         inside = (self.time >= begin) & (self.time <= end)
         channels = {name: dataclasses.replace(channel, values=channel.values[inside]) for name, channel in self.channels.items()}
         return Record(self.time[inside], channels, dict(self.meta))
 
     def with_channel(self, name: str, unit: str, values: npt.ArrayLike, description: str = "") -> Record:
-        """Give the record with one channel more, or one replaced."""
+        """Return the record with one channel more, or one replaced."""
         channel = Channel(name, unit, np.asarray(values, dtype=np.float64), description)
         return Record(self.time, {**self.channels, name: channel}, dict(self.meta))
 
     def with_meta(self, **entries: str | float | int) -> Record:
-        """Give the record with further entries of ``meta``."""
+        """Return the record with further entries of ``meta``."""
         return Record(self.time, self.channels, {**self.meta, **entries})
 
     def ending_with(self, *suffixes: str) -> list[str]:
-        """Give the names of the channels that end with one of ``suffixes``, in the order of the suffixes."""
+        """Return the names of the channels that end with one of ``suffixes``, in the order of the suffixes."""
         return [name for suffix in suffixes for name in self.channels if name.endswith(suffix)]
 
 
@@ -152,7 +152,7 @@ def load(path: str | Path) -> Record:
 
 
 def is_record(path: str | Path) -> bool:
-    """Say whether a file is a record written by :func:`save`."""
+    """Return whether a file is a record written by :func:`save`."""
     import h5py
 
     try:

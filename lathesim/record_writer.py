@@ -151,7 +151,7 @@ class _Columns:
         self._layout.set_fletcher32()
 
     def new(self, group: Any, name: str, unit: str, description: str) -> Any:
-        """Give a new empty column of numbers."""
+        """Return a new empty column of numbers."""
         from h5py import h5a, h5d, h5t
 
         dataset = h5d.create(group, name.encode(), h5t.IEEE_F64LE, self._space, self._layout)
@@ -180,7 +180,7 @@ class _Disk(io.RawIOBase):
         return self._position
 
     def tell(self) -> int:
-        """Give the place, as any file."""
+        """Return the place, as any file."""
         return self._position
 
     def write(self, buffer: Any) -> int:

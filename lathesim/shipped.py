@@ -13,7 +13,7 @@ FOLDERS = ("lesson_configs", "part_programs", "plugins")
 
 
 def shipped_folder(name: str) -> Path:
-    """Give the folder ``lesson_configs``, ``part_programs`` or ``plugins`` that came with the program."""
+    """Return the folder ``lesson_configs``, ``part_programs`` or ``plugins`` that came with the program."""
     package = Path(__file__).parent
     for top in (package / "shipped", package.parent):
         if (top / name).is_dir():
@@ -22,5 +22,5 @@ def shipped_folder(name: str) -> Path:
 
 
 def shipped_files(name: str, pattern: str) -> list[Path]:
-    """Give the files of a shipped folder that match, sorted by name."""
+    """Return the files of a shipped folder that match, sorted by name."""
     return sorted(path for path in shipped_folder(name).glob(pattern) if path.is_file())

@@ -19,7 +19,7 @@ from lathesim.unit_table import known_angle_power, known_unit
 
 
 def _kept_definitions(pint: Any) -> Path:
-    """Give the folder where this installation's unit definitions are kept ready.
+    """Return the folder where this installation's unit definitions are kept ready.
 
     Each installation has its own: what is kept names the files it was read from, and fails once another environment is deleted.
     """
@@ -29,7 +29,7 @@ def _kept_definitions(pint: Any) -> Path:
 
 @functools.cache
 def registry() -> Any:
-    """Give the one unit registry, made when first asked for (pint takes a third of a second to load)."""
+    """Return the one unit registry, made when first asked for (pint takes a third of a second to load)."""
     import pint
 
     units: Any = pint.UnitRegistry(cache_folder=_kept_definitions(pint), autoconvert_offset_to_baseunit=True)
@@ -46,7 +46,7 @@ def registry() -> Any:
 
 @functools.cache
 def si_factor(unit: str) -> tuple[float, str]:
-    """Give what one ``unit`` is in SI base units, and its dimension as text."""
+    """Return what one ``unit`` is in SI base units, and its dimension as text."""
     if unit.strip() in ("", "1"):
         return 1.0, "dimensionless"
     known = known_unit(unit)
@@ -139,7 +139,7 @@ def _turning_power(unit: str) -> int:
 
 
 def dimension_text(dimensionality: Mapping[str, float]) -> str:
-    """Give a dimension as text, alike for all units of one kind: ``[length] * [mass] / [time] ** 2`` for N as for lbf."""
+    """Return a dimension as text, alike for all units of one kind: ``[length] * [mass] / [time] ** 2`` for N as for lbf."""
     above, below = (
         [f"{name} ** {abs(power):g}" if abs(power) != 1 else name for name, power in sorted(dimensionality.items()) if power * sign > 0]
         for sign in (1, -1)
@@ -150,17 +150,17 @@ def dimension_text(dimensionality: Mapping[str, float]) -> str:
 
 
 def same_dimension(first: str, second: str) -> bool:
-    """Say whether two units measure the same kind of thing; ``rad`` and ``1`` do."""
+    """Return whether two units measure the same kind of thing; ``rad`` and ``1`` do."""
     return first == second or si_factor(first)[1] == si_factor(second)[1]
 
 
 def from_si(value: float, unit: str) -> float:
-    """Give the SI number ``value`` in ``unit``."""
+    """Return the SI number ``value`` in ``unit``."""
     return value / si_factor(unit)[0]
 
 
 def split_quantity(text: str) -> tuple[float, str]:
-    """Give number and unit of ``"12.5 mm/s"``; the unit is empty where there is none."""
+    """Return number and unit of ``"12.5 mm/s"``; the unit is empty where there is none."""
     head, _, tail = text.strip().partition(" ")
     try:
         return float(head), tail.strip()
@@ -176,7 +176,7 @@ def split_quantity(text: str) -> tuple[float, str]:
 
 @functools.lru_cache(maxsize=4096)
 def quantity(text: str, unit: str) -> float:
-    """Give the SI value of ``text``, which must measure the same kind of thing as ``unit``.
+    """Return the SI value of ``text``, which must measure the same kind of thing as ``unit``.
 
     A pure number is right only where ``unit`` is ``"1"``.
     """
@@ -196,7 +196,7 @@ def quantity(text: str, unit: str) -> float:
 
 
 def shown(value: float, unit: str, digits: int = 4) -> str:
-    """Give an SI value as a person reads it, for example ``"0.684 mm"``: with the prefix that keeps the number between 1 and 1000."""
+    """Return an SI value as a person reads it, for example ``"0.684 mm"``: with the prefix that keeps the number between 1 and 1000."""
     if not math.isfinite(value):
         return f"{value} {unit}"
     if unit in _PREFIXED and value != 0.0:

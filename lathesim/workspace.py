@@ -20,7 +20,7 @@ def mark_workspace(folder: Path) -> None:
 
 
 def workspace_plugins(folder: Path) -> Path | None:
-    """Give the plug-in folder of a workspace, or none where ``folder`` is no workspace or has no plug-ins."""
+    """Return the plug-in folder of a workspace, or none where ``folder`` is no workspace or has no plug-ins."""
     try:
         marked = (folder / MARKER).read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError):

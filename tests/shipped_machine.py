@@ -11,5 +11,5 @@ MACHINES = Path(__file__).parents[1] / "lesson_configs" / "machines"
 
 
 def shipped_machine(name: str) -> Machinery:
-    """Give the assembly of a template by its name, with the project's own parts only."""
+    """Return the assembly of a template by its name, with the project's own parts only."""
     return check_machine(load_machine(MACHINES / f"{name}.yaml"), load_registry(installed=False)).assembly

@@ -15,7 +15,7 @@ TIME_SCALE = 5.0
 
 
 def weighed(cost: float, time: float) -> float:
-    """Give the performance index of a lathe of this cost [dollar] and cycle time [s]:  PI = C/50000 + T/5.
+    """Return the performance index of a lathe of this cost [dollar] and cycle time [s]:  PI = C/50000 + T/5.
 
     Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equation (39). The smaller the better.
     """
@@ -23,27 +23,27 @@ def weighed(cost: float, time: float) -> float:
 
 
 def machine_cost(record: Record) -> float:
-    """Give what the lathe costs [dollar]."""
+    """Return what the lathe costs [dollar]."""
     return float(signal(record, "design.machine_cost", ".machine_cost")[-1])
 
 
 def performance_index(record: Record) -> float:
-    """Give the index of a design project, from cost and cycle time [1]."""
+    """Return the index of a design project, from cost and cycle time [1]."""
     return weighed(machine_cost(record), cycle_time(record))
 
 
 def part_cost(record: Record) -> float:
-    """Give what the part cost, tool changes and edges included [dollar]."""
+    """Return what the part cost, tool changes and edges included [dollar]."""
     return float(signal(record, "economy.part_cost", ".part_cost")[-1])
 
 
 def time_per_part(record: Record) -> float:
-    """Give the time for the part with its share of tool changes [s]."""
+    """Return the time for the part with its share of tool changes [s]."""
     return float(signal(record, "economy.time_per_part", ".time_per_part")[-1])
 
 
 def parts_per_edge(record: Record) -> float:
-    """Give how many such parts an edge lasts [1]."""
+    """Return how many such parts an edge lasts [1]."""
     used = float(signal(record, "tool_wear.used_life", ".used_life")[-1])
     return 1.0 / used if used > 0.0 else float("inf")
 

@@ -30,7 +30,7 @@ _STEPS: dict[str, tuple[tuple[float, str], ...]] = {
 
 
 def display_unit(unit: str, largest: float) -> tuple[float, str]:
-    """Give what one display unit is in the SI ``unit``, and its name, such that ``largest`` reads between 1 and 1000.
+    """Return what one display unit is in the SI ``unit``, and its name, such that ``largest`` reads between 1 and 1000.
 
     ``display_unit("m", 0.0006)`` gives ``(1e-6, "um")``; metres begin at millimetres, as in drawings. A unit without a choice is kept.
     """
@@ -47,7 +47,7 @@ def display_unit(unit: str, largest: float) -> tuple[float, str]:
 
 
 def shown_with_unit(value: float, unit: str, digits: int = 4) -> str:
-    """Give an SI value with its display unit: ``"0.6845 mm"``, ``"18.48 s"``. Metres under 0.1 mm go to micrometres."""
+    """Return an SI value with its display unit: ``"0.6845 mm"``, ``"18.48 s"``. Metres under 0.1 mm go to micrometres."""
     if not math.isfinite(value):
         return f"{value} {unit}".strip()
     factor, name = display_unit(unit, value * 10.0 if unit == "m" else value)
@@ -55,6 +55,6 @@ def shown_with_unit(value: float, unit: str, digits: int = 4) -> str:
 
 
 def plain_number(value: float, digits: int) -> str:
-    """Give a number with so many digits, large ones written out: ``130934`` rather than ``1.309e+05``."""
+    """Return a number with so many digits, large ones written out: ``130934`` rather than ``1.309e+05``."""
     text = f"{value:.{digits}g}"
     return f"{value:.0f}" if "e+" in text and abs(value) < 1e9 else text

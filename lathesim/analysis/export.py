@@ -37,12 +37,12 @@ def export(record: Record, path: str | Path) -> None:
 
 
 def csv_header(record: Record) -> str:
-    """Give the first line: ``time [s],x_axis.position [m],...``."""
+    """Return the first line: ``time [s],x_axis.position [m],...``."""
     return ",".join(["time [s]", *(f"{name} [{channel.unit}]" for name, channel in record.channels.items())])
 
 
 def mat_names(names: list[str]) -> dict[str, str]:
-    """Give a legal and unique MATLAB name for each channel: ``x_axis_position`` for ``x_axis.position``."""
+    """Return a legal and unique MATLAB name for each channel: ``x_axis_position`` for ``x_axis.position``."""
     found: dict[str, str] = {}
     for name in names:
         legal = re.sub(r"\W", "_", name, flags=re.ASCII)
@@ -79,7 +79,7 @@ def _write_mat(record: Record, path: Path) -> None:
 
 @contextmanager
 def _whole(path: Path) -> Iterator[Path]:
-    """Give a place beside ``path`` to write to, and move it there once it is whole."""
+    """Return a place beside ``path`` to write to, and move it there once it is whole."""
     if not path.parent.is_dir():
         raise RecordError(f"there is no folder '{path.parent}'.", place=str(path), remedy="Make it, or choose another place.")
     part = path.with_name(f".{path.name}.{os.getpid()}.part")

@@ -29,7 +29,7 @@ _DRAWN = 6000
 
 
 def new_figure(width: float = 8.0, height: float = 5.0) -> Any:
-    """Give an empty figure of a size in inches; its panels are laid out without overlap, and start about where they will stand."""
+    """Return an empty figure of a size in inches; its panels are laid out without overlap, and start about where they will stand."""
     from matplotlib.figure import Figure
     from matplotlib.gridspec import SubplotParams
 
@@ -63,13 +63,13 @@ def legend(panel: Any, **options: Any) -> None:
 
 
 def label(quantity: str, unit: str) -> str:
-    """Give ``"contour error [mm]"``, with proper signs for a figure."""
+    """Return ``"contour error [mm]"``, with proper signs for a figure."""
     pretty = unit.replace("um", "µm").replace("us", "µs").replace("^2", "²").replace("^3", "³").replace("*", "·")
     return f"{quantity} [{pretty}]" if pretty else quantity
 
 
 def common_unit(values: Iterable[FloatArray], unit: str) -> tuple[float, str]:
-    """Give the display unit in which all of these signals read well."""
+    """Return the display unit in which all of these signals read well."""
     largest = 0.0
     for signal in values:
         finite = np.abs(signal[np.isfinite(signal)])
@@ -78,7 +78,7 @@ def common_unit(values: Iterable[FloatArray], unit: str) -> tuple[float, str]:
 
 
 def thinned(time: FloatArray, values: FloatArray, points: int = _DRAWN) -> tuple[FloatArray, FloatArray]:
-    """Give a signal with at most about ``points`` points, keeping the lowest and highest of each stretch so that no spike is lost."""
+    """Return a signal with at most about ``points`` points, keeping the lowest and highest of each stretch so that no spike is lost."""
     if len(values) <= points:
         return time, values
     stretch = -(-len(values) * 2 // points)

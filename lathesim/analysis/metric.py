@@ -73,7 +73,7 @@ class Measurements:
     without: dict[str, str] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, dict[str, float | str | None]]:
-        """Give ``{name: {"value", "unit"}}``; what is no finite number becomes null, and what has no value too, with the reason."""
+        """Return ``{name: {"value", "unit"}}``; what is no finite number becomes null, and what has no value too, with the reason."""
         told: dict[str, dict[str, float | str | None]] = {
             name: {"value": item.value if math.isfinite(item.value) else None, "unit": item.unit} for name, item in self.values.items()
         }
@@ -102,18 +102,18 @@ def measure(record: Record, metrics: Mapping[str, Metric] | Iterable[Metric]) ->
 
 
 def sign_of_cutting(record: Record) -> str | None:
-    """Give the channel that shows whether something is cut; none where no cutting process was recorded."""
+    """Return the channel that shows whether something is cut; none where no cutting process was recorded."""
     return find_channel(record, *(name for name, _ in _SIGNS_OF_CUTTING))
 
 
 def was_cut(record: Record) -> bool:
-    """Say whether something was cut, as far as the record tells."""
+    """Return whether something was cut, as far as the record tells."""
     name = sign_of_cutting(record)
     return name is not None and any(name.endswith(ending) and bool((record[name] > least).any()) for ending, least in _SIGNS_OF_CUTTING)
 
 
 def find_channel(record: Record, *wanted: str) -> str | None:
-    """Give the first channel that is called, or ends, as one of ``wanted``: ``"contour.contour_error"``, ``".contour_error"``."""
+    """Return the first channel that is called, or ends, as one of ``wanted``: ``"contour.contour_error"``, ``".contour_error"``."""
     for name in wanted:
         if name.startswith("."):
             found = record.ending_with(name)
@@ -125,7 +125,7 @@ def find_channel(record: Record, *wanted: str) -> str | None:
 
 
 def signal(record: Record, *wanted: str) -> FloatArray:
-    """Give the values of the first channel found, see :func:`find_channel`; :class:`MissingChannelError` where there is none."""
+    """Return the values of the first channel found, see :func:`find_channel`; :class:`MissingChannelError` where there is none."""
     name = find_channel(record, *wanted)
     if name is None:
         raise MissingChannelError(*wanted)

@@ -19,13 +19,13 @@ AXIS_LOADS = {"x": ("load.x_disturbance", ".x_disturbance"), "z": ("load.z_distu
 
 
 def in_contact(record: Record) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Give for each sample whether tool and part are in contact."""
+    """Return for each sample whether tool and part are in contact."""
     touching: np.ndarray[tuple[int], np.dtype[np.bool_]] = signal(record, *CONTACT) > 0.5
     return touching
 
 
 def while_in_contact(record: Record, *wanted: str) -> FloatArray:
-    """Give a channel's samples in contact; :class:`NoValueError` where there is none."""
+    """Return a channel's samples in contact; :class:`NoValueError` where there is none."""
     values = signal(record, *wanted)
     touching = values[in_contact(record)]
     if not len(touching):
@@ -34,17 +34,17 @@ def while_in_contact(record: Record, *wanted: str) -> FloatArray:
 
 
 def largest(values: FloatArray) -> float:
-    """Give the largest magnitude."""
+    """Return the largest magnitude."""
     return float(np.max(np.abs(values)))
 
 
 def root_mean_square(values: FloatArray) -> float:
-    """Give the root of the mean square."""
+    """Return the root of the mean square."""
     return float(np.sqrt(np.mean(values * values)))
 
 
 def cycle_time(record: Record) -> float:
-    """Give the time from the start until the reference reaches the end of the program, else the length of the record [s]."""
+    """Return the time from the start until the reference reaches the end of the program, else the length of the record [s]."""
     if not len(record):
         raise RecordError("not available: the record is empty")
     name = find_channel(record, "interpolator.finished", ".finished")
@@ -56,95 +56,95 @@ def cycle_time(record: Record) -> float:
 
 
 def contact_time(record: Record) -> float:
-    """Give how long tool and part are in contact [s]."""
+    """Return how long tool and part are in contact [s]."""
     return float(np.count_nonzero(in_contact(record))) * record.sample_period
 
 
 def max_contour_error(record: Record) -> float:
-    """Give the largest magnitude of the contour error in contact [m]."""
+    """Return the largest magnitude of the contour error in contact [m]."""
     return largest(while_in_contact(record, *CONTOUR_ERROR))
 
 
 def rms_contour_error(record: Record) -> float:
-    """Give the root mean square of the contour error in contact [m]."""
+    """Return the root mean square of the contour error in contact [m]."""
     return root_mean_square(while_in_contact(record, *CONTOUR_ERROR))
 
 
 def contour_error_squared_integral(record: Record) -> float:
-    """Give sum(e_c^2) T over the samples in contact [m^2 s]."""
+    """Return sum(e_c^2) T over the samples in contact [m^2 s]."""
     error = while_in_contact(record, *CONTOUR_ERROR)
     return float(np.sum(error * error)) * record.sample_period
 
 
 def max_surface_roughness(record: Record) -> float:
-    """Give the largest average roughness R_a of the surface being cut [m]."""
+    """Return the largest average roughness R_a of the surface being cut [m]."""
     return float(np.max(signal(record, "surface_finish.roughness", ".roughness")))
 
 
 def mean_surface_roughness(record: Record) -> float:
-    """Give the mean of R_a over the time in which a surface is cut [m]."""
+    """Return the mean of R_a over the time in which a surface is cut [m]."""
     roughness = signal(record, "surface_finish.roughness", ".roughness")
     cut = roughness[roughness > 0.0]
     return float(np.mean(cut)) if len(cut) else 0.0
 
 
 def max_cutting_force(record: Record) -> float:
-    """Give the largest magnitude of the cutting force, along the cutting speed [N]."""
+    """Return the largest magnitude of the cutting force, along the cutting speed [N]."""
     return largest(signal(record, *CUTTING_FORCE))
 
 
 def mean_cutting_force(record: Record) -> float:
-    """Give the mean cutting force in contact [N]."""
+    """Return the mean cutting force in contact [N]."""
     return float(np.mean(while_in_contact(record, *CUTTING_FORCE)))
 
 
 def max_feed(record: Record) -> float:
-    """Give the largest actual feed per revolution while cutting [m]."""
+    """Return the largest actual feed per revolution while cutting [m]."""
     return float(np.max(signal(record, "cutting.feed", ".feed_per_revolution")))
 
 
 def max_feed_speed(record: Record) -> float:
-    """Give the largest commanded path speed in contact [m/s]."""
+    """Return the largest commanded path speed in contact [m/s]."""
     return largest(while_in_contact(record, "interpolator.feed_speed", ".feed_speed"))
 
 
 def max_depth_of_cut(record: Record) -> float:
-    """Give the largest actual depth of cut [m]."""
+    """Return the largest actual depth of cut [m]."""
     return float(np.max(signal(record, "cutting.depth_of_cut", ".depth_of_cut")))
 
 
 def removed_volume(record: Record) -> float:
-    """Give the volume cut off the part [m^3]."""
+    """Return the volume cut off the part [m^3]."""
     return float(signal(record, "stock.removed_volume", ".removed_volume")[-1])
 
 
 def max_spindle_torque(record: Record) -> float:
-    """Give the largest magnitude of the cutting torque on the spindle [N m]."""
+    """Return the largest magnitude of the cutting torque on the spindle [N m]."""
     return largest(signal(record, "load.torque", "spindle.load_torque"))
 
 
 def rms_spindle_torque(record: Record) -> float:
-    """Give the root mean square of the cutting torque in contact [N m]."""
+    """Return the root mean square of the cutting torque in contact [N m]."""
     return root_mean_square(while_in_contact(record, "load.torque", "spindle.load_torque"))
 
 
 def max_cutting_power(record: Record) -> float:
-    """Give the largest cutting power at the spindle [W]."""
+    """Return the largest cutting power at the spindle [W]."""
     return largest(signal(record, "load.power", ".cutting_power"))
 
 
 def rms_cutting_power(record: Record) -> float:
-    """Give the root mean square of the cutting power in contact [W]."""
+    """Return the root mean square of the cutting power in contact [W]."""
     return root_mean_square(while_in_contact(record, "load.power", ".cutting_power"))
 
 
 def cutting_energy(record: Record) -> float:
-    """Give the work of cutting, sum(power) T [J]."""
+    """Return the work of cutting, sum(power) T [J]."""
     return float(np.sum(signal(record, "load.power", ".cutting_power"))) * record.sample_period
 
 
 def while_engaged(record: Record, *wanted: str) -> FloatArray:
-    """Give a channel's samples in which material is cut; :class:`NoValueError` where there is none."""
+    """Return a channel's samples in which material is cut; :class:`NoValueError` where there is none."""
     values = signal(record, *wanted)[signal(record, "cutting.engaged", ".engaged") > 0.5]
     if not len(values):
         raise NoValueError(NOTHING_CUT)
@@ -152,28 +152,28 @@ def while_engaged(record: Record, *wanted: str) -> FloatArray:
 
 
 def min_cutting_speed(record: Record) -> float:
-    """Give the lowest cutting speed while cutting [m/s]."""
+    """Return the lowest cutting speed while cutting [m/s]."""
     return float(np.min(while_engaged(record, "cutting.cutting_speed")))
 
 
 def mean_cutting_speed(record: Record) -> float:
-    """Give the mean cutting speed while cutting [m/s]."""
+    """Return the mean cutting speed while cutting [m/s]."""
     return float(np.mean(while_engaged(record, "cutting.cutting_speed")))
 
 
 def max_cutting_speed(record: Record) -> float:
-    """Give the highest cutting speed while cutting [m/s]."""
+    """Return the highest cutting speed while cutting [m/s]."""
     return float(np.max(while_engaged(record, "cutting.cutting_speed")))
 
 
 def mean_spindle_droop(record: Record) -> float:
-    """Give by how much the spindle turns slower than it should, on average while cutting [rad/s]."""
+    """Return by how much the spindle turns slower than it should, on average while cutting [rad/s]."""
     reference = np.abs(while_engaged(record, "interpolator.spindle_reference", ".spindle_reference"))
     return float(np.mean(reference - np.abs(while_engaged(record, "spindle.speed"))))
 
 
 def voltage_unrest(record: Record, channel: str) -> float:
-    """Give the root mean square of the change of a voltage from sample to sample in contact [V]."""
+    """Return the root mean square of the change of a voltage from sample to sample in contact [V]."""
     change = np.diff(signal(record, channel))[in_contact(record)[1:]]
     if not len(change):
         raise NoValueError("tool and part are never in contact")
@@ -181,23 +181,23 @@ def voltage_unrest(record: Record, channel: str) -> float:
 
 
 def spindle_voltage_unrest(record: Record) -> float:
-    """Give the unrest of the voltage of the spindle [V], see :func:`voltage_unrest`."""
+    """Return the unrest of the voltage of the spindle [V], see :func:`voltage_unrest`."""
     return voltage_unrest(record, "spindle_dac.voltage")
 
 
 def spindle_speed_error(record: Record) -> float:
-    """Give the largest deviation of the spindle from its reference in contact [rad/s]."""
+    """Return the largest deviation of the spindle from its reference in contact [rad/s]."""
     reference = while_in_contact(record, "interpolator.spindle_reference", ".spindle_reference")
     return largest(reference - while_in_contact(record, "spindle.speed"))
 
 
 def rapid_contact_time(record: Record) -> float:
-    """Give how long the tool stood in the part in rapid blocks: more than 0 means a lagging axis cut a corner there [s]."""
+    """Return how long the tool stood in the part in rapid blocks: more than 0 means a lagging axis cut a corner there [s]."""
     return float(np.count_nonzero(signal(record, "cutting.rapid_contact", ".rapid_contact") > 0.5)) * record.sample_period
 
 
 def tool_wear(record: Record) -> float:
-    """Give the flank wear at the end [m]."""
+    """Return the flank wear at the end [m]."""
     return float(signal(record, "tool_wear.flank_wear", ".flank_wear")[-1])
 
 

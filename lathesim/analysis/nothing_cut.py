@@ -35,12 +35,12 @@ class RawStock:
     edge_length: float = 0.0
 
     def as_text(self) -> str:
-        """Give it for the ``stock`` entry of a record's ``meta``."""
+        """Return it for the ``stock`` entry of a record's ``meta``."""
         return json.dumps(asdict(self))
 
     @classmethod
     def of(cls, record: Record) -> RawStock | None:
-        """Give the stock that a record names, or none."""
+        """Return the stock that a record names, or none."""
         try:
             found = cls(**json.loads(str(record.meta["stock"])))
         except (KeyError, TypeError, ValueError):
@@ -49,7 +49,7 @@ class RawStock:
 
 
 def nothing_cut(record: Record) -> str:
-    """Give why nothing was cut and what to do, as one sentence; empty where something was, or where no cutting process was recorded."""
+    """Return why nothing was cut and what to do, as one sentence; empty where something was, or where no cutting process was recorded."""
     sign = sign_of_cutting(record)
     if sign is None or was_cut(record) or not len(record):
         return ""
@@ -143,7 +143,7 @@ def _unseen(sign: str) -> str:
 
 
 def _line(record: Record, sample: int) -> str:
-    """Give the line of the part program in work, as far as it was recorded."""
+    """Return the line of the part program in work, as far as it was recorded."""
     name, program = find_channel(record, "interpolator.program_line", ".program_line"), PurePath(str(record.meta.get("program", ""))).name
     told = "" if name is None else f"in line {int(record[name][sample])} of {program or 'the program'}"
     return told or f"at {plain_number(float(record.time[sample]), 4)} s"

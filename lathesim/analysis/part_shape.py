@@ -22,7 +22,7 @@ class PartShape:
 
 
 def part_shape(record: Record, x: str = "x_axis.position", z: str = "z_axis.position") -> PartShape | None:
-    """Give the shape that the tip leaves, or None where the record does not tell what was cut.
+    """Return the shape that the tip leaves, or None where the record does not tell what was cut.
 
     The tip runs straight from sample to sample; over each place the smallest radius it reached inside the stock counts. Left out: the
     nose radius, and material the tool never came near.

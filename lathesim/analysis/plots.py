@@ -258,7 +258,7 @@ def compare_figure(
 
 
 def residual_of(simulated: Record, measured: Record, name: str) -> tuple[FloatArray, FloatArray]:
-    """Give the instants that both cover [s] and recording minus simulation there, in the SI unit of the channel."""
+    """Return the instants that both cover [s] and recording minus simulation there, in the SI unit of the channel."""
     times, values = measured.time, measured[name]
     given = simulated[name]
     if not len(simulated) or not len(measured) or times[0] > simulated.time[-1] or times[-1] < simulated.time[0]:

@@ -6,7 +6,7 @@ from lathesim.analysis.metric import Metric
 
 
 def stock_metrics() -> dict[str, Metric]:
-    """Give the stock metrics by name, in the order in which they are shown."""
+    """Return the stock metrics by name, in the order in which they are shown."""
     from lathesim.analysis.chatter_metrics import CHATTER_METRICS
     from lathesim.analysis.circular_test import CIRCLE_METRICS
     from lathesim.analysis.cost_metrics import COST_METRICS

@@ -11,7 +11,7 @@ from lathesim.analysis.figure_style import CYCLE, INK, QUIET, dress, new_figure
 
 
 def scale_figure(series: Mapping[str, tuple[Sequence[float], Sequence[float], float]]) -> Any:
-    """Give a figure with one log panel a series: name -> (sizes, CPU seconds, slope); a grey line of slope 1 shows proportion."""
+    """Return a figure with one log panel a series: name -> (sizes, CPU seconds, slope); a grey line of slope 1 shows proportion."""
     figure = new_figure(3.6 * len(series), 3.4)
     panels = np.atleast_1d(figure.subplots(1, len(series)))
     for number, (panel, (name, (sizes, seconds, slope))) in enumerate(zip(panels, series.items(), strict=True)):

@@ -24,7 +24,7 @@ class Surface:
 
 
 def roughness_along(record: Record, cells: int = _CELLS) -> Surface:
-    """Give the average roughness the tool left at each place, the last cut counting.
+    """Return the average roughness the tool left at each place, the last cut counting.
 
     Between two samples in the cut the tool passes all cells from one z to the next. Raises :class:`RecordError` where the record has no
     roughness or no z position.

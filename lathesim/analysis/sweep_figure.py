@@ -96,7 +96,7 @@ def _least(values: FloatArray) -> int | None:
 
 
 def _edges(axis: SweepAxis) -> FloatArray:
-    """Give the borders of the cells around the values of an axis."""
+    """Return the borders of the cells around the values of an axis."""
     values = np.asarray(axis.values, dtype=float)
     if len(values) == 1:
         return np.array([values[0] - 0.5, values[0] + 0.5])

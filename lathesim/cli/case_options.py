@@ -18,7 +18,7 @@ set_option = click.option(
 
 
 def read_settings(settings: tuple[str, ...]) -> dict[str, str | float]:
-    """Give ``part.name`` -> quantity for the options ``--set part.name=quantity``."""
+    """Return ``part.name`` -> quantity for the options ``--set part.name=quantity``."""
     found: dict[str, str | float] = {}
     for text in settings:
         name, equals, value = text.partition("=")
@@ -31,7 +31,7 @@ def read_settings(settings: tuple[str, ...]) -> dict[str, str | float]:
 
 
 def find_program_file(program: Path | None, lesson_folder: Path) -> Path | None:
-    """Give the file of ``--program``: as given, else in the lesson's folder, else the shipped one of that name."""
+    """Return the file of ``--program``: as given, else in the lesson's folder, else the shipped one of that name."""
     from lathesim.errors import ProgramError
     from lathesim.lessons.lesson import find_program
 

@@ -24,7 +24,7 @@ plugins_option = click.option(
 
 
 def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Registry:
-    """Give the registry with the user's plug-in folders and that of the workspace; tell each plug-in at fault in one line."""
+    """Return the registry with the user's plug-in folders and that of the workspace; tell each plug-in at fault in one line."""
     from lathesim.engine.compile_notice import tell_compiling_to
 
     tell_compiling_to(_told_once())
@@ -35,7 +35,7 @@ def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Reg
 
 
 def load_with_workspace(plugin_folders: tuple[Path, ...]) -> Registry:
-    """Give the registry with the user's plug-in folders and that of the workspace, read anew."""
+    """Return the registry with the user's plug-in folders and that of the workspace, read anew."""
     from lathesim.plugins import load_registry
     from lathesim.workspace import workspace_plugins
 
@@ -50,7 +50,7 @@ def load_with_workspace(plugin_folders: tuple[Path, ...]) -> Registry:
 
 
 def _told_once() -> Callable[[str], None]:
-    """Give what writes sentences of the compiler to the error stream, of each kind ("Compiling once ...") only the first."""
+    """Return what writes sentences of the compiler to the error stream, of each kind ("Compiling once ...") only the first."""
     told: set[str] = set()
 
     def tell(sentence: str) -> None:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def progress_bar(name: str, expected: float | None, *, shown: bool) -> Iterator[Callable[[float], None] | None]:
-    """Give what is told the simulated time [s] while a run goes on; ``expected`` is about how long it lasts."""
+    """Return what is told the simulated time [s] while a run goes on; ``expected`` is about how long it lasts."""
     if not (shown and sys.stderr.isatty()):
         yield None
         return

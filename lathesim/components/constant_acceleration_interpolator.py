@@ -22,7 +22,7 @@ from lathesim.path_columns import DWELL, DWELL_PAUSE, FEED_MODE, KIND, LENGTH, T
 
 
 def ramp_time(way: float, start_speed: float, speed: float, acceleration: float) -> float:
-    """Give the time [s] from ``start_speed`` over ``speed`` to rest within ``way`` [m]; triangular where ``way`` is short."""
+    """Return the time [s] from ``start_speed`` over ``speed`` to rest within ``way`` [m]; triangular where ``way`` is short."""
     peak = ramp_peak(way, start_speed, speed, acceleration)
     if start_speed > 0.0 and start_speed * start_speed >= 2.0 * acceleration * way:
         return 2.0 * way / start_speed
@@ -32,7 +32,7 @@ def ramp_time(way: float, start_speed: float, speed: float, acceleration: float)
 
 
 def ramp_peak(way: float, start_speed: float, speed: float, acceleration: float) -> float:
-    """Give the speed [m/s] of the level part: ``speed``, or less where the way is too short to reach it and stop again."""
+    """Return the speed [m/s] of the level part: ``speed``, or less where the way is too short to reach it and stop again."""
     if start_speed >= speed:
         return speed
     reach = math.sqrt(acceleration * way + 0.5 * start_speed * start_speed)
@@ -40,7 +40,7 @@ def ramp_peak(way: float, start_speed: float, speed: float, acceleration: float)
 
 
 def ramp_way(elapsed: float, way: float, start_speed: float, speed: float, acceleration: float) -> float:
-    """Give the way [m] done ``elapsed`` [s] after the start of the ramp."""
+    """Return the way [m] done ``elapsed`` [s] after the start of the ramp."""
     whole = ramp_time(way, start_speed, speed, acceleration)
     rest = whole - elapsed
     if rest <= 0.0:
@@ -57,7 +57,7 @@ def ramp_way(elapsed: float, way: float, start_speed: float, speed: float, accel
 
 
 def ramp_speed(elapsed: float, way: float, start_speed: float, speed: float, acceleration: float) -> float:
-    """Give the speed [m/s] ``elapsed`` [s] after the start of the ramp."""
+    """Return the speed [m/s] ``elapsed`` [s] after the start of the ramp."""
     whole = ramp_time(way, start_speed, speed, acceleration)
     rest = whole - elapsed
     if rest <= 0.0:

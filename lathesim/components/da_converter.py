@@ -8,7 +8,7 @@ from lathesim.component import Component, DiscreteState, Input, Output, Paramete
 
 
 def nearest_level(voltage: float, low: float, high: float, bits: float) -> float:
-    """Give the level low + k q nearest to a voltage, with q = (high - low)/(2^bits - 1) and k from 0 to 2^bits - 1."""
+    """Return the level low + k q nearest to a voltage, with q = (high - low)/(2^bits - 1) and k from 0 to 2^bits - 1."""
     steps = math.pow(2.0, bits) - 1.0
     quantum = (high - low) / steps
     if voltage <= low or quantum <= 0.0:

@@ -65,7 +65,7 @@ SAMPLE_SLACK = 1.0e-6
 
 
 def takes_time(path: Any, row: int) -> bool:
-    """Say whether a segment needs at least one sample: it has a length, or is a dwell."""
+    """Return whether a segment needs at least one sample: it has a length, or is a dwell."""
     kind = path[row][KIND]
     if kind == DWELL_PAUSE:
         return bool(path[row][DWELL] > 0.0)
@@ -73,7 +73,7 @@ def takes_time(path: Any, row: int) -> bool:
 
 
 def next_row(path: Any, row: int) -> int:
-    """Give the first row after ``row`` that takes time, or the number of rows where there is none."""
+    """Return the first row after ``row`` that takes time, or the number of rows where there is none."""
     rows = len(path)
     following = row + 1
     while following < rows and not takes_time(path, following):
@@ -82,7 +82,7 @@ def next_row(path: Any, row: int) -> int:
 
 
 def motion_row(path: Any, row: int) -> int:
-    """Give the row whose direction holds at ``row``: itself, else the last motion before it, else the first one after it."""
+    """Return the row whose direction holds at ``row``: itself, else the last motion before it, else the first one after it."""
     rows = len(path)
     back = row
     while back >= 0 and not (path[back][KIND] <= ARC_MOVE and path[back][LENGTH] > 0.0):
@@ -96,7 +96,7 @@ def motion_row(path: Any, row: int) -> int:
 
 
 def programmed_spindle(path: Any, row: int, x: float, override: float, largest: float) -> float:
-    """Give the spindle speed [rad/s] a row asks for when the tool stands at radius ``x`` [m]; constant surface speed: V = omega x."""
+    """Return the spindle speed [rad/s] a row asks for when the tool stands at radius ``x`` [m]; constant surface speed: V = omega x."""
     mode = path[row][SPINDLE_MODE]
     speed = 0.0
     if mode == CONSTANT_SPEED:
@@ -118,7 +118,7 @@ def programmed_spindle(path: Any, row: int, x: float, override: float, largest: 
 
 
 def x_on_path(path: Any, row: int, travelled: float) -> float:
-    """Give the radius [m] of the point ``travelled`` [m] along a segment; arcs lie on the true circle."""
+    """Return the radius [m] of the point ``travelled`` [m] along a segment; arcs lie on the true circle."""
     kind = path[row][KIND]
     length = path[row][LENGTH]
     if kind > ARC_MOVE or length <= 0.0 or travelled <= 0.0:
@@ -132,7 +132,7 @@ def x_on_path(path: Any, row: int, travelled: float) -> float:
 
 
 def z_on_path(path: Any, row: int, travelled: float) -> float:
-    """Give the z position [m] of the point ``travelled`` [m] along a segment."""
+    """Return the z position [m] of the point ``travelled`` [m] along a segment."""
     kind = path[row][KIND]
     length = path[row][LENGTH]
     if kind > ARC_MOVE or length <= 0.0 or travelled <= 0.0:
@@ -146,12 +146,12 @@ def z_on_path(path: Any, row: int, travelled: float) -> float:
 
 
 def thread_start(angle: float) -> float:
-    """Give the first whole turn [rad] from ``angle`` on, in the sense it turns: where the encoder gives its index."""
+    """Return the first whole turn [rad] from ``angle`` on, in the sense it turns: where the encoder gives its index."""
     return math.ceil(abs(angle) / TWO_PI - 1e-12) * TWO_PI
 
 
 def thread_way(path: Any, row: int, travelled: float, angle: float, index: float) -> float:
-    """Give how far along a thread [m] the tool stands: lead (angle - index)/(2 pi), never back and never beyond its end."""
+    """Return how far along a thread [m] the tool stands: lead (angle - index)/(2 pi), never back and never beyond its end."""
     way = float(path[row][FEED]) * (abs(angle) - index) / TWO_PI
     if way < travelled:
         way = travelled
@@ -170,7 +170,7 @@ def wanted_speed(
     rapid_speed: float,
     largest: float,
 ) -> float:
-    """Give the path speed [m/s] asked for now: rapid, feed per minute, or feed per revolution times the actual spindle speed."""
+    """Return the path speed [m/s] asked for now: rapid, feed per minute, or feed per revolution times the actual spindle speed."""
     if path[row][KIND] == RAPID:
         return rapid_speed
     override = feed_override if feed_override > 0.0 else 0.0
@@ -326,7 +326,7 @@ class ConstantVelocityInterpolator(Component):
     def output(
         path: Any, segment: float, travelled: float, path_speed: float, done: float, spindle_override: float, largest_spindle_speed: float
     ) -> tuple[float, ...]:
-        """Give the point on the path, its tangent, and what the block asks for."""
+        """Return the point on the path, its tangent, and what the block asks for."""
         rows = len(path)
         if rows == 0:
             return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0

@@ -18,12 +18,12 @@ NOISE_DEVIATIONS = 3.0
 
 
 def tachometer_cost(largest_noise: float) -> float:
-    """Give the price [dollar] of a tachometer by the largest amount of its noise [V]: 1000 without noise, nothing from 1 V on."""
+    """Return the price [dollar] of a tachometer by the largest amount of its noise [V]: 1000 without noise, nothing from 1 V on."""
     return 0.0 if largest_noise >= 1.0 else 1000.0 * (1.0 - largest_noise)
 
 
 def encoder_cost(resolution: float) -> float:
-    """Give the price [dollar] of an encoder by its resolution [m]: 500 from 10 um on, 1000 at 1 um, 1900 at 0.1 um, linear between."""
+    """Return the price [dollar] of an encoder by its resolution [m]: 500 from 10 um on, 1000 at 1 um, 1900 at 0.1 um, linear between."""
     micrometres = resolution / MICROMETRE
     if micrometres >= 10.0:
         return 500.0
@@ -33,12 +33,12 @@ def encoder_cost(resolution: float) -> float:
 
 
 def axis_cost(top_speed: float, top_acceleration: float, bits: float, resolution: float) -> float:
-    """Give the price [dollar] of an axis: 5000 a m/s, 5000 a m/s^2, 50 a bit of its converter, and its encoder."""
+    """Return the price [dollar] of an axis: 5000 a m/s, 5000 a m/s^2, 50 a bit of its converter, and its encoder."""
     return PER_AXIS_SPEED * top_speed + PER_AXIS_ACCELERATION * top_acceleration + PER_BIT * bits + encoder_cost(resolution)
 
 
 def spindle_cost(top_speed: float, top_acceleration: float, bits: float, largest_noise: float) -> float:
-    """Give the price [dollar] of a spindle (rad/s, rad/s^2): 1 a rpm, 100 a rev/s^2, 50 a bit of both converters, and its tachometer."""
+    """Return the price [dollar] of a spindle (rad/s, rad/s^2): 1 a rpm, 100 a rev/s^2, 50 a bit of both converters, and its tachometer."""
     rpm = top_speed / RADIANS_PER_TURN * 60.0
     return (
         PER_RPM * rpm + PER_TURN_PER_SECOND_SQUARED * top_acceleration / RADIANS_PER_TURN + PER_BIT * bits + tachometer_cost(largest_noise)

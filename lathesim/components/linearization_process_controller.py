@@ -10,7 +10,7 @@ from lathesim.components.programmed_feed import NO_COMMAND
 
 
 def nominal_feed(share: float, exponent: float) -> float:
-    """Give the feed [m] at which theta f^exponent is ``share`` theta, at most 1 m."""
+    """Return the feed [m] at which theta f^exponent is ``share`` theta, at most 1 m."""
     logarithm = math.log(share) / exponent
     return MILLIMETRE * math.exp(logarithm if logarithm < 6.9 else 6.9)
 

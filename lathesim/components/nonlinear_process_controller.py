@@ -12,12 +12,12 @@ KILOMETRE_PER_MINUTE = 1000.0 / 60.0
 
 
 def process_gain(force_gain: float, depth_exponent: float, speed_exponent: float, depth: float, speed: float) -> float:
-    """Give theta = K d^beta V^gamma: the measured quantity at 1 mm feed; d in mm, V in km/min inside the powers."""
+    """Return theta = K d^beta V^gamma: the measured quantity at 1 mm feed; d in mm, V in km/min inside the powers."""
     return force_gain * math.pow(depth / MILLIMETRE, depth_exponent) * math.pow(speed / KILOMETRE_PER_MINUTE, speed_exponent)
 
 
 def feed_within(feed: float, smallest: float, largest: float) -> float:
-    """Give a feed [m] kept within its limits."""
+    """Return a feed [m] kept within its limits."""
     if feed > largest:
         return largest
     if feed < smallest:

@@ -78,7 +78,7 @@ STOCK = {
 
 
 def stock_components() -> dict[str, type[Component]]:
-    """Give every stock part by its class name."""
+    """Return every stock part by its class name."""
     found: dict[str, type[Component]] = {}
     for name, module in STOCK.items():
         found[name] = getattr(importlib.import_module(f"lathesim.components.{module}"), name)

@@ -9,7 +9,7 @@ from lathesim.component import Component, DiscreteState, Input, Memory, Output, 
 
 
 def radius_at(removed: Any, cell: int, stock_radius: float) -> float:
-    """Give the radius [m] of a cell, 0 outside the stock."""
+    """Return the radius [m] of a cell, 0 outside the stock."""
     if cell < 0 or cell >= len(removed):
         return 0.0
     return float(stock_radius - removed[cell])

@@ -83,7 +83,7 @@ class ToolMaterial:
 
 
 def tool_materials() -> list[ToolMaterial]:
-    """Give the table of work and tool materials; C in the file is in m/min."""
+    """Return the table of work and tool materials; C in the file is in m/min."""
     with Path(__file__).with_name("taylor_materials.csv").open(newline="", encoding="utf-8") as file:
         return [
             ToolMaterial(

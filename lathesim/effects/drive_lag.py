@@ -14,7 +14,7 @@ _SHORTEST_STEPS = 2.0
 
 
 def lag_rate(incoming: float, lagged: float, time_constant: float, step: float) -> float:
-    """Give the rate of a first-order lag that is never faster than two steps."""
+    """Return the rate of a first-order lag that is never faster than two steps."""
     shortest = _SHORTEST_STEPS * step
     if time_constant > shortest:
         return (incoming - lagged) / time_constant
@@ -22,7 +22,7 @@ def lag_rate(incoming: float, lagged: float, time_constant: float, step: float) 
 
 
 def lag_value(incoming: float, lagged: float, time_constant: float, step: float) -> float:
-    """Give the lagged signal, mixed with the direct one where the time constant is shorter than two steps."""
+    """Return the lagged signal, mixed with the direct one where the time constant is shorter than two steps."""
     shortest = _SHORTEST_STEPS * step
     if time_constant == 0.0:
         return incoming

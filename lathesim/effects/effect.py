@@ -76,12 +76,12 @@ class Effect(Component):
 
     @classmethod
     def pairs(cls) -> dict[str, tuple[str, str]]:
-        """Give role -> (input, output) for every port the effect sits on, the main one first."""
+        """Return role -> (input, output) for every port the effect sits on, the main one first."""
         return {cls.site: ("incoming", "outgoing"), **cls.also_at}
 
     @classmethod
     def idle(cls) -> tuple[dict[str, float], dict[str, str]]:
-        """Give the neutral values, with which every output on a port is what its input carries."""
+        """Return the neutral values, with which every output on a port is what its input carries."""
         return dict(cls.neutral), {given: taken for taken, given in cls.pairs().values()}
 
 

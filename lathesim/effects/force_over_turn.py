@@ -13,7 +13,7 @@ _SOFT_EDGE = 0.02
 
 
 def _within(angle: float, middle: float, width: float) -> float:
-    """Give 1 inside an arc of ``width`` (share of a turn) about ``middle`` [rad], 0 outside, with edges rounded over about 1 degree."""
+    """Return 1 inside an arc of ``width`` (share of a turn) about ``middle`` [rad], 0 outside, with edges rounded over about 1 degree."""
     half = math.pi * min(max(width, 0.0), 1.0)
     away = angle - middle
     away = abs(away - 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5))

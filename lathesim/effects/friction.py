@@ -20,7 +20,7 @@ _STEPS_TO_REST = 2.0
 
 
 def resisting(demand: float, backward: float, forward: float) -> float:
-    """Give the demanded friction, limited to -backward .. +forward [same unit as the demand]."""
+    """Return the demanded friction, limited to -backward .. +forward [same unit as the demand]."""
     if demand > forward:
         return forward
     if demand < -backward:
@@ -29,7 +29,7 @@ def resisting(demand: float, backward: float, forward: float) -> float:
 
 
 def demand_to_rest(applied: float, incoming: float, inertia: float, flow: float, step: float) -> float:
-    """Give the friction that lets the velocity decay within two steps: applied - incoming + m v / (2 step).
+    """Return the friction that lets the velocity decay within two steps: applied - incoming + m v / (2 step).
 
     A driving force that is not a number (a host whose drive force nobody wired) counts as zero.
     """

@@ -27,6 +27,6 @@ def harmonic_parameters() -> tuple[Parameter, Parameter, Parameter, Parameter]:
 
 
 def harmonics(angle: float, second_sine: float, second_cosine: float, third_sine: float, third_cosine: float) -> float:
-    """Give the second and the third harmonic [of the first] at an angle of the first one [rad]."""
+    """Return the second and the third harmonic [of the first] at an angle of the first one [rad]."""
     second = second_sine * math.sin(2.0 * angle) + second_cosine * math.cos(2.0 * angle)
     return second + third_sine * math.sin(3.0 * angle) + third_cosine * math.cos(3.0 * angle)

@@ -10,7 +10,7 @@ from lathesim.effects.identification import Identification
 
 
 def _dragged(follower: float, leader: float, half: float) -> float:
-    """Give where a follower stands that the leader can only push beyond ``half`` of the play on either side."""
+    """Return where a follower stands that the leader can only push beyond ``half`` of the play on either side."""
     if follower > leader + half:
         return leader + half
     if follower < leader - half:
@@ -19,7 +19,7 @@ def _dragged(follower: float, leader: float, half: float) -> float:
 
 
 def _softly_dragged(follower: float, leader: float, leader_before: float, half: float, softness: float) -> float:
-    """Give where a follower stands whose gap, ``leader - follower``, closes as du/ds = -u^softness / half with the way s of the leader,
+    """Return where a follower stands whose gap, ``leader - follower``, closes as du/ds = -u^softness / half with the way s of the leader,
     where u = 1 - gap / half is the part of the gap that is left in the direction of the motion.
 
     Solved over the way from ``leader_before`` to ``leader``: u^(1 - softness) falls by (1 - softness) s / half.

@@ -17,7 +17,7 @@ def _sliding_level(flow: float, level: float, excess: float, stribeck_velocity: 
 
 
 def _spring_force(travelled: float, force_before: float, level: float, distance: float) -> float:
-    """Give the force of the bristles after ``travelled`` from ``force_before``: the exact solution of Dahl's equation for one stroke."""
+    """Return the force of the bristles after ``travelled`` from ``force_before``: the exact solution of Dahl's equation for one stroke."""
     if travelled > 0.0:
         return level + (force_before - level) * math.exp(-travelled / distance)
     if travelled < 0.0:

@@ -33,7 +33,7 @@ STOCK = {
 
 
 def stock_effects() -> dict[str, type[Effect]]:
-    """Give every stock effect by its class name."""
+    """Return every stock effect by its class name."""
     found: dict[str, type[Effect]] = {}
     for module, names in STOCK.items():
         loaded = importlib.import_module(f"lathesim.effects.{module}")

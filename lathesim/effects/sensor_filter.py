@@ -10,7 +10,7 @@ from lathesim.effects.identification import Identification
 
 
 def _filtered(incoming: float, before: float, lagged: float, time_constant: float, sample_period: float) -> float:
-    """Give the lag of a signal that runs straight from ``before`` to ``incoming`` over a sample, ``lagged`` at its beginning."""
+    """Return the lag of a signal that runs straight from ``before`` to ``incoming`` over a sample, ``lagged`` at its beginning."""
     if time_constant == 0.0:
         return incoming
     kept = math.exp(-sample_period / time_constant)

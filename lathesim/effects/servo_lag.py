@@ -13,7 +13,7 @@ _SETTLED = 4.6
 
 
 def _followed(value: float, rate: float, asked: float, slope: float, lag: float, velocity_lag: float, time: float) -> tuple[float, float]:
-    """Give ``value`` and its ``rate`` after some ``time`` in which what is asked for runs with ``slope`` from ``asked`` on."""
+    """Return ``value`` and its ``rate`` after some ``time`` in which what is asked for runs with ``slope`` from ``asked`` on."""
     off = value - (asked - lag * slope)
     end = asked + slope * (time - lag)
     if velocity_lag <= 0.0:
@@ -38,7 +38,7 @@ def _followed(value: float, rate: float, asked: float, slope: float, lag: float,
 def _over_a_sample(
     value: float, rate: float, before: float, slope_before: float, now: float, slope: float, lag: float, velocity_lag: float, period: float
 ) -> tuple[float, float]:
-    """Give ``value`` and its ``rate`` a sample on: what is asked for runs from ``before`` with its slope to the middle of the sample, and
+    """Return ``value`` and its ``rate`` a sample on: what is asked for runs from ``before`` with its slope to the middle of the sample, and
     from there to ``now`` with the slope it has then; what is between the two it jumps there."""
     half = 0.5 * period
     value, rate = _followed(value, rate, before, slope_before, lag, velocity_lag, half)

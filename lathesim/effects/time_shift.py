@@ -30,7 +30,7 @@ def _remember(history: list[float], newest: float, incoming: float, time: float)
 
 
 def _remembered(history: list[float], newest: float, back: int) -> float:
-    """Give the value so many samples back."""
+    """Return the value so many samples back."""
     place = int(newest) - back
     if place < 0:
         place += len(history)
@@ -38,7 +38,7 @@ def _remembered(history: list[float], newest: float, back: int) -> float:
 
 
 def _delayed(history: list[float], newest: float, samples: float) -> float:
-    """Give the value some samples back, on the cubic through the two samples on either side; near the newest one, and beyond it, on the
+    """Return the value some samples back, on the cubic through the two samples on either side; near the newest one, and beyond it, on the
     parabola through the last three. A straight line would be off by an eighth of the acceleration times the period squared."""
     back = min(samples, len(history) - 4.0)
     whole = int(back)
@@ -100,7 +100,7 @@ class TransportDelay(Effect):
 
 
 def _still_to_come(change: float, now: float) -> float:
-    """Give the share of a signal that has not changed yet, ``change`` and ``now`` counted in steps.
+    """Return the share of a signal that has not changed yet, ``change`` and ``now`` counted in steps.
 
     In the middle of the step in which it changes it is 3/2 a - 1/4, a being the share of the step before the change: with the weights 1/6,
     4/6, 1/6 that a Runge-Kutta step of order four gives to the beginning, the middle and the end, the mean over the step is a. Where the

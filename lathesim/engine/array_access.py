@@ -15,7 +15,7 @@ from numba.extending import intrinsic
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _pointer(typing_context: Any, address: Any) -> Any:
-    """Give the pointer to 64-bit floats that an address is."""
+    """Return the pointer to 64-bit floats that an address is."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
@@ -25,19 +25,19 @@ def _pointer(typing_context: Any, address: Any) -> Any:
 
 @numba.njit(error_model="numpy", boundscheck=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
 def vector(directory: Any, position: Any) -> Any:
-    """Give one array of numbers."""
+    """Return one array of numbers."""
     return numba.carray(_pointer(directory[3 * position]), (directory[3 * position + 1],))
 
 
 @numba.njit(error_model="numpy", boundscheck=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
 def matrix(directory: Any, position: Any) -> Any:
-    """Give one array of rows."""
+    """Return one array of rows."""
     return numba.carray(_pointer(directory[3 * position]), (directory[3 * position + 1], directory[3 * position + 2]))
 
 
 @intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
 def take(typing_context: Any, numbers: Any, first: Any, count: Any) -> Any:
-    """Give some numbers as a tuple; how many must be written as a number."""
+    """Return some numbers as a tuple; how many must be written as a number."""
     given = types.UniTuple(types.float64, count.literal_value)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -63,7 +63,7 @@ def put(typing_context: Any, numbers: Any, first: Any, given: Any) -> Any:
 
 
 def block_signature() -> Any:
-    """Give the types of the arguments of ``run_block``: the same for every machine."""
+    """Return the types of the arguments of ``run_block``: the same for every machine."""
     numbers, directory = types.CPointer(types.float64), types.CPointer(types.int64)
     scalars = (types.int64, types.int64, types.float64, types.float64, types.int64)
     return types.int64(*scalars, numbers, numbers, numbers, directory, directory, directory, numbers)

@@ -26,7 +26,7 @@ class BlockCompiler(CompilerBase):  # type: ignore[misc]
     """Compiles a function whose variables keep their types."""
 
     def define_pipelines(self) -> list[Any]:
-        """Give numba's passes but for those left out."""
+        """Return numba's passes but for those left out."""
         passes = PassManager("lathesim")
         usual = DefaultPassBuilder.define_nopython_pipeline(self.state).passes
         passes.passes = [item for item in usual if item[0].__name__ not in _LEFT_OUT]

@@ -24,7 +24,7 @@ class LawRunsOnError(BaseException):
 
 
 def may_run_on(plan: Plan) -> bool:
-    """Say whether a part from outside this package has a ``while`` in its file; stock parts are tested to end."""
+    """Return whether a part from outside this package has a ``while`` in its file; stock parts are tested to end."""
     guests = {part.component for part in plan.parts.values() if part.component.__module__.partition(".")[0] != "lathesim"}
     return any(_has_while(inspect.getsourcefile(component) or "") for component in guests)
 
@@ -72,7 +72,7 @@ class Watch:
                 ctypes.pythonapi.PyThreadState_SetAsyncExc(self._thread, ctypes.py_object(LawRunsOnError))
 
     def verdict(self, stopped: BaseException, time: float) -> str:
-        """Give the sentence about the law that did not end, empty where the run was merely stopped."""
+        """Return the sentence about the law that did not end, empty where the run was merely stopped."""
         if isinstance(stopped, KeyboardInterrupt) and clock.perf_counter() - self.block_begun < PATIENCE:
             return ""
         found = _law_in(stopped.__traceback__, self.plan)
@@ -80,7 +80,7 @@ class Watch:
 
 
 def _law_in(trace: TracebackType | None, plan: Plan) -> str:
-    """Give part, law and ``file:line`` of the innermost law of a traceback."""
+    """Return part, law and ``file:line`` of the innermost law of a traceback."""
     laws: dict[str, Any] = {}
     for part in plan.parts.values():
         for law, function in part.component.laws.items():

@@ -21,7 +21,7 @@ class _LawBrokeError(Exception):
 
 
 def describe_failure(plan: Plan, first: int, count: int, arrays: RunArrays, noise: list[list[float]]) -> tuple[str, float]:
-    """Give the sentence that names part, law, time and inputs of the first law that broke in the block, and the time [s]."""
+    """Return the sentence that names part, law, time and inputs of the first law that broke in the block, and the time [s]."""
     module = plain_module(fuse(plan, checked=True))
     module.check_law = _checker(plan)
     assembly = plan.assembly

@@ -90,11 +90,11 @@ class _Writer:
     # ---- names ----------------------------------------------------------------------------------------------------------------
 
     def _during_stage(self, output: str) -> str:
-        """Give the variable of an output inside a stage: one of its own where it moves between samples, which is quicker to compile."""
+        """Return the variable of an output inside a stage: one of its own where it moves between samples, which is quicker to compile."""
         return _flat(output) + ("__stage" if giving(self.plan.parts, output) in self.staged else "")
 
     def _variable(self, part: Part, name: str, law: str, staged: bool, time: str) -> str:
-        """Give the expression by which a law of ``part`` reads one of its arguments."""
+        """Return the expression by which a law of ``part`` reads one of its arguments."""
         if name in BUILT_IN_ARGUMENTS:
             if name == "time":
                 return time
@@ -116,7 +116,7 @@ class _Writer:
         return _flat(full)
 
     def _idle(self, part: Part) -> dict[str, float]:
-        """Give the values with which a part only passes on what it is given; empty where it has none, or where a wire feeds one."""
+        """Return the values with which a part only passes on what it is given; empty where it has none, or where a wire feeds one."""
         values, _ = part.component.idle()
         return {} if self.checked or any(f"{part.name}.{name}" in self.plan.feeds for name in values) else values
 
@@ -164,7 +164,7 @@ class _Writer:
         return [f"{', '.join(targets)} = {call}"]
 
     def _body(self, function: Callable[..., Any], part: Part, law: str, values: dict[str, str], targets: list[str]) -> list[str] | None:
-        """Give the body of a longer law of a stage, where it is the only one of its kind that the stage calls."""
+        """Return the body of a longer law of a stage, where it is the only one of its kind that the stage calls."""
         if self.alone[function] > 1:
             return None
         lines = self.laws.body_in_place(function, values, targets, f"{part.name}__{law}__")
@@ -204,7 +204,7 @@ class _Writer:
         return lines
 
     def _step(self) -> tuple[list[str], list[str]]:
-        """Give what the steps of a sample have in common, and one step."""
+        """Return what the steps of a sample have in common, and one step."""
         moving = [part for part in self.plan.parts.values() if "derivative" in part.component.laws]
         if not moving:
             return [], []
@@ -283,7 +283,7 @@ class _Writer:
 
 
 def _rates(laws: list[str], variables: list[str]) -> dict[str, str]:
-    """Give the variable that holds the rate of each state: its own, or the stage of another whose rate is its own."""
+    """Return the variable that holds the rate of each state: its own, or the stage of another whose rate is its own."""
     only = dict(line.split(" = ") for line in laws if line.count(" = ") == 1)
     rates = {variable: f"{variable}__rate" for variable in variables}
     for variable in variables:
@@ -294,7 +294,7 @@ def _rates(laws: list[str], variables: list[str]) -> dict[str, str]:
 
 
 def _taken(array: str, names: Iterable[str]) -> list[str]:
-    """Give the lines that read an array into variables."""
+    """Return the lines that read an array into variables."""
     lines = []
     for first, some in _portions(names):
         lines += ["(", *[f"    {name}," for name in some], f") = take({array}, {first}, {len(some)})"]
@@ -302,7 +302,7 @@ def _taken(array: str, names: Iterable[str]) -> list[str]:
 
 
 def _put(array: str, names: Iterable[str], begin: str = "", put: str = "put") -> list[str]:
-    """Give the lines that write variables to an array, from the place ``begin`` on."""
+    """Return the lines that write variables to an array, from the place ``begin`` on."""
     lines = []
     for first, some in _portions(names):
         lines += [f"{put}({array}, {begin}{first}, (", *[f"    {name}," for name in some], "))"]
@@ -310,7 +310,7 @@ def _put(array: str, names: Iterable[str], begin: str = "", put: str = "put") ->
 
 
 def _portions(names: Iterable[str]) -> list[tuple[int, list[str]]]:
-    """Give the variables in portions with the place of the first: one access a number is slow to compile, one for all slower still."""
+    """Return the variables in portions with the place of the first: one access a number is slow to compile, one for all slower still."""
     variables = [_flat(name) for name in names]
     return [(first, variables[first : first + _PORTION]) for first in range(0, len(variables), _PORTION)]
 

@@ -18,7 +18,7 @@ _EXPRESSIONS = (
 
 
 def body_in_place(source: str, arguments: Mapping[str, str], targets: Sequence[str], prefix: str) -> list[str] | None:
-    """Give the lines that do what the law does, none where it has to be called.
+    """Return the lines that do what the law does, none where it has to be called.
 
     ``source`` is the ``def`` of the law, ``arguments`` the variable for each of its arguments, ``targets`` the variables that take what it
     returns. Variables of its own get ``prefix`` before their names, or the name of the target that they end in.
@@ -49,7 +49,7 @@ def _returned(statement: ast.Return) -> list[ast.expr]:
 
 
 def _named_for(values: list[list[ast.expr]], targets: Sequence[str], own: set[str]) -> dict[str, str]:
-    """Give the variables that are returned in one place only, and no other variable there, with the name of the target of that place."""
+    """Return the variables that are returned in one place only, and no other variable there, with the name of the target of that place."""
     places: dict[str, set[int]] = {}
     for given in values:
         for place, value in enumerate(given):
@@ -60,7 +60,7 @@ def _named_for(values: list[list[ast.expr]], targets: Sequence[str], own: set[st
 
 
 def _to_the_end(statements: list[ast.stmt], targets: Sequence[str]) -> list[ast.stmt] | None:
-    """Give statements that end with the targets assigned instead of returning, none where the way to the end is not that plain."""
+    """Return statements that end with the targets assigned instead of returning, none where the way to the end is not that plain."""
     done: list[ast.stmt] = []
     for place, statement in enumerate(statements):
         if isinstance(statement, ast.Return):
@@ -89,7 +89,7 @@ def _always_returns(statements: list[ast.stmt]) -> bool:
 
 
 def _assignments(statement: ast.Return, targets: Sequence[str]) -> list[ast.stmt]:
-    """Give one assignment for each target, all at once where one would change what another still reads."""
+    """Return one assignment for each target, all at once where one would change what another still reads."""
     pairs = [(target, value) for target, value in zip(targets, _returned(statement), strict=True) if not _is_name(value, target)]
     taken: set[str] = set()
     for target, value in pairs:

@@ -63,20 +63,20 @@ class LawLibrary:
         return name
 
     def in_place(self, function: Callable[..., Any], arguments: Mapping[str, str]) -> list[str] | None:
-        """Give what a short law returns, written for these arguments; none where it has to be called."""
+        """Return what a short law returns, written for these arguments; none where it has to be called."""
         text = law_text(function)
         return None if text.values is None or self._loops(function) else text.in_place(arguments, self._references(function))
 
     def body_in_place(
         self, function: Callable[..., Any], arguments: Mapping[str, str], targets: Sequence[str], prefix: str
     ) -> list[str] | None:
-        """Give the lines of a longer law written where it is called; none where it has to be called."""
+        """Return the lines of a longer law written where it is called; none where it has to be called."""
         if self._loops(function):
             return None
         return body_in_place(law_text(function).named("law", self._references(function)), arguments, targets, prefix)
 
     def _loops(self, function: Callable[..., Any]) -> bool:
-        """Say whether a law or what it calls has a ``while``: it is called, so that it can be named when it does not end."""
+        """Return whether a law or what it calls has a ``while``: it is called, so that it can be named when it does not end."""
         uses = [name for name in self._references(function).values() if name in self.pieces]
         texts = [law_text(function).marked, *(self.pieces[name].text for name in self._with_theirs(uses))]
         return any("while " in text for text in texts)

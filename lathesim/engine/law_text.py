@@ -44,18 +44,18 @@ class LawText:
     values: tuple[str, ...] | None
 
     def named(self, name: str, renames: Mapping[str, str]) -> str:
-        """Give the text of the function under ``name``, with outside names replaced; those without a new name stay."""
+        """Return the text of the function under ``name``, with outside names replaced; those without a new name stay."""
         return _MARKED.sub(lambda match: renames.get(match[1], match[1]) if match[1] else name, self.marked)
 
     def in_place(self, arguments: Mapping[str, str], renames: Mapping[str, str]) -> list[str]:
-        """Give what the function returns, written for these arguments (variables, not expressions)."""
+        """Return what the function returns, written for these arguments (variables, not expressions)."""
         named = [_MARKED.sub(lambda match: renames.get(match[1], match[1]), value) for value in self.values or ()]
         return [_ARGUMENT.sub(lambda match: arguments[match[1]], value) for value in named]
 
 
 @functools.lru_cache(maxsize=4096)
 def law_text(function: Callable[..., Any]) -> LawText:
-    """Give the text of a function, from the cache where it is known.
+    """Return the text of a function, from the cache where it is known.
 
     Raises :class:`ComponentError` where its source cannot be read or is no ``def``.
     """
@@ -89,7 +89,7 @@ def _code(code: types.CodeType) -> tuple[object, ...]:
 
 
 def _is_on_disk(function: Callable[..., Any]) -> bool:
-    """Say whether the file of a function, compiled again, still holds its byte code."""
+    """Return whether the file of a function, compiled again, still holds its byte code."""
     try:
         file = inspect.getsourcefile(function) or ""
         return _code(function.__code__) in _codes_of(file, Path(file).stat().st_mtime_ns)
@@ -127,7 +127,7 @@ def _written(function: Callable[..., Any]) -> LawText:
 
 
 def _values(tree: ast.FunctionDef) -> tuple[str, ...] | None:
-    """Give the expressions that a marked function returns, where it does nothing else."""
+    """Return the expressions that a marked function returns, where it does nothing else."""
     if len(tree.body) != 1 or not isinstance(tree.body[0], ast.Return) or tree.body[0].value is None:
         return None
     value = tree.body[0].value

@@ -61,17 +61,17 @@ class CompiledMachine:
 
 
 def _directory(arrays: Any) -> Any:
-    """Give address, rows and columns of each array; the arrays must outlive the call."""
+    """Return address, rows and columns of each array; the arrays must outlive the call."""
     return np.array([(array.ctypes.data, array.shape[0], array.shape[-1]) for array in arrays] or [(0, 0, 0)], dtype=np.int64)
 
 
 def is_kept(fused: FusedModule) -> bool:
-    """Say whether machine code of the module lies in the cache, without loading the compiler."""
+    """Return whether machine code of the module lies in the cache, without loading the compiler."""
     return any(cache_folder().glob(f"machine_{fused.digest}.*.code"))
 
 
 def load_code(fused: FusedModule) -> CompiledMachine | None:
-    """Give the machine from the cache, none where its code is not there, damaged, or made for another processor."""
+    """Return the machine from the cache, none where its code is not there, damaged, or made for another processor."""
     try:
         head, _, code = (cache_folder() / _file_name(fused)).read_bytes().partition(b"\n")
         notes = json.loads(head)
@@ -113,7 +113,7 @@ def _linked(symbol: str, needs: list[str], code: bytes) -> CompiledMachine | Non
 
 @functools.cache
 def _found(name: str) -> bool:
-    """Say whether LLVM can link a function, having told it where Python's own mathematics has it."""
+    """Return whether LLVM can link a function, having told it where Python's own mathematics has it."""
     import llvmlite.binding as llvm
 
     if llvm.address_of_symbol(name):

@@ -34,17 +34,17 @@ _MANY_LINES = 700
 
 
 def module_path(fused: FusedModule) -> Path:
-    """Give the file of a fused module, written when it is not there (or not what it should be)."""
+    """Return the file of a fused module, written when it is not there (or not what it should be)."""
     return keep(f"machine_{fused.digest}.py", fused.source.encode())
 
 
 def is_compiled(fused: FusedModule) -> bool:
-    """Say whether machine code of the module lies in the cache."""
+    """Return whether machine code of the module lies in the cache."""
     return fused.digest in _MACHINES or is_kept(fused)
 
 
 def compile_time(fused: FusedModule) -> float:
-    """Give about how long the module takes to compile [s]; a law that another machine has in common with it is not compiled again."""
+    """Return about how long the module takes to compile [s]; a law that another machine has in common with it is not compiled again."""
     folder = cache_folder() / "__pycache__"
     new = sum(not any(folder.glob(f"law_{piece.digest}.*.nbi")) for piece in fused.pieces)
     return _WIRING_TIME + _LINE_TIME * _lines(fused) + _LAW_TIME * new
@@ -66,7 +66,7 @@ def _load(path: Path, name: str) -> types.ModuleType:
 
 @functools.lru_cache(maxsize=64)
 def plain_module(fused: FusedModule) -> Any:
-    """Give the module as plain Python, its text as it stands: for ``rates``, and to find where a run broke."""
+    """Return the module as plain Python, its text as it stands: for ``rates``, and to find where a run broke."""
     return _load(module_path(fused), f"lathesim_plain_{fused.digest}")
 
 
@@ -90,7 +90,7 @@ _MACHINES: dict[str, CompiledMachine] = {}
 
 
 def compiled_machine(fused: FusedModule) -> CompiledMachine:
-    """Give the module's ``run_block`` as machine code, from the cache where it is warm; whoever listens is told that it is compiled.
+    """Return the module's ``run_block`` as machine code, from the cache where it is warm; whoever listens is told that it is compiled.
 
     Raises :class:`SimulationError` where a law cannot be compiled.
     """
@@ -148,7 +148,7 @@ def _at_compiling(side_by_side: bool) -> Iterator[None]:
 
 
 def compiled_laws(fused: FusedModule) -> dict[str, Any]:
-    """Give the laws of a module, each made ready to be compiled (or taken from the cache) when the machine calls it."""
+    """Return the laws of a module, each made ready to be compiled (or taken from the cache) when the machine calls it."""
     laws: dict[str, Any] = {}
     for piece in fused.pieces:
         laws[piece.name] = _compiled_law(piece, tuple(laws[name] for name in piece.uses))
@@ -168,7 +168,7 @@ def _compiled_law(piece: Piece, used: tuple[Any, ...]) -> Any:
 
 
 def _compiler(cache: bool, **more: Any) -> Any:
-    """Give the compiler; what it makes is called from machine code only, and never has to be fit to be called from Python."""
+    """Return the compiler; what it makes is called from machine code only, and never has to be fit to be called from Python."""
     import numba
 
     return numba.njit(cache=cache, error_model="numpy", boundscheck=False, no_cfunc_wrapper=True, no_cpython_wrapper=True, **more)

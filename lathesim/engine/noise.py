@@ -18,14 +18,14 @@ _CHUNK = 4096
 
 
 def draw_noise(names: Iterable[str], seed: int, first: int, count: int) -> FloatArray:
-    """Give standard normal numbers, shape (names, count), for the samples from ``first`` on."""
+    """Return standard normal numbers, shape (names, count), for the samples from ``first`` on."""
     rows = [_stretch(name, seed, first, count) for name in names]
     return np.array(rows) if rows else np.zeros((1, 1))
 
 
 @functools.lru_cache(maxsize=64)
 def _chunk(key: int, chunk: int) -> FloatArray:
-    """Give one chunk of a stream; neighbouring blocks of a run, and runs with the same seed, share it."""
+    """Return one chunk of a stream; neighbouring blocks of a run, and runs with the same seed, share it."""
     numbers = np.random.Generator(np.random.Philox(key=key, counter=[0, 0, 0, chunk])).standard_normal(_CHUNK)
     numbers.flags.writeable = False
     return numbers

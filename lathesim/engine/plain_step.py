@@ -26,7 +26,7 @@ _LONGEST_STAGE = 200
 
 
 def stage_table(block: ast.FunctionDef) -> Table:
-    """Give the table of stages that stands in ``run_block``, empty where there is none."""
+    """Return the table of stages that stands in ``run_block``, empty where there is none."""
     for statement in block.body:
         if target_of(statement) == "stages" and isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Tuple):
             pairs = [pair.elts for pair in statement.value.elts if isinstance(pair, ast.Tuple)]
@@ -100,7 +100,7 @@ class _Step:
         self.laws = [*found, *self.laws]
 
     def unrolled(self, table: Table) -> list[ast.stmt] | None:
-        """Give the step with its stages one after the other, none where a state would change while its old value is still needed."""
+        """Return the step with its stages one after the other, none where a state would change while its old value is still needed."""
         current = {target_of(statement): statement.value for statement in self.before if isinstance(statement, ast.Assign)}
         current = {name: value for name, value in current.items() if name in self.moved and isinstance(value, ast.Name)}
         terms: dict[str, list[str]] = {target_of(statement): [] for statement in self.sums}
@@ -132,7 +132,7 @@ class _Step:
 
 
 def _summand(statement: ast.stmt) -> ast.expr:
-    """Give the rate of ``sum = sum + weight * rate``."""
+    """Return the rate of ``sum = sum + weight * rate``."""
     match statement:
         case ast.Assign(value=ast.BinOp(right=ast.BinOp(right=rate))):
             return rate
@@ -140,7 +140,7 @@ def _summand(statement: ast.stmt) -> ast.expr:
 
 
 def _always(node: ast.AST) -> Iterator[ast.AST]:
-    """Give the expressions of a statement that are computed in any case."""
+    """Return the expressions of a statement that are computed in any case."""
     match node:
         case ast.Assign(value=value):
             yield from _always(value)
@@ -158,7 +158,7 @@ def _always(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def _is_common(node: ast.AST, changing: set[str], moved: set[str]) -> bool:
-    """Say whether an expression is a sum or product that moves with the states, and is the same wherever a stage has it."""
+    """Return whether an expression is a sum or product that moves with the states, and is the same wherever a stage has it."""
     if not isinstance(node, ast.BinOp) or not is_safe(node):
         return False
     names = set(read_names(node))
@@ -166,7 +166,7 @@ def _is_common(node: ast.AST, changing: set[str], moved: set[str]) -> bool:
 
 
 def _only_reader(statement: ast.stmt, following: list[ast.stmt], reads: Mapping[str, int]) -> ast.stmt | None:
-    """Give the statement that alone reads what this one assigns, where its value would be the same there."""
+    """Return the statement that alone reads what this one assigns, where its value would be the same there."""
     name = target_of(statement)
     if not name or not isinstance(statement, ast.Assign) or isinstance(statement.value, (ast.Name, ast.Constant)):
         return None
@@ -200,7 +200,7 @@ def _threaded(statements: list[ast.stmt]) -> list[ast.stmt]:
 
 
 def _continued(branch: list[ast.stmt], following: ast.If) -> tuple[list[ast.stmt], bool]:
-    """Give a branch with the ``if`` that follows it; and say whether the branch decides it."""
+    """Return a branch with the ``if`` that follows it; and say whether the branch decides it."""
     known: dict[str, float] = {}
     for statement in branch:
         known = {name: value for name, value in known.items() if name not in stored_names(statement)}
@@ -216,7 +216,7 @@ def _continued(branch: list[ast.stmt], following: ast.If) -> tuple[list[ast.stmt
 
 
 def _decided(test: ast.expr, known: Mapping[str, float]) -> ast.expr | bool:
-    """Give what is left of a test where some variables are known numbers."""
+    """Return what is left of a test where some variables are known numbers."""
     match test:
         case ast.Compare(left=ast.Name(id=name), ops=[how], comparators=[ast.Constant(value=float(right))]) if name in known:
             left = known[name]

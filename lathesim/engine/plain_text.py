@@ -30,7 +30,7 @@ _NAME = re.compile(r"\b[A-Za-z_]\w*")
 
 
 def plain_text(source: str) -> str:
-    """Give ``run_block`` of a fused module, and what it calls, as plain Python runs it fastest."""
+    """Return ``run_block`` of a fused module, and what it calls, as plain Python runs it fastest."""
     module = _Module(source)
     block = module.functions["run_block"]
     sizes: list[int] = []
@@ -68,7 +68,7 @@ class _Module:
         self._count = 0
 
     def called(self, function: ast.FunctionDef) -> list[str]:
-        """Give the functions that one calls and that these call, each after those it calls."""
+        """Return the functions that one calls and that these call, each after those it calls."""
         if function.name not in self._called:
             names = [name for name in dict.fromkeys(read_names(function)) if name in self.functions]
             found = [item for name in names for item in [*self.called(self.functions[name]), name]]
@@ -76,7 +76,7 @@ class _Module:
         return self._called[function.name]
 
     def in_place(self, statements: Iterable[ast.stmt]) -> list[ast.stmt]:
-        """Give statements with the bodies of laws in the place of their calls."""
+        """Return statements with the bodies of laws in the place of their calls."""
         found: list[ast.stmt] = []
         for statement in statements:
             if isinstance(statement, (ast.If, ast.For, ast.While)):
@@ -149,7 +149,7 @@ def _taken_out(samples: ast.For, block: ast.FunctionDef) -> list[ast.stmt]:
 
 
 def _is_arithmetic(value: ast.expr) -> bool:
-    """Say whether an expression is made of numbers, variables, operators and functions of ``math``."""
+    """Return whether an expression is made of numbers, variables, operators and functions of ``math``."""
     made = (ast.Name, ast.Constant, ast.BinOp, ast.UnaryOp, ast.Compare, ast.Call, ast.Attribute)
     every = nodes(value)
     return all(isinstance(node, made) for node in every) and all(
@@ -158,7 +158,7 @@ def _is_arithmetic(value: ast.expr) -> bool:
 
 
 def _named_first(block: ast.FunctionDef, lines: list[str]) -> list[str]:
-    """Give lines that name the variables of a step, then those met most often, before all others, where there are more than Python
+    """Return lines that name the variables of a step, then those met most often, before all others, where there are more than Python
     reaches directly.
 
     They are never run, and leave nothing in the byte code but the order of the variables.

@@ -189,7 +189,7 @@ def _advance(
 
 
 def _machine_code(fused: FusedModule, state: _Progress) -> CompiledMachine | None:
-    """Give the machine compiled; where it cannot be, say so."""
+    """Return the machine compiled; where it cannot be, say so."""
     try:
         machine = compiled_machine(fused)
     except SimulationError as error:

@@ -24,7 +24,7 @@ class RunArrays:
     tables: Any
 
     def as_lists(self) -> RunArrays:
-        """Give the same numbers for the plain engine."""
+        """Return the same numbers for the plain engine."""
         return RunArrays(
             _list(self.parameters),
             _list(self.states),
@@ -34,7 +34,7 @@ class RunArrays:
         )
 
     def as_arrays(self) -> RunArrays:
-        """Give the same numbers for the compiled engine."""
+        """Return the same numbers for the compiled engine."""
         return RunArrays(
             np.array(self.parameters, dtype=float),
             np.array(self.states, dtype=float),
@@ -44,7 +44,7 @@ class RunArrays:
         )
 
     def copy(self) -> RunArrays:
-        """Give a copy of what a block changes."""
+        """Return a copy of what a block changes."""
         return RunArrays(
             self.parameters,
             list(self.states) if isinstance(self.states, list) else self.states.copy(),
@@ -63,7 +63,7 @@ def _rows(table: Any) -> list[list[float]]:
 
 
 def start_arrays(plan: Plan, overrides: Mapping[str, float] | None = None) -> RunArrays:
-    """Give the arrays at the start of a run; ``overrides`` maps ``part.parameter`` or ``part.state`` to another value [SI].
+    """Return the arrays at the start of a run; ``overrides`` maps ``part.parameter`` or ``part.state`` to another value [SI].
 
     Memories and tables are never empty tuples (the compiler could not type them): a plan without gets one number that is not read.
     """

@@ -45,12 +45,12 @@ def check_step(plan: Plan, arrays: RunArrays) -> None:
 
 
 def amplification(product: np.ndarray) -> np.ndarray:
-    """Give R(hL) of classical RK4 for the products of step and eigenvalue."""
+    """Return R(hL) of classical RK4 for the products of step and eigenvalue."""
     return 1.0 + product * (1.0 + product / 2.0 * (1.0 + product / 3.0 * (1.0 + product / 4.0)))
 
 
 def jacobian(plan: Plan, arrays: RunArrays) -> np.ndarray:
-    """Give the derivative of the rates with respect to the states [1/s, scaled by the states' units], by central differences."""
+    """Return the derivative of the rates with respect to the states [1/s, scaled by the states' units], by central differences."""
     module = plain_module(fuse(plan))
     given = arrays.as_lists()
     count = len(plan.states)

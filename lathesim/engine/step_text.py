@@ -16,7 +16,7 @@ _SAFE_FUNCTIONS = ("math.sin", "math.cos")
 def shortened(
     lines: Sequence[str], read_after: Collection[str], also_varying: Collection[str] = (), parameters: Collection[str] = ()
 ) -> tuple[list[str], list[str]]:
-    """Give the lines that compute what is held through the sample, and the given ones without it and without what nobody reads.
+    """Return the lines that compute what is held through the sample, and the given ones without it and without what nobody reads.
 
     Read is what these lines read, or what comes after them (``read_after``). Held is what is made of variables that these lines do not
     assign and that are not ``also_varying``.
@@ -39,7 +39,7 @@ def without_unread(tree: ast.AST, read: Collection[str], may_go: Callable[[ast.e
 
 
 def is_safe(node: ast.AST) -> bool:
-    """Say whether computing an expression raises nothing and changes nothing: sums, differences, products and comparisons."""
+    """Return whether computing an expression raises nothing and changes nothing: sums, differences, products and comparisons."""
     match node:
         case ast.Constant() | ast.Name():
             return True

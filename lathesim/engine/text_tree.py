@@ -11,7 +11,7 @@ _NONE: Mapping[str, ast.expr] = {}
 
 
 def nodes(*trees: ast.AST) -> list[ast.AST]:
-    """Give the nodes of trees but for the contexts of their names and their operators."""
+    """Return the nodes of trees but for the contexts of their names and their operators."""
     found: list[ast.AST] = list(trees)
     for node in found:
         if node.__class__ is ast.Name or node.__class__ is ast.Constant:
@@ -26,19 +26,19 @@ def nodes(*trees: ast.AST) -> list[ast.AST]:
 
 
 def read_names(*trees: ast.AST) -> list[str]:
-    """Give the variables that trees read, as often as they do."""
+    """Return the variables that trees read, as often as they do."""
     every = nodes(*trees)
     found = [node.id for node in every if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)]
     return found + [node.target.id for node in every if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name)]
 
 
 def stored_names(*trees: ast.AST) -> list[str]:
-    """Give the variables that trees assign, as often as they do."""
+    """Return the variables that trees assign, as often as they do."""
     return [node.id for node in nodes(*trees) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
 
 
 def copied(node: _Node, names: Mapping[str, ast.expr] = _NONE) -> _Node:
-    """Give a copy of a tree, with expressions in the place of variables that are read, and other names in the place of those assigned."""
+    """Return a copy of a tree, with expressions in the place of variables that are read, and other names in the place of those assigned."""
     if isinstance(node, ast.Name):
         other = names.get(node.id, node)
         return other if isinstance(node.ctx, ast.Load) else ast.Name(other.id if isinstance(other, ast.Name) else node.id, node.ctx)  # type: ignore[return-value]
@@ -58,7 +58,7 @@ def _copied_value(value: object, names: Mapping[str, ast.expr]) -> object:
 
 
 def target_of(statement: ast.stmt) -> str:
-    """Give the variable that a statement assigns, empty where it is no assignment to one."""
+    """Return the variable that a statement assigns, empty where it is no assignment to one."""
     match statement:
         case ast.Assign(targets=[ast.Name(id=name)]):
             return name
@@ -66,5 +66,5 @@ def target_of(statement: ast.stmt) -> str:
 
 
 def written(statements: Iterable[ast.stmt]) -> str:
-    """Give the text of statements."""
+    """Return the text of statements."""
     return "\n".join(ast.unparse(statement) for statement in statements)

@@ -50,21 +50,21 @@ class Plan:
     kept: dict[str, object] = field(default_factory=dict, compare=False, repr=False)
 
     def unit(self, name: str) -> str:
-        """Give the unit of ``part.name``."""
+        """Return the unit of ``part.name``."""
         part, _, item = name.partition(".")
         return self.parts[part].component.declarations[item].unit
 
     def doc(self, name: str) -> str:
-        """Give the sentence about ``part.name``."""
+        """Return the sentence about ``part.name``."""
         part, _, item = name.partition(".")
         return self.parts[part].component.declarations[item].doc
 
     def moves_between_samples(self, output: str) -> bool:
-        """Say whether an output (``part.name``) changes between two sample instants, rather than being held."""
+        """Return whether an output (``part.name``) changes between two sample instants, rather than being held."""
         return giving(self.parts, output) in self.varying
 
     def settable(self, name: str) -> tuple[str, int]:
-        """Give the array (``parameter``, ``state`` or ``discrete``) and position of a name that a run may override."""
+        """Return the array (``parameter``, ``state`` or ``discrete``) and position of a name that a run may override."""
         for kind, positions in (("parameter", self.parameters), ("state", self.states), ("discrete", self.discrete)):
             if name in positions:
                 return kind, positions[name]
@@ -255,13 +255,13 @@ def _channels(parts: dict[str, Part], assembly: Assembly) -> tuple[str, ...]:
 
 
 def giving(parts: dict[str, Part], output: str) -> Node:
-    """Give the law that gives an output (``part.name``)."""
+    """Return the law that gives an output (``part.name``)."""
     part, _, name = output.partition(".")
     return part, parts[part].component.law_of(name)
 
 
 def law_sources(part: Part, law: str, feeds: dict[str, tuple[str, str]]) -> list[str]:
-    """Give the outputs ``part.name`` that a law reads in the same instant."""
+    """Return the outputs ``part.name`` that a law reads in the same instant."""
     found = []
     for argument in part.component.arguments.get(law, ()):
         if argument in BUILT_IN_ARGUMENTS:
@@ -325,7 +325,7 @@ def _loop_error(waiting: list[Node], needs: dict[Node, list[Node]]) -> WiringErr
 
 
 def _varying(parts: dict[str, Part], feeds: dict[str, tuple[str, str]], order: tuple[Node, ...]) -> frozenset[Node]:
-    """Give the output laws whose values move between two sample instants."""
+    """Return the output laws whose values move between two sample instants."""
     varying: set[Node] = set()
     for name, law in order:
         if law == "update":
@@ -341,7 +341,7 @@ def _varying(parts: dict[str, Part], feeds: dict[str, tuple[str, str]], order: t
 def _stage(
     parts: dict[str, Part], feeds: dict[str, tuple[str, str]], order: tuple[Node, ...], varying: frozenset[Node]
 ) -> tuple[Node, ...]:
-    """Give, in order, the output laws that every RK4 stage must evaluate anew."""
+    """Return, in order, the output laws that every RK4 stage must evaluate anew."""
     needed: set[Node] = set()
     queue = [source for part in parts.values() for source in law_sources(part, "derivative", feeds)]
     while queue:

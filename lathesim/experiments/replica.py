@@ -103,13 +103,13 @@ def _batch(setting: Setting, names: Sequence[str]) -> Batch:
 
 
 def _stands_alone(assembly: Assembly, part: Part, names: Sequence[str]) -> bool:
-    """Tell whether nothing of the machine feeds a part, and none of its values is among ``names``."""
+    """Return whether nothing of the machine feeds a part, and none of its values is among ``names``."""
     fed = any(item.target.partition(".")[0] == part.name and item.source for item in assembly.wires)
     return not fed and not any(name.partition(".")[0] == part.name for name in names)
 
 
 def _only_delays(assembly: Assembly, interpolator: Part) -> bool:
-    """Tell whether each sample is one step and every sampled part is a delay line or the interpolator."""
+    """Return whether each sample is one step and every sampled part is a delay line or the interpolator."""
     sampled = [part for part in assembly.parts if "update" in part.component.laws and part is not interpolator]
     return math.isclose(assembly.step, assembly.sample_period) and all(part.component.__name__ == "DelayLine" for part in sampled)
 
@@ -164,6 +164,6 @@ def given_values(plan: Plan, names: Sequence[str]) -> FloatArray:
 
 
 def is_input(plan: Plan, name: str) -> bool:
-    """Tell whether a name is an input held at a constant, rather than a parameter."""
+    """Return whether a name is an input held at a constant, rather than a parameter."""
     part, _, item = name.partition(".")
     return isinstance(plan.parts[part].component.declarations[item], Input)

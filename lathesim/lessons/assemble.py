@@ -32,7 +32,7 @@ def assemble(
     overrides: Mapping[str, str | float] | None = None,
     program: Path | None = None,
 ) -> Machinery:
-    """Give the assembly of a lesson's case.
+    """Return the assembly of a lesson's case.
 
     ``overrides`` maps ``part.parameter`` and ``part.state`` to a quantity (text, or a number in SI); ``program`` takes the place of the
     lesson's part program. Raises :class:`LessonError` with ``file:line:column``, or the error of the part program.
@@ -41,7 +41,7 @@ def assemble(
 
 
 def assemble_case(case: Case, registry: Registry, path: FloatArray | None = None) -> Machinery:
-    """Give the assembly of a case, see :func:`assemble`; a ``path`` table takes the place of that of the part program."""
+    """Return the assembly of a case, see :func:`assemble`; a ``path`` table takes the place of that of the part program."""
     machine = case.lesson.machine
     _refuse_unknown_parts(case)
     parts = {name: _Placed(case, registry, name) for name in case.parts}
@@ -95,7 +95,7 @@ class _Placed:
         take_value(self.name, self.component, item, given, self.parameters, self.start)
 
     def part(self, path: FloatArray | None) -> Part:
-        """Give the engine's part; a table called ``path`` is the path of the part program."""
+        """Return the engine's part; a table called ``path`` is the path of the part program."""
         tables = {name: path for name in self.component.declared(Table) if name == "path" and path is not None}
         tables |= _tables(self.case, self.name, self.component)
         lengths = {name: length for name, length in self.entry.memory.items() if name in self.component.declared(Memory)}
@@ -103,7 +103,7 @@ class _Placed:
 
 
 def _tables(case: Case, part: str, component: type[Component]) -> dict[str, FloatArray]:
-    """Give the tables of a part that the lesson names as files."""
+    """Return the tables of a part that the lesson names as files."""
     named = {target.partition(".")[2]: given for target, given in case.tables.items() if target.partition(".")[0] == part}
     for name, given in named.items():
         if name not in component.declared(Table):
@@ -112,7 +112,7 @@ def _tables(case: Case, part: str, component: type[Component]) -> dict[str, Floa
 
 
 def _means_the_same(old: type[Component], new: type[Component], item: str) -> bool:
-    """Say whether a template's entry for the old component also means something for the one that takes its place."""
+    """Return whether a template's entry for the old component also means something for the one that takes its place."""
     before, after = old.declarations.get(item), new.declarations.get(item)
     return before is not None and after is not None and before.kind == after.kind and same_dimension(before.unit, after.unit)
 
@@ -253,7 +253,7 @@ def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registr
 
 
 def _record(machinery: Machinery, case: Case, parts: Mapping[str, _Placed]) -> tuple[str, ...] | None:
-    """Give the channels to record: the lesson's, else the template's without what a replaced part no longer gives; and all of effects."""
+    """Return the channels to record: the lesson's, else the template's without what a replaced part no longer gives; and all of effects."""
     lesson, machine = case.lesson, case.lesson.machine
     of_lesson = lesson.settings.record is not None
     names = lesson.settings.record if of_lesson else machine.settings.record

@@ -35,7 +35,7 @@ class Insertion:
     places: Mapping[str, str]
 
     def place_of(self, key: str) -> str:
-        """Give the place of the value of a key."""
+        """Return the place of the value of a key."""
         return self.places[key]
 
 
@@ -76,7 +76,7 @@ def case_of(
     overrides: Mapping[str, str | float] | None = None,
     program: Path | None = None,
 ) -> Case:
-    """Give the case of a lesson; ``overrides`` maps ``part.parameter`` or ``part.state`` to a quantity (text, or a number in SI)."""
+    """Return the case of a lesson; ``overrides`` maps ``part.parameter`` or ``part.state`` to a quantity (text, or a number in SI)."""
     layers: list[tuple[Changes, Location]] = [(lesson.settings, ())]
     if variant is not None:
         layers.append((_variant(lesson, variant), ("variants", variant)))

@@ -25,7 +25,7 @@ def changed_lesson(
     seed: int | None = None,
     further: Mapping[str, Any] | None = None,
 ) -> str:
-    """Give the YAML text of a lesson with further ``insert:`` entries and ``set:`` values, for a file in ``folder``.
+    """Return the YAML text of a lesson with further ``insert:`` entries and ``set:`` values, for a file in ``folder``.
 
     ``replace`` puts other components into places, ``program`` and ``seed`` take the place of the lesson's, and so do the keys
     of ``further`` (``sample_period``, ``recordings`` ...). With a ``variant`` its changes
@@ -81,12 +81,12 @@ def _take_variant(data: dict[str, Any], name: str) -> None:
 
 
 def _way(file: Path, folder: Path) -> str:
-    """Give the way to a file from a folder, with all links followed, as whoever opens it goes."""
+    """Return the way to a file from a folder, with all links followed, as whoever opens it goes."""
     return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
 
 
 def _plain(value: Any) -> Any:
-    """Give nested mappings and lists as plain ones."""
+    """Return nested mappings and lists as plain ones."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

@@ -36,7 +36,7 @@ _Writer.add_representer(str, _text)
 
 
 def class_lesson(lesson: Lesson, recordings: Mapping[str, Any]) -> str:
-    """Give the YAML text of a lesson for a folder of its own, with ``recordings`` as its mapping.
+    """Return the YAML text of a lesson for a folder of its own, with ``recordings`` as its mapping.
 
     A machine template or part program is named by its file alone: it has come with the program or lies beside (:func:`files_beside`).
     """
@@ -52,7 +52,7 @@ def class_lesson(lesson: Lesson, recordings: Mapping[str, Any]) -> str:
 
 
 def files_beside(lesson: Lesson) -> list[Path]:
-    """Give the files that must lie beside a class lesson: its machine template and part program where they did not come with lathesim."""
+    """Return the files that must lie beside a class lesson: its machine template and part program where they did not come with lathesim."""
     shipped = {path.resolve() for path in (*shipped_files("lesson_configs", "machines/*.yaml"), *shipped_files("part_programs", "*"))}
     program = case_of(lesson).program
     tables = [table_file(given.value, lesson.path.parent) for given in case_of(lesson).tables.values()]

@@ -115,13 +115,13 @@ def judge(goals: Sequence[Goal], metrics: Mapping[str, Measured], skipped: Mappi
 
 
 def yardstick(path_or_name: str | Path, registry: Registry) -> Yardstick:
-    """Give the lesson a teacher names; :class:`LessonError` where it cannot be read or a goal of it cannot be measured."""
+    """Return the lesson a teacher names; :class:`LessonError` where it cannot be read or a goal of it cannot be measured."""
     path = find_lesson(path_or_name)
     return _yardstick(path.stem, read_source(path), registry)
 
 
 def yardstick_of_record(record: Record, beside: Path, registry: Registry) -> Yardstick:
-    """Give the lesson a record names: a file of that name beside it, in the current folder or shipped; else the copy in the record."""
+    """Return the lesson a record names: a file of that name beside it, in the current folder or shipped; else the copy in the record."""
     name = str(record.meta.get("lesson_name", ""))
     if re.fullmatch(r"[\w.-]+", name):
         for folder in (beside.parent, Path(), Path("lesson_configs")):
@@ -174,7 +174,7 @@ def grade(record: Record, name: str, lesson: Yardstick, registry: Registry) -> G
 
 
 def ranked(grades: Sequence[Grade]) -> list[Grade]:
-    """Give grades with the best first: by lesson, result, number of goals met, then by what the first goal asks for, then by name."""
+    """Return grades with the best first: by lesson, result, number of goals met, then by what the first goal asks for, then by name."""
     return sorted(grades, key=_merit)
 
 
@@ -192,7 +192,7 @@ def _yardstick(name: str, source: Source, registry: Registry) -> Yardstick:
 
 
 def _is_of(record: Record, lesson: Yardstick) -> bool:
-    """Say whether a record was made with a lesson or with a copy of it: name or title agree."""
+    """Return whether a record was made with a lesson or with a copy of it: name or title agree."""
     return record.meta.get("lesson_name") == lesson.name or _title_in(record) == lesson.title
 
 

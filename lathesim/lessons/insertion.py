@@ -72,7 +72,7 @@ class _Bench:
         return self.parts[part].component.declarations.get(item) if part in self.parts else None
 
     def feeding(self, target: str, own: str) -> Wire:
-        """Give the wire from what feeds ``target`` now to ``own``."""
+        """Return the wire from what feeds ``target`` now to ``own``."""
         if target in self.wires:
             return replace(self.wires[target], target=own)
         declared = self.item(target)
@@ -94,7 +94,7 @@ def insert_effect(
     sources: Mapping[str, str | float] | None = None,
     every: int = 1,
 ) -> Machinery:
-    """Give the assembly with ``effect`` inserted at a part or at ``part.name``.
+    """Return the assembly with ``effect`` inserted at a part or at ``part.name``.
 
     ``parameters`` and ``start`` are in SI; ``sources`` feeds inputs of the effect that its host does not (``part.name``, or a constant).
     Raises :class:`WiringError`.
@@ -132,7 +132,7 @@ def insert_effect(
 
 
 def _is_held(bench: _Bench, place: str) -> bool:
-    """Say whether what a place carries is worked out of what is held between samples, and is no motion."""
+    """Return whether what a place carries is worked out of what is held between samples, and is no motion."""
     name, _, item = place.partition(".")
     while name in bench.parts:
         ports = bench.parts[name].component.ports
@@ -150,7 +150,7 @@ def _is_held(bench: _Bench, place: str) -> bool:
 
 
 def effect_part_name(at: str, effect: str) -> str:
-    """Give ``x_axis_coulomb_friction`` for ``CoulombFriction`` at ``x_axis``: the part's name where the lesson gives none."""
+    """Return ``x_axis_coulomb_friction`` for ``CoulombFriction`` at ``x_axis``: the part's name where the lesson gives none."""
     snake_case = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", effect).lower()
     return f"{at.replace('.', '_')}_{snake_case}"
 
@@ -163,7 +163,7 @@ def _host(bench: _Bench, at: str) -> Part:
 
 
 def _places(bench: _Bench, effect: type[Effect], at: str, host: Part) -> dict[str, tuple[str, str]]:
-    """Give ``part.name`` -> (input, output) of the effect for every place it sits on."""
+    """Return ``part.name`` -> (input, output) of the effect for every place it sits on."""
     places: dict[str, tuple[str, str]] = {}
     for role, pair in effect.pairs().items():
         if role == effect.site and "." in at:
@@ -185,7 +185,7 @@ def _places(bench: _Bench, effect: type[Effect], at: str, host: Part) -> dict[st
 
 
 def _ports(bench: _Bench, host: Part, places: Mapping[str, tuple[str, str]]) -> dict[str, str]:
-    """Give role -> ``part.name`` of what an effect can sense: the ports of its host, and of the part that feeds the place it sits on.
+    """Return role -> ``part.name`` of what an effect can sense: the ports of its host, and of the part that feeds the place it sits on.
 
     A scale knows no driving force, but the table it measures does. Where one part of the machine turns, its angle and speed are those of
     the spindle for all others.
@@ -206,7 +206,7 @@ def _ports(bench: _Bench, host: Part, places: Mapping[str, tuple[str, str]]) -> 
 
 
 def _of_the_spindle(bench: _Bench) -> dict[str, str]:
-    """Give angle and speed of the only part of the machine that is driven and turns; nothing where there is none, or more than one."""
+    """Return angle and speed of the only part of the machine that is driven and turns; nothing where there is none, or more than one."""
     found = []
     for part in bench.parts.values():
         ports = part.component.ports
@@ -218,7 +218,7 @@ def _of_the_spindle(bench: _Bench) -> dict[str, str]:
 def _sensed(
     bench: _Bench, effect: type[Effect], host: Part, ports: Mapping[str, str], name: str, sources: dict[str, str | float]
 ) -> list[Wire]:
-    """Give the wires to the inputs of the effect that sit on no place."""
+    """Return the wires to the inputs of the effect that sit on no place."""
     sitting = {taken for taken, _ in effect.pairs().values()}
     wires = []
     for item, declared in effect.declared(Input).items():
@@ -353,7 +353,7 @@ def _hold_behind(bench: _Bench, effect: type[Effect], name: str) -> None:
 
 
 def first_input(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> str:
-    """Give the input at which the chain of effects that ends at ``target`` begins: what feeds that one comes before all of them."""
+    """Return the input at which the chain of effects that ends at ``target`` begins: what feeds that one comes before all of them."""
     while target in wires and wires[target].source:
         name, _, given = wires[target].source.partition(".")
         before = f"{name}.{_taken(parts[name].component, given)}"
@@ -364,14 +364,14 @@ def first_input(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: st
 
 
 def _taken(component: type[Component], given: str) -> str:
-    """Give the input that belongs to an output of an effect, or of what stands in its line; empty where there is none."""
+    """Return the input that belongs to an output of an effect, or of what stands in its line; empty where there is none."""
     if issubclass(component, Effect):
         return next((taken for taken, output in component.pairs().values() if output == given), "")
     return "incoming" if given == "outgoing" else ""
 
 
 def _senses(bench: _Bench, target: str) -> bool:
-    """Say whether ``target`` is an input with which an effect senses its host, rather than one it sits on."""
+    """Return whether ``target`` is an input with which an effect senses its host, rather than one it sits on."""
     part, _, item = target.partition(".")
     component = bench.parts[part].component
     if issubclass(component, GoesWithMain):

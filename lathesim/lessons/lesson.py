@@ -49,7 +49,7 @@ class Lesson:
 
 
 def load_lesson(path_or_name: str | Path) -> Lesson:
-    """Give the lesson in a file, or the shipped lesson of that name (``01_contour_error``), with its machine template."""
+    """Return the lesson in a file, or the shipped lesson of that name (``01_contour_error``), with its machine template."""
     path = find_lesson(path_or_name)
     return _lesson_of(read_source(path), path)
 
@@ -70,13 +70,13 @@ def _lesson_of(source: Source, path: Path) -> Lesson:
 
 
 def load_machine(path: Path) -> Machine:
-    """Give the machine template in a file."""
+    """Return the machine template in a file."""
     source = read_source(path, what="machine template")
     return Machine(path.stem, path, validated(MachineSettings, source), source)
 
 
 def find_lesson(path_or_name: str | Path) -> Path:
-    """Give the file of a lesson: a path, or the name of one in ``./lesson_configs`` or of a shipped one, in this order."""
+    """Return the file of a lesson: a path, or the name of one in ``./lesson_configs`` or of a shipped one, in this order."""
     given = Path(path_or_name)
     if given.is_file():
         return given
@@ -93,7 +93,7 @@ def find_lesson(path_or_name: str | Path) -> Path:
 
 
 def find_program(named: str | Path, beside: Path) -> Path | None:
-    """Give the file of a part program: relative to the folder ``beside``, to where one stands, or the shipped one of that name."""
+    """Return the file of a part program: relative to the folder ``beside``, to where one stands, or the shipped one of that name."""
     given = Path(named)
     for path in (beside / given, given, shipped_folder("part_programs") / given.name):
         if path.is_file():

@@ -13,7 +13,7 @@ from lathesim.units import quantity
 
 @contextmanager
 def placed_at(place: str) -> Iterator[None]:
-    """Give errors from inside the place where their cause was written."""
+    """Return errors from inside the place where their cause was written."""
     try:
         yield
     except LatheSimError as error:
@@ -22,7 +22,7 @@ def placed_at(place: str) -> Iterator[None]:
 
 
 def si_value(given: Given, unit: str) -> float:
-    """Give the SI value of an entry that must measure the same kind of thing as ``unit``."""
+    """Return the SI value of an entry that must measure the same kind of thing as ``unit``."""
     if not isinstance(given.value, str):
         return float(given.value)
     with placed_at(given.place):
@@ -47,7 +47,7 @@ def take_value(
 
 
 def no_item(part: str, component: type[Component], item: str, kinds: tuple[type[Declaration], ...], word: str, place: str) -> LessonError:
-    """Give the error for a name that a part does not have, or has as something else."""
+    """Return the error for a name that a part does not have, or has as something else."""
     declared = component.declarations.get(item)
     if declared is not None:
         remedy = "Feed it with a wire, under 'wires:'." if isinstance(declared, Input) else ""

@@ -41,12 +41,12 @@ def path_of_program(
     start: tuple[float, float] | None = None,
     tools: Mapping[int, Tool] | None = None,
 ) -> ToolPath:
-    """Give the path of a part-program file; :class:`ProgramError` with ``file:line`` where it cannot be laid."""
+    """Return the path of a part-program file; :class:`ProgramError` with ``file:line`` where it cannot be laid."""
     return lay_path(load_program(program, dialect, start=start, tools=tools), limits)
 
 
 def program_of(case: Case) -> Program | None:
-    """Give the interpreted part program of a case of a lesson, as its machine reads it; none where it has no program."""
+    """Return the interpreted part program of a case of a lesson, as its machine reads it; none where it has no program."""
     if case.program is None:
         return None
     lesson = case.lesson
@@ -54,7 +54,7 @@ def program_of(case: Case) -> Program | None:
 
 
 def tools_of(lesson: Lesson) -> dict[int, Tool]:
-    """Give the tools of a lesson, their noses in metres."""
+    """Return the tools of a lesson, their noses in metres."""
     found = {}
     for number, entry in lesson.settings.tools.items():
         place = lesson.source.place(("tools", number, "nose_radius"))
@@ -63,7 +63,7 @@ def tools_of(lesson: Lesson) -> dict[int, Tool]:
 
 
 def program_warnings(case: Case, stock: RawStock | None = None) -> list[str]:
-    """Give what may go wrong when the program of a case is cut, each as ``file:line: sentence``; with its raw ``stock`` rapids into it.
+    """Return what may go wrong when the program of a case is cut, each as ``file:line: sentence``; with its raw ``stock`` rapids into it.
 
     What reading the program says beside it, as of a missing end, is told by ``lathesim program``.
     """
@@ -79,14 +79,14 @@ def program_warnings(case: Case, stock: RawStock | None = None) -> list[str]:
 
 
 def limits_of(machine: Machine) -> Limits:
-    """Give the travel [m] and the largest feed [m/s] of a machine template."""
+    """Return the travel [m] and the largest feed [m/s] of a machine template."""
     units = {"x_low": "m", "x_high": "m", "z_low": "m", "z_high": "m", "feed": "m/s"}
     written = {name: getattr(machine.settings.travel, name) for name in units}
     return Limits(**{name: _value(machine, ("travel", name), text, units[name]) for name, text in written.items() if text is not None})
 
 
 def start_of(machine: Machine, lesson: Lesson | None = None) -> tuple[float, float] | None:
-    """Give the start point (x, z) [m] of a lesson or of its machine template, or none where both leave it to the dialect."""
+    """Return the start point (x, z) [m] of a lesson or of its machine template, or none where both leave it to the dialect."""
     if lesson is not None and lesson.settings.start_point is not None:
         own = lesson.settings.start_point
         places = {axis: lesson.source.place(("start_point", axis)) for axis in ("x", "z")}
@@ -104,7 +104,7 @@ def _value(machine: Machine, location: tuple[str, str], text: str, unit: str) ->
 
 
 def expected_time(table: FloatArray, rapid_speed: float) -> float:
-    """Give about how long a path table takes [s], with every block at its programmed speed and rapids at ``rapid_speed`` [m/s].
+    """Return about how long a path table takes [s], with every block at its programmed speed and rapids at ``rapid_speed`` [m/s].
 
     Left out: acceleration, and how process controllers and the spindle change the feed. It is for progress bars only.
     """

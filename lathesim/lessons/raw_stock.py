@@ -12,7 +12,7 @@ _PLACES = ("x_position", "z_position")
 
 
 def raw_stock(plan: Plan) -> RawStock | None:
-    """Give the first part that has the measures of a stock and sees where the tool is; none where there is no such part."""
+    """Return the first part that has the measures of a stock and sees where the tool is; none where there is no such part."""
     for name, part in plan.parts.items():
         declared = part.component.declarations
         is_stock = all(isinstance(declared.get(item), Parameter) for item in _MEASURES)

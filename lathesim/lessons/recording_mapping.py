@@ -22,7 +22,7 @@ _EXAMPLE = "recordings: {time: {column: t, unit: s}, drive: {x_controller.refere
 
 
 def mapping_of(lesson: Lesson, assembly: Assembly) -> RecordingMapping:
-    """Give how the columns of a recording map to the machine, each entry with its place in the lesson.
+    """Return how the columns of a recording map to the machine, each entry with its place in the lesson.
 
     A driven input may also be read from a column called as the output that feeds it in the machine, as records of runs have it.
     Raises :class:`LessonError` where the lesson maps no recording or compares nothing; names and units were checked with the lesson.

@@ -306,7 +306,7 @@ class LessonSettings(Changes):
 
 
 def json_schema(kind: str = "lesson") -> dict[str, Any]:
-    """Give the JSON Schema of a lesson or of a machine template."""
+    """Return the JSON Schema of a lesson or of a machine template."""
     model: type[BaseModel] = MachineSettings if kind == "machine" else LessonSettings
     schema = model.model_json_schema(by_alias=True)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": f"lathesim-{kind}/1", **schema}

@@ -77,7 +77,7 @@ def prepare(
     *,
     program: Path | None = None,
 ) -> Prepared:
-    """Give a lesson's case assembled and wired.
+    """Return a lesson's case assembled and wired.
 
     Refused is what :func:`lathesim.lessons.assemble.assemble` and :func:`lathesim.lessons.promises.check_promises` refuse, and what
     cannot be wired (:class:`WiringError`).
@@ -175,7 +175,7 @@ def run_prepared(
 
 
 def _described(record: Record, prepared: Prepared) -> Record:
-    """Give the record with the lesson it came from."""
+    """Return the record with the lesson it came from."""
     case = prepared.case
     changed = {name: str(given.value) for name, given in case.set.items() if given.place.startswith("--set")}
     meta = {

@@ -15,7 +15,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def validated(model: type[Model], source: Source) -> Model:
-    """Give ``source`` as ``model``, or raise its first fault in the order of the file (:class:`LessonError`)."""
+    """Return ``source`` as ``model``, or raise its first fault in the order of the file (:class:`LessonError`)."""
     try:
         return model.model_validate(source.data)
     except ValidationError as error:
@@ -24,7 +24,7 @@ def validated(model: type[Model], source: Source) -> Model:
 
 
 def _order(fault: LessonError) -> tuple[bool, int, int]:
-    """Give the order of telling: by place, what is missing last (a misspelt key tells more than the lack of the right one)."""
+    """Return the order of telling: by place, what is missing last (a misspelt key tells more than the lack of the right one)."""
     line, column = fault.place.rsplit(":", 2)[-2:]
     return fault.fact.endswith(" is missing."), int(line), int(column)
 
@@ -68,7 +68,7 @@ def _fault(model: type[BaseModel], source: Source, details: Any) -> LessonError:
 
 
 def _keys(model: type[BaseModel], location: Location) -> list[str]:
-    """Give the keys a mapping at ``location`` may have."""
+    """Return the keys a mapping at ``location`` may have."""
     current: Any = model
     for item in location:
         current = _step(current, item)
@@ -90,7 +90,7 @@ def _step(current: Any, item: str | int) -> Any:
 
 
 def _unwrapped(annotation: Any) -> Any:
-    """Give the annotation without ``Annotated`` and without ``| None``."""
+    """Return the annotation without ``Annotated`` and without ``| None``."""
     while True:
         if typing.get_origin(annotation) is typing.Annotated:
             annotation = typing.get_args(annotation)[0]

@@ -42,7 +42,7 @@ class Source:
     values: dict[Location, tuple[int, int]] = field(repr=False)
 
     def place(self, location: Location, *, key: bool = False) -> str:
-        """Give ``file:line:column`` of a value, or of its key; of the nearest thing around it where it is not in the file."""
+        """Return ``file:line:column`` of a value, or of its key; of the nearest thing around it where it is not in the file."""
         if key and location in self.keys:
             return "{}:{}:{}".format(self.name, *self.keys[location])
         while location and location not in self.values:
@@ -51,7 +51,7 @@ class Source:
 
 
 def read_source(path: Path, *, what: str = "lesson") -> Source:
-    """Give the source of a YAML file, or refuse it (:class:`LessonError`)."""
+    """Return the source of a YAML file, or refuse it (:class:`LessonError`)."""
     name = str(path)
     try:
         text = path.read_text(encoding="utf-8")
@@ -65,7 +65,7 @@ def read_source(path: Path, *, what: str = "lesson") -> Source:
 
 
 def source_of(text: str, name: str) -> Source:
-    """Give the source of YAML ``text``; ``name`` is what errors call the file."""
+    """Return the source of YAML ``text``; ``name`` is what errors call the file."""
     try:
         root = yaml.compose(text, Loader=_Loader)
     except yaml.YAMLError as error:
@@ -82,7 +82,7 @@ def source_of(text: str, name: str) -> Source:
 
 
 def kind_of(value: Any) -> str:
-    """Give in words what a piece of data is."""
+    """Return in words what a piece of data is."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):

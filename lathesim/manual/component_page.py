@@ -21,13 +21,13 @@ _GROUPS: tuple[tuple[str, type], ...] = (
 
 
 def first_sentence(component: type[Component]) -> str:
-    """Give the first line of what the class says about itself."""
+    """Return the first line of what the class says about itself."""
     text = inspect.getdoc(component) or ""
     return text.splitlines()[0] if text else ""
 
 
 def component_page(component: type[Component], origin: str) -> str:
-    """Give the page of a component."""
+    """Return the page of a component."""
     lines = [component.__name__, "=" * len(component.__name__), "", inspect.getdoc(component) or "", ""]
     for title, kind in _GROUPS:
         rows = [_row(name, item) for name, item in component.declarations.items() if type(item) is kind]

@@ -24,7 +24,7 @@ _EXAMPLE_SOURCES = {
 
 
 def _example_host(effect: type[Effect]) -> str:
-    """Give the part of the two-axis lathe an effect is usually put on."""
+    """Return the part of the two-axis lathe an effect is usually put on."""
     for start in ("Tachometer", "Dynamometer"):
         if effect.__name__.startswith(start):
             return "dynamometer_adc" if start == "Dynamometer" else "tachometer"
@@ -32,7 +32,7 @@ def _example_host(effect: type[Effect]) -> str:
 
 
 def effect_notes(effect: type[Effect], width: int = 110) -> str:
-    """Give what is known about an effect, for its page, in lines of so many characters at most."""
+    """Return what is known about an effect, for its page, in lines of so many characters at most."""
     neutral = ", ".join(f"{name} = {value:g} {plain_unit(effect.declarations[name].unit)}" for name, value in effect.neutral.items())
     rows = [
         ("Catalogue", str(effect.catalogue) if effect.catalogue else "outside it"),

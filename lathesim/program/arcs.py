@@ -25,7 +25,7 @@ _FULL_TURN = 2.0 * math.pi
 def arc_by_centre(
     start: tuple[float, float], end: tuple[float, float], centre: tuple[float, float], clockwise: bool, place: str, code: str
 ) -> Arc:
-    """Give the arc from start to end (x, z) about ``centre``; equal ends make a full circle.
+    """Return the arc from start to end (x, z) about ``centre``; equal ends make a full circle.
 
     Raises :class:`ProgramError` where the centre coincides with the start or is not equally far from both ends.
     """
@@ -52,7 +52,7 @@ def arc_by_centre(
 
 
 def arc_by_radius(start: Point, end: Point, radius: float, clockwise: bool, place: str, code: str) -> Arc:
-    """Give the arc of this radius from start to end (x, z); a negative radius takes the longer way round.
+    """Return the arc of this radius from start to end (x, z); a negative radius takes the longer way round.
 
     Raises :class:`ProgramError` where the ends are one point or too far apart.
     """

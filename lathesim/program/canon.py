@@ -18,7 +18,7 @@ _RPM = 60.0 / (2.0 * math.pi)
 
 
 def canon(program: Program) -> dict[str, Any]:
-    """Give the program as the dictionary that ``lathesim program FILE --json`` prints."""
+    """Return the program as the dictionary that ``lathesim program FILE --json`` prints."""
     summary = program.summary
     return {
         "schema": SCHEMA,

@@ -201,12 +201,12 @@ _ALSO_CALLED = {"fanuc-a": "fanuc", "haas": "fanuc", "emc2": "linuxcnc"}
 
 
 def not_interpreted(meaning: M, dialect: Dialect) -> bool:
-    """Say whether a dialect has a meaning that is not carried out for it."""
+    """Return whether a dialect has a meaning that is not carried out for it."""
     return meaning in NOT_INTERPRETED and meaning not in dialect.carried_out
 
 
 def dialect_named(name: str) -> Dialect:
-    """Give the dialect of this name, or refuse with the nearest one."""
+    """Return the dialect of this name, or refuse with the nearest one."""
     name = _ALSO_CALLED.get(name.lower(), name)
     if name not in DIALECTS:
         raise ProgramError(f"There is no dialect '{name}'; there are {', '.join(DIALECTS)}.", remedy=nearest(name, DIALECTS))

@@ -37,7 +37,7 @@ def interpret(
     tools: Mapping[int, Tool] | None = None,
     strict: bool = False,
 ) -> Program:
-    """Give the moves, events and warnings of a program.
+    """Return the moves, events and warnings of a program.
 
     ``start`` is where the tool stands at first (x, z) [m], without it the dialect's; ``stations`` how many tools the
     turret holds. ``tools`` gives their noses and offsets, else they have none. With ``strict`` codes that do
@@ -139,7 +139,7 @@ class _Interpreter(Offsets):
         self.modal.feed_line = self.block.line
 
     def _feed_is_lead(self) -> bool:
-        """Say whether F of this block is the lead of a thread."""
+        """Return whether F of this block is the lead of a thread."""
         leads = (Meaning.THREAD_BY_FEED, Meaning.THREADING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE)
         own = self.block.of_group(Group.MOTION)
         return own in leads or (own is None and self.modal.motion in leads)

@@ -25,12 +25,12 @@ class Process:
 
 
 def straight_cut(*, diameter: float, length: float, face: float, clearance: float, process: Process) -> str:
-    """Give the text of a straight cut: one pass at ``diameter`` over ``length`` behind the face; lengths [m]."""
+    """Return the text of a straight cut: one pass at ``diameter`` over ``length`` behind the face; lengths [m]."""
     return taper_cut(small_diameter=diameter, large_diameter=diameter, length=length, face=face, clearance=clearance, process=process)
 
 
 def taper_cut(*, small_diameter: float, large_diameter: float, length: float, face: float, clearance: float, process: Process) -> str:
-    """Give the text of a taper cut: one pass from ``small_diameter`` at the face to ``large_diameter`` at ``length`` behind it.
+    """Return the text of a taper cut: one pass from ``small_diameter`` at the face to ``large_diameter`` at ``length`` behind it.
 
     The tool comes to ``clearance`` in front of the face in rapid traverse, feeds to the face, along the taper, out of the part by
     ``clearance`` and returns to X0 Z0. Lengths [m]. Raises :class:`ProgramError` where the numbers make no such cut.

@@ -79,7 +79,7 @@ class Path:
         return int(self.table.shape[0])
 
     def point(self, row: int, distance: float) -> tuple[float, float]:
-        """Give the point (x, z) [m] of a segment at a distance [m] from its start."""
+        """Return the point (x, z) [m] of a segment at a distance [m] from its start."""
         values = [float(value) for value in self.table[row]]
         share = min(1.0, max(0.0, distance / values[LENGTH])) if values[LENGTH] > 0.0 else 0.0
         if values[KIND] == ARC_MOVE:
@@ -92,7 +92,7 @@ class Path:
 
 
 def lay_path(program: Program, limits: Limits | None = None) -> Path:
-    """Give the path of a program.
+    """Return the path of a program.
 
     Raises :class:`ProgramError` with ``file:line`` where a move leaves the travel of the machine or is faster than its largest feed, and
     where nothing moves at all.
@@ -135,7 +135,7 @@ def _rows(move: Move) -> list[list[float]]:
 
 
 def true_circle(arc: Arc, start: tuple[float, float], end: tuple[float, float]) -> Arc | None:
-    """Give the arc with its centre on the perpendicular bisector of its ends, or None where that would move the centre too far.
+    """Return the arc with its centre on the perpendicular bisector of its ends, or None where that would move the centre too far.
 
     With the middle M and the unit normal n of the chord, the new centre is ``M + ((C - M) . n) n``.
     """

@@ -105,7 +105,7 @@ class Blocks:
 
 
 def read_program_file(path: str | Path, *, block_delete: bool = True) -> Blocks:
-    """Give the blocks of the part program in the file ``path``; a missing or unreadable file is a :class:`ProgramError`."""
+    """Return the blocks of the part program in the file ``path``; a missing or unreadable file is a :class:`ProgramError`."""
     path = Path(path)
     try:
         content = path.read_bytes()
@@ -118,7 +118,7 @@ def read_program_file(path: str | Path, *, block_delete: bool = True) -> Blocks:
 
 
 def read_program(source: str | bytes, name: str = "program", *, block_delete: bool = True) -> Blocks:
-    """Give the blocks of a program text.
+    """Return the blocks of a program text.
 
     ``name`` stands in front of the line in every message; with ``block_delete`` lines that begin with ``/`` are left out.
     Raises :class:`ProgramError` for everything that is no word, with place, fact and remedy; all lines at fault are told at once.

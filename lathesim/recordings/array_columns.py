@@ -58,6 +58,6 @@ class ArrayColumns:
         self.units[name] = unit
 
     def table(self) -> RawTable:
-        """Give the table of what was gathered."""
+        """Return the table of what was gathered."""
         notes = (f"left out, no columns of numbers: {', '.join(self.left_out)}",) if self.left_out else ()
         return as_table(self.path, self.columns, self.units, notes, self.constants)

@@ -32,7 +32,7 @@ class Pair:
 
 
 def pairs(channels: list[RecordedChannel], period: float) -> list[Pair]:
-    """Give the pairs of channels that should show the same motion, the driven one first."""
+    """Return the pairs of channels that should show the same motion, the driven one first."""
     found = []
     ordered = sorted((channel for channel in channels if channel.unit in MOTION_UNITS and not channel.constant), key=lambda c: not c.driven)
     for position, first in enumerate(ordered):
@@ -51,7 +51,7 @@ def pairs(channels: list[RecordedChannel], period: float) -> list[Pair]:
 
 
 def rate(values: FloatArray, period: float, half: int = 5) -> FloatArray:
-    """Give the rate of change, the slope over 2 ``half`` + 1 samples."""
+    """Return the rate of change, the slope over 2 ``half`` + 1 samples."""
     half = min(half, (len(values) - 1) // 2)
     weights = np.arange(-half, half + 1.0)
     ends = np.concatenate([np.full(half, values[0]), values, np.full(half, values[-1])])
@@ -67,7 +67,7 @@ def _pair(first: RecordedChannel, second: RecordedChannel, expected: FloatArray)
 
 
 def correlated(first: FloatArray, second: FloatArray) -> float:
-    """Give the correlation of two signals; 0 where one of them is constant."""
+    """Return the correlation of two signals; 0 where one of them is constant."""
     one, other = first - first.mean(), second - second.mean()
     size = float(np.sqrt(np.square(one).sum() * np.square(other).sum()))
     return float((one * other).sum()) / size if size > 0.0 else 0.0

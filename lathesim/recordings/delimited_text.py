@@ -15,7 +15,7 @@ from lathesim.recordings.text_layout import TextLayout, find_layout
 
 
 def reads_text(path: Path) -> bool:
-    """Say whether a file is text with a table of numbers in it."""
+    """Return whether a file is text with a table of numbers in it."""
     return find_layout(head_lines(path)) is not None
 
 
@@ -41,7 +41,7 @@ def read_text(path: Path) -> RawTable:
 
 
 def told(rows: NumberRows, names: list[str]) -> list[str]:
-    """Give what a person should know of the rows that were read."""
+    """Return what a person should know of the rows that were read."""
     notes = []
     if rows.odd_rows:
         notes.append(f"{rows.odd_rows} rows have another number of cells, the first is line {rows.first_odd}; they count as missing")

@@ -22,7 +22,7 @@ _MEASURED = ("m", "m/s", "rad", "rad/s", "N", "N*m", "A", "W")
 
 
 def recording_faults(record: Record, mapping: RecordingMapping) -> list[Finding]:
-    """Give what is wrong with a mapped recording as far as it tells by itself; an empty list where nothing is."""
+    """Return what is wrong with a mapped recording as far as it tells by itself; an empty list where nothing is."""
     channels = channels_of(record, mapping)
     period = record.sample_period
     same = pairs(channels, period)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 def counted(number: int, noun: str, one: str = "", several: str = "") -> str:
-    """Give ``1 sample is``, ``2 samples are``: a number, what it counts, and the verb ``one`` or ``several`` where there is one."""
+    """Return ``1 sample is``, ``2 samples are``: a number, what it counts, and the verb ``one`` or ``several`` where there is one."""
     text = f"{number} {noun} {one}" if number == 1 else f"{number} {noun}s {several}"
     return text.strip()
 

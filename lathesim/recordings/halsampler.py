@@ -16,7 +16,7 @@ from lathesim.recordings.text_layout import is_number
 
 
 def reads_samples(path: Path) -> bool:
-    """Say whether every line is a row of numbers and bits between single blanks, as ``halsampler`` prints them."""
+    """Return whether every line is a row of numbers and bits between single blanks, as ``halsampler`` prints them."""
     lines = [line for line in head_lines(path) if line.strip() and line.strip() != "overrun"][:200]
     if not lines or any(mark in line for line in lines for mark in ",;\t#%"):
         return False

@@ -34,7 +34,7 @@ _UNIT_NAMES = ("unit", "units", "Unit", "Units")
 
 
 def reads_hdf5(path: Path) -> bool:
-    """Say whether a file is HDF5; a block of another program may stand before it."""
+    """Return whether a file is HDF5; a block of another program may stand before it."""
     with path.open("rb") as file:
         for place in (0, 512, 1024, 2048):
             file.seek(place)

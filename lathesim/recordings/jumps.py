@@ -38,7 +38,7 @@ def dropped_samples(found_pairs: list[Pair], period: float) -> list[Finding]:
 
 
 def _jumps(channel: RecordedChannel) -> npt.NDArray[np.int64]:
-    """Give the steps (their positions) far larger than their neighbours on both sides, and sudden as never else."""
+    """Return the steps (their positions) far larger than their neighbours on both sides, and sudden as never else."""
     steps = np.abs(channel.steps)
     sudden = np.abs(np.diff(channel.steps, prepend=channel.steps[0]))
     usual = float(np.quantile(sudden, 0.99))

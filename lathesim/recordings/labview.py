@@ -31,12 +31,12 @@ class _Segment:
     blocks: list[FloatArray] = field(default_factory=list)
 
     def numbers(self, tag: str, otherwise: float) -> list[float]:
-        """Give the numbers of a tag, one a channel."""
+        """Return the numbers of a tag, one a channel."""
         return [_number(text, otherwise) for text in self.tags.get(tag, [])]
 
 
 def reads_lvm(path: Path) -> bool:
-    """Say whether a file begins as LabVIEW measurement files do."""
+    """Return whether a file begins as LabVIEW measurement files do."""
     return any(line.startswith("LabVIEW Measurement") for line in head_lines(path)[:2])
 
 
@@ -131,7 +131,7 @@ def _parser(rows: bytes, delimiter: str, decimal: bool) -> RowParser:
 
 
 def _timed(segment: _Segment, has_times: bool) -> FloatArray:
-    """Give the rows of a segment (rows, 1 + channels) with the time first."""
+    """Return the rows of a segment (rows, 1 + channels) with the time first."""
     rows = np.concatenate(segment.blocks)
     count = len([name for name in segment.names if name not in ("X_Value", "Comment")])
     if has_times:
@@ -142,7 +142,7 @@ def _timed(segment: _Segment, has_times: bool) -> FloatArray:
 
 
 def _behind_one_another(times: list[FloatArray]) -> tuple[FloatArray, bool]:
-    """Give the times of all segments; one that does not begin after the end of the one before is moved to one period behind it."""
+    """Return the times of all segments; one that does not begin after the end of the one before is moved to one period behind it."""
     moved, placed = False, [times[0]]
     for segment in times[1:]:
         before = placed[-1]
@@ -154,7 +154,7 @@ def _behind_one_another(times: list[FloatArray]) -> tuple[FloatArray, bool]:
 
 
 def _own_times(path: Path, segments: list[_Segment]) -> RawTable:
-    """Give the columns of a file in which each channel has its own times, ``X_Value`` before each."""
+    """Return the columns of a file in which each channel has its own times, ``X_Value`` before each."""
     first = segments[0]
     rows = np.concatenate([np.concatenate(segment.blocks) for segment in segments if segment.names == first.names])
     names = [name for name in first.names if name != "Comment"]

@@ -75,7 +75,7 @@ class RecordingMapping:
     mean_of: int = 1
 
     def targets(self, role: Literal["drive", "compare"]) -> tuple[str, ...]:
-        """Give the names of the channels of one role."""
+        """Return the names of the channels of one role."""
         return tuple(signal.target for signal in self.signals if signal.role == role)
 
 
@@ -89,7 +89,7 @@ class MappedRecording:
 
 
 def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording:
-    """Give the recording in SI on an even clock that begins at 0; ``meta`` keeps the start and the period.
+    """Return the recording in SI on an even clock that begins at 0; ``meta`` keeps the start and the period.
 
     Short gaps and short runs without a number are bridged by straight lines; of a recording with longer ones the longest whole stretch
     is kept. Raises :class:`RecordingError` where a column is missing or what is left has fewer than 20 samples.
@@ -146,7 +146,7 @@ def rows_as_taken(table: RawTable, mapping: RecordingMapping, findings: list[Fin
 
 
 def _column(table: RawTable, signal: SignalMapping, findings: list[Finding]) -> FloatArray:
-    """Give the column of a signal in ``signal.unit`` and before its scale."""
+    """Return the column of a signal in ``signal.unit`` and before its scale."""
     found = table.column_name(signal.column)
     if found is not None:
         _check_header_unit(table.units[found], signal, findings)
@@ -182,7 +182,7 @@ def _in_si(column: FloatArray, signal: SignalMapping) -> FloatArray:
 
 
 def _time(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -> tuple[FloatArray, float]:
-    """Give the times of the rows since the first of them [s], and that one; empty where a rate tells them.
+    """Return the times of the rows since the first of them [s], and that one; empty where a rate tells them.
 
     The first is taken away in the file's own unit: in seconds since 1970 milliseconds are no whole numbers any more.
     """
@@ -229,7 +229,7 @@ def _enough(table: RawTable, count: int) -> None:
 def _switch(
     column: FloatArray, signal: SignalMapping, threshold: Threshold, period: float, begin: int, findings: list[Finding]
 ) -> FloatArray:
-    """Give the channel that a column switches, and say when it is on (times from sample ``begin`` on)."""
+    """Return the channel that a column switches, and say when it is on (times from sample ``begin`` on)."""
     on = switched(column, threshold, period)
     begins, ends = runs(on)
     level = f"{threshold.above / si_factor(signal.unit)[0]:g} {signal.unit}"
@@ -299,7 +299,7 @@ def _far_out(spikes: Samples, period: float) -> str:
 
 
 def _spikes(values: FloatArray) -> Samples:
-    """Give where single samples stand far from both neighbours, which agree; pulses that come regularly are signal."""
+    """Return where single samples stand far from both neighbours, which agree; pulses that come regularly are signal."""
     none = np.zeros(0, dtype=np.int64)
     if len(values) < 100:
         return none
@@ -334,13 +334,13 @@ def _bridge_short_runs(values: FloatArray) -> FloatArray:
 
 
 def runs(flags: Any) -> tuple[Any, Any]:
-    """Give the begins and ends (behind the last one) of the stretches in which a condition holds."""
+    """Return the begins and ends (behind the last one) of the stretches in which a condition holds."""
     edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
     return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
 
 
 def _whole_stretch(values: dict[str, FloatArray], length: int, period: float, findings: list[Finding]) -> tuple[int, int]:
-    """Give the longest stretch of samples in which every channel has a number."""
+    """Return the longest stretch of samples in which every channel has a number."""
     whole = np.ones(length, dtype=bool)
     for column in values.values():
         whole &= ~np.isnan(column)

@@ -18,7 +18,7 @@ _TRIAL = "import sys; from scipy.io import loadmat; loadmat(sys.argv[1])"
 
 
 def reads_mat(path: Path) -> bool:
-    """Say whether a file is a MAT file of version 5."""
+    """Return whether a file is a MAT file of version 5."""
     with path.open("rb") as file:
         head = file.read(128)
     return len(head) == 128 and head[126:128] in (b"IM", b"MI") and head[124:126] in (b"\x00\x01", b"\x01\x00")
@@ -56,7 +56,7 @@ def _take(found: ArrayColumns, name: str, value: Any, unit: str, depth: int) -> 
 
 
 def _texts(content: dict[str, Any], name: str) -> dict[str, str]:
-    """Give a struct of texts whose fields are called as the variables: ``units`` and ``names``, as ``lathesim export`` writes them."""
+    """Return a struct of texts whose fields are called as the variables: ``units`` and ``names``, as ``lathesim export`` writes them."""
     array = np.asarray(content.get(name))
     if not array.dtype.names or array.size != 1:
         return {}

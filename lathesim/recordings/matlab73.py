@@ -10,7 +10,7 @@ from lathesim.recordings.reader import Reader
 
 
 def reads_mat73(path: Path) -> bool:
-    """Say whether a file is a MAT file of version 7.3."""
+    """Return whether a file is a MAT file of version 7.3."""
     with path.open("rb") as file:
         head = file.read(128)
     return head.startswith(b"MATLAB 7.3") and reads_hdf5(path)

@@ -86,7 +86,7 @@ class RowParser:
         self._start: np.datetime64 | None = None
 
     def parse(self, piece: bytes) -> tuple[FloatArray, np.ndarray[Any, Any], list[int], bool]:
-        """Give the block (rows, columns), the number of texts a column, the odd rows and whether the last row is cut off."""
+        """Return the block (rows, columns), the number of texts a column, the odd rows and whether the last row is cut off."""
         text = piece
         if b'"' in text:
             text = self._quoted.sub(self._unquoted, text)

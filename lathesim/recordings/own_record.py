@@ -14,7 +14,7 @@ from lathesim.recordings.trial_read import refuse_deadly_file
 
 
 def reads_record(path: Path) -> bool:
-    """Say whether a file is a record of this program."""
+    """Return whether a file is a record of this program."""
     return reads_hdf5(path) and is_record(path)
 
 

@@ -32,28 +32,28 @@ class RawTable:
     constants: dict[str, float] = field(default_factory=dict)
 
     def column_name(self, wanted: str) -> str | None:
-        """Give the name of a column, asked for with or without the unit behind it, or None."""
+        """Return the name of a column, asked for with or without the unit behind it, or None."""
         if wanted in self.columns:
             return wanted
         plain = split_unit(wanted)[0]
         return plain if plain in self.columns else None
 
     def column(self, wanted: str) -> FloatArray:
-        """Give the values of a column; :class:`RecordingError` with the nearest name where there is none."""
+        """Return the values of a column; :class:`RecordingError` with the nearest name where there is none."""
         name = self.column_name(wanted)
         if name is None:
             raise RecordingError(f"the file has no column '{wanted}'.", place=str(self.source), remedy=self.near(wanted))
         return self.columns[name]
 
     def near(self, wanted: str) -> str:
-        """Give the remedy for a missing column: the nearest name, or the names there are."""
+        """Return the remedy for a missing column: the nearest name, or the names there are."""
         names = list(self.columns)
         more = f" and {len(names) - 8} more" if len(names) > 8 else ""
         return nearest(wanted, names) or (f"It has {', '.join(names[:8])}{more}." if names else "It has no columns.")
 
 
 def split_unit(header: str) -> tuple[str, str]:
-    """Give name and unit of ``"time [s]"``, ``"time (s)"`` or ``"time / s"``; the unit is empty where none is written.
+    """Return name and unit of ``"time [s]"``, ``"time (s)"`` or ``"time / s"``; the unit is empty where none is written.
 
     What stands in round brackets or behind a slash counts only where it is a unit: ``"velocity (filtered)"`` stays a name.
     """
@@ -69,7 +69,7 @@ def split_unit(header: str) -> tuple[str, str]:
 
 
 def plain_unit(text: str) -> str:
-    """Give a unit in the signs the program uses: ``u`` for micro, ``^2``, ``*``; a dash and ``-`` count as no unit."""
+    """Return a unit in the signs the program uses: ``u`` for micro, ``^2``, ``*``; a dash and ``-`` count as no unit."""
     unit = text.strip().translate(_SIGNS).replace("**", "^")
     return "" if unit in ("-", "--", "_") else unit
 
@@ -78,7 +78,7 @@ _SIGNS = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "³": "^3", "·": "*",
 
 
 def is_unit(text: str) -> bool:
-    """Say whether a text is a unit."""
+    """Return whether a text is a unit."""
     from lathesim.errors import UnitError
     from lathesim.units import si_factor
 
@@ -100,7 +100,7 @@ def refuse_size(path: Path, rows: int, columns: int) -> None:
 
 
 def unique_names(names: list[str]) -> list[str]:
-    """Give names none of which comes twice: a repeated one gets a number, an empty one is called after its place."""
+    """Return names none of which comes twice: a repeated one gets a number, an empty one is called after its place."""
     taken: set[str] = set()
     found = []
     for place, given in enumerate(names, start=1):
@@ -116,7 +116,7 @@ def unique_names(names: list[str]) -> list[str]:
 def as_table(
     path: Path, named: Mapping[str, FloatArray], units: Mapping[str, str], notes: tuple[str, ...], constants: Mapping[str, float]
 ) -> RawTable:
-    """Give the table of what a reader found; :class:`RecordingError` where it found no column of numbers."""
+    """Return the table of what a reader found; :class:`RecordingError` where it found no column of numbers."""
     if not named:
         seen = f" It holds single numbers only: {', '.join(list(constants)[:8])}." if constants else ""
         raise RecordingError(

@@ -66,7 +66,7 @@ class RecordedChannel:
 
 
 def channels_of(record: Record, mapping: RecordingMapping) -> list[RecordedChannel]:
-    """Give the mapped channels that hold numbers throughout."""
+    """Return the mapped channels that hold numbers throughout."""
     found = []
     for signal in mapping.signals:
         values = record[signal.target]
@@ -77,6 +77,6 @@ def channels_of(record: Record, mapping: RecordingMapping) -> list[RecordedChann
 
 
 def runs_of(flags: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Give the begins and ends (behind the last one) of the stretches in which a condition holds."""
+    """Return the begins and ends (behind the last one) of the stretches in which a condition holds."""
     edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
     return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)

@@ -7,7 +7,7 @@ from lathesim.recordings.reader import Reader
 
 
 def stock_readers() -> list[Reader]:
-    """Give every stock reader, the most particular first."""
+    """Return every stock reader, the most particular first."""
     return [
         own_record.READER,
         matlab73.READER,

@@ -57,7 +57,7 @@ def repeated_stretches(found_pairs: list[Pair], period: float) -> list[Finding]:
 
 
 def _copies(channel: RecordedChannel) -> list[tuple[int, int]]:
-    """Give where a channel jumps back and gives the samples before once more: the first sample of the copy and its length."""
+    """Return where a channel jumps back and gives the samples before once more: the first sample of the copy and its length."""
     steps = np.abs(channel.steps)
     around = np.maximum(np.concatenate([[0.0], steps[:-1]]), np.concatenate([steps[1:], [0.0]]))
     found = []
@@ -70,6 +70,6 @@ def _copies(channel: RecordedChannel) -> list[tuple[int, int]]:
 
 
 def _is_copy(channel: RecordedChannel, begin: int, length: int) -> bool:
-    """Say whether a stretch of ``length`` samples is that before it again; one that hardly moves is none."""
+    """Return whether a stretch of ``length`` samples is that before it again; one that hardly moves is none."""
     here, before = channel.values[begin : begin + length], channel.values[begin - length : begin]
     return len(here) == len(before) and bool(np.all(here == before)) and len(np.unique(here)) > 0.5 * length

@@ -40,7 +40,7 @@ class SampleGrid:
     missing: int = 0
 
     def place(self, values: FloatArray) -> FloatArray:
-        """Give a column (rows of the file,) on the grid (``length``,)."""
+        """Return a column (rows of the file,) on the grid (``length``,)."""
         used = values[self.rows]
         if self.times is not None:
             return self._between(used)
@@ -64,12 +64,12 @@ class SampleGrid:
 
 
 def regular_grid(count: int, period: float) -> SampleGrid:
-    """Give the clock of rows taken at a known rate."""
+    """Return the clock of rows taken at a known rate."""
     return SampleGrid(0.0, period, count, slice(None))
 
 
 def even_grid(time: FloatArray, findings: list[Finding]) -> SampleGrid:
-    """Give the even clock nearest to the times of the rows [s], and note in ``findings`` where they are not even."""
+    """Return the even clock nearest to the times of the rows [s], and note in ``findings`` where they are not even."""
     rows = np.flatnonzero(np.abs(time) < _LATEST)
     if len(rows) < len(time):
         findings.append(Finding("time", "time", f"{len(time) - len(rows)} rows have no time", "they are left out"))
@@ -142,7 +142,7 @@ def _without_rewinds(time: FloatArray, rows: npt.NDArray[np.int64], usual: float
 
 
 def _coarse(time: FloatArray) -> tuple[float, int] | None:
-    """Give the period where the times are rounded so far that rows share them, and the number of values they take."""
+    """Return the period where the times are rounded so far that rows share them, and the number of values they take."""
     steps = np.diff(time)
     distinct = 1 + int(np.count_nonzero(steps > 0.0))
     if distinct > 0.8 * len(time) or distinct < 3:
@@ -203,7 +203,7 @@ def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Findin
 
 
 def _first_period(steps: FloatArray) -> float:
-    """Give the usual step; where each step is nearly a whole number of them, the mean one: seconds since 1970 resolve no step better than
+    """Return the usual step; where each step is nearly a whole number of them, the mean one: seconds since 1970 resolve no step better than
     a quarter of a microsecond, which adds up over the rows."""
     usual = float(np.median(steps))
     number = np.round(steps / usual)
@@ -218,13 +218,13 @@ def _slots(time: FloatArray, period: float) -> npt.NDArray[np.int64]:
 
 
 def _slope(slots: npt.NDArray[np.int64], time: FloatArray) -> float:
-    """Give the period that fits best, through the first row."""
+    """Return the period that fits best, through the first row."""
     number = slots.astype(np.float64)
     return float(number @ (time - time[0]) / (number @ number))
 
 
 def _rounded(period: float, room: float) -> float:
-    """Give the roundest number of seconds within ``room`` of the period, so that 1 kHz is exactly 1 ms."""
+    """Return the roundest number of seconds within ``room`` of the period, so that 1 kHz is exactly 1 ms."""
     for digits in range(1, 13):
         round_one = float(f"{period:.{digits}g}")
         if abs(round_one - period) <= room:

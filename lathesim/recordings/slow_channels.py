@@ -33,7 +33,7 @@ def slow_channels(channels: list[RecordedChannel], period: float) -> list[Findin
 
 
 def _rows_of_one_reading(channel: RecordedChannel) -> int:
-    """Give the largest number of rows in whose turn nearly all changes come; 1 where they come in no turn."""
+    """Return the largest number of rows in whose turn nearly all changes come; 1 where they come in no turn."""
     changes = np.flatnonzero(channel.steps)
     if len(changes) < _FEWEST or len(np.unique(np.round(channel.steps / np.abs(channel.steps).max(), 6))) < _SIZES:
         return 1
@@ -42,6 +42,6 @@ def _rows_of_one_reading(channel: RecordedChannel) -> int:
 
 
 def _nth(number: int) -> str:
-    """Give an ordinal number: 2nd, 16th."""
+    """Return an ordinal number: 2nd, 16th."""
     ending = {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th") if number % 100 not in (11, 12, 13) else "th"
     return f"{number}{ending}"

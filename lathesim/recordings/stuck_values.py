@@ -54,7 +54,7 @@ def frozen_channels(channels: list[RecordedChannel], found_pairs: list[Pair], pe
 
 
 def _usual_run(lengths: npt.NDArray[np.int64]) -> float:
-    """Give the length of the runs in which most samples lie that repeat at all, without the longest few."""
+    """Return the length of the runs in which most samples lie that repeat at all, without the longest few."""
     if len(lengths) < 10:
         return 0.0
     ordered = np.sort(lengths)[:-5]
@@ -63,7 +63,7 @@ def _usual_run(lengths: npt.NDArray[np.int64]) -> float:
 
 
 def _is_frozen(channel: RecordedChannel, begin: int, end: int, channels: list[RecordedChannel], found_pairs: list[Pair]) -> bool:
-    """Say whether a run of equal values, samples ``begin`` to ``end`` - 1, cannot be the machine's own rest."""
+    """Return whether a run of equal values, samples ``begin`` to ``end`` - 1, cannot be the machine's own rest."""
     value = channel.values[begin]
     extreme = value in (channel.values.max(), channel.values.min())
     if extreme and np.count_nonzero(channel.values == value) > 1.5 * (end - begin):
@@ -87,7 +87,7 @@ def _is_frozen(channel: RecordedChannel, begin: int, end: int, channels: list[Re
 
 
 def _all_stand_still(channels: list[RecordedChannel], begin: int, end: int) -> bool:
-    """Say whether the machine stands still: its command and all of its places repeat one value each. A controller then gives the same
+    """Return whether the machine stands still: its command and all of its places repeat one value each. A controller then gives the same
     voltage all the time, while a table sticks within one count and a current is as noisy as ever."""
     shown = [channel for channel in channels if channel.driven or channel.unit in ("m", "rad")]
     if all(channel.driven for channel in shown):
@@ -98,7 +98,7 @@ def _all_stand_still(channels: list[RecordedChannel], begin: int, end: int) -> b
 
 
 def _leaves_partner(pair: Pair, channel: RecordedChannel, begin: int, end: int) -> bool:
-    """Say whether the partner goes on while the channel stands, and the channel then catches up in one step."""
+    """Return whether the partner goes on while the channel stands, and the channel then catches up in one step."""
     if channel is pair.second:
         gone = np.abs(np.ptp(pair.expected[begin:end])) * abs(pair.slope)
     elif channel.unit == pair.second.unit:
@@ -112,7 +112,7 @@ def _leaves_partner(pair: Pair, channel: RecordedChannel, begin: int, end: int) 
 
 
 def _is_stepped(pair: Pair, end: int) -> bool:
-    """Say whether a command, the second of a pair, goes by a step to another value, sample ``end``, while the motion still does what it
+    """Return whether a command, the second of a pair, goes by a step to another value, sample ``end``, while the motion still does what it
     said before: a spindle's speed is commanded so. Of one that was frozen the motion is there already."""
     command = pair.second
     if not command.driven or end >= len(command.values):
@@ -122,7 +122,7 @@ def _is_stepped(pair: Pair, end: int) -> bool:
 
 
 def _count(channel: RecordedChannel) -> float:
-    """Give the smallest step a channel makes: while its partner goes no further, it may well stand."""
+    """Return the smallest step a channel makes: while its partner goes no further, it may well stand."""
     moving = np.abs(channel.steps[channel.steps != 0.0])
     return float(moving.min()) if len(moving) else 0.0
 
@@ -133,14 +133,14 @@ def _moves(channel: RecordedChannel, begin: int, end: int) -> bool:
 
 
 def _stops_on_its_way(channel: RecordedChannel, begin: int) -> bool:
-    """Say whether a channel changes up to the begin of a run and enters it without a jump; a cut that ends leaves its force by one."""
+    """Return whether a channel changes up to the begin of a run and enters it without a jump; a cut that ends leaves its force by one."""
     before = channel.steps[max(begin - 20, 0) : begin]
     moving = len(before) == 20 and float(np.mean(before == 0.0)) < 0.2
     return moving and float(np.abs(before[-3:]).max()) <= channel.usual_step
 
 
 def _jumps_at_end(channel: RecordedChannel, begin: int, end: int) -> bool:
-    """Say whether the channel leaves the run by a step that it makes nowhere else in motion."""
+    """Return whether the channel leaves the run by a step that it makes nowhere else in motion."""
     if end >= len(channel.values):
         return False
     step = abs(channel.values[end] - channel.values[end - 1])
@@ -148,12 +148,12 @@ def _jumps_at_end(channel: RecordedChannel, begin: int, end: int) -> bool:
 
 
 def _alive(channel: RecordedChannel, begin: int, end: int) -> bool:
-    """Say whether a channel changes from sample to sample all through a stretch."""
+    """Return whether a channel changes from sample to sample all through a stretch."""
     return float(np.mean(channel.steps[begin : end - 1] == 0.0)) < 0.3
 
 
 def _noise_is_gone(channel: RecordedChannel, begin: int, end: int) -> bool:
-    """Say whether a channel whose samples are hardly ever equal repeats one value all through a long run; a place may well rest."""
+    """Return whether a channel whose samples are hardly ever equal repeats one value all through a long run; a place may well rest."""
     if channel.unit in ("m", "rad"):
         return False
     around = np.concatenate([channel.steps[max(begin - 200, 0) : begin], channel.steps[end - 1 : end + 199]])
@@ -211,7 +211,7 @@ def clipped_readings(channels: list[RecordedChannel]) -> list[Finding]:
 
 
 def _full_scale(channel: RecordedChannel, ends: tuple[float, float]) -> list[float]:
-    """Give both ends of a channel where it stands long at each and they are the ends of a converter, counted in its steps: 2^n - 1 and
+    """Return both ends of a channel where it stands long at each and they are the ends of a converter, counted in its steps: 2^n - 1 and
     -2^n."""
     gaps = np.diff(np.unique(channel.values))
     count = float(gaps.min(initial=np.inf))
@@ -227,7 +227,7 @@ def _longest(flat: npt.NDArray[np.bool_]) -> int:
 
 
 def _cuts_noise(channel: RecordedChannel, level: float, *, jumps: bool) -> bool:
-    """Say whether the noise of a channel ends at a level: where it grazes it, or, if it ``jumps`` there, in one very long run."""
+    """Return whether the noise of a channel ends at a level: where it grazes it, or, if it ``jumps`` there, in one very long run."""
     flat = channel.values == level
     if np.count_nonzero(flat) < _LONG:
         return False

@@ -13,7 +13,7 @@ _WIDE = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codec
 
 
 def head_lines(path: Path) -> list[str]:
-    """Give the first lines of a text file without line ends, or an empty list where the file is no text; a cut last line is left out."""
+    """Return the first lines of a text file without line ends, or an empty list where the file is no text; a cut last line is left out."""
     with path.open("rb") as file:
         head = file.read(_HEAD)
     encoding = _encoding(head)
@@ -33,7 +33,7 @@ def head_lines(path: Path) -> list[str]:
 
 
 def chunks(path: Path, skip: int = 0) -> Iterator[bytes]:
-    """Give the text after ``skip`` lines in pieces of whole lines, as bytes with ``\\n`` at every line's end.
+    """Return the text after ``skip`` lines in pieces of whole lines, as bytes with ``\\n`` at every line's end.
 
     Numbers are the same bytes in every encoding that is read; names were taken from the head.
     """
@@ -52,7 +52,7 @@ def chunks(path: Path, skip: int = 0) -> Iterator[bytes]:
 
 
 def count_lines(path: Path) -> int:
-    """Give the number of lines."""
+    """Return the number of lines."""
     return sum(piece.count(b"\n") for piece in chunks(path))
 
 

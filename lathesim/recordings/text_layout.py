@@ -30,7 +30,7 @@ class TextLayout:
 
 
 def find_layout(lines: Sequence[str]) -> TextLayout | None:
-    """Give the layout of a text table from its first lines, or None where there is no table of numbers in it."""
+    """Return the layout of a text table from its first lines, or None where there is no table of numbers in it."""
     filled = [(number, line) for number, line in enumerate(lines) if line.strip() and line[0] not in "#%"]
     sample = [line for _, line in filled[-_LOOKED_AT:]]
     if not sample:
@@ -57,7 +57,7 @@ def find_layout(lines: Sequence[str]) -> TextLayout | None:
 
 
 def cells(line: str, delimiter: str) -> list[str]:
-    """Give the cells of a line, without quotes and surrounding blanks."""
+    """Return the cells of a line, without quotes and surrounding blanks."""
     if not delimiter:
         return line.split()
     if '"' in line:
@@ -88,13 +88,13 @@ def _written(sample: Sequence[str]) -> tuple[str, bool, int]:
 
 
 def _numeric_share(texts: Sequence[str], comma: bool) -> float:
-    """Give the share of the cells that are not empty which are numbers."""
+    """Return the share of the cells that are not empty which are numbers."""
     given = [text for text in texts if text]
     return sum(is_number(text, comma) for text in given) / len(given) if given else 0.0
 
 
 def is_number(text: str, comma: bool = False) -> bool:
-    """Say whether a cell is a number, a date with time, or TRUE or FALSE."""
+    """Return whether a cell is a number, a date with time, or TRUE or FALSE."""
     plain = text.strip().strip('"')
     if comma:
         plain = plain.replace(",", ".")
@@ -112,7 +112,7 @@ def _first_row(filled: Sequence[tuple[int, str]], delimiter: str, comma: bool, w
 
 
 def _names(above: Sequence[str], delimiter: str, width: int) -> tuple[list[str], list[str], bool]:
-    """Give names and units from the lines above the rows: a row of names, perhaps one of units below it, or a comment line."""
+    """Return names and units from the lines above the rows: a row of names, perhaps one of units below it, or a comment line."""
     full = [row for line in above if line.strip() and line[0] not in "#%" and _fits(row := cells(line, delimiter), width)]
     if not full:
         notes = [line.lstrip("#% ") for line in above if line[:1] in ("#", "%")]
@@ -128,7 +128,7 @@ def _names(above: Sequence[str], delimiter: str, width: int) -> tuple[list[str],
 
 
 def _fits(row: Sequence[str], width: int) -> bool:
-    """Say whether a line of text can name the cells of a row: as many cells, but for empty or unused ones at the end."""
+    """Return whether a line of text can name the cells of a row: as many cells, but for empty or unused ones at the end."""
     return abs(len(row) - width) <= 1 and 2 * sum(bool(cell) for cell in row) >= width
 
 

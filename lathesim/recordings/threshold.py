@@ -26,7 +26,7 @@ class Threshold:
 
 
 def switched(column: FloatArray, threshold: Threshold, period: float) -> npt.NDArray[np.bool_]:
-    """Give for each sample of ``column`` (samples,), taken every ``period`` [s], whether it is on."""
+    """Return for each sample of ``column`` (samples,), taken every ``period`` [s], whether it is on."""
     least = max(1, round(threshold.lasting / period))
     rises = _crossings(column > threshold.above, least)
     falls = _crossings(column < threshold.until_below, least)
@@ -40,7 +40,7 @@ def switched(column: FloatArray, threshold: Threshold, period: float) -> npt.NDA
 
 
 def _crossings(beyond: npt.NDArray[np.bool_], least: int) -> npt.NDArray[np.int64]:
-    """Give the samples from which on a condition holds for at least so many samples."""
+    """Return the samples from which on a condition holds for at least so many samples."""
     edges = np.diff(np.concatenate([[0], beyond.astype(np.int8), [0]]))
     begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     found: npt.NDArray[np.int64] = begins[(ends - begins >= least) & (begins > 0)]

@@ -23,7 +23,7 @@ _CLEAR, _STRONG = 12.0, 0.4
 
 
 def shifted_channels(channels: list[RecordedChannel], found_pairs: list[Pair], period: float) -> list[Finding]:
-    """Give the time offsets between measured channels that show one motion, and between a measured channel and the command made from it.
+    """Return the time offsets between measured channels that show one motion, and between a measured channel and the command made from it.
 
     They are told with their value and are no fault by themselves: a slow sensor is late too.
     """
@@ -68,7 +68,7 @@ def _told(late: float, period: float) -> str:
 
 
 def motion_shift(first: FloatArray, second: FloatArray, same_kind: bool = True) -> float | None:
-    """Give by how many samples ``second`` comes after ``first``, from the correlation of their rates; None where they tell nothing."""
+    """Return by how many samples ``second`` comes after ``first``, from the correlation of their rates; None where they tell nothing."""
     one, other = (rate(first, 1.0), rate(second, 1.0)) if same_kind else (first, second)
     one, other = one - one.mean(), other - other.mean()
     if not (one.any() and other.any()):
@@ -98,7 +98,7 @@ def _half_period(values: FloatArray) -> int:
 
 
 def noise_shift(first: FloatArray, second: FloatArray) -> tuple[int, float]:
-    """Give by how many samples the noise of ``first`` appears later in ``second``, and the correlation there; 0 where it does not."""
+    """Return by how many samples the noise of ``first`` appears later in ``second``, and the correlation there; 0 where it does not."""
     one, other = _whitened(first), _whitened(second)
     if one is None or other is None:
         return 0, 0.0
@@ -110,7 +110,7 @@ def noise_shift(first: FloatArray, second: FloatArray) -> tuple[int, float]:
 
 
 def _whitened(values: FloatArray, order: int = 8) -> FloatArray | None:
-    """Give what is new in every sample: the error of a linear prediction from the samples before, large ones cut."""
+    """Return what is new in every sample: the error of a linear prediction from the samples before, large ones cut."""
     second = np.diff(values, 2)
     if not second.any():
         return None
@@ -123,7 +123,7 @@ def _whitened(values: FloatArray, order: int = 8) -> FloatArray | None:
 
 
 def _correlation(one: FloatArray, other: FloatArray) -> tuple[npt.NDArray[np.int64], FloatArray]:
-    """Give lags and the correlation of the middle of ``one`` with the piece of ``other`` that comes as much later."""
+    """Return lags and the correlation of the middle of ``one`` with the piece of ``other`` that comes as much later."""
     from scipy.signal import fftconvolve
 
     longest = min(_LONGEST, len(one) // 4)
@@ -136,7 +136,7 @@ def _correlation(one: FloatArray, other: FloatArray) -> tuple[npt.NDArray[np.int
 
 
 def _skew(pair: Pair, pieces: int = 6) -> float | None:
-    """Give the clock skew of the second channel against the first, where the shift grows along the recording without doubt."""
+    """Return the clock skew of the second channel against the first, where the shift grows along the recording without doubt."""
     edges = np.linspace(0, len(pair.expected), pieces + 1).astype(int)
     shifts, middles = [], []
     for begin, end in itertools.pairwise(edges):

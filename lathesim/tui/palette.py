@@ -23,12 +23,12 @@ class WorkbenchProvider(Provider):
         return cast("LathesimApp", self.app)
 
     async def discover(self) -> Hits:
-        """Give the screens before anything is typed."""
+        """Return the screens before anything is typed."""
         for name, about, action in self._screens():
             yield DiscoveryHit(name, action, help=about)
 
     async def search(self, query: str) -> Hits:
-        """Give what fits the text typed."""
+        """Return what fits the text typed."""
         matcher = self.matcher(query)
         for name, about, action in self._entries():
             score = matcher.match(name)

@@ -6,7 +6,7 @@ from lathesim.record import Channel, Record
 
 
 def shoulder() -> Record:
-    """Give 4 s of turning: in contact from 1 s to 3 s, largest contour error there 20 um."""
+    """Return 4 s of turning: in contact from 1 s to 3 s, largest contour error there 20 um."""
     time = np.arange(801) * 5e-3
     z = np.interp(time, [0.0, 1.0, 3.0, 4.0], [0.050, 0.040, 0.020, 0.050])
     x = np.interp(time, [0.0, 1.0, 3.0, 3.2, 4.0], [0.025, 0.015, 0.015, 0.025, 0.025])

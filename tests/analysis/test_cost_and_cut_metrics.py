@@ -15,7 +15,7 @@ UNITS = {"design.machine_cost": "dollar", "economy.part_cost": "dollar", "econom
 
 
 def record(**channels: list[float]) -> Record:
-    """Give a record of one sample a second; ``part__output`` names a channel."""
+    """Return a record of one sample a second; ``part__output`` names a channel."""
     named = {name.replace("__", "."): values for name, values in channels.items()}
     length = len(next(iter(named.values())))
     filled = {name: Channel(name, UNITS.get(name, "1"), np.array(values)) for name, values in named.items()}

@@ -22,7 +22,7 @@ OF_A_CUT = {
 
 
 def passing(x: list[float], z: list[float], stock: RawStock | None = STOCK, **changed: Any) -> Record:
-    """Give a record of a tool at these places [mm], one a sample, at feed after the first; nothing is cut but what is ``changed``."""
+    """Return a record of a tool at these places [mm], one a sample, at feed after the first; nothing is cut but what is ``changed``."""
     count = len(x)
     given = {
         "interpolator__x_reference": ("m", 1e-3 * np.array(x)),

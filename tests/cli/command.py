@@ -36,5 +36,5 @@ def python(text: str, **options: object) -> subprocess.CompletedProcess[str]:
 
 
 def environment() -> dict[str, str]:
-    """Give the environment with which a new process finds this package."""
+    """Return the environment with which a new process finds this package."""
     return {**os.environ, "PYTHONPATH": str(ROOT)}

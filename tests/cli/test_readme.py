@@ -22,20 +22,20 @@ SETUP = [
 
 
 def blocks(language: str) -> list[str]:
-    """Give the fenced blocks of the README in a language, without their indentation."""
+    """Return the fenced blocks of the README in a language, without their indentation."""
     found = re.findall(r"^( *)```(\w*)\n(.*?)^ *```$", README, re.S | re.M)
     texts = [(indent, text) for indent, named, text in found if named == language]
     return ["".join(line.removeprefix(indent) for line in text.splitlines(keepends=True)) for indent, text in texts]
 
 
 def block(language: str, containing: str) -> str:
-    """Give the one block of a language that holds a text."""
+    """Return the one block of a language that holds a text."""
     (found,) = (text for text in blocks(language) if containing in text)
     return found
 
 
 def commands() -> list[list[str]]:
-    """Give every call of lathesim that the README tells to make, as its arguments."""
+    """Return every call of lathesim that the README tells to make, as its arguments."""
     lines = "".join(blocks("sh")).replace("\\\n", " ").splitlines()
     calls = [shlex.split(part) for line in lines for part in line.split("&&")]
     calls += [shlex.split(text) for text in re.findall(r"^\d\. .*?`(lathesim [^`&]+)`", README, re.M)]

@@ -59,7 +59,7 @@ def in_a_folder_with_a_lesson(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def rows(path: str | Path = "s.csv") -> list[str]:
-    """Give the rows of a table without its comments and heading."""
+    """Return the rows of a table without its comments and heading."""
     return [line for line in Path(path).read_text().splitlines() if not line.startswith("#")][1:]
 
 

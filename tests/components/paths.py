@@ -13,20 +13,20 @@ SAMPLE_PERIOD = 0.005
 
 
 def row(**columns: float) -> list[float]:
-    """Give a row of the path table from the columns that are not zero."""
+    """Return a row of the path table from the columns that are not zero."""
     assert set(columns) <= set(PATH_COLUMNS)
     return [columns.get(name, 0.0) for name in PATH_COLUMNS]
 
 
 def line(start: tuple[float, float], end: tuple[float, float], **columns: float) -> list[float]:
-    """Give a straight segment between two points (x, z) [m]; kind 1 unless told."""
+    """Return a straight segment between two points (x, z) [m]; kind 1 unless told."""
     length = math.dist(start, end)
     points = {"start_x": start[0], "start_z": start[1], "end_x": end[0], "end_z": end[1]}
     return row(**{"kind": 1.0, "length": length, **points, **columns})
 
 
 def polyline(*moves: tuple[float, float, float], spindle: float = 1000.0 * RPM) -> list[list[float]]:
-    """Give a path from (0, 0) through points (x [mm], z [mm], feed [mm/min]); feed 0 is a rapid."""
+    """Return a path from (0, 0) through points (x [mm], z [mm], feed [mm/min]); feed 0 is a rapid."""
     rows, point = [], (0.0, 0.0)
     for x, z, feed in moves:
         target = (x / 1000.0, z / 1000.0)

@@ -116,7 +116,7 @@ def test_too_long_a_delay_swings_up_at_the_rate_of_its_rightmost_root(registry: 
 
 
 def rightmost_root(delay: float, start: complex) -> complex:
-    """Give the root of the closed loop of the X slide near ``start``, by Newton's method on equations (1) to (5)."""
+    """Return the root of the closed loop of the X slide near ``start``, by Newton's method on equations (1) to (5)."""
 
     def characteristic(s: complex) -> complex:
         late = cmath.exp(-s * delay)

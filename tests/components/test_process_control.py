@@ -23,7 +23,7 @@ ALL = [*MODEL_BASED, AdaptiveProcessController]
 def cut(
     component: type[Component], seconds: float, gain: float = THETA, exponent: float = 0.891, start: float = 0.05e-3, **values: float
 ) -> list[float]:
-    """Give the force sample by sample while the controller moves the feed of a process F = gain f^exponent."""
+    """Return the force sample by sample while the controller moves the feed of a process F = gain f^exponent."""
     bench = Walk(component, programmed_feed=start, cutting_block=1.0, measured=0.0, **values)
     feed, forces = start, []
     for _ in range(round(seconds / SAMPLE_PERIOD)):

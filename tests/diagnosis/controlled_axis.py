@@ -15,7 +15,7 @@ REFERENCE, POSITION, VOLTAGE, CURRENT = "x_controller.reference", "x_encoder.pos
 
 
 def controlled_axis(folder: Path, compare: tuple[str, ...] = (POSITION, VOLTAGE)) -> tuple[Machine, Record]:
-    """Give the machine, of which nothing is uncertain, and a record of the reference and the channels that are compared."""
+    """Return the machine, of which nothing is uncertain, and a record of the reference and the channels that are compared."""
     prepared = prepare(load_lesson(write_lesson(folder)), load_registry(installed=False))
     run = run_prepared(prepared)
     asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]

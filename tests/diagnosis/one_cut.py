@@ -24,7 +24,7 @@ TURN = 2.0 * np.pi * RADIUS / SPEED
 
 
 def cut_force(wrong: Collection[str] = (), noise: float = 3.0) -> np.ndarray:
-    """Give the force [N] of one cut; ``wrong`` may hold ``entry`` (0.1 s), ``line`` (20 N once per turn), ``drift`` (20 N in all) and
+    """Return the force [N] of one cut; ``wrong`` may hold ``entry`` (0.1 s), ``line`` (20 N once per turn), ``drift`` (20 N in all) and
     ``chips`` (40 N, one chip after 110 mm)."""
     time = np.arange(SAMPLES) * PERIOD
     since = time - time[CUT.start]
@@ -43,14 +43,14 @@ def cut_force(wrong: Collection[str] = (), noise: float = 3.0) -> np.ndarray:
 
 
 def cut_record(wrong: Collection[str] = ()) -> Record:
-    """Give the recording as it is mapped: depth of cut and force."""
+    """Return the recording as it is mapped: depth of cut and force."""
     depth = np.zeros(SAMPLES)
     depth[CUT] = 1e-3
     return as_record({DEPTH: ("m", depth), FORCE: ("N", cut_force(wrong))})
 
 
 def cut_machine() -> Machine:
-    """Give the machine of the lesson: a linear force, and how sure it is of it."""
+    """Return the machine of the lesson: a linear force, and how sure it is of it."""
     parts = (
         Part("cutting", CuttingProcess, {"specific_force": SPECIFIC, "radius": RADIUS}),
         Part("dynamometer", Dynamometer, {}),

@@ -50,7 +50,7 @@ class Hidden:
 
 
 def force(count: int, seed: int = 1, size: float = 60.0) -> FloatArray:
-    """Give a force that goes both ways at many speeds [N], held over each sample: five waves of random phase."""
+    """Return a force that goes both ways at many speeds [N], held over each sample: five waves of random phase."""
     rng = np.random.default_rng(seed)
     time = np.arange(count) * PERIOD
     phases = rng.uniform(-math.pi, math.pi, 5)
@@ -59,7 +59,7 @@ def force(count: int, seed: int = 1, size: float = 60.0) -> FloatArray:
 
 
 def travel(pushed: FloatArray, hidden: Hidden) -> FloatArray:
-    """Give the place of the table at each sample [m], from rest at 0."""
+    """Return the place of the table at each sample [m], from rest at 0."""
     step, place, speed = PERIOD / _STEPS, 0.0, 0.0
     law: Law = hidden.law or (lambda v, q, t: 0.0)
     found = np.zeros(len(pushed))
@@ -81,7 +81,7 @@ def travel(pushed: FloatArray, hidden: Hidden) -> FloatArray:
 
 
 def recording(hidden: Hidden | None = None, *, count: int = 2000, seed: int = 1, noise: float = 0.3e-6, size: float = 60.0) -> Record:
-    """Give a recording of a hidden machine: the force as it was and the place as the encoder saw it."""
+    """Return a recording of a hidden machine: the force as it was and the place as the encoder saw it."""
     pushed = force(count, seed, size)
     place = travel(pushed, hidden or Hidden())
     seen = np.round((place + noise * np.random.default_rng(seed + 1000).standard_normal(count)) / RESOLUTION) * RESOLUTION
@@ -89,14 +89,14 @@ def recording(hidden: Hidden | None = None, *, count: int = 2000, seed: int = 1,
 
 
 def as_record(columns: dict[str, tuple[str, FloatArray]]) -> Record:
-    """Give a record of columns on the sample grid."""
+    """Return a record of columns on the sample grid."""
     count = len(next(iter(columns.values()))[1])
     channels = {name: Channel(name, unit, values) for name, (unit, values) in columns.items()}
     return Record(np.arange(count) * PERIOD, channels, {"sample_period": PERIOD})
 
 
 def machine(mass: float = MASS, viscous: float = VISCOUS, sure: float = 0.05) -> Machine:
-    """Give the table as a lesson describes it: values right or wrong, and how sure they are."""
+    """Return the table as a lesson describes it: values right or wrong, and how sure they are."""
     parts = (
         Part("x_axis", ForceAxis, {"mass": mass, "viscous": viscous}),
         Part("x_encoder", LinearEncoder, {"resolution": RESOLUTION}),
@@ -107,26 +107,26 @@ def machine(mass: float = MASS, viscous: float = VISCOUS, sure: float = 0.05) ->
 
 
 def experiments(*records: Record, effects: Sequence[type[Effect]] = EFFECTS, of: Machine | None = None) -> list[Experiment]:
-    """Give the rigs of recordings, called ``fit``, ``check`` and ``third``."""
+    """Return the rigs of recordings, called ``fit``, ``check`` and ``third``."""
     return build_experiments(of or machine(), zip(("fit", "check", "third"), records, strict=False), effects)
 
 
 @functools.cache
 def pair(hidden: Hidden) -> tuple[Experiment, Experiment]:
-    """Give the rigs of two recordings of one hidden machine."""
+    """Return the rigs of two recordings of one hidden machine."""
     first, second = experiments(recording(hidden, seed=1), recording(hidden, seed=2))
     return first, second
 
 
 @functools.cache
 def baselines(hidden: Hidden) -> tuple[Fitted, Fitted]:
-    """Give the baseline fitted to each recording of a pair."""
+    """Return the baseline fitted to each recording of a pair."""
     first, second = (fit(experiment.sensed, baseline(experiment)) for experiment in pair(hidden))
     return first, second
 
 
 def baseline(experiment: Experiment) -> list:  # type: ignore[type-arg]
-    """Give what is free without any effect: the uncertain values and the start of the recording."""
+    """Return what is free without any effect: the uncertain values and the start of the recording."""
     return [*baseline_free(experiment.machine), *experiment.start_states(experiment.sensed.plan)]
 
 

@@ -33,7 +33,7 @@ def assembly_of(name: str, registry: Registry) -> Assembly:
 
 
 def followed(assembly: Assembly, outputs: tuple[str, ...]) -> dict[str, str]:
-    """Give what takes the recorded motion instead of the simulated one: input -> output."""
+    """Return what takes the recorded motion instead of the simulated one: input -> output."""
     before = {item.target: item.source for item in assembly.wires}
     after = follow(assembly, {output: np.zeros(10) for output in outputs})
     return {item.target: before[item.target] for item in after.wires if item.source.startswith("followed_")}

@@ -19,7 +19,7 @@ EFFECTS = (CoulombFriction, AsymmetricFriction, ForceOffset)
 
 
 def forward(dry: float, seed: int, pull: float = 80.0) -> Record:
-    """Give a recording of a table that is pulled forward all the time, with more force and with less."""
+    """Return a recording of a table that is pulled forward all the time, with more force and with less."""
     pushed = pull + 0.5 * force(2000, seed)
     place = travel(pushed, Hidden(dry=dry)) + 0.3e-6 * np.random.default_rng(seed).standard_normal(2000)
     return as_record({FORCE: ("N", pushed), POSITION: ("m", np.round(place / RESOLUTION) * RESOLUTION)})

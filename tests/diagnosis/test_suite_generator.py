@@ -31,7 +31,7 @@ SI = {"mm": 1e-3, "m/min": 1.0 / 60.0}
 
 
 def rig_of(made: MadeCase, folder: Path) -> Experiment:
-    """Give the program's view of a case, with the true values in place of those the lesson gives."""
+    """Return the program's view of a case, with the true values in place of those the lesson gives."""
     path = folder / "lesson.yaml"
     told = dataclasses.replace(made.told, given=made.true_values, known_coulomb=made.true_values.get("coulomb", 0.0))
     path.write_text(lessons.lesson_text(told), encoding="utf-8")
@@ -47,7 +47,7 @@ def rig_of(made: MadeCase, folder: Path) -> Experiment:
 
 
 def residuals_in_floors(made: MadeCase, folder: Path) -> dict[str, float]:
-    """Give recorded less simulated of each channel, root mean square over the true noise."""
+    """Return recorded less simulated of each channel, root mean square over the true noise."""
     residual = rig_of(made, folder).own.one({})
     floors = made.floors["fit"]
     return {channel: float(np.sqrt(np.mean(row**2))) / floors[channel] for channel, row in zip(made.told.channels, residual, strict=True)}
@@ -55,7 +55,7 @@ def residuals_in_floors(made: MadeCase, folder: Path) -> dict[str, float]:
 
 @functools.cache
 def sound_axis(drawing: int) -> MadeCase:
-    """Give an axis with nothing hidden in it."""
+    """Return an axis with nothing hidden in it."""
     return make_axis_case(np.random.default_rng([19, drawing]), [], "control")
 
 

@@ -15,14 +15,14 @@ from tests.diagnosis.suite.table import as_markdown, misses, quantile_interval, 
 
 
 def hidden(effect: str = "CoulombFriction", *, at: str = "x_axis", size: float = 10.0, **more: Any) -> dict[str, Any]:
-    """Give an effect as the truth of a case has it."""
+    """Return an effect as the truth of a case has it."""
     sizes = {recording: {"plain": {}, "refitted": {}, "largest": size} for recording in more.pop("recordings", ("fit",))}
     told = {"key": effect.lower(), "effect": effect, "families": ["reversal"], "at": at, "right": [effect], "data": False, "parameters": {}}
     return {**told, "size": sizes, **more}
 
 
 def truth(category: str, *effects: dict[str, Any], fault: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Give the truth of a case of an axis with command and encoder."""
+    """Return the truth of a case of an axis with command and encoder."""
     outputs = {"command": "x_controller.voltage", "encoder": "x_encoder.position"}
     floors = {"validate": {"command": 0.1, "encoder": 1e-6}}
     return {"rig": "axis", "category": category, "effects": list(effects), "fault": fault, "poor": "", "outputs": outputs,
@@ -30,12 +30,12 @@ def truth(category: str, *effects: dict[str, Any], fault: dict[str, Any] | None 
 
 
 def given(effect: str, *, ties: tuple[str, ...] = (), probability: float = 0.95, family: str = "reversal", **more: Any) -> dict[str, Any]:
-    """Give an effect as an answer has it."""
+    """Return an effect as an answer has it."""
     return {"effect": effect, "at": "x_axis", "family": family, "probability": probability, "tied_with": list(ties), **more}
 
 
 def told(verdict: str, *effects: dict[str, Any], second: dict[str, Any] | None = None, **more: Any) -> dict[str, Any]:
-    """Give what the runner keeps of an answer."""
+    """Return what the runner keeps of an answer."""
     answer = {"verdict": verdict, "effects": list(effects), "adequate": True, "wall_time_s": 8.0, **more}
     kept = {"seconds": 9.0, "exit_code": 0, "error": "", "answer": answer}
     return kept if second is None else {**kept, "second": second}
@@ -206,7 +206,7 @@ def answered(job: Job) -> None:
 
 @pytest.fixture
 def cases(tmp_path: Path) -> Path:
-    """Give a folder with three controls."""
+    """Return a folder with three controls."""
     for number in range(3):
         (tmp_path / f"case_{number:03d}").mkdir()
         (tmp_path / f"case_{number:03d}" / "truth.json").write_text(json.dumps(truth("control")), encoding="utf-8")

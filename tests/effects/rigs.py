@@ -28,7 +28,7 @@ def registry() -> Registry:
 
 
 def rig(template: str, folder: Path, drive: dict[str, FloatArray] | None = None) -> Machinery:
-    """Give a shipped template in which recorded signals (one value each 1 ms) replace what feeds some inputs."""
+    """Return a shipped template in which recorded signals (one value each 1 ms) replace what feeds some inputs."""
     lesson = folder / f"{template}_lesson.yaml"
     lesson.write_text(f"lesson: rig\nmachine: {template}\n")
     machinery = assemble(load_lesson(lesson), registry())
@@ -52,7 +52,7 @@ def time(duration: float) -> FloatArray:
 
 
 def moving_axis(folder: Path, duration: float = 0.2) -> Machinery:
-    """Give the cascade axis on its way to and fro, 2 mm each way."""
+    """Return the cascade axis on its way to and fro, 2 mm each way."""
     reference = 1e-3 * (1.0 - np.cos(2.0 * math.pi * 5.0 * time(duration)))
     return rig("cascade_axis", folder, {"x_controller.reference": reference})
 
@@ -62,7 +62,7 @@ def pushed_axis(folder: Path, force: FloatArray) -> Machinery:
 
 
 def led_along(folder: Path, duration: float = 0.2) -> Machinery:
-    """Give the axis that is led along its reference, to and fro, 2 mm each way."""
+    """Return the axis that is led along its reference, to and fro, 2 mm each way."""
     rate = 2.0 * math.pi * 5.0
     turned = rate * time(duration)
     motion = (1e-3 * (1.0 - np.cos(turned)), 1e-3 * rate * np.sin(turned), 1e-3 * rate**2 * np.cos(turned))
@@ -70,12 +70,12 @@ def led_along(folder: Path, duration: float = 0.2) -> Machinery:
 
 
 def turning_spindle(folder: Path, duration: float = 0.2) -> Machinery:
-    """Give the spindle under a torque that swings about 0.02 N m."""
+    """Return the spindle under a torque that swings about 0.02 N m."""
     return rig("torque_spindle", folder, {"spindle.torque": 0.02 + 0.03 * np.sin(2.0 * math.pi * 8.0 * time(duration))})
 
 
 def cutting(folder: Path, duration: float = 0.2) -> Machinery:
-    """Give the process with two cuts and a pause between them."""
+    """Return the process with two cuts and a pause between them."""
     passed = time(duration)
     depth = np.where((passed > 0.02) & (passed < 0.09) | (passed > 0.12), 1e-3, 0.0)
     return rig("cutting_process", folder, {"cutting.depth": depth})

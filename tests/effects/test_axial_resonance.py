@@ -22,7 +22,7 @@ SHARE, FREQUENCY, DAMPING = 0.4, 60.0, 0.05
 
 
 def two_masses(times: np.ndarray, at_motor: float) -> np.ndarray:
-    """Give motor and table position under a constant push and the load, with a share of the viscous friction at the motor: (2, times)."""
+    """Return motor and table position under a constant push and the load, with a share of the viscous friction at the motor: (2, times)."""
     table, motor, angular = SHARE * MASS, (1.0 - SHARE) * MASS, 2.0 * math.pi * FREQUENCY
 
     def rates(_: float, state: np.ndarray) -> list[float]:

@@ -21,7 +21,7 @@ SINE = (0.0, 0.0, 0.0, 0.0)
 
 
 def frictionless(machinery: Machinery) -> Machinery:
-    """Give the force axis without viscous friction and with exact encoders, 100 kg."""
+    """Return the force axis without viscous friction and with exact encoders, 100 kg."""
     changed = {"x_axis": {"mass": 100.0, "viscous": 0.0}, "x_encoder": {"resolution": 0.0}, "x_scale": {"resolution": 0.0}}
     parts = tuple(dataclasses.replace(part, parameters={**part.parameters, **changed.get(part.name, {})}) for part in machinery.parts)
     return dataclasses.replace(machinery, parts=parts)

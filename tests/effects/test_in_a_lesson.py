@@ -16,7 +16,7 @@ TEMPLATES = {"axis": "cascade_axis", "led": "led_axis", "spindle": "torque_spind
 
 
 def placed_by(folder: Path, template: str, **entry: str) -> Part:
-    """Give the part that a lesson makes of the entry of an effect."""
+    """Return the part that a lesson makes of the entry of an effect."""
     lesson = folder / "lesson.yaml"
     line = ", ".join(f'{key}: "{value}"' for key, value in {**entry, "name": "put_in"}.items())
     lesson.write_text(f"lesson: one effect\nmachine: {template}\ninsert: [{{{line}}}]\n", encoding="utf-8")
@@ -24,7 +24,7 @@ def placed_by(folder: Path, template: str, **entry: str) -> Part:
 
 
 def quantity(value: float, unit: str) -> str:
-    """Give a value as a lesson takes it; the torque of a spindle's port is one."""
+    """Return a value as a lesson takes it; the torque of a spindle's port is one."""
     unit = unit.replace("{effort}", "N*m")
     return f"{value}" if unit == "1" else f"{value} {unit}"
 

@@ -33,7 +33,7 @@ def baselines(folder: Path) -> dict[str, Record]:
 
 
 def differing(first: Record, second: Record) -> list[str]:
-    """Give the channels of the first that have other bits in the second."""
+    """Return the channels of the first that have other bits in the second."""
     return [name for name in first.channels if first[name].tobytes() != second[name].tobytes()]
 
 

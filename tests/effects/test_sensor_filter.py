@@ -12,7 +12,7 @@ PERIOD = 1e-3
 
 
 def filtered(signal: list[float], time_constant: float, stages: float = 1.0, held: float = 0.0) -> list[float]:
-    """Give what comes out of the filter at each sample."""
+    """Return what comes out of the filter at each sample."""
     first = second = third = fourth = before = 0.0
     found = []
     for place, incoming in enumerate(signal):

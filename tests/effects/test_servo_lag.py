@@ -15,7 +15,7 @@ SPAN = 0.2
 
 
 def loop(lag: float, velocity_lag: float, fine: float = 1e-5) -> tuple[FloatArray, FloatArray]:
-    """Give place and speed, each 1 ms, of a loop  T_v dv/dt = (x_ref - x)/T - v  that is led to and fro, 2 mm each way, from rest on."""
+    """Return place and speed, each 1 ms, of a loop  T_v dv/dt = (x_ref - x)/T - v  that is led to and fro, 2 mm each way, from rest on."""
     time = np.arange(round(SPAN / fine) + 1) * fine
     reference = 1e-3 * (1.0 - np.cos(RATE * time))
     place, speed = np.zeros(len(time)), np.zeros(len(time))

@@ -17,7 +17,7 @@ FORCES = np.random.default_rng(4).normal(size=SAMPLES)
 
 
 def pushed(delay: float, steps: int) -> Record:
-    """Give the run of a mass without friction, pushed by forces that are held over a sample and come late."""
+    """Return the run of a mass without friction, pushed by forces that are held over a sample and come late."""
     push = Part("push", HeldSignal.with_units({"signal": "N"}), tables={"recorded": FORCES.reshape(-1, 1)})
     parts = (push, Part("x_axis", ForceAxis, {"mass": MASS, "viscous": 0.0}))
     channels = ("late.outgoing", "x_axis.velocity")
@@ -28,7 +28,7 @@ def pushed(delay: float, steps: int) -> Record:
 
 
 def late(delay: float, time: np.ndarray) -> np.ndarray:
-    """Give the force that acts at some times: what was held then, so long ago."""
+    """Return the force that acts at some times: what was held then, so long ago."""
     place = np.floor((time - delay) / PERIOD + 1e-9).astype(int)
     return FORCES[np.maximum(place, 0)]
 

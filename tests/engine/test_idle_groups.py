@@ -16,7 +16,7 @@ CHAIN = [*branch("a", "x"), *branch("b", "a"), *branch("c", "b")]
 
 
 def run(lines: list[str], idle: dict[str, bool]) -> float:
-    """Give what a chain makes of 10 (the text is this file's own)."""
+    """Return what a chain makes of 10 (the text is this file's own)."""
     text = "\n".join(["def chain(x, a__idle, b__idle, c__idle):", *[f"    {line}" for line in lines], "    return c"])
     variables: dict[str, Any] = {}
     exec(text, variables)  # noqa: S102 - the text of this file

@@ -28,7 +28,7 @@ HEUN = "stages = ((1.0, step), (1.0, step))"
 
 
 def step(*laws: str, table: str = RK4) -> list[str]:
-    """Give the lines of a step with these laws in its stages."""
+    """Return the lines of a step with these laws in its stages."""
     loop = ast.parse(STEP.format(laws="\n        ".join(laws))).body[0]
     block = ast.parse(f"def run_block():\n    {table}").body[0]
     assert isinstance(block, ast.FunctionDef)

@@ -44,7 +44,7 @@ class Counter(Component):
 
 
 def outcome(plan: Plan, module: types.ModuleType, samples: int) -> tuple[object, ...]:
-    """Give all that ``run_block`` of a module leaves behind."""
+    """Return all that ``run_block`` of a module leaves behind."""
     live = start_arrays(plan).as_lists()
     record = np.zeros(samples * len(plan.channels))
     noise = draw_noise(plan.noises, SEED, 0, samples).tolist()

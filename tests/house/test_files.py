@@ -23,14 +23,14 @@ Definition = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 
 
 def texts() -> Iterator[Path]:
-    """Give every text file of the project."""
+    """Return every text file of the project."""
     for top in ("lathesim", "lesson_configs", "part_programs", "plugins", "tests"):
         yield from (path for path in sorted((ROOT / top).rglob("*")) if path.suffix in TEXTS)
     yield from (ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "pyproject.toml"))
 
 
 def public(node: ast.Module | ast.ClassDef, prefix: str = "") -> Iterator[tuple[str, Definition]]:
-    """Give the public classes and functions of a module, and those of its public classes, with their names."""
+    """Return the public classes and functions of a module, and those of its public classes, with their names."""
     for item in node.body:
         if isinstance(item, Definition) and not item.name.startswith("_"):
             yield prefix + item.name, item
@@ -39,7 +39,7 @@ def public(node: ast.Module | ast.ClassDef, prefix: str = "") -> Iterator[tuple[
 
 
 def undocumented(path: Path) -> list[str]:
-    """Give what of a module has no docstring; what sets a property is described where the property is read."""
+    """Return what of a module has no docstring; what sets a property is described where the property is read."""
     module = ast.parse(path.read_text(encoding="utf-8"))
     missing = [] if ast.get_docstring(module) else ["the module"]
     for name, item in public(module):

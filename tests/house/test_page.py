@@ -12,7 +12,7 @@ README = "\n".join([(ROOT / "README.md").read_text(encoding="utf-8"), *(chapter.
 
 
 def first_cells(heading: str) -> list[str]:
-    """Give the text in code signs that begins each row of the table under a heading."""
+    """Return the text in code signs that begins each row of the table under a heading."""
     table = README.partition(f"\n| {heading} |")[2].partition("\n\n")[0]
     return re.findall(r"^\| `([^`]+)`", table, re.M)
 

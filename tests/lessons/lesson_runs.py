@@ -28,7 +28,7 @@ class Runs:
 
     @functools.cache  # noqa: B019 - one object a test module
     def record(self, variant: str = "", overrides: tuple[tuple[str, str], ...] = ()) -> Record:
-        """Give the record of a case; of one that breaks down what was simulated until then."""
+        """Return the record of a case; of one that breaks down what was simulated until then."""
         try:
             return simulate(self.lesson, self.registry, variant or None, dict(overrides), engine="plain")
         except SimulationError as error:
@@ -37,21 +37,21 @@ class Runs:
 
     @functools.cache  # noqa: B019
     def measured(self, variant: str = "", overrides: tuple[tuple[str, str], ...] = ()) -> Measurements:
-        """Give the metrics of a case."""
+        """Return the metrics of a case."""
         return measure(self.record(variant, overrides), self.registry.metrics)
 
     def value(self, metric: str, variant: str = "", **settings: str) -> float:
-        """Give a metric of a case [SI], with settings (``x_dac__bits="12"`` for x_dac.bits)."""
+        """Return a metric of a case [SI], with settings (``x_dac__bits="12"`` for x_dac.bits)."""
         overrides = tuple((name.replace("__", "."), text) for name, text in settings.items())
         return self.measured(variant, overrides).values[metric].value
 
     def goals(self, variant: str = "") -> tuple[GoalResult, ...]:
-        """Give the goals of the lesson held against a case."""
+        """Return the goals of the lesson held against a case."""
         found = self.measured(variant)
         return judge(self.lesson.settings.goals, found.values, found.skipped)
 
     def goals_met(self, variant: str = "") -> str:
-        """Give for each goal ``+`` where it is met and ``-`` where it is missed."""
+        """Return for each goal ``+`` where it is met and ``-`` where it is missed."""
         return "".join("+" if goal.met else "-" for goal in self.goals(variant))
 
     def check_golden(self, channel: str, golden: Golden, times: Sequence[float], variant: str = "") -> None:

@@ -117,7 +117,7 @@ wires:
 
 
 def small_registry() -> Registry:
-    """Give a registry that holds the parts of this file only."""
+    """Return a registry that holds the parts of this file only."""
     registry = Registry()
     registry.__dict__["components"] = {part.__name__: part for part in (Push, Table, HeavyTable, Ruler)}
     registry.__dict__["effects"] = {effect.__name__: effect for effect in (Drag, Shift)}

@@ -50,7 +50,7 @@ def test_the_golden_channels(channel: str, runs: Runs) -> None:
 
 
 def on_the_cylinder(runs: Runs, channel: str, variant: str) -> np.ndarray:
-    """Give a channel between 2.5 s and 4 s, where the x axis should stand still."""
+    """Return a channel between 2.5 s and 4 s, where the x axis should stand still."""
     return runs.record(variant)[channel][500:800]
 
 

@@ -52,7 +52,7 @@ def test_the_golden_channels(channel: str, runs: Runs) -> None:
 
 
 def best_speed(lost: float) -> float:
-    """Give the spindle speed [1000 rpm] that Gilbert's formula calls best when each edge costs ``lost`` minutes."""
+    """Return the spindle speed [1000 rpm] that Gilbert's formula calls best when each edge costs ``lost`` minutes."""
     speed = 200.0 / ((1.0 / 0.25 - 1.0) * lost) ** 0.25  # m/min
     return speed / (2.0 * math.pi * RADIUS) / 1000.0
 

@@ -37,7 +37,7 @@ MACROS = (
 
 
 def corpus() -> list[str]:
-    """Give the programs that come along, and those of the reference set where it is there."""
+    """Return the programs that come along, and those of the reference set where it is there."""
     files = sorted(shipped_folder("part_programs").glob("*.nc"))
     for folder in ("micro", "programs"):
         files += sorted((GCODE / folder).iterdir()) if GCODE.is_dir() else []
@@ -45,7 +45,7 @@ def corpus() -> list[str]:
 
 
 def mutated(text: str, chance: random.Random) -> str:
-    """Give a part of a program with a few characters and lines taken out, put in or exchanged."""
+    """Return a part of a program with a few characters and lines taken out, put in or exchanged."""
     lines = text.splitlines(keepends=True)
     if len(lines) > 60:
         begin = chance.randrange(len(lines) - 50)

@@ -27,7 +27,7 @@ GCODE = SHARED / "gcode"
 
 
 def shape(program: Program) -> FloatArray:
-    """Give the part that the moves leave of a bar."""
+    """Return the part that the moves leave of a bar."""
     x, z = [program.moves[0].end_x], [program.moves[0].end_z]
     for move in program.moves[1:]:
         if move.arc is not None:

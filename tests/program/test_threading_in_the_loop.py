@@ -42,7 +42,7 @@ def threaded(folder: Path, machine: str, more: str = "", speed: int = 300) -> Re
 
 
 def passes(record: Record) -> list[np.ndarray]:
-    """Give the samples of each thread pass in which the tool is on its way."""
+    """Return the samples of each thread pass in which the tool is on its way."""
     found = []
     for line in (6, 10):
         there = (record["interpolator.program_line"] == line) & (record["interpolator.feed_speed"] > 0.0)

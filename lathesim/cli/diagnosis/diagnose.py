@@ -137,7 +137,7 @@ def _terminated_as_interrupted() -> Iterator[None]:
 
 @contextmanager
 def _progress(*, shown: bool) -> Iterator[Callable[[str], None]]:
-    """Give what is told each step; on a terminal the last step stands in one line, elsewhere nothing is written."""
+    """Return what is told each step; on a terminal the last step stands in one line, elsewhere nothing is written."""
     if not (shown and sys.stderr.isatty()):
         yield lambda text: None
         return

@@ -82,7 +82,7 @@ def _progress(done: int, starts: int) -> None:
 
 
 def fit_lines(found: ParameterFit, findings: list[str]) -> list[str]:
-    """Give the result of a fit as a person reads it."""
+    """Return the result of a fit as a person reads it."""
     from lathesim.analysis.display_unit import shown_with_unit
 
     lines = [f"Recording: {text}" for text in findings] + [""] * bool(findings)
@@ -101,7 +101,7 @@ def fit_lines(found: ParameterFit, findings: list[str]) -> list[str]:
 
 
 def _value(item: FittedParameter) -> tuple[str, str]:
-    """Give value and standard error as text, to the two digits of the error that mean something."""
+    """Return value and standard error as text, to the two digits of the error that mean something."""
     if not item.determined:
         return "not determined", "-"
     if not 0.0 < item.error < math.inf or item.value == 0.0:
@@ -111,7 +111,7 @@ def _value(item: FittedParameter) -> tuple[str, str]:
 
 
 def _unit(item: FittedParameter) -> str:
-    """Give the unit without the brackets that stand around what was filled in; nothing for a pure number."""
+    """Return the unit without the brackets that stand around what was filled in; nothing for a pure number."""
     unit = re.sub(r"\(+(\w+)\)+", r"\1", item.unit)
     return "" if unit == "1" else unit
 

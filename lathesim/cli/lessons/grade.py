@@ -45,7 +45,7 @@ def grade(files: tuple[str, ...], form: str | None, plugin_folders: tuple[Path, 
 
 
 def _sorted_out(files: Sequence[str]) -> tuple[str | None, list[Path]]:
-    """Give the lesson, if the first name is one, and the files of records."""
+    """Return the lesson, if the first name is one, and the files of records."""
     first_is_record = files[0].lower().endswith(RECORD_ENDINGS)
     records = [Path(name) for name in (files if first_is_record else files[1:])]
     if not records:
@@ -139,16 +139,16 @@ def _as_json(graded: Grade) -> dict[str, Any]:
 
 
 def _goal_columns(grades: Sequence[Grade]) -> list[tuple[str, str]]:
-    """Give the goals of all lessons as (metric, limit), each once, in the order in which they come."""
+    """Return the goals of all lessons as (metric, limit), each once, in the order in which they come."""
     return list(dict.fromkeys((goal.metric, f"{goal.sense} {goal.limit}") for item in grades for goal in item.goals))
 
 
 def _plain(text: str) -> str:
-    """Give text from a file without characters that would steer the terminal."""
+    """Return text from a file without characters that would steer the terminal."""
     return "".join(character if character.isprintable() else "?" for character in text)
 
 
 def _cell(text: str) -> str:
-    """Give text from a file so that a spreadsheet takes it for text, never for a formula."""
+    """Return text from a file so that a spreadsheet takes it for text, never for a formula."""
     plain = _plain(text)
     return f"'{plain}" if plain[:1] in ("=", "+", "-", "@") else plain

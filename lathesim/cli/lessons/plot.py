@@ -45,7 +45,7 @@ def plot(run: Path, channels: tuple[str, ...], save: Path | None) -> int:
 
 
 def _named(record: Record, wanted: tuple[str, ...]) -> list[str]:
-    """Give the channels asked for; a part's name stands for all of its channels."""
+    """Return the channels asked for; a part's name stands for all of its channels."""
     names: list[str] = []
     for name in wanted:
         of_part = [channel for channel in record if channel.partition(".")[0] == name]
@@ -54,6 +54,6 @@ def _named(record: Record, wanted: tuple[str, ...]) -> list[str]:
 
 
 def _has_screen() -> bool:
-    """Say whether someone sits before a screen on which a figure can be opened."""
+    """Return whether someone sits before a screen on which a figure can be opened."""
     drawn = sys.platform in ("darwin", "win32") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
     return drawn and sys.stdout.isatty()

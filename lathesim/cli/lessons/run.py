@@ -89,7 +89,7 @@ def _tell_odd_programs(prepared: list[Prepared]) -> None:
 
 
 def _record_path(out: Path | None, case: Prepared, *, alone: bool) -> Path:
-    """Give where the record goes; with several cases and one ``--out`` each gets the name of its variant."""
+    """Return where the record goes; with several cases and one ``--out`` each gets the name of its variant."""
     from lathesim.lessons.kept_run import record_path
 
     if out is None:
@@ -115,7 +115,7 @@ class _Runs:
         self.findings: dict[str, None] = {}
 
     def driven(self, case: Prepared, recording: Path) -> Prepared:
-        """Give a case driven by a recording, and keep what was found in that."""
+        """Return a case driven by a recording, and keep what was found in that."""
         from lathesim.identification.replay.driven_run import driven_by
 
         found = driven_by(case, recording, self.registry)
@@ -201,7 +201,7 @@ def _result(case: Prepared, record: Record, path: Path, measurements: Measuremen
 
 
 def _json(results: list[dict[str, Any]], stopped: bool) -> str:
-    """Give the JSON of a call; of several cases the first stands at the top and all of them under ``variants``."""
+    """Return the JSON of a call; of several cases the first stands at the top and all of them under ``variants``."""
     import json
 
     if len(results) == 1 and not stopped:

@@ -29,7 +29,7 @@ class Outcome:
 
 
 def case_table(outcome: Outcome) -> str:
-    """Give the metrics of one case, one a line, with the published value beside."""
+    """Return the metrics of one case, one a line, with the published value beside."""
     beside = any(name in outcome.metrics for name in outcome.published)
     rows = [("", outcome.case or "value", *(["published"] if beside else []))]
     for name, measured in outcome.metrics.items():
@@ -63,12 +63,12 @@ def variants_table(outcomes: Sequence[Outcome], wanted: Collection[str] = ()) ->
 
 
 def _limit(outcome: Outcome, name: str) -> str:
-    """Give the limit a goal sets to a metric, whose unit its values take in the table; empty where there is none."""
+    """Return the limit a goal sets to a metric, whose unit its values take in the table; empty where there is none."""
     return next((goal.limit for goal in outcome.goals if goal.metric == name), "")
 
 
 def _cell(outcome: Outcome, name: str, published: str) -> str:
-    """Give the measured value; a case that broke down has none to be compared."""
+    """Return the measured value; a case that broke down has none to be compared."""
     if outcome.status.startswith("failed"):
         return "unstable" if " is unstable " in outcome.status else "broke down"
     if name in outcome.without:
@@ -77,7 +77,7 @@ def _cell(outcome: Outcome, name: str, published: str) -> str:
 
 
 def nothing_cut_text(outcomes: Sequence[Outcome]) -> str:
-    """Give the sentences about cases that cut nothing, one a line, each once with the cases it holds for; empty where all cut."""
+    """Return the sentences about cases that cut nothing, one a line, each once with the cases it holds for; empty where all cut."""
     cases: dict[str, list[str]] = {}
     for outcome in outcomes:
         if outcome.nothing_cut:
@@ -105,7 +105,7 @@ def _verdict(result: GoalResult) -> str:
 
 
 def _like(measured: Measured, text: str) -> str:
-    """Give a value in the unit of a quantity as it was written, else in a unit of handy size."""
+    """Return a value in the unit of a quantity as it was written, else in a unit of handy size."""
     unit = split_quantity(text)[1] if text else ""
     if not unit:
         return shown_with_unit(measured.value, measured.unit, 5)
@@ -113,12 +113,12 @@ def _like(measured: Measured, text: str) -> str:
 
 
 def words(name: str) -> str:
-    """Give the name of a metric as words."""
+    """Return the name of a metric as words."""
     return name.replace("_", " ")
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> str:
-    """Give rows as columns of text, the first row as a heading."""
+    """Return rows as columns of text, the first row as a heading."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     lines.insert(1, "  ".join("-" * width for width in widths))

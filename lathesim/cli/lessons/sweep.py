@@ -110,7 +110,7 @@ def sweep(
 
 
 def _default_metrics(prepared: Prepared) -> list[str]:
-    """Give the metrics of the lesson's goals, else those it has published values of."""
+    """Return the metrics of the lesson's goals, else those it has published values of."""
     settings = prepared.case.lesson.settings
     published = [*settings.published, *(name for variant in settings.variants.values() for name in variant.published)]
     return list(dict.fromkeys([goal.metric for goal in settings.goals] or published))
@@ -154,7 +154,7 @@ def _runs(
 
 @contextmanager
 def _progress(name: str, total: int, there: int) -> Iterator[Any]:
-    """Give what is told of each run that ends; a bar on the error stream where a person looks at it."""
+    """Return what is told of each run that ends; a bar on the error stream where a person looks at it."""
     import sys
 
     if not sys.stderr.isatty():
@@ -170,7 +170,7 @@ def _progress(name: str, total: int, there: int) -> Iterator[Any]:
 
 
 def _extremes(ranges: Sequence[Range], points: Sequence[tuple[int, ...]], members: Members, done: dict[int, Member]) -> Iterator[str]:
-    """Give a line for each metric: its least and largest value and where they are; and how many runs gave none."""
+    """Return a line for each metric: its least and largest value and where they are; and how many runs gave none."""
     from lathesim.analysis.display_unit import shown_with_unit
 
     for place, (name, metric) in enumerate(members.metrics.items()):

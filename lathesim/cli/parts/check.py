@@ -38,7 +38,7 @@ def check(files: tuple[Path, ...], dialect: str, plugin_folders: tuple[Path, ...
 
 
 def _checked(path: Path, dialect: str, registry: Registry) -> str:
-    """Give in words what a file holds, or raise what is wrong with it."""
+    """Return in words what a file holds, or raise what is wrong with it."""
     from lathesim.errors import LatheSimError
 
     if path.suffix in (".yaml", ".yml"):

@@ -42,7 +42,7 @@ def wiring(
 
 
 def wiring_text(plan: Plan) -> str:
-    """Give the parts in the order of their updates, each with what feeds its inputs, its parameters and what it gives."""
+    """Return the parts in the order of their updates, each with what feeds its inputs, its parameters and what it gives."""
     from lathesim.component import Input, Output, Parameter
 
     lines = [
@@ -69,7 +69,7 @@ def wiring_text(plan: Plan) -> str:
 
 
 def mermaid_graph(plan: Plan) -> str:
-    """Give a Mermaid flow chart: a box for each part, an arrow for each wire with the name and unit of what it carries."""
+    """Return a Mermaid flow chart: a box for each part, an arrow for each wire with the name and unit of what it carries."""
     lines = ["flowchart LR"]
     lines += [f'    {name}["{name}<br/><i>{part.component.__name__}</i>"]' for name, part in plan.parts.items()]
     for target, (kind, source) in plan.feeds.items():

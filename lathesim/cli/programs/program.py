@@ -128,7 +128,7 @@ def _draw(interpreted: Program, figure: Path) -> None:
 
 
 def _points(move: Move) -> tuple[str, list[float], list[float]]:
-    """Give kind, z and x [mm] of the points along a move."""
+    """Return kind, z and x [mm] of the points along a move."""
     from math import cos, sin
 
     if move.arc is None:

@@ -167,7 +167,7 @@ def _terminal(as_json: bool, quick: bool) -> int:
 
 
 def _table(rows: list[Row], starts: list[Row], work: Work) -> str:
-    """Give the table as the README shows it."""
+    """Return the table as the README shows it."""
     compiled = rows[0].median_s
     lines = [f"A program of {work.duration:.3f} s, {work.samples} samples; median CPU time.", ""]
     lines += ["| one run | median | ratio to compiled | times real time | largest difference |", "|---|---:|---:|---:|---:|"]
@@ -198,7 +198,7 @@ def _seconds(value: float) -> str:
 
 
 def _machine() -> dict[str, str]:
-    """Give what the figures depend on."""
+    """Return what the figures depend on."""
     import datetime
     import os
     import platform

@@ -36,7 +36,7 @@ class SweptReference(Component):
 
 
 def axes_plan(axes: int) -> Plan:
-    """Give ``axes`` position loops (encoder, controller, converter, table) that follow one reference; position and error are recorded."""
+    """Return ``axes`` position loops (encoder, controller, converter, table) that follow one reference; position and error are recorded."""
     parts = [Part("source", SweptReference)]
     wires = []
     for number in range(1, axes + 1):

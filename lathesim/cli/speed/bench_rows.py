@@ -54,7 +54,7 @@ class Skipped:
 
 
 def cpu_seconds(call: Callable[[], Any]) -> float:
-    """Give the CPU seconds of this process that a call takes; other programs on the machine count less than with the clock."""
+    """Return the CPU seconds of this process that a call takes; other programs on the machine count less than with the clock."""
     begun = time.process_time()
     call()
     return time.process_time() - begun
@@ -108,7 +108,7 @@ def work_rows(work: Work, rounds: int, *, slow: bool, tell: Tell) -> tuple[list[
 
 
 def _in_turns(calls: dict[str, tuple[Callable[[], Any], int]], rounds: int) -> dict[str, float]:
-    """Give the median CPU seconds of each call (name -> call and what to divide by), measured in turns."""
+    """Return the median CPU seconds of each call (name -> call and what to divide by), measured in turns."""
     for call, _ in calls.values():
         call()
     seconds: dict[str, list[float]] = {name: [] for name in calls}
@@ -119,7 +119,7 @@ def _in_turns(calls: dict[str, tuple[Callable[[], Any], int]], rounds: int) -> d
 
 
 def _present(slow: bool) -> tuple[list[Any], list[Skipped]]:
-    """Give the peers that can be measured here, and why the others cannot."""
+    """Return the peers that can be measured here, and why the others cannot."""
     peers = _peers()
     if peers is None:
         return [], [Skipped("peers", "they are measured from a checkout, with its folder tests/benchmarks/peers")]
@@ -171,7 +171,7 @@ def _child(command: list[str], folder: str, more: dict[str, str] | None = None) 
 
 
 def _difference(ours: np.ndarray, theirs: np.ndarray) -> float:
-    """Give the largest difference of the positions [encoder counts]; infinite where the runs are not equally long."""
+    """Return the largest difference of the positions [encoder counts]; infinite where the runs are not equally long."""
     if ours.shape != theirs.shape:
         return float("inf")
     return float(np.abs(ours - theirs).max() / ENCODER_COUNT)

@@ -58,12 +58,12 @@ class Series:
         return float(np.polyfit(np.log(self.sizes[first:]), np.log(self.seconds[first:]), 1)[0])
 
     def rows(self) -> list[Row]:
-        """Give one row a point."""
+        """Return one row a point."""
         return [Row(f"{size:g} {self.name}", seconds) for size, seconds in zip(self.sizes, self.seconds, strict=True)]
 
 
 def long_plan(seconds: float) -> Plan:
-    """Give the work item's lathe with one straight cut that lasts as long as asked for, at the programmed feed."""
+    """Return the work item's lathe with one straight cut that lasts as long as asked for, at the programmed feed."""
     from lathesim.lessons.program_path import path_of_program
 
     plan = lathe_plan()
@@ -79,7 +79,7 @@ def long_plan(seconds: float) -> Plan:
 
 
 def _changed(part: Any, table: Any) -> Any:
-    """Give a part with the long path; the force controller gives way to the programmed feed, so that the cut lasts as long as planned."""
+    """Return a part with the long path; the force controller gives way to the programmed feed, so that the cut lasts as long as planned."""
     if "path" in part.tables:
         return dataclasses.replace(part, tables={**part.tables, "path": table})
     if part.name == "process_controller":
@@ -143,7 +143,7 @@ def _series(name: str, calls: dict[float, Callable[[], Any]], rounds: int, tell:
 
 
 def thread_gain(work: Work, rounds: int, tell: Tell) -> float:
-    """Give how many times faster two threads are than one, by the clock: the median over pairs of batches, one after the other."""
+    """Return how many times faster two threads are than one, by the clock: the median over pairs of batches, one after the other."""
     from lathesim.engine.batch import Batch
 
     values = _values(work, 100)
@@ -174,7 +174,7 @@ def hour(tell: Tell) -> Hour:
 
 
 def batch_memory(tell: Tell) -> dict[int, float]:
-    """Give the largest memory [MB] of a process that runs so many runs and keeps one cost of each."""
+    """Return the largest memory [MB] of a process that runs so many runs and keeps one cost of each."""
     tell("measuring the memory of batches ...")
     return {runs: float(_child(f"batch:{runs}")) for runs in _MEMORY_RUNS}
 
@@ -225,7 +225,7 @@ def _batch_here(runs: int) -> str:
 
 
 def _largest_memory() -> float:
-    """Give the largest memory of this process so far [MB]; ``ru_maxrss`` also counts what its parent had when it started it."""
+    """Return the largest memory of this process so far [MB]; ``ru_maxrss`` also counts what its parent had when it started it."""
     status = Path("/proc/self/status")
     if status.exists():
         line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM:"))
@@ -250,7 +250,7 @@ def _clock(call: Callable[[], Any]) -> float:
 
 
 def told(series: Sequence[Series]) -> list[str]:
-    """Give in words how the cost grows."""
+    """Return in words how the cost grows."""
     lines = []
     for item in series:
         factor = item.seconds[-1] / item.seconds[0]

@@ -55,7 +55,7 @@ class Mean:
 
 
 def table1(draws: int, tell: Tell) -> list[Mean]:
-    """Give the means of all cases over ``draws`` draws, each of six factors between 0.99 and 1.01."""
+    """Return the means of all cases over ``draws`` draws, each of six factors between 0.99 and 1.01."""
     from lathesim.analysis.metric import measure
     from lathesim.engine.run import run
     from lathesim.lessons.lesson import load_lesson

@@ -61,7 +61,7 @@ class Work:
 
 
 def lathe_plan() -> Plan:
-    """Give the work item's machine: both axes, spindle, cutting force, wear, contour and force control, noise, 12-bit converters."""
+    """Return the work item's machine: both axes, spindle, cutting force, wear, contour and force control, noise, 12-bit converters."""
     from lathesim.lessons.assemble import assemble
     from lathesim.lessons.lesson import load_lesson
     from lathesim.plugins import load_registry
@@ -76,7 +76,7 @@ def lathe_plan() -> Plan:
 
 
 def lathe_work() -> Work:
-    """Give the work item, with the number of samples its program takes."""
+    """Return the work item, with the number of samples its program takes."""
     from lathesim.engine.run import run
 
     plan = lathe_plan()

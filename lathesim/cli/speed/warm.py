@@ -64,7 +64,7 @@ def warm(lessons: tuple[str, ...], plugin_folders: tuple[Path, ...]) -> int:
 
 
 def _cases(lessons: tuple[str, ...], registry: Registry) -> Iterator[tuple[str, FusedModule | LatheSimError]]:
-    """Give each case of the lessons by name, as the module it becomes, or what is wrong with it."""
+    """Return each case of the lessons by name, as the module it becomes, or what is wrong with it."""
     from lathesim.engine.fuse import fuse
     from lathesim.errors import LatheSimError
     from lathesim.lessons.lesson import load_lesson

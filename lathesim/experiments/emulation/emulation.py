@@ -140,7 +140,7 @@ class _Fitting:
             self.stop.clear()
 
     def wished(self) -> bool:
-        """Tell whether Ctrl-C was pressed and not yet heard."""
+        """Return whether Ctrl-C was pressed and not yet heard."""
         return self.stop is not None and self.stop.is_set()
 
     def read(self, lesson: Lesson, given: Sequence[str]) -> tuple[Waypoints, ...]:

@@ -76,7 +76,7 @@ def free_values(lesson: Lesson, plan: Plan, named: Sequence[str], factor: float)
 
 
 def _is_of_the_loop(plan: Plan, name: str) -> bool:
-    """Tell whether a parameter belongs to a controller or an axis, and is a size rather than a switch or a limit."""
+    """Return whether a parameter belongs to a controller or an axis, and is a size rather than a switch or a limit."""
     part, _, item = name.partition(".")
     component = plan.parts[part].component
     declared = component.declarations[item]

@@ -13,7 +13,7 @@ _CHANCE = 1e-3
 
 
 def is_noise(objective: Objective, point: FloatArray) -> bool:
-    """Tell whether the deviations of each channel are as large and as unrelated in motion as at rest.
+    """Return whether the deviations of each channel are as large and as unrelated in motion as at rest.
 
     Two tests: their autocorrelation over eight way-points (Ljung and Box, Biometrika 65, 1978), and their size among the fifth of the
     way-points where the values have most to show against the other half (an F test).

@@ -21,7 +21,7 @@ _A_TASK = 8
 
 
 def run_here(members: Members, jobs: Sequence[Job], threads: int = 0) -> Iterator[Member]:
-    """Give the runs as they end, made on all cores (the compiled loop lets other threads work); only a few wait at a time."""
+    """Return the runs as they end, made on all cores (the compiled loop lets other threads work); only a few wait at a time."""
     workers = threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else threads or os.cpu_count() or 1
     workers = max(1, min(workers, MEMORY // max(1, members.bytes_a_run)))
     members.compile()
@@ -42,7 +42,7 @@ def run_here(members: Members, jobs: Sequence[Job], threads: int = 0) -> Iterato
 
 
 def run_on_cluster(address: str, bundle: Bundle, digest: str, jobs: Sequence[Job]) -> Iterator[Member]:
-    """Give the runs as they end, made by the workers of a Dask scheduler at ``dask://host:port``.
+    """Return the runs as they end, made by the workers of a Dask scheduler at ``dask://host:port``.
 
     Raises :class:`LatheSimError` where ``distributed`` is not installed, no scheduler answers, or a worker has another version.
     """

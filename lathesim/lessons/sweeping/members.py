@@ -107,7 +107,7 @@ class Members:
         return numbers, "; ".join(reasons) or "complete"
 
     def _finished(self, values: FloatArray, count: int) -> bool:
-        """Say whether the run came to its end: earlier than its room, or at just that sample."""
+        """Return whether the run came to its end: earlier than its room, or at just that sample."""
         plan = self.prepared.plan
         if count < values.shape[1]:
             return True

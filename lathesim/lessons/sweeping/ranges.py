@@ -45,7 +45,7 @@ class Range:
         return tuple(float(f"{from_si(value, self.unit):.12g}") for value in self.values)
 
     def told(self, place: int) -> str:
-        """Give one value with its unit."""
+        """Return one value with its unit."""
         return f"{self.shown[place]:.6g} {self.unit}".removesuffix(" 1")
 
 
@@ -80,7 +80,7 @@ def read_range(text: str, prepared: Prepared) -> Range:
 
 
 def grid(ranges: Sequence[Range]) -> list[tuple[int, ...]]:
-    """Give all combinations as positions in the ranges, the last range running fastest."""
+    """Return all combinations as positions in the ranges, the last range running fastest."""
     count = math.prod(len(item.values) for item in ranges)
     if count > LARGEST_SWEEP:
         raise LessonError(f"the sweep has {count} runs, and {LARGEST_SWEEP} is the most.", remedy="Give fewer values.")
@@ -92,7 +92,7 @@ def grid(ranges: Sequence[Range]) -> list[tuple[int, ...]]:
 
 
 def _texts(spread: str, place: str) -> tuple[list[str], bool]:
-    """Give the ends of a range, or the members of a list, each with the unit that was written."""
+    """Return the ends of a range, or the members of a list, each with the unit that was written."""
     if ".." in spread:
         match = _matched(spread, place)
         unit = match["unit"].strip()
@@ -123,7 +123,7 @@ def _spread(ends: Sequence[float], count: int, logarithmic: bool, place: str) ->
 
 
 def _declared(name: str, prepared: Prepared, place: str) -> Declaration:
-    """Give the declaration of a parameter or state; refused is what the machine does not have and what a wire feeds."""
+    """Return the declaration of a parameter or state; refused is what the machine does not have and what a wire feeds."""
     plan = prepared.plan
     part, _, item = name.partition(".")
     if part not in plan.parts:
@@ -139,7 +139,7 @@ def _declared(name: str, prepared: Prepared, place: str) -> Declaration:
 
 
 def _written_unit(name: str, prepared: Prepared) -> str:
-    """Give the unit in which the lesson, else its machine, writes a parameter; empty where neither does."""
+    """Return the unit in which the lesson, else its machine, writes a parameter; empty where neither does."""
     given = prepared.case.set.get(name)
     if given is not None and isinstance(given.value, str):
         return split_quantity(given.value)[1]

@@ -30,7 +30,7 @@ class SweepTable:
     given: tuple[tuple[str, ...], ...]
 
     def open(self) -> dict[int, Member]:
-        """Give the runs that are in the file already; begin the file where there is none.
+        """Return the runs that are in the file already; begin the file where there is none.
 
         A last row that was cut off while it was written is dropped. Raises :class:`RecordError` where the file is of another sweep, is no
         table of a sweep, or cannot be written.

@@ -94,5 +94,5 @@ class Modal:
         return length * 1e3 / (25.4 if self.inch else 1.0)
 
     def metres(self, value: float) -> float:
-        """Give a programmed length [mm or inch] in metres; the division keeps 0.03 the same number as 30/1000."""
+        """Return a programmed length [mm or inch] in metres; the division keeps 0.03 the same number as 30/1000."""
         return (value * 25.4 if self.inch else value) / 1000.0

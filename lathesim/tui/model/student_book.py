@@ -98,7 +98,7 @@ def _entry(data: Mapping[str, object]) -> LessonEntry:
 
 
 def _is_better(goal: GoalResult, best: Best) -> bool:
-    """Say whether a run came nearer to a goal; values in another unit, of a goal that was rewritten, count as worse."""
+    """Return whether a run came nearer to a goal; values in another unit, of a goal that was rewritten, count as worse."""
     if goal.unit != best.unit:
         return True
     return goal.value < best.value if goal.sense == "at most" else goal.value > best.value

@@ -66,7 +66,7 @@ class BenchScreen(WorkbenchScreen):
         self._lesson_text: str | None = None
 
     def compose_body(self) -> Iterable[Widget]:
-        """Give the lathe view and the plot at the left, the lesson, read-outs and listing at the right."""
+        """Return the lathe view and the plot at the left, the lesson, read-outs and listing at the right."""
         with Horizontal(id="bench"):
             with Vertical(id="pictures"):
                 yield LatheView(id="lathe")

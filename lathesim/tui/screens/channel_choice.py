@@ -27,7 +27,7 @@ class ChannelChoice(ModalScreen[tuple[str, ...] | None]):
         self._chosen = list(chosen)
 
     def compose(self) -> ComposeResult:
-        """Give a field to search in, the list, and two buttons."""
+        """Return a field to search in, the list, and two buttons."""
         with Vertical(classes="dialog"):
             yield Input(placeholder="Type to find a channel", id="wanted")
             yield TickList[str](id="channels")

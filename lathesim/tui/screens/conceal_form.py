@@ -37,7 +37,7 @@ class ConcealForm(ModalScreen[Order | None]):
         self._lesson = lesson
 
     def compose(self) -> ComposeResult:
-        """Give the fields and two buttons."""
+        """Return the fields and two buttons."""
         with Vertical(classes="dialog"):
             yield Label(f"Hide something in the machine of {self._lesson}", markup=False)
             yield Label("Effect: empty for one drawn at random, 'none' for nothing")

@@ -87,7 +87,7 @@ class ConfigureScreen(WorkbenchScreen):
         """Node on which the cursor is to be put; none once it is there."""
 
     def compose_body(self) -> Iterable[Widget]:
-        """Give the tree, and values, wiring and program as tabs."""
+        """Return the tree, and values, wiring and program as tabs."""
         with Horizontal():
             yield Tree[_Choice]("Machine", id="machine")
             with Vertical():

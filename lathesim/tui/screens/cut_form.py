@@ -42,7 +42,7 @@ class CutForm(ModalScreen[Path | None]):
     """
 
     def compose(self) -> ComposeResult:
-        """Give the kind of cut, its fields, and two buttons."""
+        """Return the kind of cut, its fields, and two buttons."""
         with Vertical(classes="dialog"):
             yield Select[str]([(kind, kind) for kind in (_STRAIGHT, _TAPER)], value=_STRAIGHT, allow_blank=False, id="kind", compact=True)
             with VerticalScroll():

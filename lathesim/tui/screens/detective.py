@@ -74,7 +74,7 @@ class DetectiveScreen(WorkbenchScreen):
         self._reveal_paths = ("", "")
 
     def compose_body(self) -> Iterable[Widget]:
-        """Give the steps."""
+        """Return the steps."""
         yield Static("", id="status", markup=False)
         with TabbedContent(id="tabs"):
             with TabPane("1 Recording", id=RECORDING):

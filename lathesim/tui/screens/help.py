@@ -41,7 +41,7 @@ class HelpScreen(WorkbenchScreen):
         self._page: Page = (KEYS, "")
 
     def compose_body(self) -> Iterable[Widget]:
-        """Give the contents and the page."""
+        """Return the contents and the page."""
         with Horizontal():
             with Vertical(id="contents"):
                 yield Input(placeholder="type to find", id="wanted", compact=True)

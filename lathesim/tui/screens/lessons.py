@@ -47,7 +47,7 @@ class LessonsScreen(WorkbenchScreen):
         self._suggestions: list[Suggestion] = []
 
     def compose_body(self) -> Iterable[Widget]:
-        """Give the list and the page."""
+        """Return the list and the page."""
         with Horizontal():
             with Vertical(id="listed"):
                 yield BrowseList(id="lessons")

@@ -43,7 +43,7 @@ class LobesView(ModalScreen[None]):
         self._smallest = found.smallest
 
     def compose(self) -> ComposeResult:
-        """Give the plot and what it says."""
+        """Return the plot and what it says."""
         with Vertical(classes="dialog"):
             yield Label(f"Stability lobes: {self._title}", markup=False)
             yield TimePlot(id="lobes")

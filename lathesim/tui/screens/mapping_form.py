@@ -38,7 +38,7 @@ class MappingForm(ModalScreen[list[ColumnMeaning] | None]):
         self._file, self._columns, self._targets = file, list(columns), list(targets)
 
     def compose(self) -> ComposeResult:
-        """Give a row for each column: role, channel, unit, scale."""
+        """Return a row for each column: role, channel, unit, scale."""
         suggester = SuggestFromList(self._targets, case_sensitive=False)
         with Vertical(classes="dialog"):
             yield Label(f"{self._file.name}: what the columns mean. Channels were guessed from the names: look at each.", markup=False)

@@ -48,7 +48,7 @@ class PartChoice(ModalScreen[tuple[str, str] | None]):
         self._propose = propose
 
     def compose(self) -> ComposeResult:
-        """Give a field to search in, the list, the page of what is looked at, and two buttons."""
+        """Return a field to search in, the list, the page of what is looked at, and two buttons."""
         with Vertical(classes="dialog"):
             yield Label(self._title, markup=False)
             yield Input(placeholder="type to find", id="wanted", compact=True)

@@ -27,7 +27,7 @@ class PluginsScreen(WorkbenchScreen):
     BINDINGS = [Binding("r", "reload", "Load again")]
 
     def compose_body(self) -> Iterable[Widget]:
-        """Give the button and what is said."""
+        """Return the button and what is said."""
         with Vertical():
             yield Button("Load again (r)", id="reload", compact=True, variant="primary")
             with VerticalScroll():

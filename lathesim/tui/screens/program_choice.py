@@ -44,7 +44,7 @@ class ProgramChoice(ModalScreen[Path | None]):
         self._paths = list(found.values())
 
     def compose(self) -> ComposeResult:
-        """Give the list with a listing beside, a field for a path, and two buttons."""
+        """Return the list with a listing beside, a field for a path, and two buttons."""
         with Vertical(classes="dialog"):
             with Horizontal(classes="columns"):
                 yield BrowseList(*[Option(Text(path.name)) for path in self._paths], id="found")

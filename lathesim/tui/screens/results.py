@@ -79,7 +79,7 @@ class ResultsScreen(WorkbenchScreen):
         self._measured: dict[Record, Measurements] = {}
 
     def compose_body(self) -> Iterable[Widget]:
-        """Give the choices at the left, the curves with their values and the metrics at the right."""
+        """Return the choices at the left, the curves with their values and the metrics at the right."""
         with Horizontal():
             with Vertical(id="choices"):
                 yield Label("Runs", classes="heading")

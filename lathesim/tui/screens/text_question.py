@@ -23,7 +23,7 @@ class TextQuestion(ModalScreen[str | None]):
         self._question, self._text, self._placeholder = question, text, placeholder
 
     def compose(self) -> ComposeResult:
-        """Give the question, the field and two buttons."""
+        """Return the question, the field and two buttons."""
         with Vertical(classes="dialog"):
             yield Label(self._question, markup=False)
             yield Input(self._text, placeholder=self._placeholder, id="answer")

@@ -41,7 +41,7 @@ class WorkbenchScreen(Screen[None]):
         return self.lathesim.workbench
 
     def compose(self) -> ComposeResult:
-        """Give the screens there are, the body, the command and the keys."""
+        """Return the screens there are, the body, the command and the keys."""
         from lathesim.tui.app import navigation
 
         yield NavigationBar(navigation(), self.lathesim.mode_of(self))
@@ -50,7 +50,7 @@ class WorkbenchScreen(Screen[None]):
         yield Footer(show_command_palette=True, compact=True)
 
     def compose_body(self) -> Iterable[Widget]:
-        """Give the widgets of the screen."""
+        """Return the widgets of the screen."""
         raise NotImplementedError
 
     def show_changes(self, changed: set[str]) -> None:

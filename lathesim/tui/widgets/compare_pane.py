@@ -29,7 +29,7 @@ class ComparePane(Vertical):
         self._case: CaseFile | None = None
 
     def compose(self) -> Iterable[Widget]:
-        """Give the channel, its curves, the wiring and the numbers."""
+        """Return the channel, its curves, the wiring and the numbers."""
         yield Select[str]([], prompt="Channel", id="channel", compact=True)
         with Horizontal(id="pair"):
             yield TimePlot(id="both")

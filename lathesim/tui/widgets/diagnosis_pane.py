@@ -30,7 +30,7 @@ class DiagnosisPane(Vertical):
     """
 
     def compose(self) -> Iterable[Widget]:
-        """Give what is said of the guess, the candidates, the steps and the answer."""
+        """Return what is said of the guess, the candidates, the steps and the answer."""
         yield Static("", id="judged", markup=False)
         yield Static("", id="standing", markup=False)
         yield RichLog(id="steps", wrap=True, min_width=20, max_lines=2000)

@@ -55,7 +55,7 @@ class NavigationBar(Horizontal):
         self._here = here
 
     def compose(self) -> ComposeResult:
-        """Give the entries."""
+        """Return the entries."""
         for name, key, title in self._entries:
             action = f"switch_mode('{name}')" if name != "run" else "run_or_stop"
             yield NavigationEntry(key, title, action, is_here=name == self._here, id=f"go-{name}")

@@ -28,7 +28,7 @@ class ProgramPane(Vertical):
         self._words_of: tuple[Path | None, str] = (None, "")
 
     def compose(self) -> Iterable[Widget]:
-        """Give listing and sentence."""
+        """Return listing and sentence."""
         yield ProgramListing(id="listing")
         yield Static("", id="explained", markup=False)
 

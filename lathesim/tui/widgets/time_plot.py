@@ -133,7 +133,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         self.set_y_formatter(self._up)
 
     def compose(self) -> ComposeResult:
-        """Give the canvases of the plot and its margins."""
+        """Return the canvases of the plot and its margins."""
         with Grid():
             for name in ("margin-top", "margin-left", "plot", "margin-bottom"):
                 yield _StyledCanvas(1, 1, id=name)

@@ -18,7 +18,7 @@ PEERS = ("hand_written_c", "scipy_odeint", "scipy_solve_ivp", "python_control", 
 
 
 def peer_module(peer: str) -> Any:
-    """Give the module of a peer."""
+    """Return the module of a peer."""
     return importlib.import_module(f"{__name__}.{peer}")
 
 

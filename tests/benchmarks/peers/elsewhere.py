@@ -21,7 +21,7 @@ VARIABLE = "LATHESIM_PEERS"
 
 @functools.cache
 def python_with(package: str) -> str | None:
-    """Give the Python that has a package and what lathesim needs, none where neither has."""
+    """Return the Python that has a package and what lathesim needs, none where neither has."""
     if importlib.util.find_spec(package) is not None:
         return sys.executable
     other = os.environ.get(VARIABLE)

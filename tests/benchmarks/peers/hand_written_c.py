@@ -35,14 +35,14 @@ def _library() -> Any:
 
 @functools.cache
 def parameter_names() -> tuple[str, ...]:
-    """Give the fields of the C file's Parameters, as part.name."""
+    """Return the fields of the C file's Parameters, as part.name."""
     fields = re.search(r"typedef struct \{(.*?)\} Parameters;", SOURCE.read_text(), re.DOTALL)
     assert fields is not None
     return tuple(name.replace("__", ".", 1) for name in re.findall(r"\w+__\w+", fields[1]))
 
 
 def record(work: Any) -> np.ndarray:
-    """Give all channels of the work, shape (samples, channels)."""
+    """Return all channels of the work, shape (samples, channels)."""
     parameters = np.array([work.parameters[name] for name in parameter_names()])
     values = np.empty((work.samples, len(work.channels)))
     pointer = ctypes.POINTER(ctypes.c_double)

@@ -49,7 +49,7 @@ class PartModel:
         self.instant += 1
 
     def give(self, inputs: Sequence[float], states: Sequence[float], time: float) -> list[float]:
-        """Give all outputs, in the order of declaration."""
+        """Return all outputs, in the order of declaration."""
         found: dict[str, float] = {}
         for law, names in self._output_laws:
             values = law(inputs, states, time)
@@ -116,7 +116,7 @@ def _at(positions: Any, values: Sequence[float], name: str) -> float:
 
 
 def part_models(work: Any) -> list[PartModel]:
-    """Give every part, in the order in which they act at a sample instant."""
+    """Return every part, in the order in which they act at a sample instant."""
     plan = work.plan
     order = dict.fromkeys(name for name, law in plan.order if law == "update")
     order |= dict.fromkeys(plan.parts)

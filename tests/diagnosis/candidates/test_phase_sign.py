@@ -40,7 +40,7 @@ def term_of(effect: Any) -> Candidate:
 
 
 def law(candidate: Candidate, values: dict[str, float]) -> np.ndarray:
-    """Give what the effect adds along a motion."""
+    """Return what the effect adds along a motion."""
     names = candidate.effect.output.__code__.co_varnames[: candidate.effect.output.__code__.co_argcount]
     places = np.linspace(0.0, 0.05, 200)
     given = [{"incoming": place, "displacement": place, "applied": 3.0 + place, **values} for place in places]
@@ -48,7 +48,7 @@ def law(candidate: Candidate, values: dict[str, float]) -> np.ndarray:
 
 
 def values_of(candidate: Candidate, sizes: dict[str, float]) -> dict[str, float]:
-    """Give a value for each free name, by its short one."""
+    """Return a value for each free name, by its short one."""
     given = {"period": 0.008, "signal_period": 0.003, "phase": 0.5, "second_phase": -0.9, **sizes}
     return {name.partition(".")[2]: given[name.partition(".")[2]] for name in candidate.parameters}
 

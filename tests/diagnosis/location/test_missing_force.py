@@ -115,7 +115,7 @@ def test_the_place_is_the_channel_that_is_off_and_what_it_passes_through() -> No
 
 
 def current_too(folder: Path) -> tuple[list[Experiment], list[Fitted]]:
-    """Give the halves of a recording of an axis whose current was recorded beside its place, and the lesson's values fitted to each.
+    """Return the halves of a recording of an axis whose current was recorded beside its place, and the lesson's values fitted to each.
 
     The lesson's drive answers to the speed (a back electromotive force), so a push of the axis moves the current too.
     """

@@ -51,7 +51,7 @@ def test_noise_alone_has_no_bands() -> None:
 
 
 def residual_of(signal: np.ndarray) -> tuple[Experiment, Fitted]:
-    """Give a rig, and a fit to it that leaves a signal with the sensor's white noise model."""
+    """Return a rig, and a fit to it that leaves a signal with the sensor's white noise model."""
     experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0]
     white = NoiseModel(np.full(experiment.sensed.samples // 2 + 1, 1e-12), experiment.sensed.samples)
     return experiment, Fitted(**{**fitted.__dict__, "residual": signal[None], "noise": (white,)})
@@ -78,7 +78,7 @@ def test_a_hum_that_drifts_is_told_with_where_it_begins_and_ends() -> None:
 
 
 def taken_for_noise(hum: float) -> tuple[Experiment, Fitted]:
-    """Give a rig and a fit that leaves white noise and a hum [Hz], which its noise model takes for noise of all frequencies near."""
+    """Return a rig and a fit that leaves white noise and a hum [Hz], which its noise model takes for noise of all frequencies near."""
     experiment, fitted = residual_of(np.zeros(baselines(Hidden())[0].residual.shape[1]))
     time = np.arange(experiment.sensed.samples) * PERIOD
     signal = 1e-6 * np.random.default_rng(3).standard_normal(len(time)) + 5.2e-6 * np.sin(2.0 * math.pi * hum * time)

@@ -18,7 +18,7 @@ SCALE, SAMPLES, HALF = "x_scale.position", 4000, 2000
 
 
 def experiment(column: Callable[[FloatArray], FloatArray]) -> Experiment:
-    """Give a table with two encoders, the second of which shows what ``column`` makes of it."""
+    """Return a table with two encoders, the second of which shows what ``column`` makes of it."""
     sensors = [Part(name, LinearEncoder, {"resolution": RESOLUTION}) for name in ("x_encoder", "x_scale")]
     parts = (Part("x_axis", ForceAxis, {"mass": MASS, "viscous": VISCOUS}), *sensors)
     wires = (Wire(FORCE, constant=0.0), *[Wire(f"{part.name}.measured", "x_axis.position") for part in sensors])

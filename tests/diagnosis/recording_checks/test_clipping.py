@@ -16,7 +16,7 @@ VOLTAGE, CURRENT, NEWTONS_PER_AMPERE, LIMIT = "x_drive.voltage", "x_drive.curren
 
 
 def machine() -> Machine:
-    """Give the table of the other tests, behind an amplifier of 1 A/V."""
+    """Return the table of the other tests, behind an amplifier of 1 A/V."""
     parts = (
         Part(
             "x_drive", VoltageDrive.with_units({"effort": "N", "flow": "m/s"}), {"conductance": 1.0, "effort_constant": NEWTONS_PER_AMPERE}
@@ -32,7 +32,7 @@ def machine() -> Machine:
 
 
 def experiment(*, cut_in_the_drive: bool) -> Experiment:
-    """Give a recording whose current ends at the limit: only as it was logged, or in the machine as well."""
+    """Return a recording whose current ends at the limit: only as it was logged, or in the machine as well."""
     wanted = force(2000) / NEWTONS_PER_AMPERE
     cut = np.clip(wanted, -LIMIT, LIMIT)
     noise = np.round(0.02 * np.random.default_rng(7).standard_normal(2000), 4)

@@ -36,7 +36,7 @@ def controlled(tmp_path_factory: pytest.TempPathFactory) -> Experiment:
 
 
 def with_period(experiment: Experiment, factor: float) -> Experiment:
-    """Give the rig of one who takes the sample period for ``factor`` times as long as it is."""
+    """Return the rig of one who takes the sample period for ``factor`` times as long as it is."""
     wrong = Record(factor * experiment.record.time, experiment.record.channels, dict(experiment.record.meta))
     assembly = at_period(experiment.machine.assembly, factor * experiment.machine.assembly.sample_period)
     (found,) = build_experiments(Machine(assembly, experiment.machine.drive, experiment.machine.compare, {}, {}), [("run.csv", wrong)], [])

@@ -20,7 +20,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]
 
 
 def experiments(machine: Machine, record: Record, command: FloatArray) -> list[Experiment]:
-    """Give the rigs of two recordings in which the controller commanded something else."""
+    """Return the rigs of two recordings in which the controller commanded something else."""
     other = record.with_channel(VOLTAGE, "V", command)
     return build_experiments(machine, [("first.csv", other), ("second.csv", other)], [])
 

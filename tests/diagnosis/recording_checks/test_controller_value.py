@@ -26,7 +26,7 @@ def controlled(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Recor
 
 
 def with_value(machine: Machine, name: str, factor: float) -> tuple[Machine, float]:
-    """Give the machine of a lesson whose controller has another value, and the value that the recorded one has."""
+    """Return the machine of a lesson whose controller has another value, and the value that the recorded one has."""
     part, _, item = name.partition(".")
     true = next(one for one in machine.assembly.parts if one.name == part).parameters[item]
     parts = tuple(

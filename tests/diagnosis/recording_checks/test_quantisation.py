@@ -19,7 +19,7 @@ from tests.shipped_machine import shipped_machine
 
 
 def wander(samples: int = 5000) -> np.ndarray:
-    """Give a smooth path of some millimetres with noise of a micrometre."""
+    """Return a smooth path of some millimetres with noise of a micrometre."""
     time = np.linspace(0.0, 10.0, samples)
     return np.asarray(3e-3 * np.sin(time) + 1e-6 * np.random.default_rng(1).standard_normal(samples))
 
@@ -45,13 +45,13 @@ def test_a_few_levels_tell_nothing() -> None:
 
 
 def rounded(count: float, seed: int = 1) -> Record:
-    """Give the recording of a table whose encoder reads in whole ``count`` [m], where the lesson has 1 um."""
+    """Return the recording of a table whose encoder reads in whole ``count`` [m], where the lesson has 1 um."""
     pushed, place = (recording(noise=0.0, seed=seed)[name] for name in (FORCE, POSITION))
     return as_record({FORCE: ("N", pushed), POSITION: ("m", np.round(place / count) * count)})
 
 
 def read_in_counts(count: float) -> Experiment:
-    """Give the rig of such a table."""
+    """Return the rig of such a table."""
     (experiment,) = experiments(rounded(count), effects=(Quantisation,))
     return experiment
 

@@ -31,7 +31,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]
 
 
 def experiments(recorded: tuple[Machine, Record], *zeros: float) -> list[Experiment]:
-    """Give the rigs of recordings whose scale has its zero elsewhere [m]."""
+    """Return the rigs of recordings whose scale has its zero elsewhere [m]."""
     machine, record = recorded
     moved = [record.with_channel(SCALE, "m", record[SCALE] + zero) for zero in zeros]
     return build_experiments(

@@ -61,7 +61,7 @@ def test_every_effect_of_the_catalogue_is_written_with_units(name: str, registry
 
 
 def found_with(*effects: type) -> tuple[Experiment, Experiment, SearchResult]:
-    """Give a table that rubs, searched with an effect that has more to it than the rubbing."""
+    """Return a table that rubs, searched with an effect that has more to it than the rubbing."""
     experiment, validation = experiments(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2), effects=effects)
     return experiment, validation, search(experiment, validation, Method())
 

@@ -14,7 +14,7 @@ from tests.diagnosis.stand_ins import effect_of
 
 
 def trial(name: str, gain: float, score: float, family: str = "lag") -> Trial:
-    """Give a trial of one late value, and what it would come to with forces that may be slow."""
+    """Return a trial of one late value, and what it would come to with forces that may be slow."""
     candidate: Any = SimpleNamespace(
         name=name, part=name, at="x_axis", effect=effect_of(family), family=family, parameters=(f"{name}.delay",)
     )

@@ -22,7 +22,7 @@ LEVEL = 8.0
 
 
 def with_friction(push: float) -> tuple[Laboratory, Model, list[Trial]]:
-    """Give a table that rubs and is pushed a little besides, the friction in the model, and what a force that repeats does beside it."""
+    """Return a table that rubs and is pushed a little besides, the friction in the model, and what a force that repeats does beside it."""
     hidden = Hidden(dry=LEVEL, law=lambda v, q, t: push)
     first, second = experiments(*(recording(hidden, seed=seed, noise=0.0) for seed in (1, 2)), effects=(CoulombFriction, ForceOffset))
     laboratory = Laboratory(first, second, lambda text: None)

@@ -32,7 +32,7 @@ class AxisSignals:
     velocity: np.ndarray
 
     def channels(self) -> dict[str, np.ndarray]:
-        """Give the recordable channels by name."""
+        """Return the recordable channels by name."""
         return {"command": self.command, "encoder": self.encoder, "scale": self.scale, "current": self.current}
 
     @property

@@ -13,17 +13,17 @@ PROGRAM = "lathesim"
 
 
 def folder_beside(answers: Path, name: str) -> Path:
-    """Give where answers that are not those of the whole program are kept."""
+    """Return where answers that are not those of the whole program are kept."""
     return answers / _BELOW / name.replace(" ", "_")
 
 
 def others(answers: Path) -> dict[str, Path]:
-    """Give what has been answered beside the program, by name."""
+    """Return what has been answered beside the program, by name."""
     return {folder.name.replace("_", " "): folder for folder in sorted((answers / _BELOW).glob("*")) if folder.is_dir()}
 
 
 def groups(folders: Sequence[Path], answers: Path) -> list[dict[str, list[Score]]]:
-    """Give scores by name, in groups that answered the same cases; the program is in each, on those cases only."""
+    """Return scores by name, in groups that answered the same cases; the program is in each, on those cases only."""
     program = {score.case: score for score in scores_of(folders, answers)}
     made: dict[tuple[str, ...], dict[str, list[Score]]] = {}
     for name, folder in others(answers).items():
@@ -35,7 +35,7 @@ def groups(folders: Sequence[Path], answers: Path) -> list[dict[str, list[Score]
 
 
 def lines_of(group: dict[str, list[Score]]) -> list[tuple[str, ...]]:
-    """Give the table of a group: a head, and for each question that arises what each has measured and over how many."""
+    """Return the table of a group: a head, and for each question that arises what each has measured and over how many."""
     columns = [rows(scores) for scores in group.values()]
     lines: list[tuple[str, ...]] = [("question", *group)]
     for row in zip(*columns, strict=True):

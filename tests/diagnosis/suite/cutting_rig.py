@@ -53,7 +53,7 @@ class CuttingPhysics(NamedTuple):
 
 
 def simulate_cutting(physics: CuttingPhysics, feed: np.ndarray, depth: np.ndarray, speed: np.ndarray) -> np.ndarray:
-    """Give main, thrust and feed force [N], shape (3, samples), without noise; feed [m/rev], depth [m], speed [m/s] at 1 kHz."""
+    """Return main, thrust and feed force [N], shape (3, samples), without noise; feed [m/rev], depth [m], speed [m/s] at 1 kHz."""
     result: np.ndarray = _simulate(physics, feed, depth, speed)
     return result
 

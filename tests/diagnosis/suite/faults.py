@@ -10,7 +10,7 @@ CHANNEL = {"axis": "encoder", "spindle": "tachometer", "cutting": "main"}
 
 
 def spoil(rng: np.random.Generator, rig: str, fault: str, recording: Recording) -> tuple[Recording, dict[str, str]]:
-    """Give the recording with the fault in it and what an answer has to say: the fault, its channels and words that name it."""
+    """Return the recording with the fault in it and what an answer has to say: the fault, its channels and words that name it."""
     channel = CHANNEL[rig]
     time = recording.columns["time"][1]
     values = recording.columns[channel][1].copy()

@@ -14,7 +14,7 @@ from tests.diagnosis.suite.schedule import schedule
 
 
 def folder_of(out: Path, index: int) -> Path:
-    """Give the folder of a case; its name tells nothing of what it hides."""
+    """Return the folder of a case; its name tells nothing of what it hides."""
     return out / f"case_{index:03d}"
 
 
@@ -60,6 +60,6 @@ def _write_index(out: Path, folders: list[Path]) -> None:
 
 
 def largest_size(effect: dict[str, Any], recording: str = "") -> float:
-    """Give how far an effect of a truth moves a channel, in floors: in one recording, or in the one that shows it best."""
+    """Return how far an effect of a truth moves a channel, in floors: in one recording, or in the one that shows it best."""
     sizes = [size["largest"] for name, size in effect["size"].items() if not recording or name == recording]
     return max(sizes, default=0.0)

@@ -47,7 +47,7 @@ COMPARE = {
 
 
 def outputs(template: str) -> dict[str, str]:
-    """Give what the program calls each column: the output it is held against, or the input it drives."""
+    """Return what the program calls each column: the output it is held against, or the input it drives."""
     driven = {column: target for target, (column, _) in DRIVE[template].items()}
     return driven | {column: target for column, (target, _) in COMPARE[template].items()}
 
@@ -143,14 +143,14 @@ THE_DATA = ("clock_skew", "channel_shift", "scale_factor")
 
 
 def families(key: str) -> tuple[str, ...]:
-    """Give the families an answer may give for a hidden effect: its own, those of the other right names, and of the same equation."""
+    """Return the families an answer may give for a hidden effect: its own, those of the other right names, and of the same equation."""
     name = NAMES[key]
     own = [other.family for accepted in name.right for other in NAMES.values() if other.effect == accepted]
     return tuple(dict.fromkeys([name.family, *own, *_SAME_KIND.get(name.family, ())]))
 
 
 def indistinguishable(key: str, channels: tuple[str, ...]) -> tuple[str, ...]:
-    """Give what cannot be told from a hidden effect with the channels there are; naming one of them in a tie is then the best answer."""
+    """Return what cannot be told from a hidden effect with the channels there are; naming one of them in a tie is then the best answer."""
     same: list[str] = list(NAMES[key].ties) if key in NAMES else []
     if "current" not in channels:
         if key in ("gravity", "converter_offset"):
@@ -167,7 +167,7 @@ def indistinguishable(key: str, channels: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def lesson_text(told: Told, recording: str = "fit.csv") -> str:
-    """Give the lesson of a case as YAML."""
+    """Return the lesson of a case as YAML."""
     places = PLACES[told.template]
     settings = {**told.settings, **{k: v for k, v in told.given.items() if k != "coulomb"}}
     if told.template == "cascade_axis":

@@ -24,7 +24,7 @@ class Recording:
         np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt="%.10g")
 
     def with_values(self, name: str, values: np.ndarray) -> Recording:
-        """Give the recording with other values in one column."""
+        """Return the recording with other values in one column."""
         return Recording({**self.columns, name: (self.columns[name][0], values)})
 
 
@@ -77,7 +77,7 @@ class MadeCase:
 def sizes_of(
     with_it: dict[str, np.ndarray], without: dict[str, np.ndarray], slopes: list[dict[str, np.ndarray]], floor: dict[str, float]
 ) -> Sizes:
-    """Give the sizes from noise-free channels; ``slopes`` are the changes of the channels by one declared deviation of each value."""
+    """Return the sizes from noise-free channels; ``slopes`` are the changes of the channels by one declared deviation of each value."""
     channels = [c for c in floor if floor[c] > 0.0]
     difference = np.concatenate([(with_it[c] - without[c]) / floor[c] for c in channels])
     plain = {c: float(np.sqrt(np.mean(((with_it[c] - without[c]) / floor[c]) ** 2))) for c in channels}

@@ -120,7 +120,7 @@ def poor_course(rng: np.random.Generator, kind: str, stroke: float, top_speed: f
 
 
 def coloured_noise(rng: np.random.Generator, samples: int, deviation: float, corner: float) -> np.ndarray:
-    """Give first-order (Ornstein-Uhlenbeck) noise of the standard deviation and corner frequency [Hz]."""
+    """Return first-order (Ornstein-Uhlenbeck) noise of the standard deviation and corner frequency [Hz]."""
     keep = float(np.exp(-2.0 * np.pi * corner * PERIOD))
     white = rng.standard_normal(samples) * deviation * np.sqrt(1.0 - keep * keep)
     white[0] = rng.standard_normal() * deviation

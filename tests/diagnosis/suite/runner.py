@@ -43,7 +43,7 @@ class Job:
 
 
 def answer_file(answers: Path, case: str) -> Path:
-    """Give where the answer of a case is kept."""
+    """Return where the answer of a case is kept."""
     return answers / f"{case}.json"
 
 
@@ -57,7 +57,7 @@ def read_answer(answers: Path, case: str) -> dict[str, Any] | None:
 
 
 def chosen(cases: Path, only: str = "", number: int | None = None) -> list[Path]:
-    """Give the folders of the cases whose ``rig/category hidden`` has ``only`` in it, the first ``number`` of them."""
+    """Return the folders of the cases whose ``rig/category hidden`` has ``only`` in it, the first ``number`` of them."""
     folders = sorted(path.parent for path in cases.glob("case_*/truth.json"))
     if only:
         folders = [folder for folder in folders if only in f"{folder.name} {label(truth_of(folder))}"]
@@ -65,7 +65,7 @@ def chosen(cases: Path, only: str = "", number: int | None = None) -> list[Path]
 
 
 def label(truth: dict[str, Any]) -> str:
-    """Give the kind of a case and what it hides in a few words."""
+    """Return the kind of a case and what it hides in a few words."""
     hidden = "+".join(one["key"] for one in truth["effects"]) or (truth["fault"]["kind"] if truth["fault"] else "")
     return " ".join(part for part in (f"{truth['rig']}/{truth['category']}", truth["poor"], hidden) if part)
 
@@ -87,7 +87,7 @@ def run(
 
 
 def line(folder: Path, answer: Path) -> str:
-    """Give a case, what it hides, what was answered, right or wrong and the seconds in one line."""
+    """Return a case, what it hides, what was answered, right or wrong and the seconds in one line."""
     truth, told = truth_of(folder), json.loads(answer.read_text(encoding="utf-8"))
     made = score(folder.name, truth, told)
     verdict = f"WRONG ({', '.join(made.missed)})" if made.missed else ("right" if made.asked else "not asked")
@@ -159,7 +159,7 @@ class _Worker:
 
 
 def _finished(waiting: Sequence[Job], jobs: int, limit: float, work: Callable[[Job], None]) -> Iterator[Job]:
-    """Give the jobs as they are done; a worker that takes too long or dies is replaced, and the answer says so."""
+    """Return the jobs as they are done; a worker that takes too long or dies is replaced, and the answer says so."""
     left, workers = list(waiting), [_started(work) for _ in range(min(jobs, len(waiting)))]
     try:
         while left or any(worker.job for worker in workers):

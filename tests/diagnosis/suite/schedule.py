@@ -80,7 +80,7 @@ def _all() -> list[Entry]:
 
 
 def schedule(seed: int) -> list[Entry]:
-    """Give every case of the suite, in an order that mixes the categories: any first N of it are a small suite."""
+    """Return every case of the suite, in an order that mixes the categories: any first N of it are a small suite."""
     rng = np.random.default_rng([seed, 999])
     groups: dict[str, list[Entry]] = {}
     for entry in _all():
@@ -93,5 +93,5 @@ def schedule(seed: int) -> list[Entry]:
 
 
 def counts(entries: list[Entry]) -> dict[str, int]:
-    """Give the number of cases per category."""
+    """Return the number of cases per category."""
     return {name: len(list(group)) for name, group in itertools.groupby(sorted(e.category for e in entries))}

@@ -91,7 +91,7 @@ def score(case: str, truth: dict[str, Any], told: dict[str, Any]) -> Score:
 
 
 def named(answer: dict[str, Any]) -> list[dict[str, Any]]:
-    """Give the effects an answer names, the surest first; an answer that says it does not know names none."""
+    """Return the effects an answer names, the surest first; an answer that says it does not know names none."""
     return list(answer.get("effects") or []) if answer.get("verdict") in NAMING else []
 
 
@@ -140,7 +140,7 @@ def _score_names(made: Score, truth: dict[str, Any], answer: dict[str, Any]) -> 
 
 
 def _without_means(effects: list[dict[str, Any]], given: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Give the named effects without the mean that an uneven effect of the truth has, where that is named as well: it is there."""
+    """Return the named effects without the mean that an uneven effect of the truth has, where that is named as well: it is there."""
     means = {true.get("mean") for true in effects if any(matches(true, one) for one in given)}
     means -= {name for true in effects for name in true["right"]}
     return [one for one in given if one.get("effect") not in means]
@@ -185,7 +185,7 @@ def _quantity(entry: dict[str, Any]) -> tuple[float, float | None, float | None]
 
 
 def removed_by_fit(truth: dict[str, Any], answer: dict[str, Any]) -> float | None:
-    """Give the share of the variance above the true noise that the answer's own before and after remove, held out.
+    """Return the share of the variance above the true noise that the answer's own before and after remove, held out.
 
     Over the channels in the lesson's own simulation, and over what two channels say together (a scale less the encoder, a current less the
     command), where the load that moves both of them is no noise.
@@ -203,7 +203,7 @@ def removed_by_fit(truth: dict[str, Any], answer: dict[str, Any]) -> float | Non
 
 
 def _of_differences(truth: dict[str, Any], answer: dict[str, Any]) -> tuple[float, float]:
-    """Give what is missing before and after at a channel that another one foretells, above the true noise of their difference."""
+    """Return what is missing before and after at a channel that another one foretells, above the true noise of their difference."""
     noise = truth["floors"].get("validate", {})
     before = after = 0.0
     for item in answer.get("missing") or []:
@@ -242,7 +242,7 @@ def _score_poor(made: Score, truth: dict[str, Any], answer: dict[str, Any], seco
 
 
 def summary(answer: dict[str, Any]) -> str:
-    """Give an answer in a line."""
+    """Return an answer in a line."""
     if "verdict" not in answer:
         return "no answer"
     told = []

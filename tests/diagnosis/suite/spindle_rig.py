@@ -55,7 +55,7 @@ class SpindlePhysics(NamedTuple):
 def simulate_spindle(
     physics: SpindlePhysics, wanted: np.ndarray, load: np.ndarray, disturbance: np.ndarray, noise: np.ndarray, torque: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Give torque command [N*m], encoder angle [rad] and tachometer voltage [V].
+    """Return torque command [N*m], encoder angle [rad] and tachometer voltage [V].
 
     With ``torque`` empty the speed loop follows ``wanted`` [rad/s]; else that torque is played. ``load`` is the known load torque against
     positive rotation, ``disturbance`` what nobody measured [N*m], ``noise`` standard normal (2, samples).

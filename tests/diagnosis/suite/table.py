@@ -30,7 +30,7 @@ class Row:
 
 
 def wilson(good: int, number: int) -> tuple[float, float]:
-    """Give the 95 % interval of a share after Wilson, J. Am. Stat. Assoc. 22 (1927)."""
+    """Return the 95 % interval of a share after Wilson, J. Am. Stat. Assoc. 22 (1927)."""
     if number == 0:
         return 0.0, 1.0
     share, squared = good / number, NORMAL_95**2
@@ -40,14 +40,14 @@ def wilson(good: int, number: int) -> tuple[float, float]:
 
 
 def quantile_interval(values: Sequence[float], level: float) -> tuple[float, float]:
-    """Give the 95 % interval of a quantile from the order statistics (binomial, free of a distribution)."""
+    """Return the 95 % interval of a quantile from the order statistics (binomial, free of a distribution)."""
     ordered, number = sorted(values), len(values)
     low, high = int(binom.ppf(0.025, number, level)) - 1, int(binom.ppf(0.975, number, level))
     return ordered[max(low, 0)] if low >= 0 else -math.inf, ordered[high] if high < number else math.inf
 
 
 def rows(scores: Sequence[Score]) -> list[Row]:
-    """Give the lines of the table."""
+    """Return the lines of the table."""
     rights: list[tuple[str, str, float | None, Callable[[Score], bool | None]]] = [
         ("false alarms: a name where nothing is hidden", "at most 1 %", -0.01, lambda s: s.false_alarm),
         ("sound machines called sound, or only values off", "", None, lambda s: s.quiet),
@@ -112,12 +112,12 @@ def _quantile(
 
 
 def misses(scores: Sequence[Score]) -> list[str]:
-    """Give every miss: the case, what is hidden and what was answered."""
+    """Return every miss: the case, what is hidden and what was answered."""
     return [f"{s.case} {s.rig}/{s.category} [{', '.join(s.missed)}] hidden: {s.truth}; answer: {s.answer}" for s in scores if s.missed]
 
 
 def small(scores: Sequence[Score]) -> list[str]:
-    """Give the cases that need not be found, being too small: they are shown and not counted."""
+    """Return the cases that need not be found, being too small: they are shown and not counted."""
     return [f"{s.case} {s.rig}/{s.category} hidden: {s.truth}; answer: {s.answer}" for s in scores if not s.asked]
 
 
@@ -147,7 +147,7 @@ def _plain(lines: Sequence[Row]) -> list[str]:
 
 
 def as_markdown(scores: Sequence[Score]) -> str:
-    """Give table and misses as Markdown."""
+    """Return table and misses as Markdown."""
     lines = ["| question | asked | measured | 95 % interval | over | |", "|---|---|---|---|---|---|"]
     lines += [f"| {row.question} | {row.asked} | {row.measured} | {row.interval} | {row.over} | {_mark(row)} |" for row in rows(scores)]
     missed = misses(scores)

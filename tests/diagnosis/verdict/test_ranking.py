@@ -31,7 +31,7 @@ def trials() -> dict[str, Trial]:
 
 
 def gaining(trial: Trial, nats: float) -> Trial:
-    """Give the trial with other gains on both recordings, in the band of the motion and beyond."""
+    """Return the trial with other gains on both recordings, in the band of the motion and beyond."""
     names = [field.name for field in dataclasses.fields(trial) if field.name.endswith("gain")]
     return dataclasses.replace(trial, **dict.fromkeys(names, nats))  # type: ignore[arg-type]
 

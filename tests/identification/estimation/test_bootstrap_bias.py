@@ -20,7 +20,7 @@ RUBBING = "insert: [{effect: CoulombFriction, at: x_axis, level: 20 N}]\n"
 
 
 def replayed(folder: Path, noise: str) -> tuple[Experiment, Fitted]:
-    """Give a controlled axis that rubs, with a recording of it, and its values fitted to that."""
+    """Return a controlled axis that rubs, with a recording of it, and its values fitted to that."""
     case = folder / f"case_{noise}"
     asked = ["--effect", "none", "--seed", "3", "--noise", noise, "--out", str(case)]
     assert run_command_line(["conceal", str(write_lesson(folder, extra=RUBBING)), *asked]) == 0

@@ -16,7 +16,7 @@ def test_two_values_of_which_only_the_sum_shows_are_as_unsure_as_beforehand() ->
 
 
 def fitted(misfit: float, seed: int) -> tuple[float, float]:
-    """Give error and standard error of a line's size fitted to white noise and a misfit that is slow over the frequencies."""
+    """Return error and standard error of a line's size fitted to white noise and a misfit that is slow over the frequencies."""
     random = np.random.default_rng(seed)
     numbers = 4000
     slopes = np.column_stack([np.ones(numbers), np.tile(np.linspace(-1.0, 1.0, numbers // 2), 2)])

@@ -157,7 +157,7 @@ def test_a_wave_of_negative_size_is_the_same_wave_half_a_turn_on() -> None:
 
 
 def told_of_a_product(given: float, uncertainty: float, noise: float) -> Fitted:
-    """Give a fit of two values of which a recording tells only the product, both known beforehand."""
+    """Return a fit of two values of which a recording tells only the product, both known beforehand."""
     free = tuple(Free(name, given, uncertainty, uncertainty=uncertainty, given=given) for name in ("first", "second"))
     slope = np.array([given, given]) / noise
     information = np.outer(slope, slope) + np.eye(2) / uncertainty**2

@@ -15,7 +15,7 @@ CHANGE, WARMING = -120.0, 2.0
 
 
 def after(warmed: float) -> Law:
-    """Give grease that thins [N], of a table that has been running for some time [s]."""
+    """Return grease that thins [N], of a table that has been running for some time [s]."""
     return lambda speed, place, time: CHANGE * (1.0 - math.exp(-(time + warmed) / WARMING)) * speed
 
 

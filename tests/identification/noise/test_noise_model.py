@@ -28,7 +28,7 @@ MASS_KICK = (0.2 * (1.0 - FADING ** np.arange(SAMPLES)))[None, :]
 
 
 def shaped(impulse_responses: FloatArray, motion: FloatArray, floor: float, period: float, **kinds: Any) -> NoiseShapes:
-    """Give the shapes of a channel that is differenced as often as suits its response."""
+    """Return the shapes of a channel that is differenced as often as suits its response."""
     return noise_shapes(impulse_responses, motion, floor, period, differences(impulse_responses, period), **kinds)
 
 

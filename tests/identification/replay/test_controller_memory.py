@@ -40,13 +40,13 @@ def recorded(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
 
 
 def from_sample(record: Record, first: int) -> Record:
-    """Give what a recorder has that was switched on late: its time begins at zero then."""
+    """Return what a recorder has that was switched on late: its time begins at zero then."""
     channels = {name: replace(channel, values=channel.values[first:]) for name, channel in record.channels.items()}
     return Record(record.time[: len(record) - first], channels, dict(record.meta))
 
 
 def unexplained(experiment: Experiment) -> float:
-    """Give the share of the command that a replay of its controller leaves."""
+    """Return the share of the command that a replay of its controller leaves."""
     row = experiment.machine.compare.index(VOLTAGE)
     return float(np.std(experiment.sensed.one({})[row]) / np.std(experiment.record[VOLTAGE]))
 

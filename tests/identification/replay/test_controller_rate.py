@@ -27,7 +27,7 @@ def axis(tmp_path_factory: pytest.TempPathFactory) -> tuple[Assembly, Record]:
 
 
 def every_second(axis: tuple[Assembly, Record], decisions: int) -> Experiment:
-    """Give the rig of a log that holds every second row, taken for one of controllers that decide so often for each."""
+    """Return the rig of a log that holds every second row, taken for one of controllers that decide so often for each."""
     assembly, record = axis
     channels = {name: replace(channel, values=channel.values[::2]) for name, channel in record.channels.items()}
     slow = Record(record.time[::2], channels)

@@ -31,7 +31,7 @@ REFERENCE, SPEED = "controller.reference", "spindle.speed"
 
 
 def spindle() -> Assembly:
-    """Give a spindle whose speed is read in steps of 20 rpm."""
+    """Return a spindle whose speed is read in steps of 20 rpm."""
     parts = (
         Part("tachometer", Tachometer),
         Part("adc", ADConverter.with_units({"signal": "rad/s"}), {"bits": 10.0}),

@@ -18,7 +18,7 @@ Error = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 def seen_with(error: Error, seeds: tuple[int, int] = (1, 2)) -> SearchResult:
-    """Give what a search finds in two recordings of a table whose encoder has an error."""
+    """Return what a search finds in two recordings of a table whose encoder has an error."""
     records = []
     for seed in seeds:
         pushed = force(2000, seed)
@@ -34,7 +34,7 @@ def wave(place: FloatArray, second: float, third: float) -> FloatArray:
 
 
 def values(found: SearchResult) -> dict[str, float]:
-    """Give the values of the one effect that was found."""
+    """Return the values of the one effect that was found."""
     (candidate,) = found.model.candidates
     return {name.partition(".")[2]: found.model.fitted.by_name[name] for name in candidate.parameters}
 

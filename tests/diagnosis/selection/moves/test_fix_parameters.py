@@ -50,7 +50,7 @@ def test_a_friction_keeps_the_values_that_the_recordings_need(hidden: Hidden, ne
 
 
 def passes(seed: int) -> Record:
-    """Give a recording of passes at speeds from 1 to 4 m/s, in which the force falls straight over them and no hump is anywhere near."""
+    """Return a recording of passes at speeds from 1 to 4 m/s, in which the force falls straight over them and no hump is anywhere near."""
     rng = np.random.default_rng(seed)
     speed = np.repeat(rng.uniform(1.0, 4.0, 12), 200)
     depth = np.where(np.arange(2400) % 200 < 40, 0.0, 1e-3)

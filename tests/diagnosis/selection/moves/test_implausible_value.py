@@ -10,7 +10,7 @@ from tests.diagnosis.pushed_table import MASS, Hidden, experiments, machine, rec
 
 
 def found_with(mass: float, sure: float, *effects: type[Effect]) -> SearchResult:
-    """Give what is found of a table of another mass, where the lesson is so sure of it."""
+    """Return what is found of a table of another mass, where the lesson is so sure of it."""
     hidden = Hidden(mass=mass)
     return search(*experiments(recording(hidden, seed=1), recording(hidden, seed=2), effects=effects, of=machine(sure=sure)))
 

@@ -66,7 +66,7 @@ def test_a_rival_that_does_better_beside_the_rest_takes_the_place(monkeypatch: p
 
 
 def disc(name: str, *shape: str) -> Any:
-    """Give an effect that may have a second harmonic, with the values it has of that."""
+    """Return an effect that may have a second harmonic, with the values it has of that."""
     one = candidate(name, "once per turn")
     one.effect.identification = replace(one.effect.identification, extended=("second_sine",))
     one.parameters = (f"{one.part}.amplitude", *(f"{one.part}.{item}" for item in shape))

@@ -22,7 +22,7 @@ def uneven(v: float, q: float, t: float) -> float:
 
 
 def grown(hidden: Hidden) -> tuple[Laboratory, SearchResult]:
-    """Give what a search would hold where the friction with more values had come in first, with the simple one as a rival."""
+    """Return what a search would hold where the friction with more values had come in first, with the simple one as a rival."""
     first, second = experiments(
         recording(hidden, seed=1), recording(hidden, seed=2), effects=(CoulombFriction, AsymmetricFriction, ForceOffset)
     )

@@ -110,7 +110,7 @@ def _answer(effects: list[Given], *, outside: bool = False) -> dict[str, Any]:
 
 
 def _parameters(model: Fit, one: Candidate) -> dict[str, tuple[float, float]]:
-    """Give the catalogue's parameters with their standard errors; two own ones are sine and cosine of an amplitude."""
+    """Return the catalogue's parameters with their standard errors; two own ones are sine and cosine of an amplitude."""
     found = {}
     for name, own in one.told.items():
         values = [model.values[item] for item in own]

@@ -92,7 +92,7 @@ def _wave(sine: float, cosine: float, period: float, place: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def simulate_axis_numbers(p: AxisNumbers, reference: np.ndarray, start: float) -> np.ndarray:
-    """Give command [V], encoder, scale [m] and current [A] along a reference [m], from rest at ``start``; shape (4, samples)."""
+    """Return command [V], encoder, scale [m] and current [A] along a reference [m], from rest at ``start``; shape (4, samples)."""
     samples = reference.shape[0]
     out = np.zeros((4, samples))
     h = PERIOD / STEPS

@@ -70,14 +70,14 @@ class CuttingBox(_Box):
 
 
 def box_of(case: Case, columns: dict[str, np.ndarray]) -> AxisBox | SpindleBox | CuttingBox:
-    """Give the grey box of a case with one of its recordings."""
+    """Return the grey box of a case with one of its recordings."""
     if case.template == "cascade_axis":
         return AxisBox(case, columns)
     return SpindleBox(case, columns) if case.template == "torque_spindle" else CuttingBox(case, columns)
 
 
 def candidates_of(case: Case) -> list[Candidate]:
-    """Give the candidates of a case; where an effect repeats, the recording's strongest wavelengths are the starts."""
+    """Return the candidates of a case; where an effect repeats, the recording's strongest wavelengths are the starts."""
     return {"cascade_axis": _axis, "torque_spindle": _spindle, "cutting_process": _cutting}[case.template](case)
 
 

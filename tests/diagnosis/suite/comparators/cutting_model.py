@@ -25,13 +25,13 @@ class Cut:
         self.cut_time = np.r_[0.0, np.cumsum(self.cuts)[:-1]] * PERIOD
 
     def warmth(self, time_constant: float) -> np.ndarray:
-        """Give what goes to 1 in the cut and back to 0 out of it."""
+        """Return what goes to 1 in the cut and back to 0 out of it."""
         keep = float(np.exp(-PERIOD / max(time_constant, 1e-4)))
         return np.asarray(lfilter([0.0, 1.0 - keep], [1.0, -keep], self.cuts.astype(float)))
 
 
 def simulate_cut(cut: Cut, value: Mapping[str, float]) -> np.ndarray:
-    """Give main, thrust and feed force [N], shape (3, samples); effects that ``value`` does not name are absent."""
+    """Return main, thrust and feed force [N], shape (3, samples); effects that ``value`` does not name are absent."""
     get = value.get
     stress = value["specific_force"] * np.ones_like(cut.area)
     if get("exponent"):

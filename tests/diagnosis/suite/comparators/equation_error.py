@@ -19,7 +19,7 @@ THINNED = 5
 
 
 def filtered(values: np.ndarray, corner: float = CORNER, derivatives: int = 0) -> np.ndarray:
-    """Give a signal low-passed forward and backward, differentiated, every fifth sample without the ends."""
+    """Return a signal low-passed forward and backward, differentiated, every fifth sample without the ends."""
     kept = sosfiltfilt(butter(4, corner, fs=1.0 / PERIOD, output="sos"), values)
     for _ in range(derivatives):
         kept = np.gradient(kept, PERIOD)
@@ -27,12 +27,12 @@ def filtered(values: np.ndarray, corner: float = CORNER, derivatives: int = 0) -
 
 
 def held(values: np.ndarray) -> np.ndarray:
-    """Give the mean of a signal that is held over each sample, at the sample instants."""
+    """Return the mean of a signal that is held over each sample, at the sample instants."""
     return 0.5 * (values + np.r_[values[:1], values[:-1]])
 
 
 def axis_signals(case: Case, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Give motion and residuals of an axis: ``force`` [N], ``drive`` [A] with a current, ``screw`` [m] with a scale."""
+    """Return motion and residuals of an axis: ``force`` [N], ``drive`` [A] with a current, ``screw`` [m] with a scale."""
     given = case.given
     x, v, a = (filtered(columns["encoder"], derivatives=order) for order in range(3))
     u = filtered(held(columns["command"]))
@@ -55,7 +55,7 @@ def axis_signals(case: Case, columns: dict[str, np.ndarray]) -> dict[str, np.nda
 
 @njit(cache=True)
 def since_reversal(position: np.ndarray, band: float = 3e-6) -> np.ndarray:
-    """Give the signed distance since the motion last turned round by more than ``band``."""
+    """Return the signed distance since the motion last turned round by more than ``band``."""
     out = np.zeros_like(position)
     turned, extreme, direction = position[0], position[0], 0.0
     for k in range(len(position)):
@@ -70,7 +70,7 @@ def since_reversal(position: np.ndarray, band: float = 3e-6) -> np.ndarray:
 
 
 def spindle_signals(case: Case, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Give motion and residuals of a spindle: ``force`` [N*m] and ``tacho`` [rad/s], the tachometer's speed less the encoder's."""
+    """Return motion and residuals of a spindle: ``force`` [N*m] and ``tacho`` [rad/s], the tachometer's speed less the encoder's."""
     given = case.given
     angle, speed, rate = (filtered(columns["encoder"], derivatives=order) for order in range(3))
     torque, load = filtered(held(columns["torque"])), filtered(held(columns["load"]))
@@ -85,7 +85,7 @@ def spindle_signals(case: Case, columns: dict[str, np.ndarray]) -> dict[str, np.
 def strongest_periods(
     place: np.ndarray, residual: np.ndarray, low: float, high: float, number: int = 2, beside: np.ndarray | None = None
 ) -> list[float]:
-    """Give the wavelengths over ``place`` at which sine and cosine explain most of a residual, the strongest first.
+    """Return the wavelengths over ``place`` at which sine and cosine explain most of a residual, the strongest first.
 
     ``beside`` (columns) is taken out first: what other terms explain is no wave.
     """

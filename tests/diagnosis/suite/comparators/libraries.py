@@ -29,7 +29,7 @@ _STILL, _STILL_SPINDLE = 4e-4, 0.5
 
 
 def residuals_of(case: Case) -> list[Residual]:
-    """Give the residuals of a case with their libraries."""
+    """Return the residuals of a case with their libraries."""
     return {"cascade_axis": _axis, "torque_spindle": _spindle, "cutting_process": _cutting}[case.template](case, case.fitted)
 
 
@@ -38,7 +38,7 @@ def _rms(values: np.ndarray) -> float:
 
 
 def _moving(residual: Residual, moving: np.ndarray) -> Residual:
-    """Give a force residual without the samples at rest and what the filter smears of it, where dry friction is whatever holds."""
+    """Return a force residual without the samples at rest and what the filter smears of it, where dry friction is whatever holds."""
     moving = np.convolve(~moving, np.ones(2 * SMEARED + 1), mode="same") < 0.5
     if np.sum(moving) < 500:
         return residual
@@ -52,20 +52,20 @@ def _thin(columns: Iterable[np.ndarray]) -> np.ndarray:
 
 
 def _lagged(values: np.ndarray, time: float) -> np.ndarray:
-    """Give a signal behind a first-order lag."""
+    """Return a signal behind a first-order lag."""
     keep = float(np.exp(-PERIOD / time))
     return np.asarray(lfilter([1.0 - keep], [1.0, -keep], values - values[0])) + values[0]
 
 
 def _late(values: np.ndarray, time: float) -> np.ndarray:
-    """Give a signal later by a time."""
+    """Return a signal later by a time."""
     grid = np.arange(len(values)) * PERIOD
     return np.asarray(np.interp(grid - time, grid, values))
 
 
 @njit(cache=True)
 def _second_order(values: np.ndarray, time: float) -> np.ndarray:
-    """Give a signal behind a second-order loop of damping 0.7 (semi-implicit steps)."""
+    """Return a signal behind a second-order loop of damping 0.7 (semi-implicit steps)."""
     h, out = PERIOD / time, np.zeros(len(values))
     place, rate = values[0], 0.0
     for k in range(len(values)):
@@ -78,7 +78,7 @@ def _second_order(values: np.ndarray, time: float) -> np.ndarray:
 
 @njit(cache=True)
 def _play(values: np.ndarray, width: float) -> np.ndarray:
-    """Give how far what follows with play is from what leads."""
+    """Return how far what follows with play is from what leads."""
     out, behind, half = np.zeros(len(values)), values[0], 0.5 * width
     for k in range(len(values)):
         behind = min(max(behind, values[k] - half), values[k] + half)

@@ -115,7 +115,7 @@ def _thinned(box: GreyBox, model: Fit) -> Fit:
 
 
 def promises(box: GreyBox, model: Fit, candidates: Sequence[Candidate]) -> list[tuple[float, Candidate, dict[str, float]]]:
-    """Give for each candidate what its responses, beside those of the free values, would gain linearly, and from where to start."""
+    """Return for each candidate what its responses, beside those of the free values, would gain linearly, and from where to start."""
     weights = 1.0 / _rms(model.residual)[:, None]
     flat = (model.residual * weights).ravel()
     free = np.array([(slope * weights).ravel() for slope in model.slopes.values()]).T.reshape(flat.size, -1)
@@ -201,7 +201,7 @@ def _slopes(
     names: Sequence[str], values: np.ndarray, residual: np.ndarray, scale: np.ndarray, high: np.ndarray, known: Mapping[str, np.ndarray],
     residual_of: Callable[[np.ndarray], np.ndarray],
 ) -> list[np.ndarray]:  # fmt: skip
-    """Give what each value changes in the channels (channels, samples), by one-sided differences that stay within the bounds."""
+    """Return what each value changes in the channels (channels, samples), by one-sided differences that stay within the bounds."""
     slopes = []
     for place, name in enumerate(names):
         if name in known:

@@ -60,7 +60,7 @@ class _Grams:
         self.blocks = np.array([block.T @ block for block in np.array_split(table, BLOCKS)])
 
     def missed(self, gram: np.ndarray, names: Sequence[str]) -> tuple[float, np.ndarray]:
-        """Give the squared residual with the baseline and some terms fitted, and by how much more it is without each of the terms.
+        """Return the squared residual with the baseline and some terms fitted, and by how much more it is without each of the terms.
 
         With G the inner products and b the coefficients, leaving out the columns S costs b_S' ((G^-1)_SS)^-1 b_S.
         """
@@ -79,7 +79,7 @@ class _Grams:
 
 
 def active(residual: Residual) -> dict[str, float]:
-    """Give the terms that survive in most draws, with the share of the residual that each removes beside the others."""
+    """Return the terms that survive in most draws, with the share of the residual that each removes beside the others."""
     grams = _Grams(residual)
     whole = grams.blocks.sum(axis=0)
     chosen = thresholded(grams, whole)
@@ -111,7 +111,7 @@ def thresholded(grams: _Grams, gram: np.ndarray) -> list[str]:
 
 
 def sparse_terms(residuals: Sequence[Residual]) -> list[tuple[str, tuple[str, ...]]]:
-    """Give the keys of the effects whose terms are active in any residual, with their ties, the one that explains most first."""
+    """Return the keys of the effects whose terms are active in any residual, with their ties, the one that explains most first."""
     found: dict[str, float] = {}
     ties: dict[str, tuple[str, ...]] = {}
     for residual in residuals:

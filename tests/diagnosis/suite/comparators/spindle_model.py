@@ -42,7 +42,7 @@ class SpindleNumbers(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def simulate_spindle_numbers(p: SpindleNumbers, torque: np.ndarray, load: np.ndarray) -> np.ndarray:
-    """Give encoder angle [rad] and tachometer voltage [V], shape (2, samples)."""
+    """Return encoder angle [rad] and tachometer voltage [V], shape (2, samples)."""
     samples = torque.shape[0]
     out = np.zeros((2, samples))
     h = PERIOD / STEPS
