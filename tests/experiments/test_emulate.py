@@ -116,11 +116,14 @@ def test_stopped_emulation_keeps_the_best_machine_so_far(
         return costs(objective, points)
 
     monkeypatch.setattr(Objective, "costs", interrupted_in_the_third)
+    # A shell starts its background jobs with Ctrl-C ignored, and children inherit that.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     done = call(
         capsys,
         "emulate", LESSON, short, "--method", "genetic", "--population", "8", "--free", "x_controller.loop_gain,x_element_1.gain",
         "--out", tmp_path / "e",
     )  # fmt: skip
+    signal.signal(signal.SIGINT, before)
     assert done.code == 130, done.err
     assert len(populations) == 3
     assert "Stopped: this is the best machine so far." in done.out

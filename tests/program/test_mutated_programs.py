@@ -117,4 +117,5 @@ def test_a_long_program_is_laid_in_proportion(tmp_path: Path) -> None:
         return time.process_time() - begun
 
     seconds(500)
-    assert seconds(8_000) < 8.0 * seconds(2000)
+    # the least of three: a busy machine makes any single one longer
+    assert min(seconds(8_000) for _ in range(3)) < 8.0 * min(seconds(2_000) for _ in range(3))
