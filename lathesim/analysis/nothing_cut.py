@@ -53,13 +53,20 @@ def nothing_cut(record: Record) -> str:
     sign = sign_of_cutting(record)
     if sign is None or was_cut(record) or not len(record):
         return ""
-    return f"{NOTHING_CUT}: {_only_rapids(record) or _without_chips(record) or _beside(record) or _unseen(sign)}."
+    return f"{NOTHING_CUT}: {_told(record) or _unseen(sign)}."
+
+
+def _told(record: Record) -> str:
+    """Return the first cause that holds; where the program leads the tool comes before what the axes did."""
+    return _no_feed(record) or _led_beside(record) or _only_rapids(record) or _without_chips(record) or _never_there(record)
+
+
+def _no_feed(record: Record) -> str:
+    feeding = find_channel(record, "interpolator.cutting_block", ".cutting_block")
+    return "" if feeding is None or (record[feeding] > 0.5).any() else f"every move of the program is a rapid one; {_AT_FEED}"
 
 
 def _only_rapids(record: Record) -> str:
-    feeding = find_channel(record, "interpolator.cutting_block", ".cutting_block")
-    if feeding is not None and not (record[feeding] > 0.5).any():
-        return f"every move of the program is a rapid one; {_AT_FEED}"
     touching, engaged = find_channel(record, ".rapid_contact"), find_channel(record, ".engaged")
     if touching is None or engaged is None or (record[engaged] > 0.5).any() or not (record[touching] > 0.5).any():
         return ""
@@ -78,21 +85,26 @@ def _without_chips(record: Record) -> str:
     return f"the tool touches the stock {_line(record, first)} and never feeds into it; let a move at feed go into the material"
 
 
-def _beside(record: Record) -> str:
-    """Tell where the tool is nearest to the stock, in the blocks run at feed: as the program leads it, else as the axes went."""
+def _led_beside(record: Record) -> str:
+    """Return where the program leads the tool nearest to the stock in the blocks run at feed; empty where it leads it in."""
     stock = RawStock.of(record)
-    if stock is None:
-        return ""
     x, z = (
         find_channel(record, "interpolator.x_reference", ".x_reference"),
         find_channel(record, "interpolator.z_reference", ".z_reference"),
     )
-    if x is not None and z is not None:
-        programmed = _nearest(record, stock, record[x], record[z])
-        if programmed.distance > 0.0:
-            return (
-                f"the program leads the tool no nearer to the stock than {programmed.told(record)}; take it to {_remedy(stock, programmed)}"
-            )
+    if stock is None or x is None or z is None:
+        return ""
+    programmed = _nearest(record, stock, record[x], record[z])
+    if programmed.distance == 0.0:
+        return ""
+    return f"the program leads the tool no nearer to the stock than {programmed.told(record)}; take it to {_remedy(stock, programmed)}"
+
+
+def _never_there(record: Record) -> str:
+    """Return where the axes are nearest to the stock in the blocks run at feed."""
+    stock = RawStock.of(record)
+    if stock is None:
+        return ""
     reached = _nearest(record, stock, record[stock.x], record[stock.z])
     remedy = f"see how {stock.x} and {stock.z} follow their references"
     return f"the tool comes no nearer to the stock than {reached.told(record)}, though the program leads it there; {remedy}"

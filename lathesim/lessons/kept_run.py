@@ -14,6 +14,7 @@ from lathesim.analysis.nothing_cut import nothing_cut
 from lathesim.engine.run import Sink
 from lathesim.errors import RecordError, SimulationError
 from lathesim.lessons.grading import GoalResult, judge
+from lathesim.lessons.run_warnings import run_warnings
 from lathesim.lessons.simulate import Prepared, run_prepared
 from lathesim.plugins import Registry
 from lathesim.record import Record
@@ -36,6 +37,8 @@ class KeptRun:
     """A sentence where the run is complete and the tool touched nothing, else empty."""
     failure: str
     """The sentence of what broke, empty where nothing did."""
+    warned: tuple[str, ...] = ()
+    """What could have been told before the run, see :func:`lathesim.lessons.run_warnings.run_warnings`."""
 
     @property
     def stopped(self) -> bool:
@@ -87,7 +90,7 @@ def run_and_keep(
     measurements = measure(record, registry.metrics)
     goals = tuple(judge(case.case.lesson.settings.goals, measurements.values, measurements.skipped))
     told = nothing_cut(record) if record.status == "complete" else ""
-    return KeptRun(case, record, path, measurements, goals, told, failure)
+    return KeptRun(case, record, path, measurements, goals, told, failure, run_warnings(case.case, case.plan))
 
 
 def _make_folder(path: Path) -> None:

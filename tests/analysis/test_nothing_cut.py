@@ -95,6 +95,12 @@ OTHERWISE = {
 }
 
 
+def test_where_the_program_leads_the_tool_is_told_before_what_a_rapid_touched() -> None:
+    x, z = BESIDE["too far out"][0]
+    told = nothing_cut(passing(x, z, cutting__rapid_contact=[1.0, 0.0, 0.0, 0.0]))
+    assert "the program leads the tool no nearer to the stock than 7 mm" in told
+
+
 @pytest.mark.parametrize("kind", OTHERWISE)
 def test_other_ways_to_cut_nothing(kind: str) -> None:
     changed, told = OTHERWISE[kind]

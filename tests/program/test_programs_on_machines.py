@@ -9,6 +9,7 @@ import pytest
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.program_path import program_of, program_warnings
 from lathesim.lessons.raw_stock import raw_stock
+from lathesim.lessons.run_warnings import run_warnings
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
 from tests.cli.command import call
@@ -57,3 +58,17 @@ def test_a_run_tells_it_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixtur
     said = call(capsys, "run", str(lesson(tmp_path, program=short)), "--no-plots", "--plain")
     assert said.code == 0
     assert "turn.nc:3: The rapid goes into the stock" in said.err
+
+
+def test_an_axis_that_does_not_stand_where_the_program_starts_is_told(tmp_path: Path) -> None:
+    prepared = prepare(load_lesson(lesson(tmp_path)), load_registry(), None, {"z_axis.travel": "10 mm"})
+    assert [sentence.partition("turn.nc")[2] for sentence in run_warnings(prepared.case, prepared.plan) if "starts at" in sentence] == [
+        ": the program starts at X40 mm (radius), and the axis stands at 0 mm. "
+        "Set x_axis.travel: 40 mm in the lesson, or give start_point.",
+    ]
+
+
+def test_axes_that_stand_where_the_program_starts_are_not_told(tmp_path: Path) -> None:
+    there = {"x_axis.travel": "40 mm", "z_axis.travel": "10 mm"}
+    prepared = prepare(load_lesson(lesson(tmp_path)), load_registry(), None, there)
+    assert not [sentence for sentence in run_warnings(prepared.case, prepared.plan) if "starts at" in sentence]

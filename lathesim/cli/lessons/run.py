@@ -79,12 +79,9 @@ def run(
 
 def _tell_odd_programs(prepared: list[Prepared]) -> None:
     """Print what is odd in the programs of machines that cut, once each."""
-    from lathesim.lessons.program_path import program_warnings
-    from lathesim.lessons.raw_stock import raw_stock
+    from lathesim.lessons.run_warnings import run_warnings
 
-    stocks = [(case, raw_stock(case.plan)) for case in prepared]
-    told = [sentence for case, stock in stocks if stock is not None for sentence in program_warnings(case.case, stock)]
-    for sentence in dict.fromkeys(told):
+    for sentence in dict.fromkeys(sentence for case in prepared for sentence in run_warnings(case.case, case.plan)):
         click.echo(sentence, err=True)
 
 

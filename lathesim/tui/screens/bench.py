@@ -187,6 +187,7 @@ class BenchScreen(WorkbenchScreen):
             return live.fault
         kept = live.kept
         words = [kept.failure or kept.nothing_cut or f"{'Stopped' if kept.stopped else 'Done'}, kept as {kept.path.stem}. F3 shows it."]
+        words.extend(kept.warned)
         for goal in kept.goals:
             words.append(goal_text(goal))
         return "\n".join(words)

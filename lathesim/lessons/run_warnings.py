@@ -1,0 +1,54 @@
+"""What may go wrong in a run, told before it: rapids into the stock, noses left out, axes that do not stand where the program starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lathesim.component import State
+from lathesim.engine.wiring import Plan
+from lathesim.lessons.case import Case
+from lathesim.lessons.program_path import program_of, program_warnings
+from lathesim.lessons.raw_stock import raw_stock
+
+_SAME_PLACE = 1e-6
+"""The largest distance of one place from another that counts as none [m], assumed: below what an encoder of a lathe tells."""
+
+
+def run_warnings(case: Case, plan: Plan) -> tuple[str, ...]:
+    """Return the warnings of a case on a machine that cuts, each once; machines without a stock have none."""
+    stock = raw_stock(plan)
+    if stock is None:
+        return ()
+    return tuple(dict.fromkeys([*program_warnings(case, stock), *starts_elsewhere(case, plan)]))
+
+
+def starts_elsewhere(case: Case, plan: Plan) -> list[str]:
+    """Return a sentence for each axis that does not stand where the program starts: it would step there at full voltage.
+
+    An axis is the part that gives the tool's place to the stock. One whose only length among its states is its place is asked;
+    machines without a stock, and axes with several lengths among their states, are left out.
+    """
+    program, stock = program_of(case), raw_stock(plan)
+    if program is None or stock is None or not program.moves:
+        return []
+    first = program.moves[0]
+    told = []
+    for letter, channel, start in (("X", stock.x, first.start_x), ("Z", stock.z, first.start_z)):
+        for state in _place_states(plan, channel):
+            stands = plan.start_states[plan.states[state]]
+            if abs(stands - start) > _SAME_PLACE:
+                radius = " (radius)" if letter == "X" else ""
+                told.append(
+                    f"{program.name}: the program starts at {letter}{1e3 * start:g} mm{radius}, "
+                    f"and the axis stands at {1e3 * stands:g} mm. "
+                    f"Set {state}: {1e3 * start:g} mm in the lesson, or give start_point."
+                )
+    return told
+
+
+def _place_states(plan: Plan, channel: str) -> Iterator[str]:
+    """Yield the state of length of the part that gives a channel, where it has just one."""
+    part = channel.partition(".")[0]
+    lengths = [name for name, item in plan.parts[part].component.declarations.items() if isinstance(item, State) and item.unit == "m"]
+    if len(lengths) == 1:
+        yield f"{part}.{lengths[0]}"
