@@ -97,7 +97,7 @@ def _units(component: type[Component]) -> Iterator[ComponentError]:
 
 
 def _sources(component: type[Component]) -> list[ComponentError]:
-    """Say where a law uses something that cannot be taken into a fused machine."""
+    """Return where a law uses something that cannot be taken into a fused machine."""
     from lathesim.engine.law_source import LawLibrary
 
     library = LawLibrary()

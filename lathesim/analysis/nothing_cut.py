@@ -75,7 +75,7 @@ def _only_rapids(record: Record) -> str:
 
 
 def _without_chips(record: Record) -> str:
-    """Tell of a tool that touches the material and takes nothing."""
+    """Return the sentence of a tool that touches the material and takes nothing."""
     engaged, speed = find_channel(record, ".engaged"), find_channel(record, "spindle.speed", ".spindle_speed")
     if engaged is None or not (record[engaged] > 0.5).any():
         return ""
@@ -140,7 +140,7 @@ def _nearest(record: Record, stock: RawStock, x: FloatArray, z: FloatArray) -> _
 
 
 def _remedy(stock: RawStock, nearest: _Nearest) -> str:
-    """Tell where the tool would meet the stock, and what would make a stock that it meets."""
+    """Return where the tool would meet the stock, and what would make a stock that it meets."""
     radius = f"a radius below {_mm(stock.stock_radius)}"
     span = f"z between {_mm(stock.face)} and {_mm(stock.face + stock.stock_length)}"
     if nearest.outside > 0.0 and nearest.beyond > 0.0:

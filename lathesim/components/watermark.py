@@ -36,5 +36,5 @@ class Watermark(Component):
 
     @staticmethod
     def output_mark(added: float) -> float:
-        """Tell it."""
+        """Return the mark that is added [m]."""
         return added

@@ -65,7 +65,7 @@ def _checker(plan: Plan) -> Callable[..., Any]:
 
 
 def _broken(part: str, name: str, component: Any, time: float) -> str:
-    """Say what broke; a part that is known to break somewhere (``breaks_where``) is unstable there, and says why."""
+    """Return what broke; a part that is known to break somewhere (``breaks_where``) is unstable there, and says why."""
     reason = getattr(component, "breaks_where", "")
     if reason:
         return f"{part} is unstable at t = {time:.4g} s: {reason}. {part}.{name} stopped being a number"

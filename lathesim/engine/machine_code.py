@@ -84,7 +84,7 @@ def load_code(fused: FusedModule) -> CompiledMachine | None:
 
 
 def make_code(fused: FusedModule, llvm_text: str, symbol: str) -> CompiledMachine | None:
-    """Make machine code of LLVM text, keep it, and give the machine; none where something it calls is not to be found here."""
+    """Return the machine that LLVM text describes, its code made and kept; none where something it calls is not to be found here."""
     import llvmlite.binding as llvm
 
     _start_llvm()

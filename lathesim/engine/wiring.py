@@ -73,7 +73,7 @@ class Plan:
 
 
 def wire(assembly: Assembly) -> Plan:
-    """Make the plan of an assembly, or refuse it by name (:class:`WiringError`)."""
+    """Return the plan of an assembly, or refuse it by name (:class:`WiringError`)."""
     parts = _named_parts(assembly.parts)
     feeds, constants = _feeds(parts, assembly.wires)
     steps = _steps_per_sample(assembly)

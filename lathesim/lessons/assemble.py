@@ -166,7 +166,7 @@ def _wire(target: str, given: Given, parts: Mapping[str, _Placed]) -> Wire:
 
 
 def _guest_declaration(name: str, parts: Mapping[str, _Placed]) -> str:
-    """Say where a part from outside the package declares a name, and in which unit; empty for stock parts."""
+    """Return where a part from outside the package declares a name, and in which unit; empty for stock parts."""
     part, _, item = name.partition(".")
     component = parts[part].component
     if component.__module__.partition(".")[0] == "lathesim":

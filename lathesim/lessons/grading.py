@@ -209,7 +209,7 @@ def _settings_in(record: Record) -> LessonSettings | None:
 
 
 def _differences(record: Record, lesson: Yardstick) -> list[str]:
-    """Say in what the run differs from the lesson as it stands, as far as the record tells."""
+    """Return in what the run differs from the lesson as it stands, as far as the record tells."""
     notes = []
     if record.meta.get("overrides"):
         notes.append(f"Set: {record.meta['overrides']}.")

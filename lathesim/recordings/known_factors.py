@@ -26,7 +26,7 @@ _NEAR = 0.03
 
 
 def known_factor(ratio: float, near: float = _NEAR) -> str:
-    """Say which mistaken unit leaves a factor like ``ratio`` (or its inverse), within the share ``near``; empty where none does."""
+    """Return which mistaken unit leaves a factor like ``ratio`` (or its inverse), within the share ``near``; empty where none does."""
     size = abs(ratio)
     if size == 0.0 or not math.isfinite(size):
         return ""

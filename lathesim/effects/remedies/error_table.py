@@ -77,7 +77,7 @@ class PitchTable(ModelledRemedy):
 
     @staticmethod
     def table_fault(name: str, rows: list[list[float]]) -> str:
-        """Say what is wrong with a table, or nothing."""
+        """Return what is wrong with a table, or nothing."""
         return folds_back(rows)
 
     @staticmethod
@@ -135,7 +135,7 @@ class ReadingTable(Remedy):
 
     @staticmethod
     def table_fault(name: str, rows: list[list[float]]) -> str:
-        """Say what is wrong with a table, or nothing."""
+        """Return what is wrong with a table, or nothing."""
         return folds_back(rows)
 
     @staticmethod
@@ -165,7 +165,7 @@ class AcrossTable(Remedy):
 
     @staticmethod
     def table_fault(name: str, rows: list[list[float]]) -> str:
-        """Say what is wrong with a table, or nothing."""
+        """Return what is wrong with a table, or nothing."""
         return folds_back(rows)
 
     @staticmethod

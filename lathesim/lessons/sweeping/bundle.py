@@ -39,7 +39,7 @@ class Bundle:
 
 
 def pack(members: Members, overrides: Mapping[str, str | float], plugins: Sequence[str]) -> Bundle:
-    """Make the bundle of a sweep; ``plugins`` are the names of the registry's plug-ins, of which those that are files go along."""
+    """Return the bundle of a sweep; ``plugins`` are the names of the registry's plug-ins, of which those that are files go along."""
     case = members.prepared.case
     lesson, program = case.lesson, case.program
     return Bundle(
@@ -57,7 +57,7 @@ def pack(members: Members, overrides: Mapping[str, str | float], plugins: Sequen
 
 
 def run_on_worker(bundle: Bundle, digest: str, jobs: Sequence[tuple[int, tuple[float, ...]]]) -> list[Member]:
-    """Make some runs of a bundle on a worker; :class:`LatheSimError` where its machine is not that of the one who asked."""
+    """Return what some runs of a bundle give on a worker; :class:`LatheSimError` where its machine is not that of the one who asked."""
     members = _unpacked(bundle)
     if members.digest != digest:
         raise LatheSimError("a worker puts another machine together.", remedy="Install the same version of lathesim on all workers.")
