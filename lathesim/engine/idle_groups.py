@@ -22,7 +22,7 @@ _MOST = 6
 
 
 def grouped(lines: list[str]) -> tuple[list[str], list[str]]:
-    """Return the lines of a function with its idle branches in groups, and the lines that define what they ask, ``idle_0 = a and b ...``."""
+    """Return a function's lines with its idle branches in groups, and the lines that define what they ask, ``idle_0 = a and b ...``."""
     made: list[str] = []
     names: dict[tuple[str, ...], str] = {}
     run: list[list[str]] = []

@@ -72,7 +72,7 @@ def plain_module(fused: FusedModule) -> Any:
 
 @functools.lru_cache(maxsize=64)
 def quick_module(fused: FusedModule) -> Any:
-    """Return the module's ``run_block`` as plain Python runs it fastest; rewritten once, and taken from the cache where it is whole there."""
+    """Return the module's ``run_block`` as plain Python runs it fastest; rewritten once, or from the cache where it is whole there."""
     name = f"quick_{fused.digest}.{PLAIN_FORMAT}.py"
     with contextlib.suppress(OSError, UnicodeDecodeError):
         head, _, text = (cache_folder() / name).read_text(encoding="utf-8").partition("\n")

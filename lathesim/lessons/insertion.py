@@ -254,7 +254,7 @@ def _units(bench: _Bench, ports: Mapping[str, str], places: Mapping[str, tuple[s
 
 
 def _before_frictions(bench: _Bench, effect: type[Effect], place: str) -> str:
-    """Return where on the way to a place an effect is put that pushes: before the frictions there, and the spring behind which they hold."""
+    """Return where on the way to a place a pushing effect is put: before the frictions there, and the spring behind which they hold."""
     if effect.site != _PUSHED or _is_friction(effect):
         return place
     while (wire := bench.wires.get(place)) is not None and wire.source:
@@ -284,8 +284,10 @@ def _attach(bench: _Bench, place: str, taken: str, given: str) -> None:
 
 
 def _goes_along(bench: _Bench, effect: type[Effect], host: Part, places: Mapping[str, tuple[str, str]]) -> list[str]:
-    """Return the forces that go with the main force of a cut, where an effect of the cut sits on that and the host does not work them out of
-    what arrives of it."""
+    """Return the forces that go with the main force of a cut that an effect sits on.
+
+    Empty where the host works them out of what arrives of the main force.
+    """
     ports = host.component.ports
     main = f"{host.name}.{ports.get(_CUTS, '')}"
     if main not in places or effect.stage >= _FELT_BY_A_SENSOR or not isinstance(bench.item(main), Output):

@@ -52,8 +52,10 @@ def shifted_channels(channels: list[RecordedChannel], found_pairs: list[Pair], p
 
 
 def _is_as_far_apart(pair: Pair, late: float) -> bool:
-    """Return whether two places differ as a shift by so many samples would make them: rates of two staircases may be alike at any shift, while
-    the places themselves are never a count apart."""
+    """Return whether two places differ as a shift by so many samples would make them.
+
+    Rates of two staircases may be alike at any shift, while the places themselves are never a count apart.
+    """
     if abs(late) > _SHORT or pair.first.unit != pair.second.unit:
         return True
     speed = rate(pair.expected, 1.0)

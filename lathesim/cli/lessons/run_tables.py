@@ -40,7 +40,7 @@ def case_table(outcome: Outcome) -> str:
 
 
 def variants_table(outcomes: Sequence[Outcome], wanted: Collection[str] = ()) -> str:
-    """Return one line a case: the metrics with a published value, which stands beside, and the ``wanted`` ones; without any, all metrics."""
+    """Return one line a case: metrics with a published value, which stands beside, and the ``wanted`` ones; without any, all."""
     measured = list(dict.fromkeys(name for outcome in outcomes for name in (*outcome.metrics, *outcome.without)))
     named = {name for name in measured if any(name in outcome.published for outcome in outcomes)}
     names = [name for name in measured if name in named or name in wanted] or measured
@@ -86,7 +86,7 @@ def nothing_cut_text(outcomes: Sequence[Outcome]) -> str:
 
 
 def goals_text(results: Sequence[GoalResult]) -> str:
-    """Return a table of goals (limit, value reached, by how much it is missed) and below it the hints of those that are missed by a value."""
+    """Return a table of goals (limit, value reached, by how much it is missed) and below it the hints of those missed by a value."""
     rows = [("goal", "limit", "reached", "")]
     for result in results:
         reached = f"{plain_number(result.value, 5)} {result.unit}".strip() if not math.isnan(result.value) else "-"
