@@ -110,10 +110,7 @@ def learned_map(
         raise LessonError(fact, remedy="Make one of them again, or take it out.")
     belief = learn_all(known.prior, cuts, seed)
     good = adequacy(belief)
-    limits = belief.log_limits(inside.speeds)
-    quantiles = np.minimum(np.exp(_quantiles(limits, belief.weights)), 50.0 * inside.widest)
-    if not good.good:
-        quantiles = _held(quantiles, inside.speeds, cuts)
+    quantiles = limits_after(belief, good, inside)
     proposals = next_cuts(belief, inside, count, risk=risk, price=price) if count else []
     return LearnedMap(
         belief,
@@ -126,6 +123,14 @@ def learned_map(
         tuple(np.exp(given.prior.mean).tolist()),
         known.told,
     )
+
+
+def limits_after(belief: Belief, good: Adequacy, inside: Range) -> FloatArray:
+    """Return quantiles of the limit [m] at 2.5, 50 and 97.5 %, (3, speeds). The lower one is held where one mode explains no
+    longer all cuts."""
+    limits = belief.log_limits(inside.speeds)
+    quantiles = np.minimum(np.exp(_quantiles(limits, belief.weights)), 50.0 * inside.widest)
+    return quantiles if good.good else _held(quantiles, inside.speeds, belief.cuts)
 
 
 def _quantiles(limits: FloatArray, weights: FloatArray) -> FloatArray:

@@ -48,12 +48,17 @@ class ModalModel:
     def response(self, frequency: FloatArray, *, windowed: bool = True) -> Complex:
         """Return the receptance [m/N] at frequencies [Hz]."""
         s = laplace(frequency, self.window_rate if windowed else 0.0)
-        return np.asarray(self.columns(s) @ np.concatenate([self.residue, self.rest]))
+        return np.asarray(np.concatenate([self.residue, self.rest]) @ self.rows(s))
 
-    def columns(self, s: Complex) -> Complex:
-        """Return the response for a residue of 1 of each mode, then those of U and L, (lines, modes + 2)."""
-        first = [1.0 / (s * s + 2.0 * z * w * s + w * w) for w, z in zip(self.omega, self.damping, strict=True)]
-        return np.stack([*first, *([np.ones_like(s), 1.0 / (s * s)] if len(self.rest) else [])], axis=1)
+    def rows(self, s: Complex) -> Complex:
+        """Return the response for a residue of 1 of each mode, then those of U and L, (modes + 2, lines)."""
+        count = len(self.omega)
+        found = np.empty((count + len(self.rest), len(s)), dtype=np.complex128)
+        w, z = self.omega[:, None], self.damping[:, None]
+        np.reciprocal(s * (s + 2.0 * z * w) + w * w, out=found[:count])
+        if len(self.rest):
+            found[count], found[count + 1] = 1.0, 1.0 / (s * s)
+        return found
 
 
 def laplace(frequency: FloatArray, rate: float) -> Complex:
@@ -140,8 +145,7 @@ def _with_mode(model: ModalModel, omega: float, damping: float) -> ModalModel:
 def _solved(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeights) -> ModalModel:
     """Return a model with the residues and rests that fit best for its poles."""
     count = len(model.omega)
-    columns = model.columns(s)
-    gram = weights.gram(np.concatenate([columns, values[:, None]], axis=1))
+    gram = weights.gram(np.concatenate([model.rows(s), values[None, :]]))
     amounts = _solve(gram[:-1, :-1], gram[:-1, -1])
     misfit = float(gram[-1, -1] - amounts @ gram[:-1, -1])
     return replace(model, residue=amounts[:count], rest=amounts[count:], misfit=misfit)
@@ -196,13 +200,18 @@ def _refined(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeigh
 
 def _normal(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeights) -> tuple[FloatArray, FloatArray]:
     """Return the normal matrix and the slope for the logarithms of frequency, damping and residue, and the rests."""
-    columns = model.columns(s)
+    responses = model.rows(s)
     count = len(model.omega)
-    w, z, r = model.omega, model.damping, model.residue
-    squared = -r * columns[:, :count] ** 2
-    by_frequency = squared * (2.0 * z * w * s[:, None] + 2.0 * w * w)
-    by_damping = squared * (2.0 * z * w * s[:, None])
-    by_amount = columns * np.concatenate([r, np.ones(len(model.rest))])
-    misfit = values - columns @ np.concatenate([r, model.rest])
-    gram = weights.gram(np.concatenate([by_frequency, by_damping, by_amount, misfit[:, None]], axis=1))
+    w, z, r = model.omega[:, None], model.damping[:, None], model.residue[:, None]
+    amounts = np.concatenate([model.residue, np.ones(len(model.rest))])
+    total = 3 * count + len(model.rest)
+    rows = np.empty((total + 1, len(s)), dtype=np.complex128)
+    by_frequency, by_damping = rows[:count], rows[count : 2 * count]
+    np.multiply(responses[:count], responses[:count], out=by_damping)
+    by_damping *= -2.0 * w * r
+    np.multiply(by_damping, z * s + w, out=by_frequency)
+    by_damping *= z * s
+    np.multiply(responses, amounts[:, None], out=rows[2 * count : total])
+    rows[total] = values - np.concatenate([model.residue, model.rest]) @ responses
+    gram = weights.gram(rows)
     return gram[:-1, :-1], gram[:-1, -1]

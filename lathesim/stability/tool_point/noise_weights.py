@@ -28,26 +28,25 @@ _FLOOR, _LINEAR = 1e-9, 1e-5
 
 @dataclass(frozen=True, eq=False)
 class NoiseWeights:
-    """Standard deviation of each line [m/N], real and imaginary part alike, and the directions (2 lines, directions) that the noise of the
-    force adds, with the share of the weight that is taken from each."""
+    """Standard deviation of each line [m/N], real and imaginary part alike, and the directions (directions, 2 lines) that the noise of the
+    force adds, with the share of the weight that is taken from each. Real and imaginary part of a line stand side by side."""
 
     deviation: FloatArray
     directions: FloatArray
     share: FloatArray
 
-    def gram(self, columns: Complex) -> FloatArray:
-        """Return the products of columns (lines, columns) under the inverse covariance, (columns, columns)."""
-        scaled = columns / self.deviation[:, None]
-        real = np.concatenate([scaled.real, scaled.imag])
-        whole = real.T @ real
+    def gram(self, rows: Complex) -> FloatArray:
+        """Return the products of rows (rows, lines) under the inverse covariance, (rows, rows)."""
+        real = (rows * (1.0 / self.deviation)).view(np.float64)
+        whole = real @ real.T
         if not len(self.share):
             return np.asarray(whole)
-        along = self.directions.T @ real
-        return np.asarray(whole - along.T @ (self.share[:, None] * along))
+        along = real @ self.directions.T
+        return np.asarray(whole - (along * self.share) @ along.T)
 
     def misfit(self, values: Complex) -> float:
         """Return the sum of squares of a misfit (lines,) under the inverse covariance."""
-        return float(self.gram(values[:, None])[0, 0])
+        return float(self.gram(values[None, :])[0, 0])
 
 
 def weights_of_mean(response: FrequencyResponse, hits: Complex, count: int, shape: Complex | None = None) -> NoiseWeights:
@@ -95,10 +94,10 @@ def _force_directions(response: FrequencyResponse, mean: Complex, deviation: Flo
     lags = np.linspace(-0.5, 0.5, used) * response.pulse_length
     size = response.force_noise * np.sqrt(samples / used / count)
     columns = (mean / response.forces * size / deviation)[:, None] * np.exp(-2j * np.pi * np.outer(response.frequency, lags))
-    stacked = np.concatenate([columns.real, columns.imag])
-    left, sizes, _ = np.linalg.svd(stacked, full_matrices=False)
+    stacked = np.ascontiguousarray(columns.T).view(np.float64)
+    _, sizes, right = np.linalg.svd(stacked, full_matrices=False)
     kept = sizes > _WEAK
-    return left[:, kept], sizes[kept] ** 2 / (1.0 + sizes[kept] ** 2)
+    return np.ascontiguousarray(right[kept]), sizes[kept] ** 2 / (1.0 + sizes[kept] ** 2)
 
 
 def weights_of_residual(response: FrequencyResponse, residual: Complex) -> NoiseWeights:

@@ -1,0 +1,36 @@
+"""Campaigns of the stability part.
+
+    python -m tests.stability.campaign taps [--cases 100]
+    python -m tests.stability.campaign chatter [--cases 150] [--half test|tuning]
+    python -m tests.stability.campaign learning [--cases 50]
+    python -m tests.stability.campaign cutting [--cases 6]
+
+Each result is appended to a file under ``lathesim_runs/campaign/``; a second start goes on where the first ended.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def main() -> None:
+    """Run the campaign that the command line names."""
+    parser = argparse.ArgumentParser(prog="python -m tests.stability.campaign", description="Measure the stability part on many cases.")
+    parser.add_argument("campaign", choices=("taps", "learning"))
+    parser.add_argument("--cases", type=int, help="how many cases of each kind")
+    parser.add_argument("--out", type=Path, help="file of the results, appended")
+    asked = parser.parse_args()
+    path = asked.out or Path("lathesim_runs") / "campaign" / f"{asked.campaign}.jsonl"
+    if asked.campaign == "learning":
+        from tests.stability.campaign import learning
+
+        learning.run(asked.cases or 50, path)
+    if asked.campaign == "taps":
+        from tests.stability.campaign import taps
+
+        taps.run(asked.cases or 100, path)
+
+
+if __name__ == "__main__":
+    main()

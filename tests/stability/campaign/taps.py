@@ -1,0 +1,63 @@
+"""Tap tests of a tool point with three modes, and of one with a close pair: errors, intervals, double hits, numbers of modes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.stability.tool_point.choose_modes import find_modes
+from lathesim.stability.tool_point.estimate_response import judged_hits
+from lathesim.stability.tool_point.modes import Mode, ToolPoint
+from lathesim.stability.tool_point.tap import TapSettings, tap
+from lathesim.stability.tool_point.tap_lesson import tap_until_good
+from tests.stability.campaign.results import collected
+
+THREE = ToolPoint((Mode(150.0, 0.02, 8e6), Mode(420.0, 0.035, 3e7), Mode(1180.0, 0.012, 9e7)), (1.0, 1.0, 1.0))
+PAIR = ToolPoint((Mode(150.0, 0.02, 8e6), Mode(154.5, 0.02, 8e6)), (1.0, 1.0))
+_DOUBLE_HITS = 0.25
+NAMES = ("frequency", "damping", "stiffness")
+
+
+def measured(group: str, number: int) -> dict[str, Any]:
+    """Return what a tap test taught: ``three`` modes, a close ``pair``, or ``hits`` that may be double ones."""
+    seed = 20_000 + number
+    if group == "hits":
+        record = tap(THREE, TapSettings(double_hits=_DOUBLE_HITS, length=0.5, hits=5), seed)
+        return {"told": [bool(hit.reason) for hit in judged_hits(record)], "true": [bool(double) for double in record.truth]}
+    tool = THREE if group == "three" else PAIR
+    found = find_modes(tap_until_good(tool, TapSettings(double_hits=_DOUBLE_HITS), seed).response)
+    rows = []
+    if len(found.modes) == len(tool.modes):
+        for mode, true in zip(found.modes, tool.modes, strict=True):
+            estimates = [getattr(mode, name) for name in NAMES]
+            values = [getattr(true, name) for name in NAMES]
+            rows.append(
+                [
+                    [e.value / value - 1.0, bool(e.low <= value <= e.high), e.high / e.low - 1.0]
+                    for e, value in zip(estimates, values, strict=True)
+                ]
+            )
+    return {"modes": len(found.modes), "estimates": rows}
+
+
+def run(draws: int, path: Path) -> None:
+    """Measure so many draws of each kind and print what they show."""
+    hits = collected(path, (("hits", number) for number in range(draws)), measured)
+    three = collected(path, (("three", number) for number in range(draws)), measured)
+    pair = collected(path, (("pair", number) for number in range(draws)), measured)
+    told = np.concatenate([row["told"] for row in hits]).astype(bool)
+    true = np.concatenate([row["true"] for row in hits]).astype(bool)
+    print(f"double hits: {np.sum(told & true)} of {np.sum(true)} found; {np.sum(told & ~true)} of {np.sum(~true)} single hits left out")
+    for title, rows, right in (("three modes", three, 3), ("close pair", pair, 2)):
+        count = sum(row["modes"] == right for row in rows)
+        print(f"{title}: {count} of {len(rows)} draws told as {right}")
+        table = np.array([row["estimates"] for row in rows if row["modes"] == right], dtype=np.float64)
+        if not len(table):
+            continue
+        for place, name in enumerate(NAMES):
+            errors = 100.0 * np.abs(table[:, :, place, 0])
+            held = 100.0 * table[:, :, place, 1].mean()
+            print(f"  {name:<10} median error {np.median(errors):.2g} %, largest {errors.max():.2g} %; intervals hold {held:.1f} %")
+        print(f"  all intervals hold {100.0 * table[..., 1].mean():.1f} %")
