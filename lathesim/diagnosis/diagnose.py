@@ -17,6 +17,7 @@ from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.laboratory import is_implausible
 from lathesim.diagnosis.selection.search import search
+from lathesim.diagnosis.verdict.added_signals import agrees, with_added_signals
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import Estimates, estimates
 from lathesim.identification.execution.budget import Progress
@@ -53,6 +54,9 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
         answer = _leaner_answer(prepared, found, answer, values, progress)
     if faults := of_a_slow_log(prepared.question.fitted.findings, prepared.question.machine, answer):
         return recording_fault(prepared.question, faults, prepared.findings, began, too_slow=True)
+    if prepared.doubts and not agrees(answer):
+        return recording_fault(prepared.question, prepared.doubts, prepared.findings, began)
+    answer = with_added_signals(answer, prepared.added)
     spent = time.perf_counter() - began
     return replace(answer, validation=prepared.validation_name, findings=prepared.findings, wall_time=spent, complete=found.complete)
 

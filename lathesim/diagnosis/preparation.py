@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from lathesim.diagnosis.candidates.eligibility import without_one_sided
 from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.recording_checks.added_input.unrecorded_input import unrecorded_inputs, with_inputs, with_signals
 from lathesim.diagnosis.recording_checks.checks import against_commands, found_by, too_slow_for_commands
 from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw, another_law
 from lathesim.diagnosis.recording_checks.controller_value import controller_value, with_commands_followed
@@ -13,6 +15,7 @@ from lathesim.diagnosis.recording_checks.exchanged_channels import exchanged_wit
 from lathesim.diagnosis.recording_checks.mapped_elsewhere import mapped_elsewhere
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
+from lathesim.diagnosis.records.added_signal import UnrecordedInput
 from lathesim.diagnosis.records.controller_value import ControllerValue
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.identification.estimation.least_squares import fit
@@ -27,7 +30,8 @@ class Prepared:
 
     ``whole`` is the experiment of the whole file where both recordings are parts of one. ``controller`` is a value that replaces the
     lesson's; ``question`` is the one with that value. With ``faults`` the recordings are not fit to be answered, and there are no
-    experiments where the reader found them; ``too_slow`` says that they only were not recorded often enough.
+    experiments where the reader found them; ``too_slow`` says that they only were not recorded often enough. ``added`` are signals that
+    nobody recorded and that the experiments know of; ``doubts`` are the faults that there are unless the rest of the machine agrees.
     """
 
     question: Question
@@ -38,6 +42,8 @@ class Prepared:
     validation_name: str = ""
     controller: ControllerValue | None = None
     too_slow: bool = False
+    added: tuple[UnrecordedInput, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def experiment(self) -> Experiment:
@@ -78,9 +84,25 @@ def prepare(question: Question) -> Prepared:
         given = with_commands_followed(prepared.experiment, as_given(prepared.experiment))
     # a feed-forward may be more than all that the lesson's controller does
     laws = {law.channel: law.feed_forward for law in another_law(prepared.experiment, prepared.validation, given, method=method)}
-    faults = against_commands(prepared.experiments, given, laws, method)
+    recorded = prepared.experiments if prepared.whole is None else (prepared.whole,)
+    added = unrecorded_inputs(recorded, given, laws, method=method)
+    faults = against_commands(prepared.experiments, given, laws, method, [one.command for one in added])
+    if added and not faults and not slow_log(question):
+        doubts = against_commands(prepared.experiments, given, laws, method)
+        return _with_inputs(prepared, given, added, doubts)
     slow = too_slow_for_commands(question.fitted.findings, question.machine.compare) if faults else ()
     return replace(prepared, faults=slow or faults, too_slow=bool(slow))
+
+
+def _with_inputs(prepared: Prepared, given: Mapping[str, float], added: Sequence[UnrecordedInput], doubts: tuple[str, ...]) -> Prepared:
+    """Return the recordings with signals that nobody recorded as known inputs."""
+    question, recorded = prepared.question, prepared.experiments if prepared.whole is None else (prepared.whole,)
+    records = [with_signals(one, given, added) for one in recorded]
+    question = replace(question, machine=with_inputs(question.machine, added), fitted=replace(question.fitted, record=records[0]))
+    if question.validation is not None:
+        question = replace(question, validation=replace(question.validation, record=records[1]))
+    experiments, whole, _ = _experiments(question)
+    return replace(prepared, question=question, experiments=tuple(experiments), whole=whole, added=tuple(added), doubts=doubts)
 
 
 def _experiments(question: Question) -> tuple[list[Experiment], Experiment | None, str]:
@@ -111,9 +133,13 @@ def as_measured(experiment: Experiment, found: SearchResult) -> Fitted:
     return fit(experiment.sensed, starts, constant, rounds=2, iterations=6, slopes="kept")
 
 
+def slow_log(question: Question) -> bool:
+    """Return whether the recording has not every decision of the controllers."""
+    return any(finding.kind in ("coarse", "interpolated") for finding in question.fitted.findings)
+
+
 def other_laws(question: Question, found: SearchResult, experiment: Experiment, validation: Experiment) -> list[AnotherLaw]:
     """Return the controllers that have another law; a slower log, or a reading that is late, makes another one of the lesson's own."""
-    slow_log = any(finding.kind in ("coarse", "interpolated") for finding in question.fitted.findings)
-    if slow_log or any(candidate.effect.identification.delay for candidate in found.model.candidates):
+    if slow_log(question) or any(candidate.effect.identification.delay for candidate in found.model.candidates):
         return []
     return another_law(experiment, validation, with_commands_followed(experiment, as_given(experiment)), method=question.method)

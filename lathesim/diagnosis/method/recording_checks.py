@@ -87,6 +87,18 @@ class CheckLimits:
     )  # fmt: skip
     follows: Limit = Limit(0.05, "share of command", "with the fault mended, less than this may stay unexplained")
     left_by_shift: Limit = Limit(0.35, "share of unexplained command", "a shift of one channel must leave less than this")
+    signal_jump: Limit = Limit(
+        0.25, "share of span", "a signal that nobody recorded jumps where it changes by more than this from one sample to the next",
+        "derived", "half of the way between two of three equal levels: the smallest step of a staircase of two steps still counts",
+    )  # fmt: skip
+    signal_off: Limit = Limit(
+        0.1, "share of largest", "a signal that nobody recorded is off below this; sizes that differ by less are told as one",
+        "derived", "twice what may stay unexplained of a command that follows",
+    )  # fmt: skip
+    signal_samples: Limit = Limit(
+        5, "samples", "its levels last so long on average, a period of a sine at least",
+        "derived", "a sine about a constant has four values to fit: five samples are the fewest that can speak against it",
+    )  # fmt: skip
     rounded_mostly: Limit = Limit(0.9, "share of samples", "a rounded column is the level that the replayed converter gives")
     counts_low: Limit = Limit(0.5, "times the span of the command", "a column of counts spans at least this: a loop follows its command")
     counts_high: Limit = Limit(2.0, "times the span of the command", "a column of counts spans at most this")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from lathesim.diagnosis.method import STANDARD, Method
@@ -40,12 +40,13 @@ def at_odds(experiment: Experiment, values: Mapping[str, float], method: Method 
 
 
 def against_commands(
-    experiments: Iterable[Experiment], given: Mapping[str, float], laws: Mapping[str, bool], method: Method
+    experiments: Iterable[Experiment], given: Mapping[str, float], laws: Mapping[str, bool], method: Method, added: Collection[str] = ()
 ) -> tuple[str, ...]:
-    """Return the sentences in which the recorded commands do not follow from what the controllers were given, but for other ``laws``."""
+    """Return the sentences in which the recorded commands do not follow from what the controllers were given, but for other ``laws`` and
+    for what may be ``added`` to commands."""
     checked = [
         (
-            contradicted(one, given, laws, method=method),
+            contradicted(one, given, laws, added, method=method),
             swapped(one, given, method=method),
             in_another_unit(one, given, method=method),
         )

@@ -6,7 +6,7 @@ would follow with another sample period, it is the time column that is wrong.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -28,13 +28,18 @@ _STEP = 1e-6
 
 
 def contradicted(
-    experiment: Experiment, values: Mapping[str, float], of_another_law: Mapping[str, bool] | None = None, method: Method = STANDARD
+    experiment: Experiment,
+    values: Mapping[str, float],
+    of_another_law: Mapping[str, bool] | None = None,
+    added: Collection[str] = (),
+    method: Method = STANDARD,
 ) -> str:
     """Return a sentence where a recorded command does not follow from what its controller was given, with the machine at ``values``.
 
     The text is empty where it does, where nothing was replayed, and for commands ``of_another_law``: what the lesson's controller leaves of
     them answers to the reference, and so is the controller's doing. One that mostly does not follow is believed to be of another law only
-    where that is a simple one (true).
+    where that is a simple one (true). To a command in ``added`` something may be added on its way; of it only a shift and another zero
+    are told.
     """
     if not experiment.machine.replay:
         return ""
@@ -46,8 +51,10 @@ def contradicted(
                 experiment, values, row, share, method=method
             ):
                 return told
-            if (name in laws and (share < method.recording_checks.another_law or laws[name])) or _reads_through_a_converter(
-                experiment, row
+            if (
+                name in added
+                or (name in laws and (share < method.recording_checks.another_law or laws[name]))
+                or _reads_through_a_converter(experiment, row)
             ):
                 continue
             return (

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from tests.diagnosis.rigs.describe import FAR, SIGMA, Given, lesson, machine_files
-from tests.diagnosis.rigs.hidden import AT_THE_SCALE, BESIDE, EFFECTS, FAULTS, OUTSIDE, Hidden, hide, possible
+from tests.diagnosis.rigs.hidden import AT_THE_SCALE, BESIDE, EFFECTS, FAULTS, INPUTS, OUTSIDE, Hidden, hide, possible
 from tests.diagnosis.rigs.machines import RIGS, Rig
-from tests.diagnosis.rigs.motion import course, voltages, wandering
+from tests.diagnosis.rigs.motion import added, course, voltages, wandering
 from tests.diagnosis.rigs.plant import run
 
 PAIRS = (("coulomb", "gravity"), ("coulomb", "backlash"), ("dead_zone", "coulomb"), ("cogging", "coulomb"), ("gravity", "pitch_wave"),
          ("delay", "coulomb"), ("saturation", "gravity"), ("coulomb", "inductance"))  # fmt: skip
-COUNTS = {"sound": 20, "values": 6, "single": 12, "pair": 4, "outside": 3, "fault": 5}
+COUNTS = {"sound": 20, "values": 6, "single": 12, "pair": 4, "outside": 3, "fault": 5, "input": 3}
 """Cases of a rig; a sample takes the first few of each."""
 
 
@@ -63,6 +63,10 @@ def schedule(seed: int, counts: dict[str, int] | None = None) -> list[Case]:
                 elif kind == "outside":
                     hidden = ("drag",) if rig.kind == "spindle" else (OUTSIDE[(n + place) % 2],)
                 fault = str(faults[n % len(faults)]) if kind == "fault" else ""
+                if kind == "input":
+                    if rig.kind == "spindle":
+                        continue
+                    fault = INPUTS[(n + place) % len(INPUTS)]
                 cases.append(
                     Case(rig, kind, n, hidden, fault, int(np.random.default_rng([seed, place, sum(map(ord, kind)), n]).integers(2**31)))
                 )
@@ -75,12 +79,12 @@ def write_case(case: Case, folder: Path) -> list[Path]:
     hidden = hide(case.rig, case.keys, rng)
     given = _given(case, rng)
     tables = {name: _recorded(case, hidden, rng) for name in ("fit.csv", "validate.csv")}
-    if case.fault:
+    if case.kind == "fault":
         tables = {name: _faulty(case, table) for name, table in tables.items()}
     right = {key: list(EFFECTS.get(key, ())) for key in case.keys}
     truth = {"rig": case.rig.name, "calibrating": case.rig.calibrating, "kind": case.kind, "keys": list(case.keys), "right": right,
              "beside": [name for key in case.keys for name in BESIDE.get(key, ())], "fault": case.fault,
-             "words": FAULTS.get(case.fault, ""), "given": asdict(given), "hidden": hidden.physics._asdict()}  # fmt: skip
+             "words": FAULTS.get(case.fault, case.fault), "given": asdict(given), "hidden": hidden.physics._asdict()}  # fmt: skip
     folders = []
     for description in case.rig.descriptions:
         place = folder / f"{case.name}__{description}"
@@ -115,10 +119,11 @@ def _recorded(case: Case, hidden: Hidden, rng: np.random.Generator) -> dict[str,
     if rig.kind == "spindle":
         asked = voltages(rng, rig.seconds, p.period, rig.top)
         pressed = 0.3 * rig.torque * np.repeat(rng.uniform(0.0, 1.0, int(rig.seconds) + 1), round(1.0 / p.period))[:samples]
-        out = run(p, asked, load + pressed, chance, fine)
+        out = run(p, asked, load + pressed, chance, fine, np.zeros(samples))
         return {"t": np.arange(samples) * p.period, "u": asked, "load": pressed, "q": out[3], "i": out[2]}
     asked = course(rng, rig.seconds, p.period, rig.top, rig.stroke, rig.acceleration)
-    out = run(p, asked, load, chance, fine)
+    more = added(rng, case.fault, samples, p.period, 0.3 * rig.voltage) if case.kind == "input" else np.zeros(samples)
+    out = run(p, asked, load, chance, fine, more)
     table = {
         "t": np.arange(samples) * p.period,
         "r": asked,

@@ -37,6 +37,8 @@ FAULTS: dict[str, str] = {
     "rows": r"late|shift|sample|behind|early",
 }
 """Fault -> pattern that its sentence has to match."""
+INPUTS = ("pulse", "step", "sine")
+"""Shapes of what is added to a command; the answer has to name the shape."""
 OF_ANY_RIG = ("clock", "current_late", "sign", "rows")
 """Faults that need no controller."""
 

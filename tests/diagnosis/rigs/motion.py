@@ -55,3 +55,19 @@ def wandering(rng: np.random.Generator, samples: int, period: float, deviation: 
         value = keep * value + new
         values[k] = value
     return values
+
+
+def added(rng: np.random.Generator, shape: str, samples: int, period: float, size: float) -> np.ndarray:
+    """Return a voltage that somebody adds to a command: pulses, two steps or a sine, within the middle of a recording."""
+    values, begin, end = np.zeros(samples), int(0.2 * samples), int(0.8 * samples)
+    height = size * float(rng.uniform(0.7, 1.3)) * float(rng.choice([-1.0, 1.0]))
+    if shape == "pulse":
+        length = max(3, round(float(rng.uniform(0.05, 0.15)) / period))
+        for start in rng.choice(np.arange(begin, end - length, 4 * length), 4, replace=False):
+            values[start : start + length] = height
+    elif shape == "step":
+        first, second = sorted(rng.integers(begin, end, 2))
+        values[first:], values[second:] = height, 2.0 * height
+    else:
+        values[begin:end] = height * np.sin(2.0 * np.pi * float(rng.uniform(1.0, 3.0)) * np.arange(end - begin) * period)
+    return values

@@ -102,10 +102,11 @@ def _command(p: Physics, reference: float, measured: float, memory: np.ndarray, 
 
 
 @njit(cache=True)
-def run(p: Physics, reference: np.ndarray, load: np.ndarray, chance: np.ndarray, fine: int) -> np.ndarray:
+def run(p: Physics, reference: np.ndarray, load: np.ndarray, chance: np.ndarray, fine: int, added: np.ndarray) -> np.ndarray:
     """Return rows of command, converter's voltage, current, encoder, scale and speed of the load at the sample instants.
 
-    ``reference`` is a position, or the voltage of an open loop; ``load`` a torque on the shaft; ``chance`` two rows of normal numbers.
+    ``reference`` is a position, or the voltage of an open loop; ``load`` a torque on the shaft; ``chance`` two rows of normal numbers;
+    ``added`` a voltage that somebody adds to the command.
     """
     samples, h = len(reference), p.period / fine
     out = np.zeros((6, samples))
@@ -115,7 +116,7 @@ def run(p: Physics, reference: np.ndarray, load: np.ndarray, chance: np.ndarray,
     for k in range(samples):
         place = p.ratio * angle
         measured = _rounded(place + p.encoder_noise * chance[0, k], p.encoder)
-        command = _command(p, reference[k], measured, memory, k == 0)
+        command = _command(p, reference[k], measured, memory, k == 0) + added[k]
         held = _level(command, p.bits) if p.law != OPEN else command
         for step in range(fine + 1):
             late[tick % len(late)] = held

@@ -10,7 +10,7 @@ from typing import Any
 from scipy.stats import norm
 
 QUESTIONS = ("sound called sound", "only values off, said so", "one effect, that name or tied", "one effect, exactly that name",
-             "two effects, both named or tied", "outside, not named", "fault, said so")  # fmt: skip
+             "two effects, both named or tied", "outside, not named", "fault, said so", "added input, place and shape told")  # fmt: skip
 
 
 LATE = ("current_late", "rows")
@@ -19,7 +19,7 @@ LATE = ("current_late", "rows")
 
 @dataclass(frozen=True)
 class Answer:
-    """One answered case: ``truth`` of its folder, the JSON of the program (empty without an answer), its seconds."""
+    """One answered case: ``truth`` of its folder, the JSON of the program (empty without an answer), its seconds of processor time."""
 
     truth: dict[str, Any]
     told: dict[str, Any]
@@ -59,6 +59,9 @@ def marks(answer: Answer) -> dict[str, bool]:
         case "outside":
             sure = verdict == "named" and told.get("adequate") is not False
             return {QUESTIONS[5]: bool(verdict) and not sure}
+    if truth["kind"] == "input":
+        place = [part.partition("_")[2] for part in (told.get("location") or {}).get("components", [])][:1]
+        return {QUESTIONS[7]: verdict == "unknown" and place == ["dac"] and truth["fault"] in str(told.get("sentence", ""))}
     said = verdict == "recording_fault" and re.search(truth["words"], str(told.get("sentence", told))) is not None
     # a channel that is late by itself has a name in the catalogue too
     by_name = truth["fault"] in LATE and [one["effect"] for one in answer.names] == ["ChannelTimeShift"]

@@ -1,0 +1,1 @@
+"""Signals that nobody recorded and that are added to a command on its way."""
