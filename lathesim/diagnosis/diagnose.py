@@ -40,12 +40,11 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     prepared = prepare(question)
     if prepared.faults:
         return recording_fault(prepared.question, prepared.faults, prepared.findings, began, too_slow=prepared.too_slow)
-    found = search(prepared.experiment, prepared.validation, question.method, progress)
-    found.controller = prepared.controller
+    found = replace(search(prepared.experiment, prepared.validation, question.method, progress), controller=prepared.controller)
     if faults := against_model(prepared.experiments, found, question.method, two_files=question.validation is not None):
         return recording_fault(prepared.question, faults, prepared.findings, began)
     progress("fitting the found model to everything")
-    values = prune_undetermined(prepared, found, progress)
+    found, values = prune_undetermined(prepared, found, progress)
     implausible = is_implausible(found.model.fitted, method=question.method)
     if faults := with_a_wrong_unit(found, values.values(), question.method, implausible=implausible):
         return recording_fault(prepared.question, faults, prepared.findings, began)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from lathesim.diagnosis.location.closed_loop_fit import Compared, compared
 from lathesim.diagnosis.location.missing_share import missing_signals, next_to_nothing
 from lathesim.diagnosis.method import STANDARD, Method
@@ -13,7 +11,7 @@ from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.evidence import gather
 from lathesim.diagnosis.reporting.lesson_entry import on_validation
 from lathesim.diagnosis.selection.acceptance import is_of_a_clock
-from lathesim.diagnosis.selection.forward import leave_out
+from lathesim.diagnosis.selection.elimination import leave_out
 from lathesim.diagnosis.selection.refusal import all_push, is_much_of_it
 from lathesim.diagnosis.verdict.ranking import explains_nothing
 from lathesim.diagnosis.verdict.residual_tests import degrades_a_channel, hardly_missed
@@ -29,21 +27,21 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.experiment import Experiment
 
 
-def prune_undetermined(prepared: Prepared, found: SearchResult, progress: Progress) -> Estimates:
-    """Take the effects out of ``found`` that the recordings do not determine, and return the estimates of the rest."""
+def prune_undetermined(prepared: Prepared, found: SearchResult, progress: Progress) -> tuple[SearchResult, Estimates]:
+    """Return the search without the effects that the recordings do not determine, and the estimates of the rest."""
     experiment, validation, method = prepared.experiment, prepared.validation, prepared.question.method
     values = estimates(found.model, experiment, validation, prepared.whole)
     if doubtful := doubtful_effects(found, experiment, validation, values, method=method):
         progress(f"dropping {', '.join(candidate.name for candidate in doubtful)}: its confidence interval includes zero")
-        leave_out(found, doubtful, experiment, validation, progress, method=method)
+        found = leave_out(found, doubtful, experiment, validation, progress, method=method)
         values = estimates(found.model, experiment, validation, prepared.whole)
     reported_fit = on_validation(validation, found, values.values())
     if found.model.candidates and explains_nothing(validation, found.baseline.validation_fit, reported_fit, method=method):
         names = ", ".join(candidate.name for candidate in found.model.candidates)
         progress(f"dropping {names}: it does not improve the validation recording")
-        leave_out(found, found.model.candidates, experiment, validation, progress, method=method)
+        found = leave_out(found, found.model.candidates, experiment, validation, progress, method=method)
         values = estimates(found.model, experiment, validation, prepared.whole)
-    return values
+    return found, values
 
 
 def doubtful_effects(
@@ -111,6 +109,5 @@ def leaner_model(
         return None
     why = "which do not improve the validation recording" if useless else "whose interval includes zero"
     progress(f"asking whether {', '.join(candidate.name for candidate in doubtful)} can go, {why}")
-    leaner = replace(found)
-    leave_out(leaner, doubtful, prepared.experiment, prepared.validation, progress, method=prepared.question.method)
+    leaner = leave_out(found, doubtful, prepared.experiment, prepared.validation, progress, method=prepared.question.method)
     return leaner, useless

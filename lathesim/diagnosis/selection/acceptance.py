@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.selection.compare_models import Gains, compare_models
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Trial
 
@@ -23,22 +24,23 @@ def simplest(good: Sequence[Trial], method: Method) -> Trial:
     """Return the trial that is taken of good ones, the best first: of those that cannot be told from the best one with the fewest values
     that it takes, as a model is never quite right; of equals among these the one that comes first in the catalogue, at the sensor where
     it belongs."""
-    reached = merit(good[0], method)
-    width = max(method.selection.equal, method.selection.tie_share * reached)
+    best, equal = good[0], method.selection.equal
     near = [
         trial
         for trial in good
-        if (reached - merit(trial, method) < width and _removes_as_much(trial, good[0], method=method))
-        or _leaves_hardly_more(trial, good[0], method)
+        if (is_as_good(trial, best, best, method, least=equal) and removes_as_much(trial, best, method=method))
+        or _leaves_hardly_more(trial, best, method)
     ]
     fewest = min(len(trial.candidate.parameters) - len(trial.candidate.spare) for trial in near)
     simple = [trial for trial in near if len(trial.candidate.parameters) - len(trial.candidate.spare) == fewest]
-    equals = [
-        trial
-        for trial in simple
-        if merit(simple[0], method) - merit(trial, method) < max(method.selection.equal, method.selection.equal_share * reached)
-    ]
+    equals = [trial for trial in simple if is_as_good(trial, simple[0], best, method, share=method.selection.equal_share, least=equal)]
     return min(equals, key=lambda trial: (trial.candidate.effect.catalogue or _LAST, _out_of_place(trial.candidate)))
+
+
+def is_as_good(trial: Trial, other: Trial, best: Trial, method: Method, share: float | None = None, least: float | None = None) -> bool:
+    """Return whether a trial cannot be told from another one by their merits; the ``best`` of all tells how much there is to explain."""
+    gains = Gains(merit(trial, method) - merit(other, method))
+    return compare_models(gains, method, explained=max(merit(best, method), 0.0), share=share, least=least).as_good
 
 
 def _out_of_place(candidate: Candidate) -> bool:
@@ -56,7 +58,8 @@ def _leaves_hardly_more(trial: Trial, other: Trial, method: Method) -> bool:
     return alike and fewer and left < method.selection.simple_leaves and left < method.selection.simple_leaves_more * of_other
 
 
-def _removes_as_much(trial: Trial, other: Trial, method: Method = STANDARD) -> bool:
+def removes_as_much(trial: Trial, other: Trial, method: Method = STANDARD) -> bool:
+    """Return whether two trials explain the same share of the error."""
     return abs(trial.share_of_all - other.share_of_all) < method.selection.tie_share
 
 
@@ -80,11 +83,10 @@ def believable(trial: Trial, method: Method, null_maximum: float) -> bool:
 def credible_if_it_moves(trial: Trial, method: Method, null_maximum: float) -> bool:
     """Return whether a trial's effect is to be believed, however little it moves: beside what is not found yet that may be next to
     nothing."""
-    due = method.margin + method.per_parameter * len(trial.candidate.parameters) + null_maximum
+    gains = Gains(trial.gain, trial.validation_gain)
+    judged = compare_models(gains, method, effects=1, parameters=len(trial.candidate.parameters), null_maximum=null_maximum).better
     much = trial.share_of_all > method.share_of_all and trial.share_of_rest > method.share_of_rest
     worth = much or trial.share_of_rest > method.nearly_all_of_rest or trial.restores_plausibility
-    agreed = trial.validation_gain > max(method.validation_margin, method.validation_share * trial.gain)
-    judged = trial.gain > due and agreed
     worth = worth and trial.closed_loop_degradation < method.most_degradation
     if trial.candidate.effect.identification.size_of_recording:
         # what may be another one on each recording takes a part of any wander

@@ -5,68 +5,101 @@ Simple effects come first; what only refines one of them (a friction that is als
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Generator, Sequence
+from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
 from lathesim.diagnosis.candidates.eligibility import due, finer
 from lathesim.diagnosis.candidates.harmonics import is_part_of_a_wave
 from lathesim.diagnosis.candidates.periodic_starts import is_a_wave
-from lathesim.diagnosis.candidates.screening import is_limit, screen
+from lathesim.diagnosis.candidates.screening import Screening, is_limit, screen
 from lathesim.diagnosis.candidates.starting_points import starting_points
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection.acceptance import believable, credible_if_it_moves, is_an_event, is_of_a_clock, merit, simplest
-from lathesim.diagnosis.selection.elimination import fewer, fitted_without
-from lathesim.diagnosis.selection.laboratory import Laboratory, becomes_implausible, is_implausible, judged_score
+from lathesim.diagnosis.selection.acceptance import believable, credible_if_it_moves, merit, simplest
+from lathesim.diagnosis.selection.compare_models import due as cost
+from lathesim.diagnosis.selection.elimination import is_in_time, without_needless, without_parts_of_a_shape
+from lathesim.diagnosis.selection.laboratory import Laboratory, becomes_implausible, is_implausible
 from lathesim.diagnosis.selection.moves.extend import extend_parameters
 from lathesim.diagnosis.selection.moves.generalise import generalise, may_be_worth
 from lathesim.diagnosis.selection.moves.merge_harmonics import merge_harmonics
 from lathesim.diagnosis.selection.refusal import pushes_at, quiet_parts, refusal
 from lathesim.diagnosis.selection.trials import Asked, side_by_side
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.execution.budget import Progress
 from lathesim.identification.execution.threads import TOGETHER
-from lathesim.identification.records.candidate import Candidate, instants_of
-from lathesim.identification.records.model import CandidateStanding, Model, Standing, Trial, is_full_band
+from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records.model import CandidateStanding, Model, Standing, Trial
 from lathesim.identification.replay.experiment import Experiment
 
 _PUSHED = "effort"
 
 
-def grow(laboratory: Laboratory, found: SearchResult, method: Method, known: Collection[Candidate] = ()) -> None:
-    """Add effects one at a time as long as one is believable, or until the model has come to the ``known`` effects of another one or the
-    search has cost all that it may."""
+States = Generator[SearchResult, None, SearchResult]
+"""The states that a search goes through; the last one is returned too."""
+
+
+def last_of(states: States) -> SearchResult:
+    """Return the state that a search comes to."""
+    while True:
+        try:
+            next(states)
+        except StopIteration as end:
+            return cast(SearchResult, end.value)
+
+
+def grow(laboratory: Laboratory, found: SearchResult, method: Method, known: Collection[Candidate] = ()) -> States:
+    """Return the states of a search that adds effects one at a time: as long as one is believable, or until the model has come to the
+    ``known`` effects of another one or the search has cost all that it may."""
     while len(found.model.candidates) < method.most_effects:
         if known and same_effects(found.model.candidates, known):
-            return
+            return found
         if not method.affords(laboratory.runs, len(laboratory.experiment.candidates)):
-            found.ended_after = laboratory.runs
-            return
-        quiet = quiet_parts(laboratory, found.model, method=method)
-        simple, refined = (
-            [
-                candidate
-                for candidate in asked(found.model, laboratory.experiment)
-                if candidate.part not in found.refused and not pushes_at(candidate, quiet)
-            ]
-            for asked in (due, finer)
-        )
-        laboratory.progress(f"screening {len(simple) + len(refined)} candidates")
-        points = starting_points(laboratory.experiment, found.model.fitted, [*simple, *refined], method=method)
-        screening = screen(laboratory.experiment.sensed, found.model.fitted, [*simple, *refined], points, method=method)
-        found.null_maximum = screening.null_maximum if method.against_null_maximum else 0.0
-        promised = max((item.gain for item in screening.ranked), default=0.0)
-        if extend_parameters(laboratory, found, method, method.selection.shape_before_effect * promised):
-            _leave_out_unworthy(laboratory, found, method)
-            continue
-        if any(_add(laboratory, found, method, ranked, screening.ranked) for ranked in in_turn(screening.ranked, simple, method=method)):
-            continue
-        if not extend_parameters(laboratory, found, method):
-            return
-        _leave_out_unworthy(laboratory, found, method)
+            found = replace(found, ended_after=laboratory.runs)
+            yield found
+            return found
+        before = found.model
+        found = _grown_by_one(laboratory, found, method)
+        yield found
+        if found.model is before:
+            return found
+    return found
+
+
+def _grown_by_one(laboratory: Laboratory, found: SearchResult, method: Method) -> SearchResult:
+    """Return the search with a further effect, or with a finer shape of one: first a shape that scores what the best candidate does, then
+    candidates in turn, then any shape."""
+    screening, simple = _screened(laboratory, found, method)
+    found = replace(found, null_maximum=screening.null_maximum if method.against_null_maximum else 0.0)
+    promised = max((item.gain for item in screening.ranked), default=0.0)
+    shaped = extend_parameters(laboratory, found, method, method.selection.shape_before_effect * promised)
+    if shaped.model is not found.model:
+        return without_parts_of_a_shape(laboratory, shaped, method)
+    added = shaped
+    for ranked in in_turn(screening.ranked, simple, method=method):
+        added = _add(laboratory, added, method, ranked, screening.ranked)
+        if added.model is not found.model:
+            return added
+    shaped = extend_parameters(laboratory, added, method)
+    return without_parts_of_a_shape(laboratory, shaped, method) if shaped.model is not found.model else shaped
+
+
+def _screened(laboratory: Laboratory, found: SearchResult, method: Method) -> tuple[Screening, list[Candidate]]:
+    """Return the screening scores of all candidates that may come in, and which of these are simple."""
+    quiet = quiet_parts(laboratory, found.model, method=method)
+    simple, refined = (
+        [
+            candidate
+            for candidate in asked(found.model, laboratory.experiment)
+            if candidate.part not in found.refused and not pushes_at(candidate, quiet)
+        ]
+        for asked in (due, finer)
+    )
+    laboratory.progress(f"screening {len(simple) + len(refined)} candidates")
+    points = starting_points(laboratory.experiment, found.model.fitted, [*simple, *refined], method=method)
+    return screen(laboratory.experiment.sensed, found.model.fitted, [*simple, *refined], points, method=method), simple
 
 
 def same_effects(candidates: Collection[Candidate], others: Collection[Candidate]) -> bool:
@@ -85,49 +118,54 @@ def in_turn(ranked: Sequence[Screened], plain: Sequence[Candidate], method: Meth
     )
 
 
-def _add(laboratory: Laboratory, found: SearchResult, method: Method, ranked: tuple[Screened, ...], screened: tuple[Screened, ...]) -> bool:
-    """Add the best of some candidates, ``ranked``, of all that were ``screened``; False where none is believable."""
+def _add(
+    laboratory: Laboratory, found: SearchResult, method: Method, ranked: tuple[Screened, ...], screened: tuple[Screened, ...]
+) -> SearchResult:
+    """Return the search with the best of some candidates, ``ranked``, of all that were ``screened``; without one where none is
+    believable."""
     if not ranked:
-        return False
-    found.screened = ranked
+        return found
     _told_screened(laboratory, ranked[:5], found.null_maximum)
-    tried = _tried_in_waves(laboratory, found, ranked, method)
-    found.tried += tried
+    tried = _tried_in_batches(laboratory, found, ranked, method)
+    found = replace(found, screened=ranked).having_tried(tried)
     good = _credible(laboratory, found, tried, method)
     if not good:
         return merge_harmonics(laboratory, found, method, [trial for trial in tried if believable(trial, method, found.null_maximum)])
-    best = simplest(good, method)
-    rivals = _rivals(laboratory, found, ranked, screened, best, tried, method=method)
+    rivals = _rivals(laboratory, found, ranked, screened, simplest(good, method), tried, method=method)
+    found = found.having_tried(rivals)
     good += [trial for trial in rivals if believable(trial, method, found.null_maximum)]
     best = simplest(sorted(good, key=lambda trial: -merit(trial, method)), method)
-    if found.model.candidates and best.share_of_all < method.share_of_all and generalise(laboratory, found, method, best.share_of_rest):
+    if found.model.candidates and best.share_of_all < method.share_of_all:
         # what is so small beside the effects that were found is rather a finer form of one of them
-        return True
+        finer_form = generalise(laboratory, found, method, best.share_of_rest)
+        if finer_form.model is not found.model:
+            return finer_form
+        found = finer_form
     settled = laboratory.settled(best.model)
     while why := refusal(laboratory, found.model, best, settled, method):
         laboratory.progress(f"  {best.candidate.name} at {best.candidate.at} is refused: {why}")
         good = [trial for trial in good if trial is not best]
         if not good:
-            return False
+            return found
         best = simplest(good, method)
         settled = laboratory.settled(best.model)
-    _accept(laboratory, found, best, settled, good, tried, method)
-    _eliminate(laboratory, found, method)
-    return True
+    return without_needless(laboratory, _accepted(laboratory, found, best, settled, good, tried, method), method)
 
 
-def _tried_in_waves(laboratory: Laboratory, found: SearchResult, ranked: Sequence[Screened], method: Method) -> list[Trial]:
+def _tried_in_batches(laboratory: Laboratory, found: SearchResult, ranked: Sequence[Screened], method: Method) -> list[Trial]:
     """Fit candidates, the best ones first, as long as the fits so far leave the others worth it, and return the trials."""
     tried: list[Trial] = []
     further = [item for item in ranked[method.screened :] if item.share > method.selection.further_score]
     waiting = [*ranked[: method.screened], *further[: int(method.selection.further_candidates)]]
-    while wave := _wave(laboratory, found, waiting, ranked[0].gain, tried, method):
-        asked = [Asked(item.candidate, found.model.candidates, found.model.free, _starts(item, method=method), item.share) for item in wave]
-        asked += [*_bare(wave, found.model), *_of_more_stages(wave, found.model)]
+    while batch := _batch(laboratory, found, ranked, waiting, tried, method):
+        asked = [
+            Asked(item.candidate, found.model.candidates, found.model.free, _starts(item, method=method), item.share) for item in batch
+        ]
+        asked += [*_bare(batch, found.model), *_of_more_stages(batch, found.model)]
         made = side_by_side(laboratory, found.model, asked)
         to_feel = [
             *_with_simulated_motion(made, tried, found.model, method=method),
-            *_held_at_rest(laboratory.experiment, wave, made, found.model, method=method),
+            *_held_at_rest(laboratory.experiment, batch, made, found.model, method=method),
         ]
         with_simulated_motion = side_by_side(laboratory, found.model, to_feel)
         tried += [*made, *[trial for trial in with_simulated_motion if _holds_still(trial, made, method=method)]]
@@ -141,12 +179,12 @@ def _credible(laboratory: Laboratory, found: SearchResult, tried: Sequence[Trial
         for trial in tried
         if believable(trial, method, found.null_maximum) and not is_part_of_a_wave(trial, found.model, method=method)
     ]
-    good = [trial for trial in good if _is_in_time(laboratory, trial.candidate, trial.model, method=method)]
+    good = [trial for trial in good if is_in_time(laboratory, trial.candidate, trial.model, method=method)]
     good = [trial for trial in good if is_a_wave(laboratory.experiment, trial.candidate, trial.model.fitted.by_name, method=method)]
     return sorted(_without_degradation(good, method=method), key=lambda trial: -merit(trial, method))
 
 
-def _accept(
+def _accepted(
     laboratory: Laboratory,
     found: SearchResult,
     best: Trial,
@@ -154,19 +192,24 @@ def _accept(
     good: list[Trial],
     tried: Sequence[Trial],
     method: Method,
-) -> None:
-    """Take the best trial into the model, ``settled``, and keep what else was as ``good``, or would have been if it moved."""
-    found.trials[best.candidate.part] = good
-    others = [trial for trial in tried if trial.candidate.part not in {known.candidate.part for known in good}]
-    found.unmoved[best.candidate.part] = [trial for trial in others if credible_if_it_moves(trial, method, found.null_maximum)]
-    if not found.model.candidates:
-        found.restarted_from = sorted((trial for trial in good if trial is not best), key=lambda trial: -merit(trial, method))
-    before = found.model
-    found.accept(settled, "add", f"explains {best.share_of_rest:.0%} of what was left")
-    found.before[best.candidate.part] = before
-    if becomes_implausible(before.fitted, found.model.fitted):
-        found.implausible_effects.add(best.candidate.part)
+) -> SearchResult:
+    """Return the search with the best trial in the model, ``settled``, and what else was as ``good``, or would have been if it moved."""
+    part, known = best.candidate.part, {trial.candidate.part for trial in good}
+    others = [trial for trial in tried if trial.candidate.part not in known]
+    unmoved = [trial for trial in others if credible_if_it_moves(trial, method, found.null_maximum)]
+    first = sorted((trial for trial in good if trial is not best), key=lambda trial: -merit(trial, method))
+    implausible = {part} if becomes_implausible(found.model.fitted, settled.fitted) else set()
     laboratory.progress(f"{best.candidate.name} at {best.candidate.at}: {best.gain:.0f} nats, removes {best.share_of_all:.0%}")
+    return found.accepted(
+        settled,
+        "add",
+        f"explains {best.share_of_rest:.0%} of what was left",
+        trials={**found.trials, part: good},
+        unmoved={**found.unmoved, part: unmoved},
+        restarted_from=found.restarted_from if found.model.candidates else first,
+        before={**found.before, part: found.model},
+        implausible_effects=found.implausible_effects | implausible,
+    )
 
 
 def _without_degradation(good: Sequence[Trial], method: Method = STANDARD) -> list[Trial]:
@@ -180,11 +223,11 @@ def _without_degradation(good: Sequence[Trial], method: Method = STANDARD) -> li
     ]
 
 
-def _bare(wave: Sequence[Screened], model: Model) -> list[Asked]:
+def _bare(batch: Sequence[Screened], model: Model) -> list[Asked]:
     """Return the barest forms of candidates, to be tried with frictions that sense the recorded motion and with such that sense the
     simulated one: with more values a fit gets lost where a table stands still."""
     found = []
-    for item in wave:
+    for item in batch:
         if (bare := item.candidate.bare) is not None:
             start = item.starts[0][[item.candidate.parameters.index(name) for name in bare.parameters]]
             found += [
@@ -220,12 +263,12 @@ def _with_simulated_motion(made: Sequence[Trial], before: Sequence[Trial], model
 
 
 def _held_at_rest(
-    experiment: Experiment, wave: Sequence[Screened], made: Sequence[Trial], model: Model, method: Method = STANDARD
+    experiment: Experiment, batch: Sequence[Screened], made: Sequence[Trial], model: Model, method: Method = STANDARD
 ) -> list[Asked]:
     """Return pushing effects that kept little of what they expected, to be tried with frictions that sense the simulated motion: at rest
     these hold whatever pushes, and one that senses the recorded motion lets go."""
     found = []
-    for item in wave:
+    for item in batch:
         kept = max((trial.share_of_rest for trial in made if trial.candidate.part == item.candidate.part), default=1.0)
         pushes = item.candidate.effect.site == _PUSHED and not item.candidate.effect.identification.sticks
         if (
@@ -245,11 +288,11 @@ def _holds_still(trial: Trial, made: Sequence[Trial], method: Method = STANDARD)
     return trial.gain > method.selection.simulated_motion_gain * as_recorded
 
 
-def _of_more_stages(wave: Sequence[Screened], model: Model) -> list[Asked]:
+def _of_more_stages(batch: Sequence[Screened], model: Model) -> list[Asked]:
     """Return what makes a reading late in its finer shape too: a filter of several stages is nearer to a shift than to one stage, and would
     lose its name to it."""
     found = []
-    for item in wave:
+    for item in batch:
         shaped, late = item.candidate.shaped, item.candidate.effect.identification.delay
         if shaped is not None and late:
             start = 0.5 * shaped.usual
@@ -260,40 +303,37 @@ def _of_more_stages(wave: Sequence[Screened], model: Model) -> list[Asked]:
     return found
 
 
-def _wave(
-    laboratory: Laboratory, found: SearchResult, waiting: list[Screened], best: float, tried: Sequence[Trial], method: Method
+def _batch(
+    laboratory: Laboratory, found: SearchResult, ranked: Sequence[Screened], waiting: list[Screened], tried: Sequence[Trial], method: Method
 ) -> list[Screened]:
     """Take from the waiting candidates those that are tried next, as far as the trials so far leave them worth it."""
     good = [trial for trial in tried if believable(trial, method, found.null_maximum)]
     kept = {trial.candidate.part for trial in good}
     # what expected much and kept none of it is no yardstick
-    promised = max((item.gain for item in found.screened if item.candidate.part in kept), default=0.0)
-    least = max(0.5 * (method.margin + found.null_maximum), method.worth_a_fit * promised)
+    promised = max((item.gain for item in ranked if item.candidate.part in kept), default=0.0)
+    least = max(0.5 * cost(method, null_maximum=found.null_maximum), method.worth_a_fit * promised)
     # of all channels together: what explains one of them may be a part of what explains all
     rest = float(found.model.error[::2].sum())
     explained = max((1.0 - float(trial.model.error[::2].sum()) / rest for trial in good), default=0.0)
-    near = best * next(
-        (
-            share
-            for removed, share in (
-                (method.selection.near_all, method.selection.near_all_rival),
-                (method.selection.near_most, method.selection.near_most_rival),
-            )
-            if explained > removed
-        ),
-        0.0,
-    )
-    first = found.screened[: method.screened]
-    wave: list[Screened] = []
-    while waiting and len(wave) < TOGETHER:
+    near, first = ranked[0].gain * _share_of_a_rival(explained, method), ranked[: method.screened]
+    batch: list[Screened] = []
+    while waiting and len(batch) < TOGETHER:
         item = waiting.pop(0)
         if item.gain < least:
             waiting.clear()
         elif not _may_add(item, *((explained, near) if item in first else (explained + method.selection.further_gain, np.inf))):
             continue
         elif may_be_worth(laboratory, found.model, item, method):
-            wave.append(item)
-    return wave
+            batch.append(item)
+    return batch
+
+
+def _share_of_a_rival(explained: float, method: Method) -> float:
+    """Return the share of the best score with which a candidate is still fitted, once a share of the residual is ``explained``."""
+    limits = method.selection
+    if explained > limits.near_all:
+        return limits.near_all_rival
+    return limits.near_most_rival if explained > limits.near_most else 0.0
 
 
 def _may_add(item: Screened, explained: float, near: float) -> bool:
@@ -337,9 +377,7 @@ def _rivals(
         fewer_values = [item for item in elsewhere if len(item.candidate.parameters) <= len(best.candidate.parameters)]
         alike += [item for item in fewer_values if item not in alike][: int(method.selection.most_rivals)]
     asked = [Asked(item.candidate, found.model.candidates, found.model.free, item.starts[:1]) for item in alike]
-    rivals = side_by_side(laboratory, found.model, asked)
-    found.tried += rivals
-    return rivals
+    return side_by_side(laboratory, found.model, asked)
 
 
 def _is_relative(candidate: Candidate, other: Candidate, promising: bool) -> bool:
@@ -348,71 +386,6 @@ def _is_relative(candidate: Candidate, other: Candidate, promising: bool) -> boo
     if candidate.at != other.at or len(candidate.parameters) > len(other.parameters):
         return False
     return candidate.name in other.effect.identification.generalises or (candidate.family == other.family and promising)
-
-
-def _eliminate(laboratory: Laboratory, found: SearchResult, method: Method) -> None:
-    """Take out effects that the others have made needless, the earliest first, until none is; a lag that was a part of what they do and is
-    next to nothing beside them is."""
-
-    def is_needless(candidate: Candidate) -> bool:
-        return not _is_in_time(laboratory, candidate, found.model, method=method) or _is_needless(
-            laboratory, found.model, candidate, method
-        )
-
-    while needless := next((candidate for candidate in found.model.candidates[:-1] if is_needless(candidate)), None):
-        laboratory.progress(f"{needless.name} at {needless.at} is no longer needed")
-        found.accept(fewer(laboratory, found.model, needless), "drop", "no longer needed")
-        found.take_over(found.model.candidates[-1], needless)
-
-
-def _leave_out_unworthy(laboratory: Laboratory, found: SearchResult, method: Method) -> None:
-    """Take out effects that were a part of the finer shape of the last one, and with that explain too little to be worth a name."""
-    for candidate in found.model.candidates[:-1]:
-        without = fewer(laboratory, found.model, candidate)
-        lost = without.error - found.model.error
-        rest = without.error + np.maximum(laboratory.everything - laboratory.baseline_error, 0.0)
-        of_all, of_rest = float(np.max(lost / laboratory.everything)), float(np.max(lost / rest))
-        much = of_all > method.share_of_all and of_rest > method.share_of_rest
-        if not (much or of_rest > method.nearly_all_of_rest):
-            laboratory.progress(f"{candidate.name} at {candidate.at} was a part of the shape of {found.model.candidates[-1].name}")
-            found.accept(without, "drop", "a part of the shape of another effect")
-            found.trials.pop(candidate.part, None)
-
-
-def _is_in_time(laboratory: Laboratory, candidate: Candidate, model: Model, method: Method = STANDARD) -> bool:
-    period = laboratory.experiment.machine.assembly.sample_period
-    values, duration = model.fitted.by_name, len(laboratory.experiment.record) * period
-    return is_of_a_clock(candidate, values, period, duration, method=method) and is_an_event(
-        instants_of(candidate.parameters), values, duration, method=method
-    )
-
-
-def _is_needless(laboratory: Laboratory, model: Model, candidate: Candidate, method: Method) -> bool:
-    """Return whether a model without one of its candidates loses no more than the candidate's parameters cost."""
-    without = judged_score(laboratory.experiment, fitted_without(laboratory, model, candidate))
-    lost = model.score.above(without, full_band=is_full_band(model.candidates))
-    return lost < method.margin + method.per_parameter * len(candidate.parameters)
-
-
-def leave_out(
-    found: SearchResult,
-    candidates: Sequence[Candidate],
-    experiment: Experiment,
-    validation: Experiment,
-    tell: Progress,
-    method: Method = STANDARD,
-) -> None:
-    """Take effects out of what was found and fit the rest again."""
-    laboratory = Laboratory(experiment, validation, tell, method=method)
-    laboratory.weigh(found.baseline.fitted)
-    rest = tuple(candidate for candidate in found.model.candidates if candidate not in candidates)
-    if not rest:
-        found.accept(found.baseline, "drop", "not determined, or of no use")
-        return
-    gone = {name for candidate in candidates for name in candidate.parameters}
-    free = [item for item in found.model.free if item.name not in gone]
-    fitted = fit(experiment.sensed, free, found.model.fitted.constant, rounds=2, full_band=is_full_band(rest))
-    found.accept(laboratory.model(rest, fitted), "drop", "not determined, or of no use")
 
 
 def _told_screened(laboratory: Laboratory, ranked: Sequence[Screened], null_maximum: float) -> None:

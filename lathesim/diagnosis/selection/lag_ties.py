@@ -13,6 +13,7 @@ from dataclasses import replace
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import merit
+from lathesim.diagnosis.selection.compare_models import Gains, compare_models
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.candidate import Candidate
@@ -23,11 +24,11 @@ _LATE = ("lag", "recording")
 """Families of what acts or shows late."""
 
 
-def ties_of_late_effects(laboratory: Laboratory, found: SearchResult, method: Method) -> None:
-    """Report what is as good as a late effect of the model, once forces may be slow, as tied with it."""
+def ties_of_late_effects(laboratory: Laboratory, found: SearchResult, method: Method) -> SearchResult:
+    """Return the search in which what is as good as a late effect of the model, once forces may be slow, is tied with it."""
     for candidate in found.model.candidates:
-        trials = found.trials.get(candidate.part, [])
-        own = next((trial for trial in trials if trial.candidate.part == candidate.part), None)
+        trials = found.trials.get(candidate.part, ())
+        own = found.trial_of(candidate)
         if own is None or candidate.family not in _LATE:
             continue
         near = [trial for trial in trials if _is_near(trial, own, found.model, method)]
@@ -37,9 +38,15 @@ def ties_of_late_effects(laboratory: Laboratory, found: SearchResult, method: Me
             f"holding {', '.join(trial.candidate.name for trial in near)} against {candidate.name} with forces that may be slow"
         )
         reached = _with_slow_forces(laboratory, own.model)
-        width = max(method.selection.tie, method.selection.equal_share * own.full_band_gain)
-        alike = {trial.candidate.part for trial in near if _with_slow_forces(laboratory, trial.model) > reached - width}
-        found.trials[candidate.part] = [_as_good_as(trial, own) if trial.candidate.part in alike else trial for trial in trials]
+        gains = {trial.candidate.part: Gains(_with_slow_forces(laboratory, trial.model) - reached) for trial in near}
+        alike = {
+            part
+            for part, gain in gains.items()
+            if compare_models(gain, method, explained=own.full_band_gain, share=method.selection.equal_share).as_good
+        }
+        its_own = [_as_good_as(trial, own) if trial.candidate.part in alike else trial for trial in trials]
+        found = replace(found, trials={**found.trials, candidate.part: its_own})
+    return found
 
 
 def _is_near(trial: Trial, own: Trial, model: Model, method: Method) -> bool:

@@ -1,6 +1,7 @@
 """How a model grows: what is tried first, and what is done where the first effect was the wrong one."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,9 +10,10 @@ import pytest
 
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection import elimination
 from lathesim.diagnosis.selection import forward as growth
 from lathesim.diagnosis.selection.forward import _may_add, in_turn
-from lathesim.diagnosis.selection.moves.restart import plainly_better, restarts
+from lathesim.diagnosis.selection.moves.restart import comparison_of_starts, restarts
 from lathesim.effects.identification import Identification
 from lathesim.identification.records.model import Score, Trial
 from tests.diagnosis.stand_ins import effect_of
@@ -71,7 +73,7 @@ def test_another_model_takes_over_where_it_is_plainly_better(
 ) -> None:
     found = SearchResult(model(0.0, 0.0), model(0.0, 0.0, 1, 1))
     other = SearchResult(model(0.0, 0.0), model(score, validation, *parameters))
-    assert plainly_better(other, found, SETTINGS) == better
+    assert (comparison_of_starts(other, found, SETTINGS) is not None) == better
 
 
 def trial(name: str, kept: tuple[Any, ...], share_of_rest: float, moves: float = 5.0) -> Any:
@@ -82,10 +84,9 @@ def trial(name: str, kept: tuple[Any, ...], share_of_rest: float, moves: float =
 
 
 def found_with(share_of_rest: float, moves: float = 5.0) -> SearchResult:
-    found = SearchResult(model(0.0, 0.0), model(0.0, 0.0, 1))
-    found.restarted_from = [trial("another first effect", (), 0.9)]
-    found.tried = [trial("refused", found.model.candidates, share_of_rest, moves)]
-    return found
+    model_found = model(0.0, 0.0, 1)
+    tried = [trial("refused", model_found.candidates, share_of_rest, moves)]
+    return SearchResult(model(0.0, 0.0), model_found, restarted_from=[trial("another first effect", (), 0.9)], tried=tried)
 
 
 def test_a_search_is_begun_otherwise_where_something_refused_takes_away_most(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -119,9 +120,9 @@ def test_what_is_not_believed_beside_strained_values_is_taken_in_once(
     monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.simplest", lambda good, method, **_: good[0])
     monkeypatch.setattr("lathesim.diagnosis.selection.moves.restart.merit", lambda trial, method, **_: 1.0)
     found = found_with(0.3)
-    found.model.fitted, found.restarted_from = None, []
-    found.tried = [trial("drawn", found.model.candidates, 0.3)]
-    found.tried[0].implausible = True
+    drawn = trial("drawn", found.model.candidates, 0.3)
+    drawn.implausible = True
+    found = replace(found, restarted_from=(), tried=[drawn])
     laboratory: Any = None
     again = list(restarts(laboratory, found, SETTINGS))
     assert [other.model.candidates[-1].name for other in again] == begun
@@ -132,12 +133,11 @@ def test_what_is_not_believed_beside_strained_values_is_taken_in_once(
 def test_a_search_that_was_to_ease_the_values_counts_only_if_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
     found = SearchResult(model(0.0, 0.0), model(0.0, 0.0, 1))
     other = SearchResult(model(0.0, 0.0), model(100.0, 100.0, 1, 1), to_ease=True)
-    other.model.fitted = None
     for implausible in (True, False):
         monkeypatch.setattr(
             "lathesim.diagnosis.selection.moves.restart.is_implausible", lambda fitted, implausible=implausible, **_: implausible
         )
-        assert plainly_better(other, found, SETTINGS) is not implausible
+        assert (comparison_of_starts(other, found, SETTINGS) is None) is implausible
 
 
 def lag(part: str) -> Any:
@@ -155,20 +155,20 @@ def test_a_lag_that_shrinks_to_next_to_nothing_beside_another_effect_goes(
         candidates=(filtered, play), fitted=SimpleNamespace(by_name={"filter.lag": late}), score=NOTHING, validation=NOTHING
     )
     left = SimpleNamespace(candidates=(play,), fitted=grown.fitted, score=NOTHING, validation=NOTHING)
-    monkeypatch.setattr(growth, "_is_needless", lambda *given, **_: False)
-    monkeypatch.setattr(growth, "fewer", lambda laboratory, model, candidate, **_: left)
+    monkeypatch.setattr(elimination, "_is_needless", lambda *given, **_: False)
+    monkeypatch.setattr(elimination, "fewer", lambda laboratory, model, candidate, **_: left)
     found: Any = SearchResult(grown, grown)  # type: ignore[arg-type]
     machine = SimpleNamespace(assembly=SimpleNamespace(sample_period=2e-3))
     laboratory: Any = SimpleNamespace(experiment=SimpleNamespace(machine=machine, record=[0.0] * 100), progress=lambda text: None)
-    growth._eliminate(laboratory, found, SETTINGS)
+    found = elimination.without_needless(laboratory, found, SETTINGS)
     assert [candidate.part for candidate in found.model.candidates] == (["filter", "play"] if stays else ["play"])
 
 
 def test_a_model_that_grows_to_a_known_one_is_not_grown_further() -> None:
     known = model(0.0, 0.0, 1)
     known.candidates[0].part = "play"
-    growth.grow(Any, SimpleNamespace(model=known), SETTINGS, known.candidates)  # type: ignore[arg-type]
-    assert [candidate.part for candidate in known.candidates] == ["play"]
+    found: Any = SimpleNamespace(model=known)
+    assert growth.last_of(growth.grow(Any, found, SETTINGS, known.candidates)) is found  # type: ignore[arg-type]
 
 
 def test_what_takes_the_place_of_an_effect_is_credited_with_its_share() -> None:
@@ -176,7 +176,7 @@ def test_what_takes_the_place_of_an_effect_is_credited_with_its_share() -> None:
     plain, bristles = (SimpleNamespace(part=name) for name in ("plain", "bristles"))
     taken = [Trial(candidate, None, 100.0, 100.0, 5.0, share, 0.9) for candidate, share in ((plain, 0.95), (bristles, 0.04))]  # type: ignore[arg-type]
     found = SearchResult(model(0.0, 0.0), model(0.0, 0.0), {trial.candidate.part: [trial] for trial in taken})
-    found.take_over(bristles, plain)  # type: ignore[arg-type]
+    found = found.taking_over(bristles, plain)  # type: ignore[arg-type]
     assert found.removed_by(bristles) == pytest.approx(0.99)  # type: ignore[arg-type]
 
 
@@ -262,10 +262,9 @@ def test_what_was_a_part_of_a_finer_shape_goes(without: tuple[float, ...], kept:
     ripple, friction = (SimpleNamespace(name=name, at="x_axis", part=name) for name in ("ripple", "friction"))
     whole: Any = SimpleNamespace(candidates=(ripple, friction), error=np.array([0.02]), score=NOTHING, validation=NOTHING)
     fewer: Any = SimpleNamespace(candidates=(friction,), error=np.array(without), score=NOTHING, validation=NOTHING)
-    monkeypatch.setattr(growth, "fewer", lambda laboratory, model, candidate, **_: fewer)
+    monkeypatch.setattr(elimination, "fewer", lambda laboratory, model, candidate, **_: fewer)
     laboratory: Any = SimpleNamespace(everything=np.ones(1), baseline_error=np.ones(1), progress=lambda text: None)
-    found = SearchResult(whole, whole)
-    growth._leave_out_unworthy(laboratory, found, SETTINGS)
+    found = elimination.without_parts_of_a_shape(laboratory, SearchResult(whole, whole), SETTINGS)
     assert (ripple in found.model.candidates) == kept
 
 

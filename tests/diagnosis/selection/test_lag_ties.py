@@ -38,7 +38,7 @@ def test_only_the_colour_of_the_forces_tells_them_apart(rival: Trial, tied: bool
     own = trial("filter", 18_900.0, 100_000.0)
     found = SearchResult(own.model, own.model, {"filter": [own, rival]})
     laboratory: Any = SimpleNamespace(experiment=SimpleNamespace(sensed=None), progress=lambda text: None)
-    ties_of_late_effects(laboratory, found, Method())
+    found = ties_of_late_effects(laboratory, found, Method())
     first, second = found.trials["filter"]
     assert first is own
     assert (second.full_band_gain == own.full_band_gain) == tied

@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection.forward import grow
+from lathesim.diagnosis.selection.forward import grow, last_of
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.diagnosis.selection.refusal import is_much_of_it, is_trifling, pushes_at, quiet_parts
 from lathesim.effects.friction import CoulombFriction
@@ -55,7 +55,7 @@ def test_what_only_pushes_is_not_looked_for_where_nothing_is_missing() -> None:
     assert [pushes_at(candidate, {"x_axis"}) for candidate in laboratory.experiment.candidates] == [True, True]
     said: list[str] = []
     laboratory.progress = said.append
-    grow(laboratory, SearchResult(baseline_alone, model), method)
+    last_of(grow(laboratory, SearchResult(baseline_alone, model), method))
     assert said == ["screening 0 candidates"]
     laboratory, model, _ = with_friction(1.0)
     assert quiet_parts(laboratory, model, method=method) == set()

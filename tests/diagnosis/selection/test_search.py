@@ -12,7 +12,7 @@ from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.evidence import gather, runners_up
 from lathesim.diagnosis.selection.acceptance import believable, merit, replaces
-from lathesim.diagnosis.selection.forward import leave_out
+from lathesim.diagnosis.selection.elimination import leave_out
 from lathesim.diagnosis.selection.laboratory import becomes_implausible
 from lathesim.diagnosis.selection.search import search
 from lathesim.effects.effect import Effect
@@ -167,12 +167,12 @@ def test_a_runner_up_was_tried_beside_the_same_effects() -> None:
 
 def test_an_effect_is_left_out_again() -> None:
     first, second = pair(RUBBING_AND_PUSHED)
-    found = dataclasses.replace(found_in(RUBBING_AND_PUSHED))
+    found = found_in(RUBBING_AND_PUSHED)
     push = [candidate for candidate in found.model.candidates if candidate.name == "ForceOffset"]
-    leave_out(found, push, first, second, lambda text: None)
+    found = leave_out(found, push, first, second, lambda text: None)
     assert names(found) == ["CoulombFriction"]
     assert "try_x_axis_force_offset.offset" not in found.model.fitted.names
-    leave_out(found, found.model.candidates, first, second, lambda text: None)
+    found = leave_out(found, found.model.candidates, first, second, lambda text: None)
     assert found.model is found.baseline
 
 

@@ -15,8 +15,9 @@ import numpy as np
 from lathesim.diagnosis.candidates.screening import screened_instead
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.screened import Screened
-from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.records.search import SearchResult, credited
 from lathesim.diagnosis.selection.acceptance import believable
+from lathesim.diagnosis.selection.compare_models import Gains, compare_models
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.diagnosis.selection.trials import told
 from lathesim.engine.assembly import FloatArray
@@ -25,9 +26,9 @@ from lathesim.identification.records.model import Model
 from lathesim.identification.signal.analysis import strongest_jumps
 
 
-def extend_parameters(laboratory: Laboratory, found: SearchResult, method: Method, promised: float = 0.0) -> bool:
-    """Return an effect of the model its finer shape where that scores more than ``expected`` [nats] and is believable; say whether one was
-    given."""
+def extend_parameters(laboratory: Laboratory, found: SearchResult, method: Method, promised: float = 0.0) -> SearchResult:
+    """Return the search with the finer shape of an effect of the model, where that scores more than ``promised`` [nats] and is
+    believable."""
     asked = [
         (candidate, shaped, _starts(laboratory, candidate, shaped, found.model))
         for candidate in found.model.candidates
@@ -37,7 +38,7 @@ def extend_parameters(laboratory: Laboratory, found: SearchResult, method: Metho
     promises.sort(key=lambda item: -item[3].gain)
     for candidate, shaped, starts, screening_score in promises:
         if screening_score.gain < promised or not _is_worth_asking(screening_score, method):
-            return False
+            return found
         laboratory.progress(
             f"asking whether {candidate.name} at {candidate.at} has a finer shape, which promises {screening_score.gain:.0f} nats"
         )
@@ -45,8 +46,7 @@ def extend_parameters(laboratory: Laboratory, found: SearchResult, method: Metho
         free = [item for item in found.model.free if item.name not in candidate.parameters]
         best = min(starts[1:], key=lambda start: _left(laboratory, found.model, shaped, start))
         trial = told(laboratory, laboratory.trial(found.model, shaped, kept, free, [starts[0], best]))
-        found.tried.append(trial)
-        first = next((one for one in found.trials.get(candidate.part, ()) if one.candidate.part == candidate.part), None)
+        found, first = found.having_tried([trial]), found.trial_of(candidate)
         much = first is not None and min(trial.gain, trial.validation_gain) > method.selection.shape_of_first * first.gain
         if believable(trial, replace(method, share_of_all=method.selection.shape_of_all), 0.0) or (
             much and trial.moves > method.small_move
@@ -57,10 +57,9 @@ def extend_parameters(laboratory: Laboratory, found: SearchResult, method: Metho
                 for one in found.trials.get(candidate.part, ())
                 if one.candidate.effect.identification.extended == candidate.effect.identification.extended
             ]
-            found.trials[candidate.part] = [replace(one, share_of_all=min(one.share_of_all + trial.share_of_all, 1.0)) for one in alike]
-            found.accept(laboratory.settled(trial.model), "extend", f"{candidate.name} has an extended shape")
-            return True
-    return False
+            trials = {**found.trials, candidate.part: credited(alike, trial.share_of_all)}
+            return found.accepted(laboratory.settled(trial.model), "extend", f"{candidate.name} has an extended shape", trials=trials)
+    return found
 
 
 def _starts(laboratory: Laboratory, candidate: Candidate, shaped: Candidate, model: Model) -> Sequence[FloatArray]:
@@ -104,7 +103,8 @@ def _shape_of(candidate: Candidate) -> Candidate | None:
 
 
 def _is_worth_asking(screening_score: Screened, method: Method) -> bool:
-    return screening_score.gain > method.margin and screening_score.share > method.selection.shape_score * method.share_of_rest
+    worth = screening_score.share > method.selection.shape_score * method.share_of_rest
+    return worth and compare_models(Gains(screening_score.gain), method, effects=1).better
 
 
 def _left(laboratory: Laboratory, model: Model, candidate: Candidate, start: FloatArray) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import listed
 from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.compare_models import compare_models, gains_over
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.candidate import Candidate
@@ -21,16 +22,18 @@ from lathesim.identification.records.fit import Fitted, with_start
 from lathesim.identification.records.model import Model, is_full_band
 
 
-def fix_parameters(laboratory: Laboratory, found: SearchResult, method: Method = STANDARD) -> None:
-    """Hold at nothing the values of effects that neither recording needs, and with each those that say something of it alone."""
+def fix_parameters(laboratory: Laboratory, found: SearchResult, method: Method = STANDARD) -> SearchResult:
+    """Return the search with the values of effects held at nothing that neither recording needs, and with each those that say something of
+    it alone."""
     for candidate in found.model.candidates:
-        spared: list[str] = []
-        while (leaner := _without_the_most_needless(laboratory, found.model, _there(found.model, candidate), method=method)) is not None:
-            found.model, names = leaner
+        model, spared = found.model, list[str]()
+        while (leaner := _without_the_most_needless(laboratory, model, _there(model, candidate), method=method)) is not None:
+            model, names = leaner
             spared += [name.partition(".")[2] for name in names]
         if spared:
             laboratory.progress(f"{candidate.name} at {candidate.at} is as good without {listed(spared)}")
-            found.accept(laboratory.settled(found.model), "fix parameters", f"as good without {listed(spared)}")
+            found = found.accepted(laboratory.settled(model), "fix parameters", f"as good without {listed(spared)}")
+    return found
 
 
 def _there(model: Model, candidate: Candidate) -> Candidate:
@@ -53,11 +56,8 @@ def _without_the_most_needless(
 
 def is_as_good(leaner: Model, model: Model, method: Method = STANDARD) -> bool:
     """Return whether a model with fewer values loses next to nothing of a model's likelihood, on either recording."""
-    full_band = is_full_band(model.candidates)
-    return (
-        max(model.score.above(leaner.score, full_band=full_band), model.validation.above(leaner.validation, full_band=full_band))
-        < method.selection.parameter_worth
-    )
+    gains = gains_over(leaner, model, full_band=is_full_band(model.candidates))
+    return compare_models(gains, method, least=method.selection.parameter_worth).as_good
 
 
 def _unsure_shape(candidate: Candidate, fitted: Fitted, method: Method = STANDARD) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import believable, merit, of_usual_size, replaces
+from lathesim.diagnosis.selection.compare_models import Gains, compare_models, due
 from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible
 from lathesim.diagnosis.selection.moves.split import form_starts
 from lathesim.diagnosis.selection.refusal import is_trifling, pushes_at, quiet_parts
@@ -20,49 +22,54 @@ from lathesim.identification.records.model import Model, Trial
 from lathesim.identification.replay.experiment import Experiment
 
 
-def generalise(laboratory: Laboratory, found: SearchResult, method: Method, least: float = 0.0) -> bool:
-    """Let a refined form take the place of an effect where it removes much of what is left, or ``least`` of it; say whether one did."""
-    changed = False
+def generalise(laboratory: Laboratory, found: SearchResult, method: Method, least: float = 0.0) -> SearchResult:
+    """Return the search with refined forms in the place of effects where they remove much of what is left, or ``least`` of it."""
     quiet = quiet_parts(laboratory, found.model, method=method)
     for candidate in found.model.candidates:
-        asked = _finer_forms(laboratory, found, candidate, method, quiet=pushes_at(candidate, quiet))
+        asked, unseen = _finer_forms(laboratory, found, candidate, method, quiet=pushes_at(candidate, quiet))
         if asked:
             laboratory.progress(f"asking whether {candidate.name} at {candidate.at} has a finer form")
         swaps = side_by_side(laboratory, found.model, asked)
-        found.tried += swaps
+        found = found.having_tried(swaps).with_unseen(candidate, unseen)
         good = _better_forms(laboratory, found, candidate, swaps, least, method)
         if not good:
             # the first micrometres of a friction are sensed through the noise of an encoder: promising, and yet not to be fitted
-            found.unseen.setdefault(candidate.part, []).extend(trial.candidate for trial in swaps if not trial.gain > method.margin)
-        if good:
+            found = found.with_unseen(candidate, [trial.candidate for trial in swaps if not _gains(trial, method)])
+        else:
             best = max(good, key=lambda trial: merit(trial, method))
             laboratory.progress(f"{best.candidate.name} takes the place of {candidate.name}: {best.gain:.0f} nats")
-            found.trials[best.candidate.part] = good
-            found.take_over(best.candidate, candidate)
-            found.before[best.candidate.part] = found.model
-            found.accept(laboratory.settled(best.model), "generalise", "a more general effect explains more")
-            changed = True
-    return changed
+            part, settled = best.candidate.part, laboratory.settled(best.model)
+            found = replace(found, trials={**found.trials, part: good}).taking_over(best.candidate, candidate)
+            before = {**found.before, part: found.model}
+            found = found.accepted(settled, "generalise", "a more general effect explains more", before=before)
+    return found
 
 
-def _finer_forms(laboratory: Laboratory, found: SearchResult, candidate: Candidate, method: Method, *, quiet: bool) -> list[Asked]:
-    """Return the refined forms of an effect that are worth a fit in its place; where it pushes at a ``quiet`` part, none. Those
-    that would show too little to be told from it are noted as unseen."""
+def _gains(trial: Trial, method: Method) -> bool:
+    """Return whether a trial gains what an effect must on the estimation recording."""
+    return compare_models(Gains(trial.gain), method, effects=1).better
+
+
+def _finer_forms(
+    laboratory: Laboratory, found: SearchResult, candidate: Candidate, method: Method, *, quiet: bool
+) -> tuple[list[Asked], list[Candidate]]:
+    """Return the refined forms of an effect that are worth a fit in its place, where it pushes at a ``quiet`` part none, and those that
+    would show too little to be told from it."""
     experiment, model = laboratory.experiment, found.model
     rest = tuple(other for other in model.candidates if other is not candidate)
     kept = [item for item in model.free if item.name not in candidate.parameters]
     # a form of a friction that feels the simulated motion feels it too
     with_simulated_motion = any(model.fitted.constant.get(name) == 0.0 for name in experiment.simulated_motion_of([candidate]))
-    asked = []
+    asked, unseen = list[Asked](), list[Candidate]()
     for other in _refined_forms(experiment, found, candidate):
         starts = form_starts(candidate, other, model)
         motion = experiment.simulated_motion_of([other]) if with_simulated_motion else {}
         screening_score = screened_instead(experiment.sensed, model.fitted, candidate, other, starts[1:], motion)
-        cost = method.margin + method.per_parameter * len(other.parameters)
-        if least_shown(experiment.sensed, model.fitted, candidate, other) < cost:
-            found.unseen.setdefault(candidate.part, []).append(other)
+        shown = Gains(least_shown(experiment.sensed, model.fitted, candidate, other))
+        if not compare_models(shown, method, effects=1, parameters=len(other.parameters)).better:
+            unseen.append(other)
         # where a friction holds by its own motion a screening score says little of how much
-        promising = screening_score.gain > 0.5 * method.margin and (
+        promising = screening_score.gain > 0.5 * due(method) and (
             with_simulated_motion or may_be_worth(laboratory, model, screening_score, method)
         )
         if promising and not quiet:
@@ -70,7 +77,7 @@ def _finer_forms(laboratory: Laboratory, found: SearchResult, candidate: Candida
             if other.bare:
                 plain = form_starts(candidate, other.bare, model)
                 asked += [Asked(other.bare, rest, kept, plain, with_simulated_motion=simulated) for simulated in (False, True)]
-    return asked
+    return asked, unseen
 
 
 def _refined_forms(experiment: Experiment, found: SearchResult, candidate: Candidate) -> list[Candidate]:
@@ -102,7 +109,7 @@ def _restores_plausibility(trial: Trial, method: Method) -> bool:
 def may_be_worth(laboratory: Laboratory, model: Model, item: Screened, method: Method) -> bool:
     """Return whether what a candidate scores may come to the shares of the error that an effect must remove."""
     if is_implausible(model.fitted, method=method) or (
-        item.candidate.effect.identification.periodic and item.gain > method.selection.wave_surely_there * method.margin
+        item.candidate.effect.identification.periodic and item.gain > method.selection.wave_surely_there * due(method)
     ):
         # what repeats hundreds of times scores little as long as its length is a little off
         return True

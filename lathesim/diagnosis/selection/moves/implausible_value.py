@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.compare_models import Gains, ModelComparison, compare_models
 from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible, judged_score
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.threads import together
@@ -31,6 +33,19 @@ class ImplausibleValue:
     """The factor of a sensor that would do as well, and by which it is better only as the likelier of two numbers."""
 
 
+def free_a_value(laboratory: Laboratory, found: SearchResult, method: Method) -> SearchResult:
+    """Return the search with one value of the lesson in the place of effects, or as a rival of what was found."""
+    far = find_implausible_value(laboratory, found.baseline, found.model, method=method)
+    if far is None:
+        return found
+    names = (far.name, *far.instead)
+    if far.better:
+        laboratory.progress(f"better than any effect: {far.name} is outside the plausible range of the lesson")
+        why = f"{far.name} explains more than any effect"
+        return found.accepted(far.model, "implausible value", why, far_off=names, factor_instead=far.factor)
+    return replace(found, values_instead=names) if found.model.candidates else found
+
+
 def find_implausible_value(laboratory: Laboratory, baseline: Model, model: Model, method: Method = STANDARD) -> ImplausibleValue | None:
     """Return the model with the value that explains more than ``model`` does once it is let loose, or as much; none where no value does."""
     if not is_implausible(baseline.fitted, method=method):
@@ -44,15 +59,23 @@ def find_implausible_value(laboratory: Laboratory, baseline: Model, model: Model
         if not found:
             continue
         best, name, loose = found[0]
-        width = max(method.selection.value_gain, method.selection.value_better * abs(best))
-        if best > reached - width and best > method.selection.value_gain:
-            alike = tuple(other for merit, other, _ in found[1:] if merit > best - width)
+        if against(best, reached, best, method).as_good and compare_models(Gains(best), method, effects=1).better:
+            alike = tuple(other for merit, other, _ in found[1:] if against(merit, best, best, method).as_good)
             # effects beside which other values would have to be impossible still are no rivals of one value that does as well, and an
             # encoder that is off by any factor is one number too, and the stranger one
             factor = factor_of(model, laboratory.experiment)
-            beaten = best > reached + (-width if not candidates and (factor or is_implausible(model.fitted, method=method)) else width)
-            return ImplausibleValue(loose, name, alike, beaten, factor if beaten and best < reached + width else "")
+            stranger = not candidates and bool(factor or is_implausible(model.fitted, method=method))
+            better = against(best, reached, best, method, effects=1).better
+            return ImplausibleValue(loose, name, alike, better or stranger, factor if stranger and not better else "")
     return None
+
+
+def against(merit: float, other: float, explained: float, method: Method, effects: int = 0) -> ModelComparison:
+    """Return how one explanation by a value compares with another one, from the merits of both [nats]."""
+    return compare_models(
+        Gains(merit - other), method, effects=effects, explained=explained, least=method.selection.value_gain,
+        share=method.selection.value_better,
+    )  # fmt: skip
 
 
 def factor_of(model: Model, experiment: Experiment) -> str:

@@ -15,6 +15,7 @@ from lathesim.diagnosis.candidates.harmonics import second_line
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import merit
+from lathesim.diagnosis.selection.compare_models import compare_models, gains_over
 from lathesim.diagnosis.selection.elimination import fewer
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.diagnosis.selection.trials import told
@@ -25,9 +26,9 @@ from lathesim.identification.records.model import Trial
 _LINES = ("amplitude", "second", "period", "phase", "second_phase")
 
 
-def merge_harmonics(laboratory: Laboratory, found: SearchResult, method: Method, harmonics: Sequence[Trial]) -> bool:
-    """Put an effect of two lines in the place of a wave of the model, where what was tried beside it is its second line and both recordings
-    are explained better for what the further values cost; say whether one was put."""
+def merge_harmonics(laboratory: Laboratory, found: SearchResult, method: Method, harmonics: Sequence[Trial]) -> SearchResult:
+    """Return the search with an effect of two lines in the place of a wave of the model, where what was tried beside it is its second line
+    and both recordings are explained better for what the further values cost."""
     for trial in sorted(harmonics, key=lambda one: -merit(one, method)):
         wave = second_line(trial, found.model, method=method)
         whole = _of_two_lines(laboratory, wave, found.model.candidates) if wave is not None else None
@@ -36,17 +37,18 @@ def merge_harmonics(laboratory: Laboratory, found: SearchResult, method: Method,
         laboratory.progress(f"asking whether {wave.name} at {wave.at} and its second harmonic are one {whole.name}")
         before = fewer(laboratory, found.model, wave)
         one = told(laboratory, laboratory.trial(before, whole, before.candidates, before.free, _starts(trial, wave, whole)))
-        due = method.margin + method.per_parameter * max(0, len(whole.parameters) - len(wave.parameters))
-        model, old = one.model, found.model
-        better = model.score.above(old.score, full_band=True) > due
-        if better and model.validation.above(old.validation, full_band=True) > method.validation_margin:
+        more = max(0, len(whole.parameters) - len(wave.parameters))
+        if compare_models(gains_over(one.model, found.model, full_band=True), method, effects=1, parameters=more).better:
             laboratory.progress(f"{whole.name} takes the place of {wave.name}")
-            found.trials[whole.part] = [replace(one, share_of_all=min(1.0, found.removed_by(wave) + trial.share_of_all))]
-            found.before[whole.part] = before
-            found.trials.pop(wave.part, None)
-            found.accept(laboratory.settled(one.model), "merge harmonics", "a wave and its second harmonic are one effect")
-            return True
-    return False
+            both = replace(one, share_of_all=min(1.0, found.removed_by(wave) + trial.share_of_all))
+            return found.accepted(
+                laboratory.settled(one.model),
+                "merge harmonics",
+                "a wave and its second harmonic are one effect",
+                trials=found.trials_with({whole.part: [both]}, wave),
+                before={**found.before, whole.part: before},
+            )
+    return found
 
 
 def _of_two_lines(laboratory: Laboratory, wave: Candidate, there: Sequence[Candidate]) -> Candidate | None:

@@ -14,15 +14,16 @@ from lathesim.diagnosis.candidates.screening import screen
 from lathesim.diagnosis.candidates.starting_points import starting_points
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.compare_models import compare_models, further_parameters, gains_over
 from lathesim.diagnosis.selection.elimination import fewer
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.model import Model, Trial, is_full_band
+from lathesim.identification.records.model import Model, Trial
 
 
-def add_prerequisites(laboratory: Laboratory, found: SearchResult, method: Method) -> bool:
-    """Put what an effect of the model stands on into it, in the place of the effect, of another one at the same part, of both, or of
-    none, where that explains both recordings as well for what its values cost; say whether that was done."""
+def add_prerequisites(laboratory: Laboratory, found: SearchResult, method: Method) -> SearchResult:
+    """Return the search with what an effect of the model stands on, in the place of the effect, of another one at the same part, of both,
+    or of none, where that explains both recordings as well for what its values cost."""
     for candidate in found.model.candidates:
         if stands(candidate, found.model, laboratory.experiment):
             continue
@@ -38,23 +39,19 @@ def add_prerequisites(laboratory: Laboratory, found: SearchResult, method: Metho
         for gone, trial in _instead(laboratory, found.model, candidate, others, grounds, method=method):
             model = laboratory.settled(trial.model)
             if _is_as_good(model, found.model, method):
-                for other in gone:
-                    found.take_over(trial.candidate, other)
                 laboratory.progress(
                     f"{trial.candidate.name} at {trial.candidate.at} takes the place of {' and '.join(other.name for other in gone)}"
                 )
-                found.trials[trial.candidate.part] = [trial]
-                found.accept(model, "prerequisite", "the effect that it stands on explains as much")
-                return True
+                trials = {**found.trials, trial.candidate.part: [trial]}
+                return found.accepted(model, "prerequisite", "the effect that it stands on explains as much", trials=trials)
             if gone == (candidate,):
                 again = _on_top(laboratory, trial.model, candidate, method=method)
                 both = laboratory.settled(again.model)
                 if _is_as_good(both, found.model, method):
                     laboratory.progress(f"{trial.candidate.name} at {trial.candidate.at} is there too")
-                    found.trials |= {trial.candidate.part: [trial], candidate.part: [again]}
-                    found.accept(both, "prerequisite", "both are there")
-                    return True
-    return False
+                    trials = {**found.trials, trial.candidate.part: [trial], candidate.part: [again]}
+                    return found.accepted(both, "prerequisite", "both are there", trials=trials)
+    return found
 
 
 def _instead(
@@ -84,13 +81,8 @@ def _on_top(laboratory: Laboratory, before: Model, candidate: Candidate, method:
 
 def _is_as_good(model: Model, other: Model, method: Method) -> bool:
     """Return whether a model explains both recordings no worse than another one, for what the values and effects cost that it has fewer."""
-    fewer_values = sum(len(candidate.parameters) for candidate in other.candidates) - sum(
-        len(candidate.parameters) for candidate in model.candidates
-    )
-    fewer_effects = len(other.candidates) - len(model.candidates)
-    due = method.margin * fewer_effects + method.per_parameter * fewer_values
-    full_band = is_full_band(model.candidates) or is_full_band(other.candidates)
-    return min(model.score.above(other.score, full_band=full_band), model.validation.above(other.validation, full_band=full_band)) > -due
+    effects, parameters = len(model.candidates) - len(other.candidates), further_parameters(model, other)
+    return compare_models(gains_over(model, other), method, effects=effects, parameters=parameters, least=0.0).as_good
 
 
 def _host(candidate: Candidate) -> str:

@@ -18,6 +18,7 @@ from lathesim.diagnosis.candidates.harmonics import is_part_of_a_wave
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import believable, merit, simplest
+from lathesim.diagnosis.selection.compare_models import Gains, ModelComparison, compare_models, further_parameters, gains_over
 from lathesim.diagnosis.selection.elimination import fewer
 from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible
 from lathesim.identification.records.model import Trial
@@ -45,7 +46,7 @@ def _refused(found: SearchResult, method: Method) -> Trial | None:
     there = found.model.candidates
     asked = [trial for trial in found.tried if trial.candidate.part not in found.refused]
     beside = [trial for trial in asked if trial.model.candidates[:-1] == there and trial.candidate not in there]
-    gaining = [trial for trial in beside if min(trial.gain, trial.validation_gain) > method.margin]
+    gaining = [trial for trial in beside if compare_models(Gains(min(trial.gain, trial.validation_gain)), method, effects=1).better]
     much = [trial for trial in gaining if trial.share_of_rest > method.selection.restart_explains and trial.moves > method.smallest_move]
     most = max(much, key=lambda trial: trial.share_of_rest, default=None)
     return None if most is None or is_part_of_a_wave(most, found.model, method=method) else most
@@ -73,15 +74,12 @@ def _exchanged(laboratory: Laboratory, found: SearchResult, refused: Trial) -> I
         yield laboratory.trial(before, refused.candidate, before.candidates, before.free, [start])
 
 
-def plainly_better(other: SearchResult, found: SearchResult, method: Method) -> bool:
-    """Return whether another model explains both recordings better, by more than the parameters cost that it has more, and has come to
-    what it was begun for."""
+def comparison_of_starts(other: SearchResult, found: SearchResult, method: Method) -> ModelComparison | None:
+    """Return how another model compares with the one that was found, where it explains both recordings better by more than the parameters
+    cost that it has more, and has come to what it was begun for; none where it does not."""
     if other.to_ease and is_implausible(other.model.fitted, method=method):
-        return False
-    more = sum(len(candidate.parameters) for candidate in other.model.candidates) - sum(
-        len(candidate.parameters) for candidate in found.model.candidates
-    )
-    due = method.margin + method.per_parameter * max(more, 0)
-    fitted = other.model.score.above(found.model.score, full_band=True)
-    judged = other.model.validation.above(found.model.validation, full_band=True)
-    return bool(min(fitted, judged) > due)
+        return None
+    more = max(further_parameters(other.model, found.model), 0)
+    gains = gains_over(other.model, found.model, full_band=True)
+    comparison = compare_models(Gains(gains.least, gains.validation), method, effects=1, parameters=more)
+    return comparison if comparison.better else None

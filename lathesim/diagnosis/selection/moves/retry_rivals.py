@@ -16,6 +16,7 @@ import numpy as np
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import believable, merit
+from lathesim.diagnosis.selection.compare_models import Gains, compare_models, gains_over
 from lathesim.diagnosis.selection.elimination import fewer
 from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible
 from lathesim.diagnosis.selection.trials import Asked, side_by_side
@@ -27,17 +28,17 @@ _LATE = frozenset({"lag", "recording"})
 """Families of what acts or shows late."""
 
 
-def retry_rivals(laboratory: Laboratory, found: SearchResult, method: Method) -> None:
-    """Hold each effect of a model of several against what came near it, in the place of it."""
+def retry_rivals(laboratory: Laboratory, found: SearchResult, method: Method) -> SearchResult:
+    """Return the search with each effect of a model of several compared with what came near it, in the place of it."""
     if len(found.model.candidates) < 2:
-        return
+        return found
     for candidate in found.model.candidates:
         rivals = _near(candidate, found, method)
         if not rivals:
             continue
         laboratory.progress(f"trying again what came near {candidate.name} at {candidate.at}")
-        if _takes_two_places(laboratory, found, candidate, rivals, method):
-            return
+        if one_for_both := _in_two_places(laboratory, found, candidate, rivals, method):
+            return one_for_both
         before = fewer(laboratory, found.model, candidate)
         values = found.model.fitted.by_name
         itself = Asked(candidate, before.candidates, before.free, [np.array([values[name] for name in candidate.parameters])])
@@ -53,11 +54,12 @@ def retry_rivals(laboratory: Laboratory, found: SearchResult, method: Method) ->
         best = max(others, key=lambda trial: merit(trial, method))
         chosen = best if _is_better(best, own, method) else own
         credited = [replace(trial, share_of_all=trial.share_of_all + more) for trial in (own, *others)]
+        trials = found.trials_with({chosen.candidate.part: credited}, *([candidate] if chosen is not own else []))
+        found = replace(found, trials=trials)
         if chosen is not own:
             laboratory.progress(f"{chosen.candidate.name} takes the place of {candidate.name} beside the rest")
-            found.accept(laboratory.settled(chosen.model), "retry rivals", "beside the other effects it explains more")
-            del found.trials[candidate.part]
-        found.trials[chosen.candidate.part] = credited
+            found = found.accepted(laboratory.settled(chosen.model), "retry rivals", "beside the other effects it explains more")
+    return found
 
 
 def _in_its_shape(trial: Trial, candidate: Candidate, values: Mapping[str, float]) -> tuple[Candidate, list[FloatArray]]:
@@ -90,9 +92,11 @@ def _near(candidate: Candidate, found: SearchResult, method: Method) -> list[Tri
     return sorted(near, key=lambda trial: -merit(trial, method))[: int(method.selection.most_retried)]
 
 
-def _takes_two_places(laboratory: Laboratory, found: SearchResult, candidate: Candidate, rivals: Sequence[Trial], method: Method) -> bool:
-    """Let a rival of a late effect take its place and that of another one, if it does as well as both: two channels that are late are one
-    drive that is. Say whether one did."""
+def _in_two_places(
+    laboratory: Laboratory, found: SearchResult, candidate: Candidate, rivals: Sequence[Trial], method: Method
+) -> SearchResult | None:
+    """Return the search with a rival of a late effect in its place and that of another one, if it does as well as both: two channels that
+    are late are one drive that is."""
     both = [other for other in found.model.candidates if other is not candidate and {other.family, candidate.family} <= _LATE]
     for other in both:
         before = fewer(laboratory, fewer(laboratory, found.model, candidate), other)
@@ -105,29 +109,28 @@ def _takes_two_places(laboratory: Laboratory, found: SearchResult, candidate: Ca
         )
         for trial in sorted((trial for trial in tried if believable(trial, method, 0.0)), key=lambda trial: -merit(trial, method)):
             settled = laboratory.settled(trial.model)
-            saved = method.margin + method.per_parameter * (
-                len(candidate.parameters) + len(other.parameters) - len(trial.candidate.parameters)
-            )
+            parameters = len(trial.candidate.parameters) - len(candidate.parameters) - len(other.parameters)
             # one delay is never simulated as well as two shifts are fitted
-            if found.model.score.above(settled.score, full_band=True) < max(
-                saved, method.selection.equal_share * trial.gain
-            ) and not is_implausible(settled.fitted, method=method):
+            held = compare_models(
+                Gains(gains_over(settled, found.model, full_band=True).estimation), method, effects=-1, parameters=parameters,
+                explained=trial.gain, share=method.selection.equal_share,
+            )  # fmt: skip
+            if held.as_good and not is_implausible(settled.fitted, method=method):
                 laboratory.progress(f"{trial.candidate.name} takes the places of {candidate.name} and {other.name}")
                 shared = min(found.removed_by(candidate) + found.removed_by(other), 1.0)
-                found.accept(settled, "retry rivals", "one effect explains what two did")
-                del found.trials[candidate.part], found.trials[other.part]
-                found.trials[trial.candidate.part] = [replace(trial, share_of_all=shared)]
-                return True
-    return False
+                trials = found.trials_with({trial.candidate.part: [replace(trial, share_of_all=shared)]}, candidate, other)
+                return found.accepted(settled, "retry rivals", "one effect explains what two did", trials=trials)
+    return None
 
 
 def _is_better(trial: Trial, own: Trial, method: Method) -> bool:
     """Return whether a rival does clearly better, and needs no other machine. Of the same equation at another place less is clear."""
-    more = merit(trial, method) - merit(own, method)
     shape = own.candidate.effect.identification.extended
     share = (
         method.selection.equal_share
         if shape and trial.candidate.effect.identification.extended == shape and trial.candidate.family == own.candidate.family
         else method.selection.tie_share
     )
-    return more > max(method.margin, share * merit(own, method)) and not is_implausible(trial.model.fitted, method=method)
+    reached = merit(own, method)
+    held = compare_models(Gains(merit(trial, method) - reached), method, effects=1, explained=reached, share=share)
+    return held.better and not is_implausible(trial.model.fitted, method=method)

@@ -3,10 +3,13 @@ gained more, and took its name from what the others have explained since."""
 
 from __future__ import annotations
 
+from dataclasses import astuple, replace
+
 from lathesim.diagnosis.candidates.screening import screen
 from lathesim.diagnosis.candidates.starting_points import starting_points
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.compare_models import Gains, compare_models, gains_over
 from lathesim.diagnosis.selection.elimination import fewer
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.diagnosis.selection.trials import Asked, side_by_side
@@ -14,8 +17,8 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial, is_full_band
 
 
-def simplify(laboratory: Laboratory, found: SearchResult, method: Method = STANDARD) -> None:
-    """Put simpler relatives in the place of effects of a model of several, where both recordings are explained as well by them.
+def simplify(laboratory: Laboratory, found: SearchResult, method: Method = STANDARD) -> SearchResult:
+    """Return the search with simpler relatives in the place of effects of a model of several, where both recordings are explained as well.
 
     Asked are those of the same family with fewer values that screening score most beside the other effects; the effect itself is told to be
     tied with the one that takes its place.
@@ -39,41 +42,33 @@ def simplify(laboratory: Laboratory, found: SearchResult, method: Method = STAND
         good = [trial for trial in trials if _as_good(trial, own, method=method)]
         if good:
             best = max(good, key=lambda trial: (-len(trial.candidate.parameters), trial.gain))
-            gain, validation_gain, full_band, full_band_validation = own
-            of_all, of_rest = best.share_of_all, best.share_of_rest
-            was = Trial(
-                candidate,
-                found.model,
-                gain,
-                validation_gain,
-                best.moves,
-                of_all,
-                of_rest,
-                full_band_gain=full_band,
-                full_band_validation_gain=full_band_validation,
-            )
-            found.accept(laboratory.settled(best.model), "simplify", "a simpler effect explains as much")
-            found.trials[best.candidate.part] = [best, was]
+            in_band, full = own
+            assert in_band.validation is not None and full.validation is not None
+            was = replace(
+                best, candidate=candidate, model=found.model, gain=in_band.estimation, validation_gain=in_band.validation,
+                full_band_gain=full.estimation, full_band_validation_gain=full.validation,
+                restores_plausibility=False, implausible=False, becomes_implausible=False, closed_loop_degradation=0.0,
+            )  # fmt: skip
+            trials_now = {**found.trials, best.candidate.part: [best, was]}
+            found = found.accepted(laboratory.settled(best.model), "simplify", "a simpler effect explains as much", trials=trials_now)
             laboratory.progress(f"as good and simpler: {best.candidate.name} at {best.candidate.at}")
+    return found
 
 
 def _is_simpler(candidate: Candidate, other: Candidate) -> bool:
     return candidate.family == other.family and len(candidate.parameters) < len(other.parameters)
 
 
-def _as_good(trial: Trial, own: tuple[float, float, float, float], method: Method = STANDARD) -> bool:
+def _as_good(trial: Trial, own: tuple[Gains, Gains], method: Method = STANDARD) -> bool:
     """Return whether a trial gains what ``own`` does, on both recordings: the gains in the band of the motion and on all frequencies."""
-    gains = (trial.gain, trial.validation_gain, trial.full_band_gain, trial.full_band_validation_gain)
+    trials = (Gains(trial.gain, trial.validation_gain), Gains(trial.full_band_gain, trial.full_band_validation_gain))
     return all(
-        gain > other - max(method.selection.tie, method.selection.one_for_two_share * abs(other))
-        for gain, other in zip(gains, own, strict=True)
+        compare_models(Gains(gain - other), method, explained=other, share=method.selection.one_for_two_share).as_good
+        for gains, others in zip(trials, own, strict=True)
+        for gain, other in zip(astuple(gains), astuple(others), strict=True)
     )
 
 
-def _held_against(model: Model, before: Model) -> tuple[float, float, float, float]:
-    """Return the gains of a model on the fitted and the validation recording, as a trial counts them, and both on all frequencies."""
-    full_band = is_full_band(model.candidates)
-    pairs = ((model.score, before.score), (model.validation, before.validation))
-    first, second = (ours.above(theirs, full_band=full_band) for ours, theirs in pairs)
-    third, fourth = (ours.above(theirs, full_band=True) for ours, theirs in pairs)
-    return first, second, third, fourth
+def _held_against(model: Model, before: Model) -> tuple[Gains, Gains]:
+    """Return the gains of a model as a trial counts them, and those on all frequencies."""
+    return gains_over(model, before, full_band=is_full_band(model.candidates)), gains_over(model, before, full_band=True)

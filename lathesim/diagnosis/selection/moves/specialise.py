@@ -20,9 +20,9 @@ from lathesim.identification.records.fit import with_start
 from lathesim.identification.records.model import Model, is_full_band
 
 
-def specialise(laboratory: Laboratory, found: SearchResult, method: Method = STANDARD) -> None:
-    """Put what an effect refines in its place where both recordings are explained as well by it; the effect is then told to be a form that
-    shows too little here."""
+def specialise(laboratory: Laboratory, found: SearchResult, method: Method = STANDARD) -> SearchResult:
+    """Return the search with what an effect refines in its place, where both recordings are explained as well by it; the effect is then
+    told to be a form that shows too little here."""
     for finer in found.model.candidates:
         for plain in laboratory.experiment.candidates:
             if (
@@ -35,12 +35,11 @@ def specialise(laboratory: Laboratory, found: SearchResult, method: Method = STA
             if model is not None and is_as_good(model, found.model, method=method):
                 laboratory.progress(f"{finer.name} at {finer.at} is a plain {plain.name}")
                 others = [trial for trial in found.trials.get(finer.part, ()) if trial.candidate.part != plain.part]
-                found.trials[plain.part] = [
-                    replace(trial, candidate=plain) if trial.candidate.part == finer.part else trial for trial in others
-                ]
-                found.unseen.setdefault(plain.part, []).append(finer)
-                found.accept(laboratory.settled(model), "specialise", "its special case explains as much")
+                its_own = [replace(trial, candidate=plain) if trial.candidate.part == finer.part else trial for trial in others]
+                found = replace(found, trials={**found.trials, plain.part: its_own}).with_unseen(plain, [finer])
+                found = found.accepted(laboratory.settled(model), "specialise", "its special case explains as much")
                 break
+    return found
 
 
 def _has_values_of_its_own(finer: Candidate, plain: Candidate, model: Model, method: Method = STANDARD) -> bool:

@@ -6,17 +6,36 @@ Simple effects come first: where two of them explain as much as the one, they ta
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from lathesim.diagnosis.candidates.screening import screened_instead
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.compare_models import Gains, compare_models, gains_over
 from lathesim.diagnosis.selection.laboratory import Laboratory, candidate_free, judged_score
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import transferred
 from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.model import Model, Score, Trial, is_full_band
+from lathesim.identification.records.model import Model, Trial, is_full_band
+
+
+def one_as_two(laboratory: Laboratory, found: SearchResult, method: Method) -> SearchResult:
+    """Return the search with two simple effects in the place of a refined form that they explain as much as."""
+    simpler = two_for_one(laboratory, found.baseline, found.model, method=method)
+    if simpler is None:
+        return found
+    model, trials = simpler
+    laboratory.progress(f"as good and simpler: {' and '.join(trial.candidate.name for trial in trials)}")
+    known = {**found.trials, **{trial.candidate.part: [trial] for trial in trials}}
+    return found.accepted(laboratory.settled(model), "split", "two simple effects explain as much as one", trials=known)
+
+
+def note_forms_of_two(laboratory: Laboratory, found: SearchResult, method: Method) -> SearchResult:
+    """Return the search with the single effects noted that explain what two of its model do."""
+    return replace(found, forms=forms_of_two(laboratory, found.model, method=method))
 
 
 def forms_of_two(laboratory: Laboratory, model: Model, method: Method = STANDARD) -> dict[str, list[Candidate]]:
@@ -52,12 +71,10 @@ def two_for_one(laboratory: Laboratory, baseline: Model, model: Model, method: M
         for other in (item for item in at if _is_plain(item) and _is_beside(item, simple)):
             both = (*kept, simple)
             second = laboratory.trial(first.model, other, both, first.model.free, list(other.points[:1]))
-            allowed = max(
-                method.selection.tie, method.selection.one_for_two_share * min(second.full_band_gain, second.full_band_validation_gain)
-            )
-            full_band = is_full_band(model.candidates)
-            behind = [ours.above(theirs, full_band=full_band) for ours, theirs in _scores(second.model, model)]
-            if second.validation_gain > 0.0 and min(behind) > -allowed:
+            explained = max(0.0, min(second.full_band_gain, second.full_band_validation_gain))
+            gains = gains_over(second.model, model, full_band=is_full_band(model.candidates))
+            held = compare_models(gains, method, explained=explained, share=method.selection.one_for_two_share)
+            if second.validation_gain > 0.0 and held.as_good:
                 return second.model, [first, second]
     return None
 
@@ -70,10 +87,6 @@ def _is_plain(candidate: Candidate) -> bool:
 def _is_beside(candidate: Candidate, other: Candidate) -> bool:
     """Return whether two candidates of different kinds act on one port."""
     return candidate.effect.site == other.effect.site and candidate.family != other.family
-
-
-def _scores(ours: Model, theirs: Model) -> list[tuple[Score, Score]]:
-    return [(ours.score, theirs.score), (ours.validation, theirs.validation)]
 
 
 def _without(laboratory: Laboratory, baseline: Model, model: Model, candidate: Candidate, kept: tuple[Candidate, ...]) -> Model:
@@ -112,11 +125,16 @@ def _as_good(laboratory: Laboratory, model: Model, two: tuple[Candidate, Candida
         for start in starts
     ]
     best = max(tried, key=lambda fitted: fitted.score)
-    allowed = max(method.selection.tie, method.selection.one_for_two_share * gained)
-    if judged_score(laboratory.experiment, best).above(model.score, full_band=full_band) < -allowed:
-        return False
-    validation = judged_score(laboratory.validation, transferred(laboratory.validation, best, (*kept, form)))
-    return validation.above(model.validation, full_band=full_band) > -allowed
+    gains = [Gains(judged_score(laboratory.experiment, best).above(model.score, full_band=full_band))]
+    if _is_as_good(gains[0], gained, method):
+        validation = judged_score(laboratory.validation, transferred(laboratory.validation, best, (*kept, form)))
+        gains.append(Gains(validation.above(model.validation, full_band=full_band)))
+    return all(_is_as_good(one, gained, method) for one in gains)
+
+
+def _is_as_good(gains: Gains, gained: float, method: Method) -> bool:
+    """Return whether one effect explains as much as two, of which the second ``gained`` [nats]."""
+    return compare_models(gains, method, explained=max(gained, 0.0), share=method.selection.one_for_two_share).as_good
 
 
 def form_starts(candidate: Candidate, other: Candidate, model: Model, most: int = 2) -> Sequence[FloatArray]:

@@ -13,9 +13,10 @@ from math import erf, exp, log, sqrt
 
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection.forward import grow
+from lathesim.diagnosis.selection.compare_models import due
+from lathesim.diagnosis.selection.forward import grow, last_of
 from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible
-from lathesim.diagnosis.selection.moves.implausible_value import factor_of, merit_of, of_a_machine
+from lathesim.diagnosis.selection.moves.implausible_value import against, factor_of, merit_of, of_a_machine
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import with_start
 from lathesim.identification.records.model import Model
@@ -23,12 +24,12 @@ from lathesim.identification.replay.experiment import POSSIBLE, baseline_free
 from lathesim.recordings.known_factors import known_factor
 
 
-def values_first(laboratory: Laboratory, found: SearchResult, method: Method) -> bool:
-    """Return whether values alone explain both recordings; ``found`` then holds the model and the names of the values, the one first that
+def values_first(laboratory: Laboratory, found: SearchResult, method: Method) -> SearchResult:
+    """Return the search with values alone, where these explain both recordings: the model and the names of the values, the one first that
     is off by most declared deviations."""
     experiment, baseline = laboratory.experiment, found.baseline
     if not is_implausible(baseline.fitted, method=method):
-        return False
+        return found
     laboratory.progress("asking whether values further off than declared are all there is to it")
     loose = _loosened(laboratory, baseline, method)
     off = _off(loose, experiment.machine.uncertain)
@@ -39,20 +40,17 @@ def values_first(laboratory: Laboratory, found: SearchResult, method: Method) ->
         or _is_a_common_factor(loose, off, experiment.machine.uncertain, method)
         or not loose.validation.above(baseline.validation, full_band=True) > 0.0
     ):
-        return False
-    beside = Laboratory(experiment, laboratory.validation, laboratory.progress, least_gain=method.margin, method=method)
+        return found
+    beside = Laboratory(experiment, laboratory.validation, laboratory.progress, least_gain=due(method), method=method)
     beside.weigh(loose.fitted)
-    grown = SearchResult(beside.model((), loose.fitted), beside.model((), loose.fitted))
-    grow(beside, grown, method)
-    found.tried += grown.tried
+    grown = last_of(grow(beside, SearchResult(beside.model((), loose.fitted), beside.model((), loose.fitted)), method))
+    found = found.having_tried(grown.tried)
     if grown.model.candidates:
-        return False
+        return found
     laboratory.progress(f"nothing is missing beside {', '.join(off)}, which are further off than the lesson holds possible")
-    if len(off) == 1:
-        found.factor_instead = _factor_instead(laboratory, baseline, loose, method)
-    found.accept(loose, "values first", "values of the lesson alone explain the recordings")
-    found.far_off, found.jointly_off = (off[0],), tuple(off)
-    return True
+    factor = _factor_instead(laboratory, baseline, loose, method) if len(off) == 1 else ""
+    why = "values of the lesson alone explain the recordings"
+    return found.accepted(loose, "values first", why, far_off=(off[0],), jointly_off=tuple(off), factor_instead=factor)
 
 
 def _loosened(laboratory: Laboratory, baseline: Model, method: Method) -> Model:
@@ -69,11 +67,10 @@ def _loosened(laboratory: Laboratory, baseline: Model, method: Method) -> Model:
 def _factor_instead(laboratory: Laboratory, baseline: Model, loose: Model, method: Method) -> str:
     """Return the factor of an encoder that explains as much as the values do, were it so far off; empty where none does."""
     reached = merit_of(loose, baseline)
-    width = max(method.selection.value_gain, method.selection.value_better * abs(reached))
     for candidate in (item for item in laboratory.experiment.candidates if item.effect.proportional):
         trial = laboratory.trial(baseline, candidate, (), with_start(baseline.fitted), [candidate.points[0]])
         model = laboratory.settled(trial.model)
-        if merit_of(model, baseline) > reached - width and (factor := factor_of(model, laboratory.experiment)):
+        if against(merit_of(model, baseline), reached, reached, method).as_good and (factor := factor_of(model, laboratory.experiment)):
             return factor
     return ""
 

@@ -41,7 +41,7 @@ def test_a_friction_keeps_the_values_that_the_recordings_need(hidden: Hidden, ne
     values = np.array([start[name.partition(".")[2]] for name in friction.parameters])
     model = laboratory.model((friction,), fit(experiment.sensed, [*before.free, *candidate_free(friction, values)], rounds=4))
     found = SearchResult(before, model)
-    fix_parameters(laboratory, found)
+    found = fix_parameters(laboratory, found)
     (lean,) = found.model.candidates
     assert {name.partition(".")[2] for name in lean.parameters} == needed
     assert found.model.fitted.by_name[f"{lean.part}.level"] == pytest.approx(LEVEL, rel=0.1)

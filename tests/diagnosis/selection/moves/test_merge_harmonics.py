@@ -36,7 +36,7 @@ def test_two_lines_of_one_wave_take_the_place_of_the_first(part: float, taken: b
     start = np.array([line[name.partition(".")[2]] for name in cogging.parameters])
     two = laboratory.trial(one.model, cogging, (ripple,), one.model.free, [start])
     found = SearchResult(before, one.model, {ripple.part: [one]})
-    assert merge_harmonics(laboratory, found, Method(), [two]) == taken
+    found = merge_harmonics(laboratory, found, Method(), [two])
     assert [candidate.name for candidate in found.model.candidates] == (["Cogging"] if taken else ["TorqueRipple"])
     if taken:
         values = {name.partition(".")[2]: found.model.fitted.by_name[name] for name in cogging.parameters}

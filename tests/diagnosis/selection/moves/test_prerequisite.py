@@ -23,18 +23,18 @@ def test_dry_friction_takes_the_place_of_an_excess_that_has_nothing_to_stand_on(
     laboratory = Laboratory(experiment, validation, told.append)
     fitted = fit(experiment.sensed, baseline(experiment), rounds=3)
     laboratory.weigh(fitted)
-    found = SearchResult(laboratory.model((), fitted), laboratory.model((), fitted))
     by_name: dict[str, Candidate] = {candidate.name: candidate for candidate in experiment.candidates}
     offset, excess, dry = (by_name[name] for name in ("ForceOffset", "StribeckFriction", "CoulombFriction"))
     starts = ((offset, np.array([5.0])), (excess, np.array([5.0, 0.05, 1.0])))
     free = [*baseline(experiment), *(item for candidate, start in starts for item in candidate_free(candidate, start))]
-    found.model = laboratory.model((offset, excess), fit(experiment.sensed, free, rounds=2))
+    model = laboratory.model((offset, excess), fit(experiment.sensed, free, rounds=2))
+    found = SearchResult(laboratory.model((), fitted), model)
     assert not stands(excess, found.model, experiment)
-    assert add_prerequisites(laboratory, found, Method())
+    found = add_prerequisites(laboratory, found, Method())
     assert {candidate.name for candidate in found.model.candidates} == {"ForceOffset", "CoulombFriction"}
     assert told[-1] == "CoulombFriction at x_axis takes the place of StribeckFriction"
     assert abs(found.model.fitted.by_name[f"{dry.part}.level"] - 8.0) < 0.5
-    assert not add_prerequisites(laboratory, found, Method())
+    assert add_prerequisites(laboratory, found, Method()) is found
 
 
 def peak(v: float, q: float, t: float) -> float:
@@ -54,7 +54,7 @@ def test_dry_friction_comes_in_beside_an_excess_that_took_it_for_its_own() -> No
     dry, excess = by_name["CoulombFriction"], by_name["StribeckFriction"]
     trial = laboratory.trial(before, excess, (), before.free, [np.array([15.0, 0.2, 1.0])])
     found = SearchResult(before, trial.model, {excess.part: [trial]})
-    assert add_prerequisites(laboratory, found, Method())
+    found = add_prerequisites(laboratory, found, Method())
     assert told[-1] == "CoulombFriction at x_axis is there too"
     values = found.model.fitted.by_name
     assert abs(values[f"{dry.part}.level"] - 8.0) < 0.5

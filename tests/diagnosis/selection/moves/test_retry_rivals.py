@@ -44,7 +44,7 @@ def test_a_rival_that_does_far_worse_beside_the_rest_is_no_tie(again: float, tie
     monkeypatch.setattr(rivals_again, "side_by_side", side_by_side)
     laboratory: Any = SimpleNamespace(progress=lambda text: None)
     assert rank_effects(found, Method())[0].tied == (lag,)
-    rivals_again.retry_rivals(laboratory, found, Method())
+    found = rivals_again.retry_rivals(laboratory, found, Method())
     assert asked == ["delay", "lag"]
     assert rank_effects(found, Method())[0].tied == ((lag,) if tied else ())
 
@@ -59,7 +59,7 @@ def test_a_rival_that_does_better_beside_the_rest_takes_the_place(monkeypatch: p
         rivals_again, "side_by_side", lambda laboratory, before, asked, **_: [trial(shown_late, 600.0), trial(delay, 900.0)]
     )
     laboratory: Any = SimpleNamespace(progress=lambda text: None, settled=lambda one: one)
-    rivals_again.retry_rivals(laboratory, found, Method())
+    found = rivals_again.retry_rivals(laboratory, found, Method())
     assert found.model.candidates == (delay,)
     assert [trial.candidate for trial in found.trials[delay.part]] == [shown_late, delay]
     assert shown_late.part not in found.trials
@@ -94,7 +94,7 @@ def test_an_encoders_disc_is_held_against_a_screw_in_the_same_shape(again: float
     monkeypatch.setattr(rivals_again, "side_by_side", side_by_side)
     monkeypatch.setattr(rivals_again, "is_implausible", lambda fitted, **_: False)
     laboratory: Any = SimpleNamespace(progress=lambda text: None, settled=lambda one: one)
-    rivals_again.retry_rivals(laboratory, found, Method())
+    found = rivals_again.retry_rivals(laboratory, found, Method())
     assert asked[1].candidate.parameters == ("try_eccentric.amplitude", "try_eccentric.second_sine")
     assert [start.tolist() for start in asked[1].starts] == [[-1.9, 0.3], [-1.9, -0.3]]
     assert (found.model is full) == kept
@@ -105,7 +105,7 @@ def test_a_single_effect_is_not_asked_again(monkeypatch: pytest.MonkeyPatch) -> 
     delay, lag = candidate("delay"), candidate("lag")
     found = SearchResult(model(), model(delay), {delay.part: [trial(delay, 500.0), trial(lag, 499.0)]})
     laboratory: Any = None
-    rivals_again.retry_rivals(laboratory, found, Method())
+    found = rivals_again.retry_rivals(laboratory, found, Method())
     assert rank_effects(found, Method())[0].tied == (lag,)
 
 
@@ -140,6 +140,6 @@ def test_two_late_channels_are_one_late_drive(lost: float, taken: bool, monkeypa
         ),
     )
     laboratory: Any = SimpleNamespace(progress=lambda text: None, settled=lambda one: one)
-    rivals_again.retry_rivals(laboratory, found, Method())
+    found = rivals_again.retry_rivals(laboratory, found, Method())
     assert found.model.candidates == ((friction, delay) if taken else (friction, current, encoder))
     assert found.removed_by(delay) == (1.0 if taken else 0.0)

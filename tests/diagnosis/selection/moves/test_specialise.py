@@ -36,7 +36,7 @@ def test_only_what_differs_between_the_directions_keeps_its_name(hidden: Hidden,
     finer = next(candidate for candidate in first.candidates if candidate.name == "AsymmetricFriction")
     trial = laboratory.trial(before, finer, (), before.free, list(finer.points[:2]))
     found = SearchResult(before, trial.model, {finer.part: [trial]})
-    specialise(laboratory, found)
+    found = specialise(laboratory, found)
     (friction,) = found.model.candidates
     assert friction.name == named
     assert found.model.fitted.by_name[f"{friction.part}.level"] == pytest.approx(LEVEL, rel=0.05)
