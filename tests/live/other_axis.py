@@ -38,8 +38,9 @@ def _run(
         out[3, k] = gain[k] * u + noise[k, 2]
         for _ in range(_FINE):
             force = EFFORT * gain[k] * u - viscous[k] * v - friction[k] * np.tanh(v / 2e-4)
-            v += step * force / mass[k]
-            x += step * v
+            gained = step * force / mass[k]
+            x += step * (v + 0.5 * gained)
+            v += gained
             half = 0.5 * play[k]
             table = x - half if x - table > half else x + half if table - x > half else table
     return out

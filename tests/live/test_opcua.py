@@ -157,18 +157,20 @@ async def test_after_kills_and_restarts_every_gap_is_in_the_record(tmp_path: Pat
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(200)
-async def test_eight_values_at_a_kilohertz_come_without_loss_for_a_minute(tmp_path: Path) -> None:
+@pytest.mark.timeout(1200)
+@pytest.mark.parametrize("seconds", [60.0, 600.0])
+async def test_eight_values_at_a_kilohertz_come_without_loss(tmp_path: Path, seconds: float) -> None:
     port = free_port()
     text = SERVER.replace("ramp(2, 200.0, 1000.0)", "ramp(8, 1000.0, 1000.0)")
     server = subprocess.Popen([sys.executable, "-c", text, str(port)], env=environment(), stdout=subprocess.DEVNULL)
     try:
-        noted = await record(source_of(ramp(8, 1000.0, 1.0), port), tmp_path / "r.h5", 60.0, asyncio.Event(), lambda _: None)
+        noted = await record(source_of(ramp(8, 1000.0, 1.0), port), tmp_path / "r.h5", seconds, asyncio.Event(), lambda _: None)
     finally:
         server.terminate()
         await asyncio.to_thread(server.wait)
     kept = load(tmp_path / "r.h5")
-    assert len(kept) > 30_000
+    print(f"{len(kept)} samples in {seconds:g} s, {noted.lost} lost, {noted.doubled} doubled")
+    assert len(kept) > 500 * seconds
     assert (noted.lost, noted.doubled) == (0, 0)
     assert np.all(np.diff(kept["part.c0"]) == 1.0)
     assert np.array_equal(kept["part.c7"], 8.0 * kept["part.c0"])

@@ -83,15 +83,20 @@ def test_a_sound_machine_that_warms_up_and_takes_another_load_stays_quiet(ready:
 
 @pytest.mark.parametrize(
     ("change", "channel"),
-    [({"friction": (0.0, 8.0)}, ""), ({"gain": (1.0, 0.9)}, ""), ({"play": (0.0, 4e-6)}, "x_scale.position")],
-    ids=["friction", "gain", "play"],
+    [
+        ({"friction": (0.0, 8.0)}, ""),
+        ({"gain": (1.0, 1.07)}, "x_drive.current"),
+        ({"gain": (1.0, 0.9)}, "x_drive.current"),
+        ({"play": (0.0, 4e-6)}, "x_scale.position"),
+    ],
+    ids=["friction", "gain", "smaller gain", "play"],
 )
 def test_a_change_is_told_soon_with_its_time_and_place(ready: Prepared, change: dict[str, tuple[float, float]], channel: str) -> None:
     (name, (before, after)), at = next(iter(change.items())), 100.0
     alarms, _ = watched(ready, stream(130.0, 2, **{name: step(130.0, at, before, after)}))
     assert len(alarms) >= 1
     assert at <= alarms[0].time < at + 10.0
-    assert alarms[0].begun == pytest.approx(at, abs=0.5) or name == "play"
+    assert alarms[0].begun == pytest.approx(at, abs=0.7)
     assert not alarms[0].drift
     assert channel in alarms[0].channel
 
@@ -109,7 +114,7 @@ def test_memory_and_answers_do_not_depend_on_how_the_stream_was_cut(ready: Prepa
             again += other.take(stretch)
         begin = end
     assert [(alarm.time, alarm.channel) for alarm in again] == [(pytest.approx(alarm.time), alarm.channel) for alarm in alarms]
-    assert len(watch._blocks) <= 300
+    assert watch.blocks == other.blocks
 
 
 def test_lost_doubled_and_reordered_samples_are_the_recordings_fault(ready: Prepared) -> None:

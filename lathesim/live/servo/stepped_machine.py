@@ -71,6 +71,11 @@ class SteppedMachine:
             units.append(self.plan.parts[part].component.declarations[item].unit)
         return tuple(units)
 
+    def change(self, values: Mapping[str, float]) -> None:
+        """Go on with other parameters ``part.parameter`` [SI]; states stay as they are."""
+        for name, value in values.items():
+            self._arrays.parameters[self.plan.parameters[name]] = value
+
     def advance(self, set_points: FloatArray) -> FloatArray:
         """Return the channels (channels, periods) of the next periods under ``set_points`` (periods, axes).
 

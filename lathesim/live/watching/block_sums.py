@@ -1,8 +1,7 @@
-"""What is kept of a block of residuals: sums from which every statistic follows, for any values of the uncertain parameters."""
+"""What is kept of a block of residuals: sums from which every estimate follows, for any values of the uncertain parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,62 +9,49 @@ import numpy as np
 from lathesim.live.watching.residual_stream import Residual
 from lathesim.record import FloatArray
 
-STATES = ("moving backwards", "standing", "moving forwards")
-"""What the first driven axis does: a change that depends on it is another than one that does not."""
-_LEAST = 0.1
-"""Share of a block that must be in a state for its mean to count."""
+_RIDGE = 1e-9
+"""Share of its own sum by which a regressor is held, so that one that is not seen in a block does no harm."""
+
+
+LIKE = 0.01
+"""Seconds whose samples are averaged: the noise of quantised sensors is quick, and what a changed machine does is slow."""
 
 
 @dataclass(frozen=True, eq=False)
 class BlockSums:
-    """Sums over a block: ``time`` [s] of its end; ``count`` (states,), ``first`` (channels, states) of r, ``slope`` (channels, states,
-    parameters) of its sensitivities; ``square`` (channels,) of r^2, ``mixed`` (channels, parameters), ``normal`` (channels, p, p)."""
+    """Sums over a block that ends at ``time`` [s], for q regressors (directions, then sensitivities) and whitened residuals r.
+
+    ``normal`` (channels, q, q) and ``mixed`` (channels, q) are those of least squares; ``left`` (2 channels,) is the mean square of the
+    averaged r that no combination of the regressors explains within the block, and of what averaging took away.
+    """
 
     time: float
-    count: FloatArray
-    first: FloatArray
-    slope: FloatArray
-    square: FloatArray
-    mixed: FloatArray
     normal: FloatArray
+    mixed: FloatArray
+    left: FloatArray
 
 
-def block_sums(residual: Residual, time: float, still: float) -> BlockSums:
-    """Return the sums of a block; slower than ``still`` [per sample] the axis stands."""
-    state = np.where(residual.speed > still, 2, np.where(residual.speed < -still, 0, 1))
-    member = np.array([state == number for number in range(len(STATES))], dtype=np.float64)
-    r, s = residual.values, residual.sensitivities
-    return BlockSums(
-        time,
-        member.sum(axis=1),
-        r @ member.T,
-        np.einsum("pcn,dn->cdp", s, member),
-        np.sum(r * r, axis=1),
-        np.einsum("pcn,cn->cp", s, r),
-        np.einsum("pcn,qcn->cpq", s, s),
-    )
+def averaged(residual: Residual, samples: int) -> tuple[Residual, FloatArray]:
+    """Return means of so many ``samples``, and the mean square of each channel about them, (channels,)."""
+    if samples <= 1:
+        return residual, np.zeros(len(residual.values))
+    values = _means(residual.values, samples)
+    whole = values.shape[1] * samples
+    quick = np.mean((residual.values[:, :whole] - np.repeat(values, samples, axis=1)) ** 2, axis=1)
+    sensitivities = _means(residual.sensitivities, samples)
+    return Residual(values, sensitivities, _means(residual.speed, samples), _means(residual.simulated, samples)), quick
 
 
-def fitted(blocks: Sequence[BlockSums], weight: FloatArray, prior: float = 1.0) -> FloatArray:
-    """Return the values of the uncertain parameters, in standard deviations from the lesson's: least squares held by the lesson.
-
-    ``weight`` (channels,) is one over the variance of a channel's residual, per sample that tells something of its own.
-    """
-    count = blocks[0].mixed.shape[1]
-    normal = prior * np.eye(count)
-    right = np.zeros(count)
-    for block in blocks:
-        normal += np.einsum("c,cpq->pq", weight, block.normal)
-        right += weight @ block.mixed
-    return np.asarray(np.linalg.solve(normal, right))
+def _means(values: FloatArray, samples: int) -> FloatArray:
+    count = values.shape[-1] // samples
+    return np.asarray(values[..., : count * samples].reshape(*values.shape[:-1], count, samples).mean(axis=-1))
 
 
-def features(block: BlockSums, theta: FloatArray, noise: FloatArray) -> FloatArray:
-    """Return the statistics of a block, (channels, states + 1): the mean residual in each state (NaN where it hardly was there), and the
-    logarithm of the mean square with the floor ``noise`` (channels,) added."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        means = (block.first - block.slope @ theta) / block.count
-    means[:, block.count < _LEAST * block.count.sum()] = np.nan
-    square = block.square - 2.0 * block.mixed @ theta + np.einsum("cpq,p,q->c", block.normal, theta, theta)
-    level = np.log(np.maximum(np.maximum(square, 0.0) / block.count.sum() + noise**2, 1e-300))
-    return np.column_stack([means, level])
+def block_sums(values: FloatArray, regressors: FloatArray, quick: FloatArray, time: float) -> BlockSums:
+    """Return the sums of a block: ``values`` (channels, samples), ``regressors`` (channels, q, samples), ``quick`` (channels,)."""
+    normal = regressors @ regressors.transpose(0, 2, 1)
+    mixed = np.einsum("cqn,cn->cq", regressors, values)
+    held = normal + np.eye(normal.shape[1]) * (_RIDGE * np.einsum("cqq->cq", normal)[:, :, None] + 1e-12)
+    explained = np.einsum("cq,cq->c", mixed, np.linalg.solve(held, mixed[:, :, None])[:, :, 0])
+    left = np.maximum(np.sum(values * values, axis=1) - explained, 0.0) / values.shape[1]
+    return BlockSums(time, normal, mixed, np.concatenate([left, quick]))

@@ -1,7 +1,8 @@
 """Residuals while the machine runs: what was measured less what the lesson's simulation does under the same reference.
 
-Beside the nominal simulation one runs for each uncertain value, changed by its standard deviation: the difference is what that value would
-do to the residual. A value that is off by what the lesson allows is no change of the machine.
+Beside the nominal simulation two run for each uncertain value, a standard deviation above and below: half their difference is what that
+value would do to the residual. It does not share the quantisation noise of the nominal run, which would otherwise pass for a change of the
+value. A value that is off by what the lesson allows is no change of the machine.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from lathesim.live.servo.stepped_machine import SteppedMachine
 from lathesim.live.sources.samples import LiveError
 from lathesim.record import FloatArray
 
+_HALF = 0.5
+"""Share of a value by which it is changed at most."""
 LARGEST_RATIO = 1000
 """Periods of the machine between two samples of a recording at most."""
 
@@ -25,11 +28,12 @@ LARGEST_RATIO = 1000
 @dataclass(frozen=True, eq=False)
 class Residual:
     """Residuals of a stretch: ``values`` (channels, samples), ``sensitivities`` (parameters, channels, samples) per standard deviation,
-    and the ``speed`` (samples,) of the first driven input per sample."""
+    the ``speed`` (drives, samples) of each driven input per sample, and what was ``simulated`` (channels, samples)."""
 
     values: FloatArray
     sensitivities: FloatArray
     speed: FloatArray
+    simulated: FloatArray
 
 
 class ResidualStream:
@@ -51,6 +55,7 @@ class ResidualStream:
         self._machines: list[SteppedMachine] = []
         self._outputs = [seen(prepared.machinery, channel) for channel in self.compare]
         self._last: FloatArray | None = None
+        self.nominal: FloatArray = np.zeros(len(self.uncertain))
         self.restart()
 
     @property
@@ -60,22 +65,40 @@ class ResidualStream:
 
     def restart(self) -> None:
         """Begin the simulation anew: the samples before are not those before the next."""
-        plan = self._prepared.plan
-        changed: list[dict[str, float]] = [{}]
-        for name, deviation in self.uncertain.items():
-            given = plan.parameter_values[plan.parameters[name]]
-            changed.append({name: given + deviation})
         axes = {name: (name,) for name in self.drive}
-        self._machines = [
-            SteppedMachine(self._prepared, axes, overrides=overrides, record=list(dict.fromkeys(self._outputs))) for overrides in changed
-        ]
+        outputs = list(dict.fromkeys(self._outputs))
+        self._machines = [SteppedMachine(self._prepared, axes, overrides=values, record=outputs) for values in self._values()]
         self._last = None
+
+    def move(self, nominal: FloatArray) -> None:
+        """Go on with the uncertain values at ``nominal`` (parameters,) standard deviations from the lesson's.
+
+        Sensitivities are differences, so they hold near the nominal values only.
+        """
+        self.nominal = np.array(nominal, dtype=np.float64)
+        for machine, values in zip(self._machines, self._values(), strict=True):
+            machine.change(values)
+
+    def _values(self) -> list[dict[str, float]]:
+        """Return the uncertain values [SI] of the nominal machine, and of two for each value: above and below."""
+        plan = self._prepared.plan
+        given = {name: plan.parameter_values[plan.parameters[name]] for name in self.uncertain}
+        nominal = {name: given[name] + at * self.uncertain[name] for name, at in zip(given, self.nominal, strict=True)}
+        found = [nominal]
+        for name in self.uncertain:
+            found += [{**nominal, name: nominal[name] + sign * self._step(name, nominal[name])} for sign in (1.0, -1.0)]
+        self._shares = np.array([2.0 * self._step(name, nominal[name]) / self.uncertain[name] for name in self.uncertain])
+        return found
+
+    def _step(self, name: str, value: float) -> float:
+        deviation = self.uncertain[name]
+        return min(deviation, _HALF * abs(value)) if value else deviation
 
     def take(self, values: FloatArray) -> Residual:
         """Return the residual of the next samples; ``values`` (drive and compare, samples)."""
         driven = values[: len(self.drive)].T
         before = driven[:1] if self._last is None else self._last
-        speed = np.diff(np.vstack([before, driven]), axis=0)[:, 0]
+        speed = np.diff(np.vstack([before, driven]), axis=0).T
         fine = driven
         if self.ratio > 1:
             share = np.arange(1, self.ratio + 1)[None, :, None] / self.ratio
@@ -84,8 +107,10 @@ class ResidualStream:
         self._last = driven[-1:].copy()
         runs = [self._channels(machine, machine.advance(fine)[:, self.ratio - 1 :: self.ratio]) for machine in self._machines]
         residual = values[len(self.drive) :] - runs[0]
-        sensitivities = np.array([run - runs[0] for run in runs[1:]]).reshape(len(runs) - 1, *residual.shape)
-        return Residual(residual, sensitivities, speed)
+        count = len(self._shares)
+        pairs = np.array(runs[1:]).reshape(count, 2, *residual.shape)
+        sensitivities = (pairs[:, 0] - pairs[:, 1]) / self._shares.reshape(count, 1, 1)
+        return Residual(residual, sensitivities, speed, runs[0])
 
     def _channels(self, machine: SteppedMachine, values: FloatArray) -> FloatArray:
         return values[[machine.plan.channels.index(output) for output in self._outputs]]
