@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from math import erf, exp, log, sqrt
+from math import erf, exp, inf, log, sqrt
 
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
@@ -54,9 +54,27 @@ def values_first(laboratory: Laboratory, found: SearchResult, method: Method) ->
 
 
 def _loosened(laboratory: Laboratory, baseline: Model, method: Method) -> Model:
-    """Return the model without effects whose values may be further off, each within a factor of what the lesson gives."""
+    """Return the model without effects whose values may be further off, each within a factor of what the lesson gives.
+
+    Which ones are off is asked with all of them held less firmly. A value that is off is then no longer held at all, and the others are
+    held as the lesson declares them: of a force constant and a mass a motion shows the ratio, and a mass that is held where it is not
+    would take the constant along with it.
+    """
+    loose, off = _fitted_loosely(laboratory, baseline, (), method), []
+    while further := [name for name in _off(loose, laboratory.experiment.machine.uncertain) if name not in off]:
+        off.append(further[0])
+        loose = _fitted_loosely(laboratory, baseline, off, method)
+    return loose
+
+
+def _fitted_loosely(laboratory: Laboratory, baseline: Model, off: Collection[str], method: Method) -> Model:
+    """Return the model without effects whose values may be further off: those that are ``off`` are not held, the others as declared; all
+    are held less firmly where none is known to be off."""
     experiment = laboratory.experiment
     values = [of_a_machine(item, method) for item in baseline_free(experiment.machine, method.selection.value_wider)]
+    if off:
+        declared = experiment.machine.uncertain
+        values = [replace(item, uncertainty=inf if item.name in off else declared[item.name]) for item in values]
     starts = [
         replace(item, start=baseline.fitted.by_name.get(item.name, item.start)) for item in experiment.start_states(experiment.sensed.plan)
     ]
