@@ -37,8 +37,7 @@ def gaining(trial: Trial, nats: float) -> Trial:
 
 
 def standing_of(*beside: Trial) -> RankedEffect:
-    found = dataclasses.replace(searched())
-    found.trials = {"try_x_axis_coulomb_friction": [trials()["CoulombFriction"], *beside]}
+    found = dataclasses.replace(searched(), trials={"try_x_axis_coulomb_friction": [trials()["CoulombFriction"], *beside]})
     (item,) = rank_effects(found, SETTINGS)
     return item
 
@@ -68,25 +67,24 @@ def test_a_rival_that_removes_less_of_the_error_is_none() -> None:
 
 
 def test_a_rival_that_is_in_the_model_too_is_no_tie() -> None:
-    found = dataclasses.replace(searched())
     other = trials()["ForceOffset"]
-    found.model = dataclasses.replace(found.model, candidates=(*found.model.candidates, other.candidate))
-    found.trials = {"try_x_axis_coulomb_friction": [trials()["CoulombFriction"], other]}
+    model = dataclasses.replace(searched().model, candidates=(*searched().model.candidates, other.candidate))
+    beside = {"try_x_axis_coulomb_friction": [trials()["CoulombFriction"], other]}
+    found = dataclasses.replace(searched(), model=model, trials=beside)
     assert all(item.tied == () for item in rank_effects(found, SETTINGS))
 
 
 def test_what_removes_most_comes_first() -> None:
-    found = dataclasses.replace(searched())
     small = dataclasses.replace(trials()["ForceOffset"], share_of_all=0.1)
-    found.model = dataclasses.replace(found.model, candidates=(small.candidate, *found.model.candidates))
-    found.trials = {small.candidate.part: [small], "try_x_axis_coulomb_friction": [trials()["CoulombFriction"]]}
+    model = dataclasses.replace(searched().model, candidates=(small.candidate, *searched().model.candidates))
+    beside = {small.candidate.part: [small], "try_x_axis_coulomb_friction": [trials()["CoulombFriction"]]}
+    found = dataclasses.replace(searched(), model=model, trials=beside)
     assert [item.candidate.name for item in rank_effects(found, SETTINGS)] == ["CoulombFriction", "ForceOffset"]
 
 
 def test_the_share_of_the_error_that_is_gone() -> None:
     assert removed_in_band(searched()) > 0.8
-    untouched = dataclasses.replace(searched())
-    untouched.model = untouched.baseline
+    untouched = dataclasses.replace(searched(), model=searched().baseline)
     assert removed_in_band(untouched) == 0.0
 
 
