@@ -29,6 +29,7 @@ from lathesim.diagnosis.records.diagnosis import (
     no_surer_than,
 )
 from lathesim.diagnosis.records.discovered import Discovered
+from lathesim.diagnosis.records.residual_test import Criterion, all_of, held
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
 from lathesim.diagnosis.reporting.evidence import gather, located, strongest_variables
@@ -36,14 +37,14 @@ from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_validatio
 from lathesim.diagnosis.reporting.remarks import implausible_values, not_determined, not_shown, still_missing, unseen_forms, value_instead
 from lathesim.diagnosis.selection.laboratory import Laboratory, judged_score
 from lathesim.diagnosis.verdict.adequacy import Adequacy, adequacy
-from lathesim.diagnosis.verdict.decision import Facts, decide, sentence_of
+from lathesim.diagnosis.verdict.decision import decide, sentence_of
+from lathesim.diagnosis.verdict.grounds import gathered
 from lathesim.diagnosis.verdict.ranking import RankedEffect, rank_effects, removed_share
-from lathesim.diagnosis.verdict.residual_tests import not_adequate
+from lathesim.diagnosis.verdict.stability import stability
 from lathesim.identification.estimation.estimates import (
     CONFIDENCE,
     Estimate,
     Estimates,
-    interval_includes_neutral,
     with_error_of_form,
 )
 from lathesim.identification.estimation.least_squares import fit
@@ -83,7 +84,7 @@ def describe(
     question, experiment, validation = prepared.question, prepared.experiment, prepared.validation
     method = question.method
     progress("simulating the lesson before and after")
-    moved = _values_are_off(experiment, found, as_measured(experiment, found).by_name, method=method)
+    moved = _values_moved(experiment, found, as_measured(experiment, found).by_name, method=method)
     before = found.baseline.validation_fit if found.model.candidates else as_measured(validation, found)
     reported_fit = on_validation(validation, found, values.values())
     own = _own_simulation(validation, found, before, reported_fit)
@@ -91,10 +92,11 @@ def describe(
     ranked = _ranked(experiment, found, counts, method)
     baseline = _baseline(experiment, found, values)
     taken = removed_share(validation, before, reported_fit, method=method)
-    laws, unsized = other_laws(question, found, experiment, validation), _unsized(found, values, method)
-    judged = adequacy(experiment, validation, found, evidence, own, baseline, taken, laws, unsized, method=method)
+    laws = other_laws(question, found, experiment, validation)
+    judged = adequacy(experiment, validation, found, evidence, own, baseline, taken, laws, values, method=method)
     sure = with_error_of_form(values, found.model.candidates, judged.form_left) if judged.form_left else values
-    rule = decide(_facts(found, ranked, moved, judged, sure), method)
+    grounds = gathered(found, ranked, judged, moved, sure, method)
+    rule = decide(grounds)
     outcome = _Outcome(prepared, found, own, evidence, baseline, judged, rule.verdict in NAMING)
     effects = _effects(outcome, ranked, replace(sure, by_name={**sure.by_name, **_read(counts)}), taken)
     location = _location(outcome, effects, [candidate for candidate, _ in counts])
@@ -110,7 +112,7 @@ def describe(
         fit=own.fit,
         removed_share=taken,
         adequate=judged.adequate,
-        shortfall=not_adequate((*judged.reasons, *judged.weak)) if outcome.names else "",
+        shortfall=judged.shortfall if outcome.names else "",
         baseline=baseline,
         insert=_entries(outcome, effects, ranked),
         left=_left(outcome),
@@ -120,6 +122,8 @@ def describe(
         evidence=evidence,
         rule=rule.reason,
         history=found.history,
+        residual_tests=judged.tests,
+        stability=stability(grounds),
     )
 
 
@@ -144,13 +148,6 @@ def _read(counts: Sequence[tuple[Candidate, Estimate]]) -> dict[str, Estimate]:
     return {f"{candidate.part}.{candidate.effect.identification.spacing}": count for candidate, count in counts}
 
 
-def _unsized(found: SearchResult, values: Estimates, method: Method) -> list[Candidate]:
-    """Return the effects whose size the recordings do not determine."""
-    return [
-        candidate for candidate in found.model.candidates if interval_includes_neutral(candidate, values, method.verdict.undetermined_size)
-    ]
-
-
 def _effects(outcome: _Outcome, ranked: Sequence[RankedEffect], values: Estimates, taken: float) -> tuple[FoundEffect, ...]:
     """Return the effects as they are reported: of those that are named what the recordings determine, of others no more than is surely
     explained."""
@@ -172,8 +169,8 @@ def _location(outcome: _Outcome, effects: Sequence[FoundEffect], counted: Sequen
     location = located(outcome.prepared.validation, found, outcome.evidence, named=outcome.names, method=outcome.method)
     if found.controller and not effects:
         location = replace(location, components=(found.controller.name.partition(".")[0],))
-    if judged.laws and not outcome.names:
-        location = replace(location, components=tuple(law.controller for law in judged.laws))
+    if judged.judged.laws and not outcome.names:
+        location = replace(location, components=tuple(law.controller for law in judged.judged.laws))
     if counted:
         hosts = [candidate.at.partition(".")[0] for candidate in (*found.model.candidates, *counted)]
         others = location.components if found.model.candidates else ()
@@ -202,33 +199,18 @@ def _left(outcome: _Outcome) -> tuple[str, ...]:
     """Return what is left and what speaks against the values, each in a sentence, in the order in which it is told."""
     found, judged, method = outcome.found, outcome.judged, outcome.method
     experiment, validation = outcome.prepared.experiment, outcome.prepared.validation
-    left_by_model = found.model.validation_fit
+    left_by_model, by_chance = found.model.validation_fit, [name for name in outcome.own.fit if name in judged.judged.by_chance]
     return (
-        *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in judged.laws),
+        *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in judged.judged.laws),
         *still_missing(outcome.evidence, strongest_variables(outcome.evidence.bars, [], after=True, method=method), found, method),
         *resting(validation, left_by_model, method=method),
         *map(str, judged.bands),
         *(f"{coherence}." for coherence in judged.commanded),
-        *(f"{name} is off by no more than its loop swings by chance between two steps of a converter." for name in judged.by_chance),
+        *(f"{name} is off by no more than its loop swings by chance between two steps of a converter." for name in by_chance),
         *told(turn_lines(validation, left_by_model, method=method), {name: item.unit for name, item in outcome.own.fit.items()}),
         *implausible_values(judged.implausible, outcome.baseline),
         *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors, method=method),
         *value_instead(found.far_off, outcome.baseline, found.factor_instead, whole=judged.adequate or outcome.names),
-    )
-
-
-def _facts(found: SearchResult, ranked: Sequence[RankedEffect], moved: bool, judged: Adequacy, sure: Estimates) -> Facts:
-    """Return what the decision rests on; no error of the effects' form may make the first one nothing (``sure``)."""
-    first = ranked[0] if ranked else None
-    return Facts(
-        effects=bool(ranked),
-        test_fails=bool(judged.reasons),
-        values_differ=bool(moved or found.values_off),
-        explained=judged.removed,
-        first_may_be_zero=first is not None
-        and first.candidate in found.model.candidates
-        and interval_includes_neutral(first.candidate, sure),
-        tied=bool(first and (first.tied or found.values_instead)),
     )
 
 
@@ -248,15 +230,16 @@ def recording_fault(
     )
 
 
-def _values_are_off(experiment: Experiment, found: SearchResult, given: dict[str, float], method: Method = STANDARD) -> bool:
-    """Return whether other values of the uncertain parameters explain much that the given ones leave."""
+def _values_moved(experiment: Experiment, found: SearchResult, given: dict[str, float], method: Method = STANDARD) -> Criterion:
+    """Return the criterion that other values of the uncertain parameters explain much that the given ones leave."""
     laboratory = Laboratory(experiment, experiment, lambda text: None, found.baseline.fitted.noise, method=method)
     names = [item for item in with_start(found.baseline.fitted) if item.name not in experiment.machine.uncertain]
     constant = {name: given[name] for name in experiment.machine.uncertain}
     as_given = fit(experiment.sensed, names, constant, rounds=2, iterations=6, slopes="kept")
     error, refitted = laboratory.error(experiment, as_given), found.baseline.error
     gain = found.baseline.score.motion - judged_score(experiment, as_given).motion
-    return bool(gain > method.verdict.values_gain and np.max((error - refitted) / error) > method.verdict.values_moved)
+    moved = float(np.max((error - refitted) / error))
+    return all_of(held(gain, ">", method.verdict.values_gain, np.sqrt(2.0 * max(gain, 0.0))), held(moved, ">", method.verdict.values_moved))
 
 
 def _baseline(experiment: Experiment, found: SearchResult, values: Estimates) -> dict[str, BaselineValue]:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from lathesim.diagnosis.location.closed_loop_fit import Compared, compared
-from lathesim.diagnosis.location.missing_share import missing_signals, next_to_nothing
+from lathesim.diagnosis.location.missing_share import FORCES, missing_signals, next_to_nothing
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.preparation import Prepared
-from lathesim.diagnosis.records.diagnosis import Diagnosis
+from lathesim.diagnosis.records.diagnosis import ChannelFit, Diagnosis, Evidence
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.evidence import gather
 from lathesim.diagnosis.reporting.lesson_entry import on_validation
 from lathesim.diagnosis.selection.acceptance import is_of_a_clock
 from lathesim.diagnosis.selection.elimination import leave_out
 from lathesim.diagnosis.selection.refusal import all_push, is_much_of_it
+from lathesim.diagnosis.verdict.judged import structured_share
 from lathesim.diagnosis.verdict.ranking import explains_nothing
-from lathesim.diagnosis.verdict.residual_tests import degrades_a_channel, hardly_missed
 from lathesim.identification.estimation.estimates import (
     Estimates,
     estimates,
@@ -88,6 +90,26 @@ def _all_trifling(found: SearchResult, experiment: Experiment, validation: Exper
     if not effects or not all_push(experiment, effects) or any(is_much_of_it(candidate, found, method=method) for candidate in effects):
         return False
     return next_to_nothing(missing_signals(validation, found.baseline, found.model, method=method), method=method)
+
+
+def degrades_a_channel(fit: Mapping[str, ChannelFit], method: Method = STANDARD) -> bool:
+    """Return whether the closed-loop simulation is further off with the effects than without them in some channel."""
+    return any(item.after > method.verdict.channel_worse * item.before for item in fit.values())
+
+
+def hardly_missed(evidence: Evidence, channels: Sequence[str], at: str = "", method: Method = STANDARD) -> bool:
+    """Return whether what was missing before any effect was found, and followed the motion, is little of all that acts, wherever it is;
+    with a part, what force ``at`` it: of a position any error is little."""
+    asked = [
+        structured_share(
+            max((bar.before for bar in evidence.bars if bar.channel == channel), default=0.0),
+            missing.share_before,
+            method.verdict.follows_no_more,
+        )
+        for channel, missing in zip(channels, evidence.missing, strict=True)
+        if not at or (missing.at.partition(".")[0] == at and missing.unit in FORCES)
+    ]
+    return bool(asked) and max(asked) < method.verdict.adequate
 
 
 def _own(validation: Experiment, found: SearchResult, values: Estimates) -> Compared:

@@ -2,6 +2,7 @@
 
 import functools
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,11 +13,15 @@ import pytest
 import lathesim.diagnosis.answer as answering
 import lathesim.diagnosis.pruning as pruning
 import lathesim.diagnosis.verdict.adequacy as judging
+import lathesim.diagnosis.verdict.residual_tests as left
 from lathesim.diagnosis.diagnose import ask, diagnose
-from lathesim.diagnosis.method import Limit
+from lathesim.diagnosis.method import Limit, Method
 from lathesim.diagnosis.question import Question
 from lathesim.diagnosis.recording_checks.checks import of_a_slow_log, too_slow_for_commands
 from lathesim.diagnosis.records.diagnosis import Diagnosis, as_json
+from lathesim.diagnosis.records.residual_test import Criterion, ResidualTest
+from lathesim.diagnosis.verdict.judged import Judged
+from lathesim.diagnosis.verdict.residual_tests import removes_nothing, sizes_determined
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
 from lathesim.recordings.finding import Finding
@@ -108,9 +113,14 @@ def test_what_is_in_no_catalogue_is_told_as_a_formula() -> None:
     assert "class DiscoveredTerm(Effect)" in found.plugin
 
 
+def something_is_left(asked: Judged, method: Method) -> Iterator[ResidualTest]:
+    """A test of what is left that always fails."""
+    yield ResidualTest("something", "", Criterion(), "something is left")
+
+
 def test_where_nothing_is_named_no_effect_is_surer_than_what_it_took_away(monkeypatch: pytest.MonkeyPatch) -> None:
     """A friction that takes away part of what is missing is told as that: no name, no line to paste, and the place from the replay."""
-    monkeypatch.setattr(judging, "shortfalls", lambda *given, **_: ["something is left"])
+    monkeypatch.setattr(left, "RESIDUAL_TESTS", (something_is_left,))
     monkeypatch.setattr(answering, "removed_share", lambda *given, **_: 0.3)
     asked = question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2))
     strict = replace(asked.method, verdict=replace(asked.method.verdict, named_share=Limit(2.0, "share of error", "never reached")))
@@ -121,7 +131,7 @@ def test_where_nothing_is_named_no_effect_is_surer_than_what_it_took_away(monkey
 
 
 def test_a_named_model_that_is_not_adequate_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(judging, "shortfalls", lambda *given, **_: ["something is left"])
+    monkeypatch.setattr(left, "RESIDUAL_TESTS", (something_is_left,))
     found = diagnose(question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2)))
     assert (found.verdict, found.adequate, found.shortfall) == ("named", False, "The model is not adequate: something is left.")
     assert diagnosis(Hidden(dry=8.0)).shortfall == ""
@@ -130,14 +140,14 @@ def test_a_named_model_that_is_not_adequate_says_why(monkeypatch: pytest.MonkeyP
 def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is asked beside others only: a friction stays, an offset whose interval holds nothing goes, and nothing speaks against that."""
     two = Hidden(dry=8.0, law=offset)
-    for step in (pruning, answering):
-        monkeypatch.setattr(step, "interval_includes_neutral", lambda candidate, *given, **_: candidate.name == "ForceOffset")
-    for reasons in ("shortfalls", "of_another_form", "too_little", "leaves_much"):
-        monkeypatch.setattr(judging, reasons, lambda *given, **more: [])
+    monkeypatch.setattr(pruning, "interval_includes_neutral", lambda candidate, *given, **_: candidate.name == "ForceOffset")
+    monkeypatch.setattr(judging, "half_intervals_from_neutral", lambda candidate, *given: 0.5 if candidate.name == "ForceOffset" else 9.0)
+    monkeypatch.setattr(left, "RESIDUAL_TESTS", (sizes_determined,))
+    monkeypatch.setattr(left, "TESTS_OF_THE_REST", ())
     monkeypatch.setattr(pruning, "doubtful_effects", lambda *given, **_: [])
     found = diagnose(question(recording(two, seed=1), recording(two, seed=2)))
     assert ([effect.effect for effect in found.effects], found.adequate) == (["CoulombFriction"], True)
-    monkeypatch.setattr(judging, "shortfalls", lambda *given, **_: ["something is left"])
+    monkeypatch.setattr(left, "RESIDUAL_TESTS", (something_is_left,))
     kept = diagnose(question(recording(two, seed=1), recording(two, seed=2)))
     assert {effect.effect for effect in kept.effects} == {"CoulombFriction", "ForceOffset"}
 
@@ -148,8 +158,7 @@ def test_effects_that_take_nothing_away_of_the_judge_go_where_nothing_else_is_wr
     monkeypatch.setattr(answering, "removed_share", lambda *given, **_: -0.1)
     asked = question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2))
     assert diagnose(asked).verdict == "unknown"  # without the friction most that is missing goes with the speed
-    for reasons in ("shortfalls", "is_missing_for_sure", "mostly_follows"):
-        monkeypatch.setattr(judging, reasons, lambda *given, **_: [])
+    monkeypatch.setattr(left, "RESIDUAL_TESTS", (removes_nothing,))
     found = diagnose(asked)
     assert (found.verdict in ("no_mismatch", "parameters_only"), found.effects, found.adequate) == (True, (), True)
 

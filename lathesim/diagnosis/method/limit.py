@@ -19,11 +19,16 @@ class Limit(float):
     meaning: str
     basis: Basis
     evidence: str
+    name: str = ""
+    """Where it stands in the method."""
 
     def __new__(cls, value: float, unit: str, meaning: str, basis: Basis = "assumed", evidence: str = ASSUMED) -> Limit:
         limit = super().__new__(cls, value)
         limit.unit, limit.meaning, limit.basis, limit.evidence = unit, meaning, basis, evidence
         return limit
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
 
     def __getnewargs__(self) -> tuple[float, str, str, Basis, str]:  # type: ignore[override]
         """Return what a copy is made of."""
@@ -31,4 +36,6 @@ class Limit(float):
 
     def times(self, factor: float) -> Limit:
         """Return the same limit, moved by a factor."""
-        return Limit(float(self) * factor, self.unit, self.meaning, self.basis, self.evidence)
+        moved = Limit(float(self) * factor, self.unit, self.meaning, self.basis, self.evidence)
+        moved.name = self.name
+        return moved

@@ -54,8 +54,8 @@ class Method:
     )  # fmt: skip
     against_null_maximum: bool = True
     """Whether the largest gain among candidates under the null counts against an effect."""
-    validation_margin: float = Limit(3.0, "nats", "the validation recording must gain this")
-    validation_share: float = Limit(0.01, "share of gain", "and this share of what the estimation recording gains")
+    validation_margin: Limit = Limit(3.0, "nats", "the validation recording must gain this")
+    validation_share: Limit = Limit(0.01, "share of gain", "and this share of what the estimation recording gains")
     smallest_move: float = Limit(1.0, "effect-to-residual ratio", "an effect must move a channel by this beside what stays unexplained")
     small_move: float = Limit(0.3, "effect-to-residual ratio", "the same where the effect explains almost all of the error")
     almost_all: float = Limit(0.9, "share of error", "an effect that explains this explains almost all")

@@ -14,6 +14,8 @@ from typing import Any, Literal
 import numpy as np
 
 from lathesim.diagnosis.records.history import Step
+from lathesim.diagnosis.records.residual_test import Condition, ResidualTest
+from lathesim.diagnosis.records.stability import Stability
 from lathesim.engine.assembly import FloatArray
 
 SCHEMA = "lathesim-diagnosis/1"
@@ -208,6 +210,10 @@ class Diagnosis:
     """The rule of the decision that held, in words."""
     history: tuple[Step, ...] = ()
     """The course of the search: the changes of the model that were accepted, in order."""
+    residual_tests: tuple[ResidualTest, ...] = ()
+    """The tests of what is left that were asked, failed or not."""
+    stability: Stability | None = None
+    """How often the decision stands when its limits are shaken; nothing where a check of the recordings decided."""
 
     @property
     def names(self) -> bool:
@@ -276,6 +282,8 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "discovered": diagnosis.discovered or None,
         "rule": diagnosis.rule,
         "history": [_step(number, step) for number, step in enumerate(diagnosis.history, start=1)],
+        "residual_tests": [_residual_test(test) for test in diagnosis.residual_tests],
+        "stability": _stability(diagnosis.stability) if diagnosis.stability else None,
         "complete": diagnosis.complete,
         "report": diagnosis.report or None,
         "wall_time_s": _number(diagnosis.wall_time),
@@ -291,6 +299,34 @@ def _step(number: int, step: Step) -> dict[str, Any]:
         "log_likelihood_gain": _number(step.gain),
         "validation_gain": _number(step.validation_gain),
         "why": step.why,
+    }
+
+
+def _residual_test(test: ResidualTest) -> dict[str, Any]:
+    return {
+        "test": test.name,
+        "of": test.channel,
+        "passed": test.passed,
+        "severity": test.severity,
+        "statistic": _number(test.statistic),
+        "limit": _number(test.limit),
+        "unit": test.unit,
+        "sentence": "" if test.passed else test.sentence,
+        "conditions": [[_condition(condition) for condition in clause] for clause in test.fails_where.clauses],
+    }
+
+
+def _condition(condition: Condition) -> dict[str, Any]:
+    numbers = {"statistic": condition.statistic, "limit": condition.limit, "error": condition.error}
+    return {"name": condition.name, "relation": condition.relation, **{name: _number(value) for name, value in numbers.items()}}
+
+
+def _stability(found: Stability) -> dict[str, Any]:
+    return {
+        "share": found.share,
+        "decisions": found.decisions,
+        "outcomes": dict(found.outcomes),
+        "hinges_on": list(found.hinges_on),
     }
 
 

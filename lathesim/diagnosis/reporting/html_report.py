@@ -28,6 +28,7 @@ from lathesim.diagnosis.reporting.number_text import (
     times,
     words,
 )
+from lathesim.diagnosis.reporting.stability_text import stability_lines
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
 from lathesim.errors import RecordError
 from lathesim.identification.estimation.estimates import CONFIDENCE
@@ -97,6 +98,8 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "tried": _tried(diagnosis),
         "rule": diagnosis.rule,
         "history": _history(diagnosis),
+        "tests": _tests(diagnosis),
+        "stability": stability_lines(diagnosis),
         "tried_more": max(0, len(diagnosis.evidence.tried) - _TRIED),
         "sure": _sure(diagnosis),
         "judged": f"on {diagnosis.validation}" if diagnosis.validation else "",
@@ -255,6 +258,27 @@ def _history(diagnosis: Diagnosis) -> list[dict[str, str]]:
         }
         for step in diagnosis.history
     ]
+
+
+def _tests(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Return the rows of the tests of what is left, those that fail first."""
+    tests = sorted(diagnosis.residual_tests, key=lambda test: test.passed)
+    return [
+        {
+            "name": test.name,
+            "channel": test.channel,
+            "statistic": _digits(test.statistic),
+            "limit": _digits(test.limit),
+            "unit": "" if test.unit == "1" else test.unit,
+            "outcome": "passes" if test.passed else test.severity,
+            "sentence": "" if test.passed else test.sentence,
+        }
+        for test in tests
+    ]
+
+
+def _digits(value: float) -> str:
+    return f"{value:.3g}" if math.isfinite(value) else NOTHING
 
 
 def _tried(diagnosis: Diagnosis) -> list[dict[str, Any]]:

@@ -8,6 +8,7 @@ from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.records.diagnosis import Diagnosis, FoundEffect, with_unit
 from lathesim.diagnosis.reporting.html_report import insert_lines
 from lathesim.diagnosis.reporting.number_text import takes_part
+from lathesim.diagnosis.reporting.stability_text import stability_lines
 
 
 def answer_lines(diagnosis: Diagnosis) -> list[str]:
@@ -19,7 +20,7 @@ def answer_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.effects:
         lines += ["", *([] if diagnosis.names else [f"{takes_part(diagnosis)}:"])]
         lines += [line for effect in diagnosis.effects for line in _effect_lines(effect, diagnosis)]
-    lines += ["", *_where_lines(diagnosis)]
+    lines += ["", *_where_lines(diagnosis), *stability_lines(diagnosis)]
     if diagnosis.verdict == "parameters_only":
         lines += _value_lines(diagnosis)
     for name, channel in diagnosis.fit.items():

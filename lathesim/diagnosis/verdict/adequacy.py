@@ -1,9 +1,9 @@
-"""Whether a model is adequate: every reason for which it is not, drawn from what it leaves on the validation recording."""
+"""Whether a model is adequate: what the tests of what is left are asked about, gathered, and what they say."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from lathesim.analysis.display_unit import shown_with_unit
@@ -14,53 +14,60 @@ from lathesim.diagnosis.location.narrow_band import NarrowBand, narrow_bands
 from lathesim.diagnosis.location.operating_conditions import TOGETHER
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw
-from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Evidence, listed
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Evidence, listed
+from lathesim.diagnosis.records.residual_test import ResidualTest
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection.laboratory import IMPLAUSIBLE
 from lathesim.diagnosis.selection.refusal import is_much_of_it
+from lathesim.diagnosis.verdict.judged import Judged, SensorsApart, Unsized, ValueOff
 from lathesim.diagnosis.verdict.limit_cycles import off_by_chance
 from lathesim.diagnosis.verdict.ranking import removed_in_band
-from lathesim.diagnosis.verdict.replicate_check import beyond_replicates
-from lathesim.diagnosis.verdict.residual_tests import (
-    degrades_every_channel,
-    is_missing_for_sure,
-    leaves_much,
-    left_over,
-    mostly_follows,
-    of_another_form,
-    shortfalls,
-    still_follows,
-    too_little,
-)
+from lathesim.diagnosis.verdict.replicate_check import BAND, COHERENCE, calibrated_doubts
+from lathesim.diagnosis.verdict.residual_tests import OTHER_FORM, not_adequate, residual_tests
+from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, half_intervals_from_neutral
 from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 
 
 @dataclass(frozen=True)
 class Adequacy:
-    """What speaks against a model: ``reasons``, each the rest of a sentence, and what some of them are drawn from.
+    """What a model leaves, and the tests of it."""
 
-    ``weak`` reasons say that not all is explained and cost no name; ``removed`` is the share of the error that the model is credited with;
-    ``form_left`` the share of what was missing that is left in a form of its own, where that is a reason.
-    """
-
-    reasons: tuple[str, ...]
-    weak: tuple[str, ...]
-    removed: float
-    form_left: float
-    implausible: tuple[str, ...]
-    bands: tuple[NarrowBand, ...]
-    laws: tuple[AnotherLaw, ...]
-    commanded: tuple[CommandCoherence, ...] = ()
-    by_chance: tuple[str, ...] = ()
-    """Channels that are off by no more than converters make by chance."""
+    judged: Judged
+    tests: tuple[ResidualTest, ...]
 
     @property
     def adequate(self) -> bool:
         """Whether nothing speaks against the model."""
-        return not (self.reasons or self.weak)
+        return all(test.passed for test in self.tests)
+
+    @property
+    def shortfall(self) -> str:
+        """Why it is not adequate, in one sentence."""
+        return not_adequate(self.tests)
+
+    @property
+    def form_left(self) -> float:
+        """The share of what was missing that is left in a form of its own, where that speaks against the model."""
+        return next((test.statistic for test in self.tests if test.name == OTHER_FORM and not test.passed), 0.0)
+
+    @property
+    def implausible(self) -> tuple[str, ...]:
+        """The values that the model needs further off than the lesson holds possible, less the one that is the answer."""
+        return tuple(item.name for item in self.judged.values if self._fails("plausible value", item.name))
+
+    @property
+    def bands(self) -> tuple[NarrowBand, ...]:
+        """The narrow bands that no replicate shows."""
+        return tuple(band for band in self.judged.bands if self._fails("narrow band", band.channel))
+
+    @property
+    def commanded(self) -> tuple[CommandCoherence, ...]:
+        """What answers to a driven input and no replicate shows."""
+        return tuple(one for one in self.judged.coherent if self._fails("coherent with the command", one.channel))
+
+    def _fails(self, name: str, channel: str) -> bool:
+        return any((test.name, test.channel) == (name, channel) and not test.passed for test in self.tests)
 
 
 def adequacy(
@@ -72,46 +79,33 @@ def adequacy(
     baseline: Mapping[str, BaselineValue],
     taken: float,
     laws: Sequence[AnotherLaw],
-    unsized: Sequence[Candidate],
+    values: Estimates,
     method: Method = STANDARD,
 ) -> Adequacy:
-    """Return what speaks against a model that explains the share ``taken`` of the error; ``laws`` are controllers that have another one,
-    ``unsized`` the effects whose size may be nothing."""
-    effects = bool(found.model.candidates)
-    drawn = drawn_by_waves(experiment, found.model.candidates, found.model.fitted.by_name, method=method) if effects else ()
-    implausible = _implausible(experiment, found, baseline)
-    evidence = _of_one_variable(evidence) if effects else evidence
-    left = left_over(evidence, experiment.machine.compare, method=method) if effects else None
-    other_form = of_another_form(left, method=method)
-    told, fit = _told(validation, found, evidence, own.fit, method=method)
-    bands, commanded = _beyond_chance(experiment, validation, found, laws, fit, method)
-    reasons = [*shortfalls(told, list(fit), implausible, baseline, bands, fit, method=method), *other_form, *map(str, laws)]
-    if effects:
-        waves = all(is_much_of_it(candidate, found, method=method) for candidate in found.model.candidates)
-        reasons += too_little(evidence, taken, waves=waves, method=method)
-    elif found.far_off:
-        reasons += _of_an_impossible_value(experiment, evidence, own, taken, method)
-    else:
-        reasons += _without_effects(validation, found, told, fit, commanded, reasons, method)
-    # without anything that feeds back a simulation drifts with whatever nobody modelled
-    degraded = effects and validation.feeds_back and degrades_every_channel(own.fit, method=method)
-    if degraded:
-        reasons.append("with it the lesson's own simulation is further off in every channel")
-    weak = leaves_much(evidence, taken, method=method) if effects and not reasons else []
-    weak += [f"the recordings do not determine how large {candidate.name} at {candidate.at} is" for candidate in unsized]
-    reasons += _anything_drawn(drawn)
-    credited = taken > 0.0 and not (degraded or drawn or _is_impossible(implausible, found, taken, unsized, method))
-    return Adequacy(
-        tuple(reasons),
-        tuple(weak),
-        removed_in_band(found) if credited else 0.0,
-        left.share if left is not None and other_form else 0.0,
-        implausible,
-        bands,
-        tuple(laws),
-        tuple(commanded),
-        tuple(name for name in own.fit if name not in fit),
+    """Return what speaks against a model that explains the share ``taken`` of the error; ``laws`` are controllers that have another one."""
+    candidates = found.model.candidates
+    by_chance = frozenset(off_by_chance(validation, found.model.validation_fit.by_name, own.fit, method=method))
+    judged = Judged(
+        channels=tuple(experiment.machine.compare),
+        evidence=_of_one_variable(evidence) if candidates else evidence,
+        fit=own.fit,
+        effects=bool(candidates),
+        value_is_answer=bool(found.far_off),
+        feeds_back=validation.feeds_back,
+        waves=all(is_much_of_it(candidate, found, method=method) for candidate in candidates),
+        removed=taken,
+        removed_here=removed_in_band(found),
+        by_chance=by_chance,
+        values=_values_off(experiment, found, baseline),
+        bands=_bands(experiment, validation, found, by_chance, method),
+        coherent=() if candidates or found.far_off or laws else _coherent(experiment, validation, found, method),
+        laws=tuple(laws),
+        sensors=redundant_sensors(validation, found),
+        sizes=tuple(Unsized(one.name, one.at, half_intervals_from_neutral(one, values)) for one in candidates),
+        drawn=_drawn(experiment, candidates, found.model.fitted.by_name, method),
     )
+    judged = _with_replicates(judged, experiment, validation, found, method)
+    return Adequacy(judged, residual_tests(judged, method))
 
 
 def _of_one_variable(evidence: Evidence) -> Evidence:
@@ -119,89 +113,63 @@ def _of_one_variable(evidence: Evidence) -> Evidence:
     return replace(evidence, bars=tuple(bar for bar in evidence.bars if not bar.variable.startswith(TOGETHER)))
 
 
-def _beyond_chance(
-    experiment: Experiment, validation: Experiment, found: SearchResult, laws: Sequence[AnotherLaw], fit: Collection[str], method: Method
-) -> tuple[tuple[NarrowBand, ...], list[CommandCoherence]]:
-    """Return the narrow bands left in the channels of ``fit``, and what answers to a driven input, beyond what replicates show."""
-    bands = tuple(
-        narrow_bands(validation, found.model.validation_fit, method=method) or narrow_bands(experiment, found.model.fitted, method=method)
+def _bands(
+    experiment: Experiment, validation: Experiment, found: SearchResult, by_chance: frozenset[str], method: Method
+) -> tuple[NarrowBand, ...]:
+    """Return the narrow bands that are left, on the validation recording or else on the estimation recording."""
+    bands = narrow_bands(validation, found.model.validation_fit, method=method) or narrow_bands(
+        experiment, found.model.fitted, method=method
     )
-    bands = tuple(band for band in bands if band.channel in fit)
-    known = found.model.candidates or found.far_off or laws
-    commanded = [] if known else _commanded(experiment, validation, found, method=method)
-    return beyond_replicates(bands, commanded, (experiment, validation), found.model, method)
+    return tuple(band for band in bands if band.channel not in by_chance)
 
 
-def _of_an_impossible_value(experiment: Experiment, evidence: Evidence, own: Compared, taken: float, method: Method) -> list[str]:
-    """Return the reasons against a value that the lesson holds impossible: it has to explain what it is believed for."""
-    return leaves_much(evidence, taken, method=method) or still_follows(evidence, experiment.machine.compare, own.fit, method=method)
-
-
-def _without_effects(
-    validation: Experiment,
-    found: SearchResult,
-    told: Evidence,
-    fit: Mapping[str, ChannelFit],
-    commanded: Sequence[CommandCoherence],
-    known: Sequence[str],
-    method: Method,
-) -> list[str]:
-    """Return the reasons against a model without effects, beside those that are ``known``."""
-    reasons = [
-        *map(str, commanded),
-        *is_missing_for_sure(told, fit, method=method),
-        *_sensors_apart(validation, found.model.validation_fit, method=method),
-    ]
-    return reasons if reasons or known else mostly_follows(told, list(fit), method=method)
-
-
-def _anything_drawn(drawn: Sequence[Candidate]) -> list[str]:
-    """Return the reason where waves draw what may be anything that goes with the place."""
-    if not drawn:
-        return []
-    names = listed([f"{candidate.name} at {candidate.at}" for candidate in drawn])
-    few = "are there so few times that together they" if len(drawn) > 1 else "is not once there as a whole and"
-    return [f"{names} {few} may be anything that goes with the place"]
-
-
-def _is_impossible(implausible: Collection[str], found: SearchResult, taken: float, unsized: Sequence[Candidate], method: Method) -> bool:
-    """Return whether a machine cannot be and is no explanation: much is left as well, or nothing beside it is sure to be there."""
-    effects = found.model.candidates
-    return bool(implausible) and (taken < method.verdict.explains_most or bool(effects and len(unsized) == len(effects)))
-
-
-def _told(
-    experiment: Experiment, found: SearchResult, evidence: Evidence, fit: Mapping[str, ChannelFit], method: Method = STANDARD
-) -> tuple[Evidence, dict[str, ChannelFit]]:
-    """Return what is missing, and the fit, of the channels that are off by more than converters make by chance."""
-    null_maximum = off_by_chance(experiment, found.model.validation_fit.by_name, fit, method=method)
-    pairs = [pair for pair in zip(experiment.machine.compare, evidence.missing, strict=True) if pair[0] not in null_maximum]
-    return replace(evidence, missing=tuple(missing for _, missing in pairs)), {name: fit[name] for name, _ in pairs}
-
-
-def _commanded(experiment: Experiment, validation: Experiment, found: SearchResult, method: Method = STANDARD) -> list[CommandCoherence]:
+def _coherent(experiment: Experiment, validation: Experiment, found: SearchResult, method: Method) -> tuple[CommandCoherence, ...]:
     """Return what answers to a driven input of what a model leaves, at most one."""
     told = command_coherence((experiment, validation), (found.model.fitted.by_name, found.model.validation_fit.by_name), method=method)
-    return [told] if told else []
+    return (told,) if told else ()
 
 
-def _sensors_apart(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> list[str]:
-    """Return the reason where two sensors of one motion differ by far more than both can resolve: no load does that."""
-    reasons = []
+def _with_replicates(judged: Judged, experiment: Experiment, validation: Experiment, found: SearchResult, method: Method) -> Judged:
+    """Return the same with the probabilities of its bands and coherences under the fitted model; nothing is simulated without them."""
+    asked = {(BAND, band.channel) for band in judged.bands} | {(COHERENCE, one.channel) for one in judged.coherent}
+    doubts = calibrated_doubts(experiment, validation, found.model, method) if asked else None
+    if doubts is None:
+        return judged
+    probabilities = {key: doubts.probability.get(key, 0.0) for key in asked}
+    return replace(judged, probabilities=probabilities, replicates=doubts.replicates)
+
+
+def _drawn(experiment: Experiment, candidates: Sequence[Candidate], values: Mapping[str, float], method: Method) -> str:
+    """Return in words which waves may draw what may be anything that goes with the place; empty where none does."""
+    drawn = drawn_by_waves(experiment, candidates, values, method=method) if candidates else ()
+    if not drawn:
+        return ""
+    names = listed([f"{candidate.name} at {candidate.at}" for candidate in drawn])
+    few = "are there so few times that together they" if len(drawn) > 1 else "is not once there as a whole and"
+    return f"{names} {few} may be anything that goes with the place"
+
+
+def redundant_sensors(experiment: Experiment, found: SearchResult) -> tuple[SensorsApart, ...]:
+    """Return the pairs of sensors of one motion, with how far they differ."""
+    pairs = []
     for sight in (sight for sight in experiment.sensed.redundant_sensors if not sight.rate):
-        apart = root_mean_square(fitted.residual[sight.row])
-        if apart > method.verdict.sensors_apart * experiment.sensed.seen_floors[sight.row]:
-            names = [experiment.machine.compare[row] for row in (sight.row, sight.first)]
-            size = shown_with_unit(apart, experiment.sensed.plan.unit(experiment.sensed.channels[sight.row]))
-            reasons.append(f"{names[0]} and {names[1]} differ by {size} (root mean square)")
-    return reasons
+        apart = root_mean_square(found.model.validation_fit.residual[sight.row])
+        size = shown_with_unit(apart, experiment.sensed.plan.unit(experiment.sensed.channels[sight.row]))
+        names = experiment.machine.compare[sight.row], experiment.machine.compare[sight.first]
+        pairs.append(SensorsApart(names, size, apart / experiment.sensed.seen_floors[sight.row]))
+    return tuple(pairs)
 
 
-def _implausible(experiment: Experiment, found: SearchResult, baseline: Mapping[str, BaselineValue]) -> tuple[str, ...]:
-    """Return the values that the model needs further off than the lesson holds possible, less the one that is the answer."""
-    known = (*found.values_off[:1], *found.jointly_off)
+def _values_off(experiment: Experiment, found: SearchResult, baseline: Mapping[str, BaselineValue]) -> tuple[ValueOff, ...]:
+    """Return how far the values of the lesson had to move, but for those that are the answer."""
+    known, declared = (*found.values_off[:1], *found.jointly_off), experiment.machine.uncertain
     return tuple(
-        name
+        ValueOff(
+            name,
+            item,
+            abs(item.refit_with - item.given) / declared[name],
+            0.5 * (item.high - item.low) / (CONFIDENCE * declared[name]) if math.isfinite(item.high - item.low) else 0.0,
+        )
         for name, item in baseline.items()
-        if name not in known and abs(item.refit_with - item.given) > IMPLAUSIBLE * experiment.machine.uncertain.get(name, math.inf)
+        if name not in known and declared.get(name, 0.0) > 0.0
     )

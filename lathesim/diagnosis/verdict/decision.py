@@ -5,24 +5,38 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.diagnosis import NAMING, VERDICTS, FoundEffect, Verdict, listed
+from lathesim.diagnosis.verdict.grounds import Grounds
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What a decision rests on: the effects that were accepted, whether a residual test fails, and how much is explained.
+    """What the rules ask: whether effects were accepted, whether a test of what is left fails, how much is explained.
 
-    ``explained`` is the share of the error that the effects are credited with; ``first_may_be_zero`` says that the interval of the first
-    effect includes its neutral value; ``tied`` that another effect, or a value of the lesson, explains as much.
+    ``explains_little`` says that the effects are credited with too small a share of the error to be named, ``first_may_be_zero`` that the
+    interval of the first effect includes its neutral value, ``tied`` that another effect, or a value of the lesson, explains as much.
     """
 
     effects: bool
     test_fails: bool
     values_differ: bool
-    explained: float
+    explains_little: bool
     first_may_be_zero: bool
     tied: bool
+
+
+def facts(grounds: Grounds) -> Facts:
+    """Return the facts that follow from the grounds of a decision. A test that discredits leaves the effects credited with nothing."""
+    failed = [test for test in grounds.tests if not test.passed]
+    discredited = any(test.severity == "discredits" for test in failed)
+    return Facts(
+        effects=grounds.effects,
+        test_fails=any(test.severity != "weakens" for test in failed),
+        values_differ=grounds.values_off or grounds.moved.holds,
+        explains_little=discredited or not grounds.explains.holds,
+        first_may_be_zero=grounds.first_may_be_zero is not None and grounds.first_may_be_zero.holds,
+        tied=grounds.tied or any(one.holds for one in grounds.ties),
+    )
 
 
 @dataclass(frozen=True)
@@ -31,26 +45,24 @@ class Rule:
 
     verdict: Verdict
     reason: str
-    holds: Callable[[Facts, Method], bool]
+    holds: Callable[[Facts], bool]
 
 
 RULES: tuple[Rule, ...] = (
-    Rule("unknown", "no effect was accepted, and a residual test fails", lambda f, m: not f.effects and f.test_fails),
-    Rule("parameters_only", "no effect was accepted, and parameter values differ", lambda f, m: not f.effects and f.values_differ),
-    Rule("no_mismatch", "no effect was accepted, and nothing is left", lambda f, m: not f.effects),
-    Rule(
-        "unknown", "a residual test fails, and the effects explain too little",
-        lambda f, m: f.test_fails and f.explained < m.verdict.named_share,
-    ),
-    Rule("unknown", "a residual test fails, and the first size may be zero", lambda f, m: f.test_fails and f.first_may_be_zero),
-    Rule("tied", "another effect or a parameter value explains as much", lambda f, m: f.tied),
-    Rule("named", "the first effect is the only explanation of the catalogue", lambda f, m: True),
-)  # fmt: skip
+    Rule("unknown", "no effect was accepted, and a residual test fails", lambda f: not f.effects and f.test_fails),
+    Rule("parameters_only", "no effect was accepted, and parameter values differ", lambda f: not f.effects and f.values_differ),
+    Rule("no_mismatch", "no effect was accepted, and nothing is left", lambda f: not f.effects),
+    Rule("unknown", "a residual test fails, and the effects explain too little", lambda f: f.test_fails and f.explains_little),
+    Rule("unknown", "a residual test fails, and the first size may be zero", lambda f: f.test_fails and f.first_may_be_zero),
+    Rule("tied", "another effect or a parameter value explains as much", lambda f: f.tied),
+    Rule("named", "the first effect is the only explanation of the catalogue", lambda f: True),
+)
 
 
-def decide(facts: Facts, method: Method) -> Rule:
+def decide(grounds: Grounds) -> Rule:
     """Return the first rule that holds."""
-    return next(rule for rule in RULES if rule.holds(facts, method))
+    found = facts(grounds)
+    return next(rule for rule in RULES if rule.holds(found))
 
 
 def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], far_off: tuple[str, ...], jointly: tuple[str, ...] = ()) -> str:

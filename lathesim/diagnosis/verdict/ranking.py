@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.method import STANDARD, Limit, Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import merit
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.identification.noise.noise_model import white_noise
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted
+from lathesim.identification.records.model import Trial
 from lathesim.identification.replay.experiment import Experiment
 
 
@@ -44,11 +45,8 @@ def rank_effects(found: SearchResult, method: Method, one_sided: Sequence[Candid
             result.append(RankedEffect(candidate, 0.5, (), (), 0.0, 0.0, unseen))
             continue
         best = merit(chosen, method)
-        width = max(method.selection.tie, method.selection.tie_share * best)
-        trials = [
-            trial for trial in trials if abs(trial.share_of_all - chosen.share_of_all) < method.selection.tie_share or trial is chosen
-        ]
-        others = [trial for trial in trials if trial.candidate.part != candidate.part]
+        width = tie_width(best, method)
+        others = [trial for trial in trials if trial.candidate.part != candidate.part and _explains_as_much(trial, chosen, method)]
         tied = tuple(
             trial.candidate for trial in others if best - merit(trial, method) < width and trial.candidate not in found.model.candidates
         )
@@ -59,6 +57,24 @@ def rank_effects(found: SearchResult, method: Method, one_sided: Sequence[Candid
         share = min(chosen.share_of_all, 1.0)
         result.append(RankedEffect(candidate, probability, tied, forms, share, chosen.share_of_rest, unseen))
     return sorted(result, key=lambda item: -item.share)
+
+
+def tie_width(best: float, method: Method) -> Limit:
+    """Return by how much a rival must be behind an effect of some merit to be told from it [nats]."""
+    return max(method.selection.tie, method.selection.tie_share.times(best))
+
+
+def _explains_as_much(trial: Trial, chosen: Trial, method: Method) -> bool:
+    return abs(trial.share_of_all - chosen.share_of_all) < method.selection.tie_share
+
+
+def rivals_of(candidate: Candidate, found: SearchResult, method: Method) -> Iterator[tuple[Trial, Trial, Limit]]:
+    """Return the trial of an effect of the model, each rival that is not in the model, and the width within which the two are tied."""
+    trials = found.trials.get(candidate.part, [])
+    chosen = next((trial for trial in trials if trial.candidate.part == candidate.part), None)
+    for trial in trials if chosen else ():
+        if chosen and trial.candidate.part != candidate.part and trial.candidate not in found.model.candidates:
+            yield chosen, trial, tie_width(merit(chosen, method), method)
 
 
 def is_told_by_direction(candidate: Candidate, other: Candidate) -> bool:

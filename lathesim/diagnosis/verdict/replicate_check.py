@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.diagnosis.location.command_coherence import CommandCoherence, coherent_share
+from lathesim.diagnosis.location.command_coherence import coherent_share
 from lathesim.diagnosis.location.missing_force import missing_signal
-from lathesim.diagnosis.location.narrow_band import NarrowBand, band_strength
+from lathesim.diagnosis.location.narrow_band import band_strength
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import noise_of
@@ -39,11 +39,6 @@ class CalibratedDoubts:
 
     probability: Mapping[tuple[str, str], float]
     replicates: int
-    alarm: float
-
-    def stands(self, kind: str, channel: str) -> bool:
-        """Return whether a doubt stands: no replicate of a sound model shows as much. One that was not asked stands."""
-        return self.probability.get((kind, channel), 0.0) <= self.alarm
 
 
 def calibrated_doubts(experiment: Experiment, validation: Experiment, model: Model, method: Method = STANDARD) -> CalibratedDoubts | None:
@@ -59,21 +54,7 @@ def calibrated_doubts(experiment: Experiment, validation: Experiment, model: Mod
         return None
     recorded = _statistics((made[0].own, made[1].own), made, method)
     drawn = [_statistics((first, second), made, method) for first, second in zip(made[0].drawn, made[1].drawn, strict=True)]
-    return CalibratedDoubts(adjusted(recorded, drawn), count, float(method.verdict.false_alarms))
-
-
-def beyond_replicates(
-    bands: tuple[NarrowBand, ...], commanded: list[CommandCoherence], pair: tuple[Experiment, Experiment], model: Model, method: Method
-) -> tuple[tuple[NarrowBand, ...], list[CommandCoherence]]:
-    """Return the narrow bands and the coherence with the command that a model does not make by itself; nothing is simulated where there is
-    neither."""
-    doubts = calibrated_doubts(*pair, model, method) if bands or commanded else None
-    if doubts is None:
-        return bands, commanded
-    return (
-        tuple(band for band in bands if doubts.stands(BAND, band.channel)),
-        [one for one in commanded if doubts.stands(COHERENCE, one.channel)],
-    )
+    return CalibratedDoubts(adjusted(recorded, drawn), count)
 
 
 def adjusted(recorded: Statistics, drawn: list[Statistics]) -> dict[tuple[str, str], float]:

@@ -1,199 +1,323 @@
-"""Why a model is not adequate: what it leaves that follows the motion, values it needs that cannot be, what still swings."""
+"""The tests of what a model leaves: each a small function, all asked in the order of :data:`RESIDUAL_TESTS`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from lathesim.diagnosis.location.missing_share import FORCES
-from lathesim.diagnosis.location.narrow_band import NarrowBand
-from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Evidence, MissingSignal, with_unit
+from lathesim.diagnosis.method import Limit, Method
+from lathesim.diagnosis.records.diagnosis import MissingSignal, VariableBar, with_unit
+from lathesim.diagnosis.records.residual_test import Condition, Criterion, ResidualTest, all_of, held
+from lathesim.diagnosis.selection.laboratory import IMPLAUSIBLE
+from lathesim.diagnosis.verdict.judged import Judged, Unsized, ValueOff, counted, of_forces, ratio, relative_error, structured_share
+from lathesim.diagnosis.verdict.replicate_check import BAND, COHERENCE
+from lathesim.identification.estimation.estimates import CONFIDENCE
+
+OTHER_FORM = "form of what is left"
+Test = Callable[[Judged, Method], Iterator[ResidualTest]]
 
 
-def shortfalls(
-    evidence: Evidence,
-    channels: Sequence[str],
-    implausible: Sequence[str],
-    baseline: Mapping[str, BaselineValue],
-    bands: Sequence[NarrowBand],
-    fit: Mapping[str, ChannelFit],
-    method: Method = STANDARD,
-) -> list[str]:
-    """Return the reasons for which a model is not adequate, each the rest of a sentence; none where it is. More than half of all that
-    acts is missing where the noise of a sensor is made into a force: that is no reason while the lesson's own simulation is at the floor
-    there."""
-    reasons = []
-    for channel, missing in zip(channels, evidence.missing, strict=True):
-        if missing.share_after > method.verdict.half and fit[channel].after < method.verdict.channel_worse * fit[channel].floor:
+def force_follows_motion(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """The force that is missing depends on what the machine was doing.
+
+    More than half of all that acts is missing where the noise of a sensor is made into a force: that is no reason while the closed-loop
+    simulation is at the noise floor there.
+    """
+    for channel, missing, bar in judged.off():
+        explained, fit = bar.after if bar else 0.0, judged.fit[channel]
+        share = structured_share(explained, missing.share_after, method.verdict.follows_no_more)
+        left = f"{missing.share_after:.1%} of what acts at {missing.at} is still missing"
+        follows = (held(share, ">=", method.verdict.adequate, share * relative_error(missing.after)),)
+        no_noise = (
+            held(missing.share_after, "<=", method.verdict.half, missing.share_after * relative_error(missing.after)),
+            held(ratio(fit.after, fit.floor), ">=", method.verdict.channel_worse),
+        )
+        yield ResidualTest(
+            "force follows the motion", channel, Criterion((follows, no_noise)), f"{left}, and goes with {bar.variable}" if bar else left
+        )
+
+
+def implausible_values(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """A value of the lesson is further off than the lesson holds possible."""
+    for item in judged.values:
+        value = with_unit(f"{item.value.refit_with:.4g}", item.value.unit)
+        yield ResidualTest(
+            "plausible value", item.name, all_of(_implausible(item)),
+            f"it needs {item.name} at {value}, further off than the lesson holds possible",
+        )  # fmt: skip
+
+
+def narrow_bands(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """A channel swings in a narrow band of frequencies, more than the fitted model does with its converters and noise."""
+    for band in judged.bands:
+        if band.channel not in judged.by_chance:
+            yield ResidualTest(
+                "narrow band", band.channel, _beyond_replicates(judged, BAND, band.channel, band.share, method.location.band_share, method),
+                f"{band.channel} still swings {band.place}",
+            )  # fmt: skip
+
+
+def another_form(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """Effects leave so much that follows the motion, where they took something away, that they are of another form than what is there.
+
+    Only the channel of which most is left is asked, and what stepping leaves of a force is none.
+    """
+    if not judged.effects:
+        return
+    found = [(share, item) for item in judged.missing() if (share := _left_of_form(*item[1:], method)) is not None]
+    if found:
+        share, (channel, missing, bar) = max(found, key=lambda pair: pair[0])
+        yield ResidualTest(
+            OTHER_FORM, channel, all_of(held(share, ">=", method.verdict.other_form, share * relative_error(missing.after))),
+            f"{share:.0%} of what was missing at {missing.at} is left and goes with {bar.variable if bar else ''}",
+        )  # fmt: skip
+
+
+def controller_laws(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """A controller has another law than the lesson's."""
+    for law in judged.laws:
+        yield ResidualTest("controller law", law.channel, all_of(held(law.share, ">", method.recording_checks.law_of_command)), str(law))
+
+
+def removes_nothing(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """Effects take away nothing on the validation recording."""
+    if judged.effects:
+        nothing = Condition(judged.removed, "<=", 0.0, "", "share of error", judged.removed_error)
+        sentence = "it takes away nothing of what is missing on the recording that judges"
+        yield ResidualTest("something removed", "", all_of(nothing), sentence, "discredits")
+
+
+def removes_too_little(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """Effects explain less than half of the error on the validation recording, and leave more than half of what is missing everywhere.
+
+    Something of their shape may be there, and most of it is something else. Not so a line of each turn beside a load that wanders far: it
+    is all that followed the motion, and what is left follows nothing. Nor waves that were much of it.
+    """
+    if judged.effects and judged.removed > 0.0:
+        verdict, signals = method.verdict, judged.evidence.missing
+        before, after = (max((getattr(bar, side) for bar in judged.evidence.bars), default=0.0) for side in ("before", "after"))
+        more = (
+            held(after, ">=", verdict.follows_no_more),
+            *(held(item.share_after, ">=", verdict.adequate, item.share_after * relative_error(item.after)) for item in signals),
+            *(() if judged.waves else (held(before, "<=", verdict.followed),)),
+        )
+        clauses = (
+            (held(judged.removed, "<", verdict.half, judged.removed_error),),
+            *((_left(item, item.share_after, verdict.half),) for item in signals),
+            more,
+        )
+        sentence = f"it takes away only {judged.removed:.0%} of the error on the recording that judges"
+        yield ResidualTest("half removed", "", Criterion(clauses), sentence)
+
+
+def value_leaves_much(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """A value that the lesson holds impossible does not explain what it is believed for."""
+    if judged.value_is_answer and not judged.effects:
+        yield ResidualTest("most removed", "", _leaves_much(judged, method), _no_more_than(judged))
+
+
+def value_leaves_form(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """A value explains most of what an impossible machine is off by, and leaves as much as an effect of another form, far over the floor.
+
+    A drag that grows with the square of the speed is no larger viscosity.
+    """
+    for channel, missing, bar in judged.missing():
+        if not judged.value_is_answer or judged.effects or bar is None:
             continue
-        if structured(evidence, channel, missing.share_after, method=method) >= method.verdict.adequate:
-            strongest = max((bar for bar in evidence.bars if bar.channel == channel), key=lambda bar: bar.after)
-            left = f"{missing.share_after:.1%} of what acts at {missing.at} is still missing"
-            reasons.append(f"{left}, and goes with {strongest.variable}")
-    for name in implausible:
-        value = baseline[name]
-        reasons.append(f"it needs {name} at {with_unit(f'{value.refit_with:.4g}', value.unit)}, further off than the lesson holds possible")
-    reasons += [f"{band.channel} still swings {band.place}" for band in bands]
-    return list(dict.fromkeys(reasons))
-
-
-@dataclass(frozen=True)
-class LeftOver:
-    """What effects leave of what was missing behind a channel, as far as a variable tells it: a share of what was there before."""
-
-    share: float
-    at: str
-    variable: str
-
-
-def left_over(evidence: Evidence, channels: Sequence[str], method: Method = STANDARD) -> LeftOver | None:
-    """Return the largest share of what was missing that effects leave and that still follows the motion on the validation recording, among
-    channels where they took something away; none where nothing follows it, or no more than stepping leaves of a force."""
-    found = []
-    for channel, missing in zip(channels, evidence.missing, strict=True):
-        before, after = (float(np.sqrt(np.mean(np.square(values)))) for values in (missing.before, missing.after))
-        bar = max((bar for bar in evidence.bars if bar.channel == channel), key=lambda bar: bar.after, default=None)
-        stepping = (
-            missing.unit in FORCES and bar is not None and missing.share_after * np.sqrt(bar.after) < method.location.integration_error
+        fit, share = judged.fit[channel], ratio(counted(missing), missing.share_before)
+        yield ResidualTest(
+            "form of what a value leaves",
+            channel,
+            all_of(
+                held(share, ">", method.verdict.leaves_much, share * relative_error(missing.after)),
+                held(ratio(fit.after, fit.floor), ">", method.verdict.load_shows),
+                held(bar.after, ">", method.verdict.half),
+                held(missing.share_after, ">=", method.location.integration_error),
+            ),
+            f"{share:.0%} of what was missing at {missing.at} is left, and goes with {bar.variable}",
         )
-        if bar is not None and bar.after > 0.0 and 0.0 < after < method.location.unexplained_share * before and not stepping:
-            found.append(LeftOver(after / before * float(np.sqrt(bar.after)), missing.at, bar.variable))
-    return max(found, key=lambda item: item.share, default=None)
 
 
-def of_another_form(left: LeftOver | None, method: Method = STANDARD) -> list[str]:
-    """Return the reason where effects leave so much that follows the motion that they are of another form than what is there."""
-    if left is None or left.share < method.verdict.other_form:
-        return []
-    return [f"{left.share:.0%} of what was missing at {left.at} is left and goes with {left.variable}"]
+def answers_to_command(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """What no effect explains answers to a driven input."""
+    for one in judged.coherent if _nothing_found(judged) else ():
+        criterion = _beyond_replicates(judged, COHERENCE, one.channel, one.share, method.location.coherent_share, method)
+        yield ResidualTest("coherent with the command", one.channel, criterion, str(one))
 
 
-def too_little(evidence: Evidence, taken: float, *, waves: bool = False, method: Method = STANDARD) -> list[str]:
-    """Return the reason where effects explain less than half of the error on the validation recording, ``taken``, and leave more than half
-    of what is missing wherever it is: something of their shape may be there, and most of it is something else. A line of each turn beside
-    a load that wanders far is no such thing: it is all that followed the motion, and what is left follows nothing. Nor are ``waves`` that
-    were much of it, whether the motion's band showed them or not."""
-    if taken <= 0.0:
-        return ["it takes away nothing of what is missing on the recording that judges"]
-    halved = any(missing.share_after < method.verdict.half * missing.share_before for missing in evidence.missing)
-    if taken >= method.verdict.half or halved or _is_all_that_followed(evidence, waves=waves, method=method):
-        return []
-    return [f"it takes away only {taken:.0%} of the error on the recording that judges"]
+def force_is_missing(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """So much is missing that something is, though it follows nothing that the machine was doing.
+
+    What is as large whether little acts or much is a load that nobody measured: physics of the machine grows with what acts.
+    """
+    for channel, missing, _ in judged.off() if _nothing_found(judged) else ():
+        fit = judged.fit[channel]
+        conditions = [
+            held(missing.share_after, ">", method.verdict.small_load, missing.share_after * relative_error(missing.after)),
+            held(ratio(fit.after, fit.floor), ">", method.verdict.load_shows),
+        ]
+        if of_forces(missing):
+            conditions.append(held(_at_small_over_large_load(missing), "<=", method.verdict.same_at_load))
+        sentence = f"{missing.share_after:.0%} of what acts at {missing.at} is still missing"
+        yield ResidualTest("force is missing", channel, all_of(*conditions), sentence)
 
 
-def is_missing_for_sure(evidence: Evidence, fit: Mapping[str, ChannelFit], method: Method = STANDARD) -> list[str]:
-    """Return the reason where so much is missing that something is, though it follows nothing that the machine was doing. What is as large
-    whether little acts or much is a load that nobody measured: physics of the machine grows with what acts."""
-    pairs = zip(fit.values(), evidence.missing, strict=True)
-    large = [
-        missing
-        for channel, missing in pairs
-        if missing.share_after > method.verdict.small_load and channel.after > method.verdict.load_shows * channel.floor
-    ]
-    large = [missing for missing in large if not _is_a_load(missing, method=method)]
-    worst = max(large, key=lambda missing: missing.share_after, default=None)
-    return [f"{worst.share_after:.0%} of what acts at {worst.at} is still missing"] if worst else []
+def sensors_apart(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """Two sensors of one motion differ by far more than both can resolve: no load does that."""
+    for pair in judged.sensors if _nothing_found(judged) else ():
+        sentence = f"{pair.channels[0]} and {pair.channels[1]} differ by {pair.size} (root mean square)"
+        criterion = all_of(held(pair.resolutions, ">", method.verdict.sensors_apart))
+        yield ResidualTest("redundant sensors agree", pair.channels[0], criterion, sentence)
 
 
-def mostly_follows(evidence: Evidence, channels: Sequence[str], method: Method = STANDARD) -> list[str]:
-    """Return the reason where no effect was found and most of a force that is missing follows what the machine was doing, though it is
-    small beside all that acts: a load that nobody measured follows nothing. On concealed cases a sixth of one did by chance."""
-    reasons = []
-    for channel, missing in zip(channels, evidence.missing, strict=True):
-        bar = max((bar for bar in evidence.bars if bar.channel == channel), key=lambda bar: bar.after, default=None)
-        follows = (
-            bar is not None
-            and bar.after > method.verdict.half
-            and missing.share_after * np.sqrt(bar.after) >= method.verdict.follows_motion
+def small_force_follows_motion(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """Most of a force that is missing follows the motion, though it is small beside all that acts.
+
+    A load that nobody measured follows nothing: on concealed cases a sixth of one did by chance.
+    """
+    for channel, missing, bar in judged.off() if _nothing_found(judged) else ():
+        if bar is None or not of_forces(missing):
+            continue
+        share = missing.share_after * math.sqrt(max(bar.after, 0.0))
+        yield ResidualTest(
+            "small force follows the motion",
+            channel,
+            all_of(
+                held(bar.after, ">", method.verdict.half),
+                held(share, ">=", method.verdict.follows_motion, share * relative_error(missing.after)),
+            ),
+            f"{missing.share_after:.1%} of what acts at {missing.at} is still missing, and goes with {bar.variable}",
         )
-        if bar is not None and follows and missing.unit in FORCES:
-            reasons.append(f"{missing.share_after:.1%} of what acts at {missing.at} is still missing, and goes with {bar.variable}")
-    return reasons
 
 
-def still_follows(evidence: Evidence, channels: Sequence[str], fit: Mapping[str, ChannelFit], method: Method = STANDARD) -> list[str]:
-    """Return the reason where a value that explains most of what an impossible machine is off by leaves as much of what was missing as an
-    effect of another form, and most of that follows what the machine was doing, far over the floor: a drag that grows with the square of
-    the speed is no larger viscosity."""
-    reasons = []
-    for channel, missing in zip(channels, evidence.missing, strict=True):
-        bar = max((bar for bar in evidence.bars if bar.channel == channel), key=lambda bar: bar.after, default=None)
-        much = (
-            _counted(missing) > method.verdict.leaves_much * missing.share_before
-            and fit[channel].after > method.verdict.load_shows * fit[channel].floor
-        )
-        if bar is not None and bar.after > method.verdict.half and much and missing.share_after >= method.location.integration_error:
-            share = _counted(missing) / missing.share_before
-            reasons.append(f"{share:.0%} of what was missing at {missing.at} is left, and goes with {bar.variable}")
-    return reasons
+def every_channel_worse(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """The closed-loop simulation is further off with the effects in every channel.
+
+    Without anything that feeds back a simulation drifts with whatever nobody modelled, and is not asked.
+    """
+    if judged.effects and judged.feeds_back and judged.fit:
+        worse = [held(ratio(item.after, item.before), ">", method.verdict.every_channel_worse) for item in judged.fit.values()]
+        sentence = "with it the lesson's own simulation is further off in every channel"
+        yield ResidualTest("closed loop not worse", "", all_of(*worse), sentence, "discredits")
 
 
-def _is_a_load(missing: MissingSignal, method: Method = STANDARD) -> bool:
-    """Return whether what is missing is as large in the third of the samples in which least acts as in that in which most does."""
+def waves_draw_anything(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """Waves are there so few times that they may draw anything that goes with the place."""
+    if judged.drawn:
+        yield ResidualTest("period covered", "", Criterion(), judged.drawn, "discredits")
+
+
+def impossible_machine(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """A machine that cannot be is no explanation: much is left as well, or nothing beside it is sure to be there."""
+    off = [_implausible(item) for item in judged.values]
+    if off:
+        surest = max(judged.sizes, key=lambda item: item.half_intervals, default=None)
+        nothing_sure = [_undetermined(surest, method)] if surest else []
+        little = held(judged.removed, "<", method.verdict.explains_most, judged.removed_error)
+        sentence = "it needs a machine that the lesson holds impossible, and leaves much"
+        yield ResidualTest("possible machine", "", Criterion((tuple(off), (little, *nothing_sure))), sentence, "discredits")
+
+
+def effects_leave_much(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """Effects do not explain most of the error and leave more of what is missing everywhere than an effect in its own form does.
+
+    They are right as far as they go, perhaps, and not all there is.
+    """
+    if judged.effects:
+        yield ResidualTest("most removed", "", _leaves_much(judged, method), _no_more_than(judged), "weakens")
+
+
+def sizes_determined(judged: Judged, method: Method) -> Iterator[ResidualTest]:
+    """The recordings do not determine how large an effect is."""
+    for item in judged.sizes:
+        yield ResidualTest(
+            "size determined", item.at, all_of(_undetermined(item, method)),
+            f"the recordings do not determine how large {item.name} at {item.at} is", "weakens",
+        )  # fmt: skip
+
+
+RESIDUAL_TESTS: tuple[Test, ...] = (
+    force_follows_motion, implausible_values, narrow_bands, another_form, controller_laws, removes_nothing, removes_too_little,
+    value_leaves_much, value_leaves_form, answers_to_command, force_is_missing, sensors_apart, small_force_follows_motion,
+    every_channel_worse, waves_draw_anything, impossible_machine, sizes_determined,
+)  # fmt: skip
+"""In the order in which their reasons are told."""
+TESTS_OF_THE_REST: tuple[Test, ...] = (effects_leave_much,)
+"""Asked where all of these speak for the model."""
+
+
+def residual_tests(judged: Judged, method: Method) -> tuple[ResidualTest, ...]:
+    """Return the tests of what a model leaves."""
+    tests = tuple(item for test in RESIDUAL_TESTS for item in test(judged, method))
+    if any(not item.passed and item.severity != "weakens" for item in tests):
+        return tests
+    return (*(item for test in TESTS_OF_THE_REST for item in test(judged, method)), *tests)
+
+
+def not_adequate(tests: Sequence[ResidualTest]) -> str:
+    """Return why a model is not adequate in one sentence, what weakens it last; empty where it is."""
+    failed = sorted((item for item in tests if not item.passed), key=lambda item: item.severity == "weakens")
+    reasons = dict.fromkeys(item.sentence for item in failed)
+    return f"The model is not adequate: {'; '.join(reasons)}." if reasons else ""
+
+
+def _nothing_found(judged: Judged) -> bool:
+    return not (judged.effects or judged.value_is_answer)
+
+
+def _implausible(item: ValueOff) -> Condition:
+    return Condition(item.deviations, ">", IMPLAUSIBLE, "", "declared standard deviations", item.error)
+
+
+def _undetermined(item: Unsized, method: Method) -> Condition:
+    """Return the condition under which an interval comes near the neutral value."""
+    near = method.verdict.undetermined_size
+    return Condition(item.half_intervals, "<", 1.0 / (1.0 - near), "undetermined_size", "half intervals", 1.0 / CONFIDENCE)
+
+
+def _left(missing: MissingSignal, share: float, limit: Limit) -> Condition:
+    """Return the condition under which more than a share of what was missing is left."""
+    left = ratio(share, missing.share_before)
+    return held(left, ">=", limit, left * relative_error(missing.after) if math.isfinite(left) else 0.0)
+
+
+def _leaves_much(judged: Judged, method: Method) -> Criterion:
+    """Return the conditions under which most of the error is not explained, and more is missing than an own form leaves, everywhere."""
+    little = held(judged.removed, "<", method.verdict.explains_most, judged.removed_error)
+    return all_of(little, *(_left(item, counted(item), method.verdict.leaves_much) for item in judged.evidence.missing))
+
+
+def _no_more_than(judged: Judged) -> str:
+    return f"it takes away no more than {judged.removed:.0%} of the error on the recording that judges"
+
+
+def _beyond_replicates(judged: Judged, kind: str, channel: str, share: float, least: Limit, method: Method) -> Criterion:
+    """Return the conditions under which a doubt stands: no replicate of the fitted model shows as much. Where none was simulated the
+    share decides, or, below its limit, how far a band stands out."""
+    probability = judged.probabilities.get((kind, channel))
+    if probability is None:
+        return all_of(held(share, ">", least)) if share > least else Criterion()
+    error = math.sqrt(probability * (1.0 - probability) / (1 + judged.replicates))
+    return all_of(held(probability, "<=", method.verdict.false_alarms, error))
+
+
+def _left_of_form(missing: MissingSignal, bar: VariableBar | None, method: Method) -> float | None:
+    """Return the share of what was missing that is left and follows the motion; nothing where effects took nothing away, nothing follows,
+    or no more is left than stepping leaves of a force."""
+    if bar is None or not bar.after > 0.0:
+        return None
+    before, after = (float(np.sqrt(np.mean(np.square(values)))) for values in (missing.before, missing.after))
+    follows = math.sqrt(bar.after)
+    stepping = of_forces(missing) and missing.share_after * follows < method.location.integration_error
+    return after / before * follows if 0.0 < after < method.location.unexplained_share * before and not stepping else None
+
+
+def _at_small_over_large_load(missing: MissingSignal) -> float:
+    """Return how much is missing in the third of the samples in which least acts, beside that in which most does, the smaller over the
+    larger; nothing where all act alike."""
     least, most = np.quantile(np.abs(missing.total), (1.0 / 3.0, 2.0 / 3.0))
     thirds = (np.abs(missing.total) <= least, np.abs(missing.total) > most)
     little, much = (float(np.sqrt(np.mean(np.square(missing.after[third])))) if third.any() else 0.0 for third in thirds)
-    return missing.unit in FORCES and most > least and min(little, much) > method.verdict.same_at_load * max(little, much)
-
-
-def _is_all_that_followed(evidence: Evidence, *, waves: bool, method: Method = STANDARD) -> bool:
-    """Return whether something followed the motion before, or ``waves`` are known that did, nothing does now, and what is left is little of
-    all that acts."""
-    before, after = (max((getattr(bar, side) for bar in evidence.bars), default=0.0) for side in ("before", "after"))
-    little = not any(missing.share_after >= method.verdict.adequate for missing in evidence.missing)
-    return (before > method.verdict.followed or waves) and after < method.verdict.follows_no_more and little
-
-
-def leaves_much(evidence: Evidence, taken: float, method: Method = STANDARD) -> list[str]:
-    """Return the reason where effects do not explain most of the error, ``taken``, and leave more of what is missing, wherever it is, than
-    an effect in its own form does: right as far as it goes, perhaps, and not all there is."""
-    if taken >= method.verdict.explains_most or any(
-        _counted(missing) < method.verdict.leaves_much * missing.share_before for missing in evidence.missing
-    ):
-        return []
-    return [f"it takes away no more than {taken:.0%} of the error on the recording that judges"]
-
-
-def _counted(missing: MissingSignal) -> float:
-    return missing.share_after if np.isnan(missing.counted) else missing.counted
-
-
-def degrades_every_channel(fit: Mapping[str, ChannelFit], method: Method = STANDARD) -> bool:
-    """Return whether the lesson's own simulation is further off with the effects than without them in every channel: effects that only
-    together are like what is missing, each far larger than it, drift away from it as soon as nothing recorded holds them, and a replay that
-    runs away is held by whatever keeps the machine at rest."""
-    return bool(fit) and all(item.after > method.verdict.every_channel_worse * item.before for item in fit.values())
-
-
-def degrades_a_channel(fit: Mapping[str, ChannelFit], method: Method = STANDARD) -> bool:
-    """Return whether the lesson's own simulation is further off with the effects than without them in some channel."""
-    return any(item.after > method.verdict.channel_worse * item.before for item in fit.values())
-
-
-def hardly_missed(evidence: Evidence, channels: Sequence[str], at: str = "", method: Method = STANDARD) -> bool:
-    """Return whether what was missing before any effect was found, and followed the motion, is little of all that acts, wherever it is;
-    with a part, what force ``at`` it: of a position any error is little."""
-    asked = [
-        structured(evidence, channel, missing.share_before, before=True, method=method)
-        for channel, missing in zip(channels, evidence.missing, strict=True)
-        if not at or (missing.at.partition(".")[0] == at and missing.unit in FORCES)
-    ]
-    return bool(asked) and max(asked) < method.verdict.adequate
-
-
-def structured(evidence: Evidence, channel: str, share: float, *, before: bool = False, method: Method = STANDARD) -> float:
-    """Return the size of what is still missing behind a channel, or was ``before``, and depends on the motion, as a ``share`` of what acts
-    there."""
-    bars = (bar.before if before else bar.after for bar in evidence.bars if bar.channel == channel)
-    explained = max(bars, default=0.0)
-    if explained < method.verdict.follows_no_more:
-        return 0.0
-    return float(share * np.sqrt(explained)) if np.isfinite(share) else 0.0
-
-
-def not_adequate(reasons: Sequence[str]) -> str:
-    """Return the reasons in one sentence; empty where there are none."""
-    return f"The model is not adequate: {'; '.join(reasons)}." if reasons else ""
+    return min(little, much) / max(little, much) if most > least and max(little, much) > 0.0 else 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -269,10 +270,19 @@ def is_significant(candidate: Candidate, values: Estimates) -> bool:
 def interval_includes_neutral(candidate: Candidate, values: Estimates, nearly: float = 0.0) -> bool:
     """Return whether the intervals of all sizes of an effect hold the value with which it vanishes, or come as near to it as this share of
     them, whatever they are wide from: noise, a form that is a little wrong, recordings that disagree."""
+    return all((1.0 - nearly) * size < half for size, half in _sizes(candidate, values))
+
+
+def half_intervals_from_neutral(candidate: Candidate, values: Estimates) -> float:
+    """Return how many halves of its interval the surest size of an effect is from the value with which it vanishes."""
+    return max((size / half if half > 0.0 else math.inf for size, half in _sizes(candidate, values)), default=0.0)
+
+
+def _sizes(candidate: Candidate, values: Estimates) -> list[tuple[float, float]]:
+    """Return how far each size of an effect is from where it vanishes, and half its interval."""
     sizes = [(name, neutral) for name, neutral in zip(candidate.parameters, candidate.neutral, strict=True) if name in values.by_name]
     sizes = [(name, neutral) for name, neutral in sizes if name.partition(".")[2] in candidate.effect.neutral]
-    away = [(_away(values.by_name[name].value, neutral), CONFIDENCE * values.by_name[name].error) for name, neutral in sizes]
-    return all((1.0 - nearly) * size < half for size, half in away)
+    return [(_away(values.by_name[name].value, neutral), CONFIDENCE * values.by_name[name].error) for name, neutral in sizes]
 
 
 def _away(value: float, neutral: float) -> float:

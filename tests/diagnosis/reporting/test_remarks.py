@@ -6,11 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lathesim.diagnosis.method import STANDARD
+from lathesim.diagnosis.pruning import hardly_missed
 from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Evidence, FoundEffect, MissingSignal, VariableBar
 from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
 from lathesim.diagnosis.verdict import adequacy as judging
-from lathesim.diagnosis.verdict.adequacy import Adequacy, adequacy
-from lathesim.diagnosis.verdict.residual_tests import hardly_missed
+from lathesim.diagnosis.verdict.adequacy import Adequacy, adequacy, redundant_sensors
+from lathesim.diagnosis.verdict.judged import Judged
+from lathesim.diagnosis.verdict.residual_tests import sensors_apart
+from lathesim.identification.estimation.estimates import Estimate, Estimates
 from tests.diagnosis.stand_ins import effect_of
 
 MAIN, PRESSURE = "dynamometer.main", "cutting.specific_force"
@@ -68,11 +72,24 @@ def judge(monkeypatch: pytest.MonkeyPatch, taken: float, after: float, *, far_of
     own: Any = SimpleNamespace(fit={MAIN: ChannelFit("N", 1.7, 55.0, 25.0, "held out")})
     sensed = SimpleNamespace(redundant_sensors=())
     experiment: Any = SimpleNamespace(machine=SimpleNamespace(compare=(MAIN,), uncertain={PRESSURE: 1e7}), feeds_back=True, sensed=sensed)
-    effect = SimpleNamespace(parameters=(), part="an effect", effect=effect_of("lag"))
+    effect = SimpleNamespace(
+        parameters=("an effect.size",), neutral=(0.0,), part="an effect", name="Lag", at="x", effect=effect_of("lag", neutral={"size": 0.0})
+    )
     nothing = SimpleNamespace(by_name={})
     model = SimpleNamespace(candidates=(effect,) * effects, validation_fit=nothing, fitted=nothing)
     found: Any = SimpleNamespace(model=model, far_off=far_off, values_off=far_off, jointly_off=())
-    return adequacy(experiment, experiment, found, Evidence(missing=(missing,)), own, BASELINE, taken, [], [])
+    evidence = Evidence(missing=(missing,))
+    return adequacy(
+        experiment,
+        experiment,
+        found,
+        evidence,
+        own,
+        BASELINE,
+        taken,
+        [],
+        Estimates({"an effect.size": Estimate(1.0, 0.01, 0.01)}, 1.0, 0.0),
+    )
 
 
 @pytest.mark.parametrize(("after", "taken", "enough"), [(0.12, 0.84, False), (0.01, 0.84, True), (0.12, 0.95, True)])
@@ -83,13 +100,14 @@ def test_a_value_that_is_impossible_has_to_explain_what_it_is_believed_for(
     assert judge(monkeypatch, taken, after, far_off=(PRESSURE,)).adequate == enough
 
 
-@pytest.mark.parametrize(("taken", "credited"), [(0.97, 0.97), (0.84, 0.0)])
+@pytest.mark.parametrize(("taken", "credited"), [(0.97, True), (0.84, False)])
 def test_effects_that_need_an_impossible_machine_and_leave_much_are_credited_with_nothing(
-    taken: float, credited: float, monkeypatch: pytest.MonkeyPatch
+    taken: float, credited: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     judged = judge(monkeypatch, taken, 0.01, effects=1)
     assert judged.implausible == (PRESSURE,)
-    assert judged.removed == credited
+    discredited = [test.name for test in judged.tests if not test.passed and test.severity == "discredits"]
+    assert discredited == ([] if credited else ["possible machine"])
 
 
 @pytest.mark.parametrize(("floors", "told"), [(10.0, False), (1000.0, True)])
@@ -99,10 +117,11 @@ def test_two_sensors_that_differ_by_far_more_than_both_resolve_are_told(floors: 
     plan = SimpleNamespace(unit=lambda name: "m")
     sensed = SimpleNamespace(redundant_sensors=(sight,), seen_floors=np.array([1e-7, 1e-7]), plan=plan, channels=("a", "b"))
     experiment: Any = SimpleNamespace(machine=SimpleNamespace(compare=("x_encoder.position", "x_scale.position")), sensed=sensed)
-    fitted: Any = SimpleNamespace(residual=np.array([np.zeros(100), np.full(100, floors * 1e-7)]))
-    reasons = judging._sensors_apart(experiment, fitted)
-    assert bool(reasons) == told
-    assert not told or reasons == ["x_scale.position and x_encoder.position differ by 0.1 mm (root mean square)"]
+    fitted = SimpleNamespace(residual=np.array([np.zeros(100), np.full(100, floors * 1e-7)]))
+    found: Any = SimpleNamespace(model=SimpleNamespace(validation_fit=fitted))
+    (test,) = sensors_apart(Judged(sensors=redundant_sensors(experiment, found)), STANDARD)
+    assert test.passed != told
+    assert not told or [test.sentence] == ["x_scale.position and x_encoder.position differ by 0.1 mm (root mean square)"]
 
 
 @pytest.mark.parametrize(
