@@ -44,6 +44,7 @@ class MotorInductance(Effect):
     identification = Identification(
         typical={"time_constant": (0.1e-3, 10e-3)},
         typical_rotary={"time_constant": (0.1e-3, 10e-3)},
+        as_simulated=True,
     )
     fingerprint = "A first-order lag between voltage and current: rounded corners of the force, gain falling with frequency."
     confused_with = ("TransportDelay", "CurrentLoopLag", "SensorFilter")

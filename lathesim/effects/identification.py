@@ -61,6 +61,9 @@ class Identification:
     """Input -> role of the port of another part that feeds it: an axis out of square senses the place of each other one."""
     senses_beside: str = ""
     """Input that another channel of the same sensor feeds: a dynamometer's thrust in its feed force."""
+    as_simulated: bool = False
+    """Whether it senses the motion as simulated in a replay too: what it adds of a velocity has to cancel what its host takes away, and the
+    noise of an encoder does not."""
     sticks: bool | None = None
     """Whether it may hold its host still, as a dry friction does; none: as its family does."""
     periodic: bool | None = None

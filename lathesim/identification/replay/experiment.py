@@ -163,7 +163,8 @@ class Experiment:
             return self.replayed
         replayed = self._cut(_exact_sensors(self._driven()))
         motion = recorded_motion(self.with_candidates, self._whole())
-        effects = {part.name for part in self.with_candidates.parts if issubclass(part.component, Effect)}
+        parts = [(part.name, part.component) for part in self.with_candidates.parts]
+        effects = {name for name, item in parts if issubclass(item, Effect) and not item.identification.as_simulated}
         return self._simulator(*look(sense(replayed, motion, effects), self._channels(), motion))
 
     def simulated_motion_of(self, candidates: Iterable[Candidate]) -> dict[str, float]:
