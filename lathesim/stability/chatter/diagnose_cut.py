@@ -9,13 +9,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lathesim.stability.chatter.first_sign import first_sign
 from lathesim.stability.chatter.judge import Judged, judge, judge_line
 from lathesim.stability.chatter.recorded_cut import RecordedCut
-from lathesim.stability.chatter.signal_lines import FEWEST_TURNS, Vibration, envelope_of, vibration, within_band
+from lathesim.stability.chatter.signal_lines import FEWEST_TURNS, Vibration, vibration, within_band
 
-_PARTS = 40
-_EARLIEST = 3.0
-"""Turns after which chatter may be told; a diagnosis of the whole takes more."""
 _CHATTER = ("hopf", "flip")
 _MOVED = 0.012
 """A line moved with the speed, or stayed, within this share."""
@@ -53,7 +51,7 @@ def diagnose_cut(
     judged = judge(found, modes, quiet) if band is None else judge_line(found, modes)
     if other is not None:
         judged = _with_second(judged, found, vibration(other.values, other.rate, other.turning))
-    told_at, told_share = _told(cut, judged, found, modes)
+    told_at, told_share = _told(cut, judged, found)
     return CutDiagnosis(
         judged,
         found,
@@ -84,19 +82,13 @@ def _with_second(judged: Judged, first: Vibration, second: Vibration) -> Judged:
     return judged
 
 
-def _told(cut: RecordedCut, judged: Judged, found: Vibration, modes: tuple[float, ...]) -> tuple[float, float]:
-    """Return from which time on [s] chatter is told, and its amplitude then over its largest; nan for what is no chatter."""
+def _told(cut: RecordedCut, judged: Judged, found: Vibration) -> tuple[float, float]:
+    """Return from which time on [s] chatter could be told, and how large it was then over its largest; nan for what is no chatter."""
     if judged.kind not in _CHATTER or judged.line is None:
         return math.nan, math.nan
-    envelope = envelope_of(found.values, cut.rate, judged.line.frequency, max(0.45 * cut.turning, 8.0))
-    largest = float(np.quantile(envelope, 0.98))
-    least = math.ceil(1.02 * _EARLIEST * cut.rate / cut.turning)
-    for count in np.unique(np.geomspace(min(least, len(cut.values)), len(cut.values), _PARTS).astype(int)):
-        early = judge(vibration(cut.values[:count], cut.rate, cut.turning, _EARLIEST), modes)
-        near = early.line is not None and abs(early.line.frequency / judged.line.frequency - 1.0) < 0.06
-        if early.kind in _CHATTER and near:
-            return float(count / cut.rate), float(envelope[max(0, count - int(cut.rate / cut.turning)) : count].max() / largest)
-    return len(cut.values) / cut.rate, 1.0
+    mean = abs(float(np.mean(cut.values))) if found.modulation > 0.0 else 0.0
+    sign = first_sign(found.values, cut.rate, found.turning, mean)
+    return (sign.time, sign.share) if sign is not None else (len(cut.values) / cut.rate, 1.0)
 
 
 def _cannot_be(judged: Judged, found: Vibration) -> tuple[str, ...]:

@@ -17,11 +17,18 @@ from pathlib import Path
 def main() -> None:
     """Run the campaign that the command line names."""
     parser = argparse.ArgumentParser(prog="python -m tests.stability.campaign", description="Measure the stability part on many cases.")
-    parser.add_argument("campaign", choices=("taps", "learning"))
+    parser.add_argument("campaign", choices=("taps", "chatter", "learning"))
     parser.add_argument("--cases", type=int, help="how many cases of each kind")
+    parser.add_argument(
+        "--half", choices=("tuning", "test"), default="test", help="rigs to derive limits on, or rigs that are only measured"
+    )
     parser.add_argument("--out", type=Path, help="file of the results, appended")
     asked = parser.parse_args()
     path = asked.out or Path("lathesim_runs") / "campaign" / f"{asked.campaign}.jsonl"
+    if asked.campaign == "chatter":
+        from tests.stability.campaign import chatter
+
+        chatter.run(asked.cases or 150, asked.half, path)
     if asked.campaign == "learning":
         from tests.stability.campaign import learning
 
