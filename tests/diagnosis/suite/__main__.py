@@ -1,7 +1,8 @@
 """``python -m tests.diagnosis.suite``: generate the cases, run the program under test on them, print the table.
 
 ``comparators`` answers the same cases in the ways a person would try without the program, and ``run --without STEP`` with a step of its
-method left out; both are kept below the folder of the answers, and the table shows them beside the program.
+method left out; both are kept below the folder of the answers, and the table shows them beside the program. ``limits`` shows how near
+right and wrong answers came to each limit: those of the tests of what is left, and all after ``run --margins``.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from pathlib import Path
 from tests.diagnosis.suite.beside import folder_beside, print_beside
 from tests.diagnosis.suite.comparators.answer import COMPARATORS, answer_file_of
 from tests.diagnosis.suite.generate import generate
+from tests.diagnosis.suite.limits import print_limits
 from tests.diagnosis.suite.runner import TIME_LIMIT, chosen, run
 from tests.diagnosis.suite.table import print_table
 
@@ -21,7 +23,7 @@ from tests.diagnosis.suite.table import print_table
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.diagnosis.suite", description=__doc__)
-    parser.add_argument("what", nargs="?", choices=("generate", "run", "comparators", "table", "all"), default="all")
+    parser.add_argument("what", nargs="?", choices=("generate", "run", "comparators", "table", "limits", "all"), default="all")
     parser.add_argument("--cases", type=Path, default=Path("build/diagnosis_suite/cases"), help="folder of the cases")
     parser.add_argument("--answers", type=Path, default=Path("build/diagnosis_suite/answers"), help="folder of the answers")
     parser.add_argument("--number", type=int, default=None, help="the first so many of the cases; all without it")
@@ -31,6 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--limit", type=float, default=TIME_LIMIT, help="seconds for a case")
     parser.add_argument("--resume", action="store_true", help="keep the answers that are there")
     parser.add_argument("--trail", action="store_true", help="keep the steps of each search beside its answer")
+    parser.add_argument("--margins", action="store_true", help="keep beside each answer how near it came to every limit")
     parser.add_argument("--without", action="append", default=[], metavar="STEP", help="run: leave out replay, baseline, null or held-out")
     parser.add_argument("--markdown", type=Path, default=None, metavar="FILE", help="write the table as Markdown too")
     asked = parser.parse_args(arguments)
@@ -40,7 +43,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         folders = chosen(asked.cases, asked.only, asked.number)
         answers = folder_beside(asked.answers, f"without {' and '.join(asked.without)}") if asked.without else asked.answers
         run(
-            folders, answers, jobs=asked.jobs, resume=asked.resume, limit=asked.limit, trail=asked.trail, without=asked.without, tell=_tell
+            folders, answers, jobs=asked.jobs, resume=asked.resume, limit=asked.limit, trail=asked.trail, without=asked.without,
+            margins=asked.margins, tell=_tell,
         )  # fmt: skip
     if asked.what in ("comparators", "all"):
         for name in COMPARATORS:
@@ -49,10 +53,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 chosen(asked.cases, asked.only, asked.number), folder_beside(asked.answers, name), jobs=asked.jobs, resume=asked.resume,
                 limit=asked.limit, tell=_tell, work=partial(answer_file_of, name),
             )  # fmt: skip
-    if asked.what in ("table", "all"):
+    if asked.what in ("table", "limits", "all"):
         folders = chosen(asked.cases, asked.only, asked.number)
         print_table(folders, asked.answers, asked.markdown)
         print_beside(folders, asked.answers, asked.markdown)
+    if asked.what == "limits":
+        print_limits(chosen(asked.cases, asked.only, asked.number), asked.answers, asked.markdown)
     return 0
 
 

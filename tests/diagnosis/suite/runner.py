@@ -22,6 +22,7 @@ from typing import Any
 
 from tests.diagnosis.suite.generate import truth_of
 from tests.diagnosis.suite.scoring import score
+from tests.diagnosis.suite.traced import Margins, noting
 
 TIME_LIMIT = 300.0
 """Seconds after which a case is given up."""
@@ -40,6 +41,13 @@ class Job:
     poor: bool = False
     trail: bool = False
     without: tuple[str, ...] = ()
+    margins: bool = False
+    """Whether to keep how near the diagnosis came to each limit, beside its answer."""
+
+
+def margins_file(answers: Path, case: str) -> Path:
+    """Return where it is kept how near a case came to each limit."""
+    return answers / "margins" / f"{case}.json"
 
 
 def answer_file(answers: Path, case: str) -> Path:
@@ -72,7 +80,7 @@ def label(truth: dict[str, Any]) -> str:
 
 def run(
     folders: Sequence[Path], answers: Path, *, jobs: int = 1, resume: bool = False, limit: float = TIME_LIMIT, trail: bool = False,
-    without: Sequence[str] = (), tell: Callable[[str], None] = print, work: Callable[[Job], None] | None = None,
+    without: Sequence[str] = (), margins: bool = False, tell: Callable[[str], None] = print, work: Callable[[Job], None] | None = None,
 ) -> None:  # fmt: skip
     """Ask the program about each case and keep its answers; with ``resume`` only what has none yet (or where the program failed)."""
     answers.mkdir(parents=True, exist_ok=True)
@@ -81,7 +89,7 @@ def run(
         told = read_answer(answers, folder.name) if resume else None
         if told is None or told.get("exit_code") == PROGRAM_FAULT:
             poor = "resolve" in truth_of(folder)["recordings"]
-            waiting.append(Job(str(folder), str(answer_file(answers, folder.name)), poor, trail, tuple(without)))
+            waiting.append(Job(str(folder), str(answer_file(answers, folder.name)), poor, trail, tuple(without), margins))
     for done, job in enumerate(_finished(waiting, jobs, limit, work or answer_case), start=1):
         tell(f"[{done}/{len(waiting)}] {line(Path(job.folder), Path(job.answer))}")
 
@@ -97,7 +105,14 @@ def line(folder: Path, answer: Path) -> str:
 def answer_case(job: Job) -> None:
     """Ask the program about one case, and about the separating experiment of a poor one, and write the answer file."""
     folder, answer = Path(job.folder), Path(job.answer)
-    told = _asked(folder, "fit.csv", "validate.csv", job.without, answer.with_suffix(".trail") if job.trail else None)
+    kept_of: contextlib.AbstractContextManager[dict[str, Margins]] = noting() if job.margins else contextlib.nullcontext({})
+    with kept_of as noted:
+        told = _asked(folder, "fit.csv", "validate.csv", job.without, answer.with_suffix(".trail") if job.trail else None)
+    if noted:
+        file = margins_file(answer.parent, answer.stem)
+        file.parent.mkdir(exist_ok=True)
+        kept = {name: (one.below if one.times_below else None, one.above if one.times_above else None) for name, one in noted.items()}
+        file.write_text(json.dumps(kept), encoding="utf-8")
     if job.poor:
         told["second"] = _asked(folder, "resolve.csv", "resolve_validate.csv", job.without, None)
     _write(answer, told)

@@ -1,0 +1,73 @@
+"""How near right and wrong answers come to each limit: noted by a diagnosis, kept beside its answer, told as a table."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.diagnose import ask, diagnose
+from lathesim.diagnosis.method import STANDARD
+from lathesim.diagnosis.records.diagnosis import as_json
+from lathesim.identification.replay.loading import Recorded
+from tests.diagnosis.pushed_table import EFFECTS, Hidden, machine, recording
+from tests.diagnosis.suite.limits import Near, near, table
+from tests.diagnosis.suite.runner import answer_file, margins_file
+from tests.diagnosis.suite.traced import traced
+
+
+def test_a_traced_limit_decides_as_the_limit_does_and_notes_the_margin() -> None:
+    method, noted = traced(STANDARD)
+    limit = method.verdict.adequate
+    values = np.array([0.01, 0.05])
+    assert (limit > 0.02, np.float64(0.02) < limit, limit < 0.02, 2.0 * limit < 0.06) == (True, True, False, True)
+    assert list(values > limit) == [False, True]
+    assert limit == STANDARD.verdict.adequate
+    found = noted["verdict.adequate"]
+    assert (found.below, found.above) == (pytest.approx(0.8), pytest.approx(1.2))
+    assert noted["verdict.other_form"].times_below == 0
+
+
+def test_a_traced_diagnosis_gives_the_same_answer() -> None:
+    recordings = tuple(Recorded(f"{seed}.csv", recording(Hidden(dry=8.0), seed=seed), ()) for seed in (1, 2))
+    question = ask("A table", machine(), recordings, EFFECTS)
+    method, noted = traced(question.method)
+    plain, told = (as_json(diagnose(one)) for one in (question, replace(question, method=method)))
+    for answer in (plain, told):
+        answer["wall_time_s"] = None
+    assert plain == told
+    assert sum(bool(one.times_below or one.times_above) for one in noted.values()) > 40
+
+
+def case_of(folder: Path, name: str, statistic: float, verdict: str) -> Path:
+    """Write a case in which nothing is hidden, and an answer with one test of what is left."""
+    case, answers = folder / "cases" / name, folder / "answers"
+    case.mkdir(parents=True)
+    answers.mkdir(exist_ok=True)
+    truth = {"rig": "axis", "category": "control", "poor": "", "effects": [], "fault": None, "recordings": []}
+    (case / "truth.json").write_text(json.dumps(truth), encoding="utf-8")
+    test = {"conditions": [[{"name": "adequate", "relation": ">=", "statistic": statistic, "limit": 0.025, "error": 0.0}]]}
+    effects = [{"effect": "CoulombFriction", "at": "x", "probability": 1.0, "tied_with": [], "parameters": {}, "family": "friction"}]
+    named = effects if verdict == "named" else []
+    answer = {"verdict": verdict, "effects": named, "residual_tests": [test], "removed_share": 0.0, "location": {"components": []}}
+    answer_file(answers, name).write_text(json.dumps({"seconds": 1.0, "answer": answer, "error": ""}), encoding="utf-8")
+    return case
+
+
+def test_the_table_tells_how_near_right_and_wrong_cases_come(tmp_path: Path) -> None:
+    folders = [case_of(tmp_path, "case_000", 0.0125, "no_mismatch"), case_of(tmp_path, "case_001", 0.05, "named")]
+    found = near(folders, tmp_path / "answers")
+    assert found["verdict.adequate"] == Near({True: [0.5], False: []}, {True: [], False: [2.0]})
+    first = table(found)[2]
+    assert first == "| verdict.adequate | 0.025 share of acting force | assumed | 0.5 (1) | - | - | 2 (1) | 1 right, 1 wrong |"
+
+
+def test_margins_beside_an_answer_count_before_its_tests(tmp_path: Path) -> None:
+    folder = case_of(tmp_path, "case_000", 0.02, "no_mismatch")
+    file = margins_file(tmp_path / "answers", "case_000")
+    file.parent.mkdir()
+    file.write_text(json.dumps({"margin": [0.5, 3.0], "verdict.adequate": [None, None]}), encoding="utf-8")
+    found = near([folder], tmp_path / "answers")
+    assert found["margin"].decides
+    assert not found["verdict.adequate"].below[True]
