@@ -54,6 +54,8 @@ STOCK = {
     "MotorSlide": "closed_controller.drive_loops",
     "Watermark": "watermark",
     "Guard": "guard",
+    "JerkLimitedInterpolator": "closed_controller.jerk_limited_interpolator",
+    "ScaledValue": "closed_controller.scaled_value",
     "ControllerTuning": "closed_controller.controller_tuning",
     "CircleReference": "contour.circle_reference",
     "FreePathInterpolator": "contour.free_path",

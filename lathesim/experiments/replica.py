@@ -18,6 +18,8 @@ from lathesim.engine.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import WiringError
 
+_UNHURRIED = ("DelayLine", "Backlash")
+"""Sampled parts that give the same at another sample period, but for its fourth power or the way within a sample."""
 _COARSEST = 4
 """Samples of the lesson that one sample of a replica may take, where nothing but delays is sampled."""
 
@@ -109,9 +111,9 @@ def _stands_alone(assembly: Assembly, part: Part, names: Sequence[str]) -> bool:
 
 
 def _only_delays(assembly: Assembly, interpolator: Part) -> bool:
-    """Return whether each sample is one step and every sampled part is a delay line or the interpolator."""
+    """Return whether each sample is one step and no sampled part but the interpolator minds how often it is sampled."""
     sampled = [part for part in assembly.parts if "update" in part.component.laws and part is not interpolator]
-    return math.isclose(assembly.step, assembly.sample_period) and all(part.component.__name__ == "DelayLine" for part in sampled)
+    return math.isclose(assembly.step, assembly.sample_period) and all(part.component.__name__ in _UNHURRIED for part in sampled)
 
 
 def _shortest_delay(assembly: Assembly, names: Sequence[str]) -> float:

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from lathesim.component import Component, Input, Output, Parameter, State
 from lathesim.components.closed_controller.delay_line import DelayLine
@@ -12,8 +13,9 @@ from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError
-from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.simulate import simulate
+from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.lessons.lesson import lesson_from_text, load_lesson
+from lathesim.lessons.simulate import prepare, run_prepared, simulate
 from lathesim.plugins import Registry, load_registry
 from lathesim.record import Record
 
@@ -113,6 +115,77 @@ def test_too_long_a_delay_swings_up_at_the_rate_of_its_rightmost_root(registry: 
     rate = np.polyfit(record.time[peaks], np.log(speed[peaks]), 1)[0]
     assert rate == pytest.approx(rightmost_root(2.6e-3, 90 + 450j).real, rel=0.01)
     assert rightmost_root(2.0e-3, 25 + 486j).real < 0.0 < rightmost_root(2.1e-3, 25 + 486j).real
+
+
+def test_two_milliseconds_ring_slowly_away_and_swing_up_only_where_late_values_are_held(registry: Registry) -> None:
+    record = simulate(load_lesson(LESSON), registry, "staircase", {"x_late_position.delay": "2 ms"}, engine="compiled")
+    jerky = np.abs(np.diff(record["x_axis.velocity"], 2))
+    first = int(np.searchsorted(record.time, 2.02))
+    peaks = [place for place in range(first, first + 800) if jerky[place - 1] < jerky[place] >= jerky[place + 1]]
+    rate = np.polyfit(record.time[peaks], np.log(jerky[peaks]), 1)[0]
+    assert rate == pytest.approx(rightmost_root(2.0e-3, 25 + 486j).real, rel=0.2)
+    assert rightmost_root(2.0e-3, 25 + 486j).real == pytest.approx(-14.2, abs=0.05)
+    # a simulation that counts the delay in steps and holds what arrives over each is late by half a step more
+    assert held_rate(2.0e-3, 0.25e-3) == pytest.approx(11.0, abs=0.05)
+    assert held_rate(2.0e-3, 0.02e-3) < 0.0
+
+
+def held_rate(delay: float, step: float) -> float:
+    """Return how fast the X slide grows [1/s] where late values are those of whole steps ago, held over a step: exact in between.
+
+    States: four swings, four rates, both integrals, voltage, current, speed, position, by equations (1) to (5).
+    """
+    now, late = np.zeros((14, 14)), np.zeros((14, 14))
+    speed_sum, power_sum, voltage, current, speed, place = range(8, 14)
+    wanted, wanted_late = np.zeros(14), np.zeros(14)
+    wanted_late[place] = -20.0
+    for number, (frequency, damping) in enumerate(zip((6.0, 15.0, 40.0, 90.0), (0.5, 0.4, 0.3, 0.3), strict=True)):
+        now[number, 4 + number] = 1.0
+        now[4 + number, [number, 4 + number]] = -frequency * frequency, -2.0 * frequency * damping
+        late[4 + number, place] = -1.0
+        wanted[4 + number] = 20.0 * 0.02 * frequency
+    wanted_late[speed] = -1.0
+    now[speed_sum], late[speed_sum] = wanted, wanted_late
+    asked, asked_late = 166.7 * wanted, 166.7 * wanted_late
+    asked[speed_sum] += 6944.0
+    asked_late[current] -= 1.0
+    now[power_sum], late[power_sum] = asked, asked_late
+    now[voltage], late[voltage] = 0.833 * asked / 0.002, 0.833 * asked_late / 0.002
+    now[voltage, power_sum] += 166.7 / 0.002
+    late[voltage, voltage] -= 1.0 / 0.002
+    now[current, voltage] = 200.0
+    late[current, [speed, current]] = -200.0 * 50.0, -200.0
+    now[speed, current], late[speed, speed], now[place, speed] = 0.5, -5.0, 1.0
+    both = expm(step * np.block([[now, np.eye(14)], [np.zeros((14, 28))]]))
+    count = round(delay / step)
+    whole = np.eye(14 * (count + 1), k=-14)
+    whole[:14, :14], whole[:14, 14 * count :] = both[:14, :14], both[:14, 14:] @ late
+    return float(np.log(np.abs(np.linalg.eigvals(whole)).max()) / step)
+
+
+def interpolated(registry: Registry, period: str, **values: str) -> Record:
+    """Run the staircase with the jerk-limited interpolator."""
+    lesson = load_lesson(LESSON)
+    given = {f"interpolator.{name}": text for name, text in values.items()}
+    replaced = {"interpolator": "JerkLimitedInterpolator"}
+    text = changed_lesson(lesson, [], given, lesson.path.parent, replace=replaced, further={"sample_period": period, "step": period})
+    return run_prepared(prepare(lesson_from_text(text, lesson.path), registry, "staircase"), engine="compiled")
+
+
+def test_jerk_limited_interpolator_is_the_mean_of_ramps_whatever_the_sample_period(registry: Registry) -> None:
+    time = np.arange(0.0, 2.5, 1e-5)
+    level = np.where(time < 0.02, 0.15 * time**2, 0.15 * 0.02**2 + 6e-3 * (time - 0.02))
+    ramp = np.where(time < 2.0, level, 12e-3 - 0.15 * np.maximum(2.02 - time, 0.0) ** 2)
+    summed = np.concatenate([[0.0], np.cumsum(0.5e-5 * (ramp[1:] + ramp[:-1]))])
+    mean = (summed - np.interp(time - 0.06, time, summed)) / 0.06
+    for period in ("0.25 ms", "0.7 ms"):
+        record = interpolated(registry, period, acceleration="0.3 m/s^2", averaging="60 ms", pause="80 ms")
+        early = record.time < 2.4
+        x = record["interpolator.x_reference"][early]
+        assert np.abs(x - np.interp(record.time[early], time, mean)).max() < 1e-7
+        z_moves = record.time[np.argmax(record["interpolator.z_reference"] > 1e-9)]
+        assert z_moves == pytest.approx(2.1, abs=2e-3)
+        assert record.time[-1] == pytest.approx(12 * 2.1 + 1.0 + 0.06, abs=2e-3)
 
 
 def rightmost_root(delay: float, start: complex) -> complex:

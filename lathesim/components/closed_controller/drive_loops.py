@@ -131,6 +131,7 @@ class MotorSlide(Component):
         "flow": "velocity",
         "displacement": "position",
         "drive": "current",
+        "applied": "drive_force",
         "inertia": "mass",
         "reading": "position",
     }
@@ -148,6 +149,8 @@ class MotorSlide(Component):
 
     position = Output("m", doc="actual position of the slide")
     velocity = Output("m/s", doc="actual speed of the slide")
+    motor_position = Output("m", doc="the same as its motor has it, which the loop is closed over: before a play that is inserted")
+    drive_force = Output("N", doc="force of the motor on the slide, less the drag")
 
     @staticmethod
     def derivative(
@@ -157,6 +160,11 @@ class MotorSlide(Component):
         return acceleration_constant * current - drag * late_speed - disturbance / mass, speed
 
     @staticmethod
-    def output(travel: float, speed: float) -> tuple[float, float]:
+    def output(travel: float, speed: float) -> tuple[float, float, float]:
         """The states as they are."""
-        return travel, speed
+        return travel, speed, travel
+
+    @staticmethod
+    def output_drive_force(current: float, late_speed: float, acceleration_constant: float, drag: float, mass: float) -> float:
+        """What the slide would have of acceleration, times its mass."""
+        return mass * (acceleration_constant * current - drag * late_speed)

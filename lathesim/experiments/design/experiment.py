@@ -46,6 +46,8 @@ class Wish:
     seed: int = 1
     conditions: Conditions = field(default_factory=Conditions)
     rate: float = 0.0
+    arcs: bool = True
+    """Whether circles are among the programs, where two axes are free."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +96,7 @@ def design_experiment(
     uncertain = uncertainties(lesson, prepared.plan) if lesson.settings.uncertain else {}
     scene = Scene(assembly, rivals, channels, uncertain, room, resolution, 1.1 * wish.at_most + 1.0, stop)
     say(f"{len(rivals)} rivals: {', '.join(rival.name for rival in rivals)}. Trying {wish.candidates} programs ...")
-    laid = _laid(scene, candidates(room, wish.at_most, wish.candidates, wish.seed))
+    laid = _laid(scene, candidates(room, wish.at_most, wish.candidates, wish.seed, arcs=wish.arcs))
     if not laid:
         fact = f"no program of at most {wish.at_most:g} s fits into the travel of the machine."
         raise LatheSimError(fact, place="--at-most", remedy="Allow more time.")

@@ -127,7 +127,7 @@ FAMILIES: dict[str, Callable[[Walk, float], None]] = {
 """What programs are mixed of, by what a person calls it."""
 
 
-def candidates(room: Room, at_most: float, count: int, seed: int, only: Sequence[str] = ()) -> list[Candidate]:
+def candidates(room: Room, at_most: float, count: int, seed: int, only: Sequence[str] = (), *, arcs: bool = True) -> list[Candidate]:
     """Return ``count`` programs of at most ``at_most`` [s] for the free axes: each family alone first, then mixtures.
 
     What a program does it does twice: a recording is judged on the half that was not fitted.
@@ -141,7 +141,7 @@ def candidates(room: Room, at_most: float, count: int, seed: int, only: Sequence
     for plan in plans:
         budget = min(0.92 * at_most, max(_SHORTEST, at_most * random.choice([0.3, 0.6, 0.92])))
         found.append(_mixed(room, plan, budget, random))
-        if room.axes[1:] and random.random() < 0.3:
+        if room.axes[1:] and random.random() < 0.3 and arcs:
             found.append(_with_arcs(room, found[-1], random))
     fitting = [item for item in found if item.moves and item.seconds <= at_most]
     return fitting[:count]

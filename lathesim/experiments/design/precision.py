@@ -75,7 +75,7 @@ def design_for_precision(
     noise = {signal.target: signal.resolution or _NOISE for signal in mapping.signals if signal.role == "compare"}
     rate = wish.rate or mapping.rate or 1.0 / prepared.machinery.sample_period
     bench = _Bench(prepared, room, free, channels, noise, rate, wish, criterion, stop)
-    found = [bench.lay(item) for item in candidates(room, wish.at_most, wish.candidates, wish.seed)]
+    found = [bench.lay(item) for item in candidates(room, wish.at_most, wish.candidates, wish.seed, arcs=wish.arcs)]
     say(f"{len(free)} values. Trying {len(found)} programs ...")
     judged: list[tuple[Laid, float]] = []
     all_judged: list[tuple[Laid, float]] = []

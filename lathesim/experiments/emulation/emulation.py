@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.errors import LatheSimError
 from lathesim.experiments.emulation.clock_check import clocks_apart
 from lathesim.experiments.emulation.free_values import FreeValue, bounds, free_values, values_of
 from lathesim.experiments.emulation.importance import Importance, importances
@@ -18,6 +17,7 @@ from lathesim.experiments.emulation.methods import METHODS, Effort, Tell
 from lathesim.experiments.emulation.objective import Objective
 from lathesim.experiments.emulation.only_noise import is_noise
 from lathesim.experiments.emulation.structure import Change, changed, possible_changes
+from lathesim.experiments.emulation.structure_search import StructureSearch
 from lathesim.experiments.emulation.unseen import Unseen, judge_unseen
 from lathesim.experiments.hidden_directions import Telling, telling
 from lathesim.experiments.replica import Replica, Setting
@@ -27,13 +27,8 @@ from lathesim.plugins import Registry
 
 _LEAST_FLOOR = 1e-6
 """Noise [m] below which way-points of machines are not; assumed."""
-_MOST_CHANGES = 3
-_AT_ONCE = 0.5
-"""A change that brings the deviation to this share is kept without trying the others."""
 _FIRST, _LATER = 12, 8
 """Runs of the machine that a descent may make before and after its floor is set to what is left, besides those for derivatives."""
-_WORTH = 0.93
-"""A change of the structure must bring the deviation to this share; assumed."""
 _SETTLED = 2.0
 """Time [s] from which on the cross-design tables count, as published."""
 
@@ -103,7 +98,7 @@ def emulate(
         best = _with_structure(fitted, best, say)
         if question.method == "replay" and not best.stopped:
             try:
-                best = fitted.best(best.changes, say, best.point)
+                best = fitted.best(best.changes, say, best.point, rounds=1)
             except KeyboardInterrupt:
                 fitted.heard()
                 best = replace(best, stopped=True)
@@ -163,6 +158,13 @@ class _Fitting:
         floor = max([_LEAST_FLOOR, *(size / np.sqrt(12.0) for item in read for size in item.resolution.values())])
         return Objective(replica, free, read, self.question.weight if weight is None else weight, floor)
 
+    def holding(self, changes: Sequence[Change]) -> Replica:
+        """Return the machine that holds all changes, with the base values and what they bring as its names."""
+        read = self.read(changed(self.lesson, changes), self.given)
+        names = [item.name for item in self.free(changes)]
+        settings = [Setting(item.name, item.prepared.machinery, item.channels, item.time) for item in read]
+        return Replica(settings, names, self.stop)
+
     def best(self, changes: Sequence[Change], say: Say, start: FloatArray | None = None, method: str = "", rounds: int = 2) -> _Found:
         objective = self.objective(changes)
         low, high = bounds(objective.free)
@@ -207,54 +209,27 @@ def _descend(
 
 
 def _with_structure(fitted: _Fitting, best: _Found, say: Say) -> _Found:
-    """Change the structure step by step while each change takes away a good part of what is left; Ctrl-C keeps the best so far."""
-    while len(best.changes) < _MOST_CHANGES and not best.stopped:
-        try:
-            winner = _changed_once(fitted, best, say)
-        except KeyboardInterrupt:
-            fitted.heard()
-            return replace(best, stopped=True)
-        if winner is None:
-            break
-        best = winner
-    return best
-
-
-def _changed_once(fitted: _Fitting, best: _Found, say: Say) -> _Found | None:
-    """Return the machine with the change that takes away most, or None where none is worth it; stopped where Ctrl-C ended the trials."""
-    count = sum(item.time.size * len(item.channels) for item in fitted.recorded)
+    """Return the machine with the changes of its structure that better programs not fitted; Ctrl-C keeps the best so far."""
     if is_noise(best.objective, best.point):
-        return None
-    left = _left(best, count)
-    taken = {change.title for change in best.changes}
-    trials: list[_Found] = []
-    stopped = False
-    for change in possible_changes(best.objective.recorded[0].prepared, fitted.registry):
-        if change.title in taken:
-            continue
-        start = np.concatenate([best.point, np.zeros(len(change.brings))])
-        try:
-            trial = fitted.best((*best.changes, change), lambda sentence: None, start, "replay", 0)
-        except LatheSimError:
-            continue
-        except KeyboardInterrupt:
-            fitted.heard()
-            stopped = True
-            break
-        trials.append(trial)
-        say(f"  with {change.title}: {1e3 * _left(trial, count):.4g} mm")
-        stopped = trial.stopped
-        if stopped or _left(trial, count) < _AT_ONCE * left:
-            break
-    winner = min(trials, key=lambda item: _left(item, count), default=None)
-    if winner is None or _left(winner, count) > _WORTH * left:
-        return replace(best, stopped=True) if stopped else None
-    say(f"Kept: {winner.changes[-1].title}.")
-    return replace(winner, stopped=stopped)
-
-
-def _left(found: _Found, count: int) -> float:
-    return found.objective.floor * float(np.sqrt(found.misfit / count))
+        return best
+    changes = possible_changes(fitted.recorded[0].prepared, fitted.registry)
+    if not changes:
+        return best
+    say(f"What is left is no noise. Looking at {len(changes)} changes of the structure ...")
+    try:
+        search = StructureSearch(
+            fitted.holding(changes), best.objective.free, changes, fitted.recorded, fitted.question.weight, best.objective.floor, say
+        )
+        chosen = search.run(best.point)
+        fitted.runs += search.replica.runs
+        found = fitted.objective(chosen.changes) if chosen.changes else best.objective
+        misfit = float(np.square(found.vector(chosen.point)).sum())
+    except KeyboardInterrupt:
+        fitted.heard()
+        return replace(best, stopped=True)
+    if chosen.stopped:
+        fitted.heard()
+    return _Found(chosen.changes, found, chosen.point, misfit, chosen.stopped)
 
 
 def _outcome(fitted: _Fitting, best: _Found, given: Sequence[float], wall: float, say: Say) -> Emulation:

@@ -7,14 +7,15 @@ Source: A. Tiwari et al., J. Manuf. Syst. 68 (2023), section 2.3. Q adds m^2 and
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.emulation.free_values import FreeValue, values_of
-from lathesim.experiments.replica import Replica
 from lathesim.experiments.waypoints import Waypoints
 from lathesim.units import same_dimension
 
@@ -36,13 +37,26 @@ class History:
         return self.points[int(np.argmin(self.costs))]
 
 
+class Reading(Protocol):
+    """What gives the readings of a machine for values of the free names; ``runs`` counts simulations, ``stop`` ends a batch."""
+
+    @property
+    def runs(self) -> int:
+        """Simulations made so far."""
+
+    stop: threading.Event | None
+
+    def readings(self, values: FloatArray, only: Sequence[int] | None = None) -> list[FloatArray]:
+        """Return for each recording the readings (members, channels, times) [SI]."""
+
+
 class Objective:
     """Deviations of a replica from way-points, as a function of points on the scale of the search.
 
     ``floor`` channel -> [SI] is what one deviation is worth in a sum of squares; Q itself knows no floor.
     """
 
-    def __init__(self, replica: Replica, free: Sequence[FreeValue], recorded: Sequence[Waypoints], weight: float, floor: float) -> None:
+    def __init__(self, replica: Reading, free: Sequence[FreeValue], recorded: Sequence[Waypoints], weight: float, floor: float) -> None:
         self.replica = replica
         self.free = tuple(free)
         self.recorded = tuple(recorded)
@@ -87,12 +101,17 @@ class Objective:
         ]
         return np.concatenate(parts, axis=1) / self.floor
 
-    def slopes(self, point: FloatArray, wanted: Sequence[int] | None = None) -> FloatArray:
-        """Return the derivatives of :meth:`vector` (numbers, names) by central differences, in one batch."""
+    def slopes(self, point: FloatArray, wanted: Sequence[int] | None = None, here: FloatArray | None = None) -> FloatArray:
+        """Return the derivatives of :meth:`vector` (numbers, names) by central differences, in one batch.
+
+        With ``here``, the vector at the point, the differences are one-sided: half the runs, and exact enough to descend by.
+        """
         count = len(self.free)
         chosen = list(range(count)) if wanted is None else list(wanted)
         steps = np.zeros((len(chosen), count))
         steps[np.arange(len(chosen)), chosen] = _STEP
+        if here is not None:
+            return np.asarray((self.vector(point + steps) - here).T / _STEP)
         moved = self.vector(np.vstack([point + steps, point - steps]))
         return np.asarray((moved[: len(chosen)] - moved[len(chosen) :]).T / (2.0 * _STEP))
 

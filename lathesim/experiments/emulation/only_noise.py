@@ -12,7 +12,7 @@ _CHANCE = 1e-3
 """Probability below which what is left is no noise; assumed."""
 
 
-def is_noise(objective: Objective, point: FloatArray) -> bool:
+def is_noise(objective: Objective, point: FloatArray, slopes: FloatArray | None = None) -> bool:
     """Return whether the deviations of each channel are as large and as unrelated in motion as at rest.
 
     Two tests: their autocorrelation over eight way-points (Ljung and Box, Biometrika 65, 1978), and their size among the fifth of the
@@ -20,11 +20,11 @@ def is_noise(objective: Objective, point: FloatArray) -> bool:
     """
     from scipy.stats import chi2, f
 
-    slopes = np.square(objective.slopes(point)).sum(axis=1)
+    busyness = np.square(objective.slopes(point) if slopes is None else slopes).sum(axis=1)
     taken = 0
     for deviation in objective.deviations(point):
         for row in deviation[0]:
-            activity = slopes[taken : taken + len(row)]
+            activity = busyness[taken : taken + len(row)]
             taken += len(row)
             if not np.any(activity) or len(row) < 40:
                 continue

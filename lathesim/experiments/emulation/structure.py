@@ -1,14 +1,17 @@
-"""Another structure for a machine that values alone do not make like: effects inserted, the interpolator replaced."""
+"""Other structures for a machine that values alone do not make like: effects inserted, the interpolator replaced, shared values parted."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from lathesim.component import Parameter
+from lathesim.engine.assembly import FloatArray, Part
 from lathesim.experiments.emulation.free_values import FreeValue
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson, lesson_from_text
@@ -17,44 +20,107 @@ from lathesim.plugins import Registry
 
 _EFFECTS = ("CoulombFriction", "Backlash", "AxialResonance")
 """What way-points at a few hertz can show of an axis; assumed."""
-_ACCELERATION = (0.05, 20.0)
-"""Path acceleration of machines [m/s^2], between which it is looked for; assumed."""
+_INTERPOLATOR = "JerkLimitedInterpolator"
+_PLAIN_INTERPOLATORS = ("ConstantVelocityInterpolator", "ConstantAccelerationInterpolator")
+_ACCELERATION, _PAUSE, _AVERAGING = (0.05, 20.0), (0.0, 0.5), (0.0, 0.5)
+"""Path acceleration [m/s^2], rest after a block [s] and averaging of references [s] within which a control is looked for; assumed."""
+_USUAL_PAUSE, _USUAL_AVERAGING = 0.01, 0.03
+"""Standard deviations of what a control rests and averages [s]; assumed."""
+_PARTED = 0.5
+"""Standard deviation of the logarithm by which two axes differ in a value that they share in the lesson; assumed."""
+_LOOKS = 3
+"""Sizes of an effect at which it is first looked at."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """A change of the structure: what it is called, its entries for ``insert:`` and ``replace:``, and the values it brings to be learnt."""
+    """A change of the structure: its title, its entries for the lesson, and the values it brings to be learnt.
+
+    With ``neutral`` [SI] values the machine is what it was before. ``probes`` (n, values) [SI] are where a search looks first.
+    """
 
     title: str
+    brings: tuple[FreeValue, ...]
+    neutral: tuple[float, ...]
+    probes: FloatArray
     insert: tuple[dict[str, str], ...] = ()
     replace: dict[str, str] = field(default_factory=dict)
-    brings: tuple[FreeValue, ...] = ()
+    add: dict[str, Any] = field(default_factory=dict)
+    wires: dict[str, str] = field(default_factory=dict)
 
 
 def possible_changes(prepared: Prepared, registry: Registry) -> list[Change]:
-    """Return the changes that the machine can take: an accelerating interpolator, and one effect at one axis each."""
-    found: list[Change] = []
-    present = {(item.entry.effect, item.entry.at) for item in prepared.case.insert}
+    """Return what the machine can take: another interpolator, values of two axes parted, one effect at an axis each."""
+    return [*_interpolators(prepared), *_parted_values(prepared), *_effects(prepared, registry)]
+
+
+def _interpolators(prepared: Prepared) -> Iterable[Change]:
     for part in prepared.machinery.parts:
-        if part.component.__name__ == "ConstantVelocityInterpolator":
-            low, high = _ACCELERATION
-            middle = float(np.sqrt(low * high))
-            value = FreeValue(f"{part.name}.acceleration", "m/s^2", middle, low, high, 1.0)
-            found.append(Change(f"{part.name} accelerates", replace={part.name: "ConstantAccelerationInterpolator"}, brings=(value,)))
+        if part.component.__name__ not in _PLAIN_INTERPOLATORS:
+            continue
+        middle = float(np.sqrt(_ACCELERATION[0] * _ACCELERATION[1]))
+        brings = (
+            FreeValue(f"{part.name}.acceleration", "m/s^2", middle, *_ACCELERATION, 1.5),
+            FreeValue(f"{part.name}.pause", "s", 0.0, *_PAUSE, 1.0, _USUAL_PAUSE),
+            FreeValue(f"{part.name}.averaging", "s", 0.0, *_AVERAGING, 1.0, _USUAL_AVERAGING),
+        )
+        grid = itertools.product((0.1, 0.3, 1.0, 4.0, 20.0), (0.0, 0.01, 0.04), (0.0, 0.02, 0.08))
+        neutral = (_ACCELERATION[1], 0.0, 0.0)
+        yield Change(
+            f"{part.name} accelerates, rests and averages", brings, neutral, np.array(list(grid)), replace={part.name: _INTERPOLATOR}
+        )
+
+
+def _parted_values(prepared: Prepared) -> Iterable[Change]:
+    """Yield for each value that two controllers of one kind share a change that parts them."""
+    parts = {part.name: part for part in prepared.machinery.parts}
+    for wire in prepared.machinery.wires:
+        target, source = wire.target.partition("."), wire.source.partition(".")
+        if not wire.source or source[0] not in parts or target[0] not in parts:
+            continue
+        own, other = parts[target[0]].component, parts[source[0]].component
+        declared = own.declarations.get(target[2])
+        alike = own is other or own.__name__ == other.__name__
+        if not alike or "update" in own.laws or own.group != "controllers" or not isinstance(declared, Parameter):
+            continue
+        if not isinstance(other.declarations.get(source[2]), Parameter) or _value(parts[source[0]], source[2]) == 0.0:
+            continue
+        name = f"{target[0]}_own_{target[2]}"
+        added = {name: {"component": "ScaledValue", "units": {"signal": declared.unit}}}
+        value = FreeValue(f"{name}.factor", "1", 1.0, 0.2, 5.0, _PARTED)
+        yield Change(
+            f"{target[0]} with its own {target[2]}", (value,), (1.0,), np.array([[0.6], [0.8], [1.25], [1.6]]), add=added,
+            wires={wire.target: f"{name}.outgoing", f"{name}.incoming": wire.source},
+        )  # fmt: skip
+
+
+def _value(part: Part, item: str) -> float:
+    declared = part.component.declarations[item]
+    return float(part.parameters.get(item, getattr(declared, "default", 0.0)))
+
+
+def _effects(prepared: Prepared, registry: Registry) -> Iterable[Change]:
+    present = {(item.entry.effect, item.entry.at) for item in prepared.case.insert}
     axes = [part for part in prepared.machinery.parts if part.component.group == "axes" and "flow" in part.component.ports]
     for name in _EFFECTS:
         effect = registry.effects.get(name)
         if effect is None:
             continue
         for part in axes:
-            site, typical = getattr(effect, "site", ""), getattr(getattr(effect, "identification", None), "typical", {})
-            if site not in part.component.ports or (name, part.name) in present:
+            how = getattr(effect, "identification", None)
+            site, typical, neutral = getattr(effect, "site", ""), getattr(how, "typical", {}), getattr(effect, "neutral", {})
+            at = part.name if site in part.component.ports else f"{part.name}.{part.component.ports.get('displacement', '')}"
+            if (site not in part.component.ports and site != "measured") or present & {(name, part.name), (name, at)}:
                 continue
             place = f"{part.name}_{_snake(name)}"
             brings = tuple(_effect_value(effect, place, item, bounds) for item, bounds in typical.items())
-            entry = {"effect": name, "at": part.name, "name": place}
-            found.append(Change(f"{name} at {part.name}", insert=(entry,), brings=brings))
-    return found
+            looks = [
+                np.geomspace(low, high, _LOOKS) if item in neutral or item == how.resonance else [value.given]  # type: ignore[union-attr]
+                for (item, (low, high)), value in zip(typical.items(), brings, strict=True)
+            ]
+            idle = tuple(float(neutral.get(item, value.given)) for item, value in zip(typical, brings, strict=True))
+            entry = {"effect": name, "at": at, "name": place}
+            yield Change(f"{name} at {part.name}", brings, idle, np.array(list(itertools.product(*looks))), insert=(entry,))
 
 
 def _snake(name: str) -> str:
@@ -65,8 +131,11 @@ def _effect_value(effect: type, part: str, item: str, bounds: tuple[float, float
     declared = effect.declarations[item]  # type: ignore[attr-defined]
     low, high = bounds
     lowest = declared.low if isinstance(declared, Parameter) else low
+    highest = declared.high if isinstance(declared, Parameter) else high
     if low > 0.0:
-        return FreeValue(f"{part}.{item}", declared.unit, float(np.sqrt(low * high)), max(lowest, low / 30.0), 10.0 * high, 1.5)
+        return FreeValue(
+            f"{part}.{item}", declared.unit, float(np.sqrt(low * high)), max(lowest, low / 30.0), min(highest, 10.0 * high), 1.5
+        )
     return FreeValue(f"{part}.{item}", declared.unit, 0.0, low, high, 1.0, max(abs(low), abs(high)))
 
 
@@ -74,5 +143,10 @@ def changed(lesson: Lesson, changes: Sequence[Change]) -> Lesson:
     """Return the lesson with these changes made."""
     insert = [entry for change in changes for entry in change.insert]
     replace = {name: component for change in changes for name, component in change.replace.items()}
-    text = changed_lesson(lesson, insert, {}, lesson.path.parent, replace=replace)
+    further: dict[str, Any] = {}
+    for key in ("add", "wires"):
+        made = {name: entry for change in changes for name, entry in getattr(change, key).items()}
+        if made:
+            further[key] = {**(lesson.source.data.get(key) or {}), **made}
+    text = changed_lesson(lesson, insert, {}, lesson.path.parent, replace=replace, further=further)
     return lesson_from_text(text, Path(lesson.path))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
+from lathesim.experiments.emulation.left_out import left_out
 from lathesim.experiments.emulation.objective import Objective
 
 _COVERED = 0.95
@@ -29,12 +30,12 @@ def judge_unseen(fitted: Objective, unseen: Objective, point: FloatArray) -> lis
 
     The band is +-z s with s^2 = a^2 + b^2 g^2 + j C j'. C is the covariance of the values, g^2 what the values' own uncertainty before the
     fit would make of a reading: a structure that is not quite right errs where the machine has something to show. a, b and z are those
-    that suit the fitted recordings: by likelihood, and so that 95 % of their points are inside.
+    that suit the fitted programs where each is left out of the fit in turn: by likelihood, and so that 95 % of their points are inside.
     """
     spread = np.array([item.spread for item in fitted.free])
-    residual = fitted.vector(point)[0]
     slopes = fitted.slopes(point)
-    noise = max(float(np.square(residual).mean()), 1e-12)
+    residual = left_out(fitted, point, slopes)[0]
+    noise = max(float(np.square(fitted.vector(point)[0]).mean()), 1e-12)
     inverse = np.linalg.inv(slopes.T @ slopes / noise + np.diag(1.0 / np.square(spread)))
     activity = np.sqrt(np.square(slopes * spread).sum(axis=1))
     own = np.einsum("ij,jk,ik->i", slopes, inverse, slopes)

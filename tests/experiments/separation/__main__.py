@@ -1,0 +1,134 @@
+"""Sealed cases told apart by designed programs: ``python -m tests.experiments.separation --cases 80 --out DIR``.
+
+For each case ``lathesim experiment`` gets the rivals and writes a program; a machine made by another integrator runs it; ``lathesim
+diagnose`` gets the recording and is held against the seal. Beside it today's way: the exercise of the lesson, repeated until it decides.
+What is in DIR already is not run again; the table is printed after every case.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from lathesim.plugins import Registry, load_registry
+from tests.diagnosis.suite.lessons import NAMES
+from tests.experiments.separation.axis_truth import AxisTruth
+from tests.experiments.separation.table import table
+from tests.experiments.separation.ties import Tie, schedule
+
+TRUTHS = {"axis": AxisTruth}
+MOST_RUNS = 2
+
+
+def command(*arguments: object) -> dict[str, Any]:
+    """Run a command of the program in a process of its own and return its JSON; what it says where it has none."""
+    process = [sys.executable, "-m", "lathesim", *map(str, arguments)]
+    done = subprocess.run(process, capture_output=True, text=True, env=os.environ, check=False)
+    try:
+        told: dict[str, Any] = json.loads(done.stdout)
+    except ValueError:
+        told = {"error": done.stderr[-400:]}
+    return told
+
+
+def seconds_used() -> float:
+    """Return the processor time of all finished children [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def rival(key: str) -> str:
+    """Return a rival as ``--between`` takes it."""
+    return f"{NAMES[key].effect}@{NAMES[key].at}"
+
+
+def is_right(told: dict[str, Any], tie: Tie) -> bool:
+    """Return whether a diagnosis names the true rival, alone and in no tie."""
+    others = {NAMES[key].effect for key in tie.rivals} - {NAMES[tie.rivals[tie.truth]].effect}
+    right = {name for name in NAMES[tie.rivals[tie.truth]].right if name not in others}
+    named = [item["effect"] for item in told.get("effects") or []]
+    mean = NAMES[tie.rivals[tie.truth]].mean
+    return told.get("verdict") == "named" and bool(named) and named[0] in right and all(name in right or name == mean for name in named)
+
+
+def said(told: dict[str, Any]) -> str:
+    """Return a diagnosis in a few words."""
+    if "verdict" not in told:
+        return f"none: {told.get('error', '')[-160:]}"
+    named = ", ".join(f"{item['effect']}@{item['at']}" for item in told.get("effects") or [])
+    return f"{told['verdict']} {named}".strip()
+
+
+def repeated(truth: Any, tie: Tie, lesson: Path | str, folder: Path, registry: Registry) -> dict[str, Any]:
+    """Run the program of a lesson until the diagnosis of all its recordings is right, and return how long that took."""
+    total, recordings, answers = 0.0, [], []
+    for turn in range(MOST_RUNS):
+        recordings.append(folder / f"recording_{turn + 1}.csv")
+        total += truth.record(lesson, recordings[-1], registry)
+        before = [part for other in recordings[:-1] for part in ("--with", lesson, other)]
+        told = command("diagnose", lesson, recordings[-1], *before, "--no-report", "--json", "-")
+        answers.append(said(told))
+        if is_right(told, tie):
+            return {"seconds": total, "decided": True, "runs": turn + 1, "answers": answers}
+    return {"seconds": total, "decided": False, "runs": MOST_RUNS, "answers": answers}
+
+
+def one_case(tie: Tie, seed: int, folder: Path, registry: Registry, at_most: str, programs: int) -> dict[str, Any]:
+    """Return what came of a case."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    truth = TRUTHS[tie.rig](tie.rivals[tie.truth], seed)
+    before = seconds_used()
+    between = ",".join(rival(key) for key in tie.rivals)
+    designed = command(
+        "experiment", truth.lesson, "--between", between, "--at-most", at_most, "--programs", programs, "--out", folder / "next", "--json"
+    )
+    result: dict[str, Any] = {
+        "rig": tie.rig, "family": tie.family, "rivals": list(tie.rivals), "truth": tie.rivals[tie.truth],
+        "size": {name: value for name, (value, _) in truth.hidden.parameters.items()}, "design_cpu_s": seconds_used() - before,
+    }  # fmt: skip
+    if "error" in designed:
+        return {**result, "error": designed["error"]}
+    checked = command("program", folder / "next" / "program.nc", "--json")
+    told = next((item for item in designed["rivals"] if item["rival"].partition("@")[0] == NAMES[result["truth"]].effect), {})
+    result |= {
+        "passes_program": "moves" in checked, "decidable": designed["decidable"], "apart": [item["apart"] for item in designed["pairs"]],
+        "chance": told.get("chance_to_decide"), "designed": repeated(truth, tie, folder / "next" / "lesson.yaml", folder, registry),
+    }  # fmt: skip
+    (folder / "exercise").mkdir()
+    exercise = truth.lesson
+    return {**result, "exercise": repeated(truth, tie, exercise, folder / "exercise", registry), "cpu_s": seconds_used() - before}
+
+
+def main() -> None:
+    """Run the campaign and print its table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", type=int, default=80)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--at-most", default="8 s")
+    parser.add_argument("--programs", type=int, default=40)
+    parser.add_argument("--rigs", default=",".join(TRUTHS))
+    parser.add_argument("--out", type=Path, required=True)
+    asked = parser.parse_args()
+    registry = load_registry(installed=False)
+    results = []
+    for number, tie in enumerate(schedule(asked.seed, tuple(asked.rigs.split(",")))[: asked.cases]):
+        folder = asked.out.resolve() / f"case_{number:03d}"
+        kept = folder / "result.json"
+        if not kept.is_file():
+            result = one_case(tie, 1000 * asked.seed + number, folder, registry, asked.at_most, asked.programs)
+            kept.write_text(json.dumps(result, indent=2), encoding="utf-8")
+        results.append(json.loads(kept.read_text(encoding="utf-8")))
+        print(json.dumps(results[-1]), flush=True)
+        print("\n".join(table(results)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

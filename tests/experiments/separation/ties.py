@@ -1,0 +1,54 @@
+"""Which effects tie: families of ties, each with groups of two to four rivals, and the order in which cases are drawn from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Tie:
+    """One case: its rig, its family, the keys of its rivals (of the suite of the diagnosis), and which of them is true."""
+
+    rig: str
+    family: str
+    rivals: tuple[str, ...]
+    truth: int
+
+
+TIES: dict[tuple[str, str], tuple[tuple[str, ...], ...]] = {
+    ("axis", "reversal"): (
+        ("coulomb", "bristles"), ("coulomb", "asymmetric"), ("backlash", "bristles"), ("backlash", "wind_up"), ("coulomb", "stribeck"),
+        ("coulomb", "dead_zone"), ("backlash", "coulomb", "bristles"), ("coulomb", "bristles", "stribeck", "asymmetric"),
+    ),
+    ("axis", "lag"): (
+        ("delay", "current_loop"), ("delay", "inductance"), ("current_loop", "inductance"), ("resonance", "delay"),
+        ("resonance", "current_loop"), ("delay", "current_loop", "inductance"),
+    ),
+    ("axis", "once per turn"): (
+        ("ripple", "cogging"), ("pitch_wave", "eccentricity"), ("cogging", "tight_spots"), ("ripple", "pitch_wave"),
+        ("ripple", "cogging", "tight_spots"),
+    ),
+    ("axis", "slow"): (("screw_growth", "pitch"), ("screw_growth", "clock_skew"), ("screw_growth", "pitch", "wind_up")),
+    ("axis", "constants"): (("gravity", "converter_offset"), ("gravity", "asymmetric"), ("gravity", "converter_offset", "asymmetric")),
+    ("cut", "force law"): (("edge_force", "size_effect"), ("speed_effect", "softening"), ("edge_force", "size_effect", "speed_effect")),
+    ("cut", "spindle-synchronous"): (("runout", "hard_spot"), ("hard_spot", "slot"), ("runout", "hard_spot", "slot")),
+    ("spindle", "once per turn"): (("spindle_ripple", "spindle_cogging"), ("spindle_ripple", "tacho_ripple")),
+    ("spindle", "reversal"): (("spindle_coulomb", "spindle_asymmetric"),),
+}  # fmt: skip
+"""(rig, family) -> groups of rivals."""
+
+
+def schedule(seed: int, rigs: tuple[str, ...]) -> list[Tie]:
+    """Return cases without end in sight: one of each family in turn, so that any first N of them are spread over the families."""
+    random = np.random.default_rng([seed, 31])
+    families = [key for key in TIES if key[0] in rigs]
+    orders = {key: [TIES[key][int(place)] for place in random.permutation(len(TIES[key]))] for key in families}
+    found = []
+    for turn in range(40):
+        for place in random.permutation(len(families)):
+            key = families[int(place)]
+            group = orders[key][turn % len(orders[key])]
+            found.append(Tie(*key, group, int(random.integers(len(group)))))
+    return found
