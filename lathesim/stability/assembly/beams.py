@@ -73,6 +73,9 @@ Ports = tuple[Complex, Complex, Complex, Complex]
 _LONGEST = 3.0
 """Wave number times length up to which the exponential of a beam is computed at once; longer ones are put together from pieces."""
 
+_SHORT, _TERMS = 1.5, 20
+"""Wave number times length below which series are used, and their terms: the last is below 1e-30 of the first."""
+
 
 def euler_bernoulli(beam: Beam, frequency: Any) -> Ports:
     """Return the receptances of a beam at frequencies [Hz] of any shape, SI.
@@ -86,8 +89,12 @@ def euler_bernoulli(beam: Beam, frequency: Any) -> Ports:
     # sinh and cosh over exp(a), which would overflow for long beams
     shrink = np.exp(-a)
     s, c, sh, ch = np.sin(a), np.cos(a), 0.5 * (1.0 - shrink**2), 0.5 * (1.0 + shrink**2)
-    f1, f3, f5, f6 = s * sh, c * ch - shrink, c * sh - s * ch, c * sh + s * ch
-    f7, f8, f10 = s * shrink + sh, s * shrink - sh, c * shrink - ch
+    f1, f6, f7 = s * sh, c * sh + s * ch, s * shrink + sh
+    f3, f5, f8, f10 = c * ch - shrink, c * sh - s * ch, s * shrink - sh, c * shrink - ch
+    short = np.abs(a) < _SHORT
+    if short.any():
+        # of a short beam little is left of these differences: their series are exact to rounding
+        f3, f5, f8, f10 = (np.where(short, shrink * series, whole) for series, whole in zip(_of_short(a), (f3, f5, f8, f10), strict=True))
     h, hx = -f5 / (stiffness * wave**3 * f3), f8 / (stiffness * wave**3 * f3)
     slope, slope_x = f1 / (stiffness * wave**2 * f3), f10 / (stiffness * wave**2 * f3)
     p, px = f6 / (stiffness * wave * f3), f7 / (stiffness * wave * f3)
@@ -95,6 +102,22 @@ def euler_bernoulli(beam: Beam, frequency: Any) -> Ports:
     far = _matrix(h, slope, slope, p)
     near_by_far = _matrix(hx, slope_x, -slope_x, px)
     return far, np.swapaxes(near_by_far, -1, -2).copy(), near_by_far, near
+
+
+def _of_short(a: Any) -> tuple[Complex, Complex, Complex, Complex]:
+    """Return cos cosh - 1, cos sinh - sin cosh, sin - sinh and cos - cosh of a by their Taylor series.
+
+    cos a cosh a and sin a sinh a are the parts of cosh((1 + i) a), cos a sinh a and sin a cosh a those of sinh((1 + i) a).
+    """
+    total = [np.zeros_like(a) for _ in range(4)]
+    for k in range(1, _TERMS):
+        even, odd = a ** (2 * k) / math.factorial(2 * k), a ** (2 * k + 1) / math.factorial(2 * k + 1)
+        turned = (2j) ** k
+        total[0] += turned.real * even
+        total[1] += ((turned * (1 + 1j)).real - (turned * (1 + 1j)).imag) * odd
+        total[2] += ((-1) ** k - 1) * odd
+        total[3] += ((-1) ** k - 1) * even
+    return total[0], total[1], total[2], total[3]
 
 
 def timoshenko(beam: Beam, frequency: Any) -> Ports:
