@@ -21,6 +21,7 @@ from lathesim.diagnosis.records.search import SearchResult
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment, baseline_free, build_experiments
+from lathesim.identification.replay.loading import Recorded
 from lathesim.identification.replay.validation_split import parted
 
 
@@ -61,27 +62,28 @@ def prepare(question: Question) -> Prepared:
 
     The order matters: a wrong sample period is asked for before any value of a controller is doubted, as all of them would make up for it.
     """
-    method = question.method
-    recordings = [recorded for recorded in (question.fitted, question.validation) if recorded]
-    # what both recordings have in common is said once
-    findings = tuple(dict.fromkeys(str(finding) for recorded in recordings for finding in recorded.findings))
-    if faults := tuple(str(fault) for recorded in recordings for fault in recorded.faults):
+    method, findings = question.method, _findings(question)
+    if faults := tuple(str(fault) for recorded in _recordings(question) for fault in recorded.faults):
         return Prepared(question, findings, faults)
     experiments, whole, name = _experiments(question)
     findings = tuple(dict.fromkeys((*findings, *(zero for one in experiments for zero in sensor_zeros(one, method=method)))))
     prepared = Prepared(question, findings, (), tuple(experiments), whole, name)
-    if faults := found_by((exchanged_with,), [(one, as_given(one)) for one in experiments], method):
-        return replace(prepared, faults=faults)
-    if faults := found_by((mapped_elsewhere,), [(one, as_given(one)) for one in experiments], method):
-        return replace(prepared, faults=faults)
+    for check in (exchanged_with, mapped_elsewhere):
+        if faults := found_by((check,), [(one, as_given(one)) for one in experiments], method):
+            return replace(prepared, faults=faults)
     given = with_commands_followed(prepared.experiment, as_given(prepared.experiment))
     if faults := found_by((of_another_period,), [(one, given) for one in experiments], method):
         return replace(prepared, faults=faults)
     if other := controller_value(prepared.experiment, prepared.validation, given, method=method):
-        question = replace(question, machine=other.in_machine(question.machine))
-        experiments, whole, name = _experiments(question)
-        prepared = Prepared(question, (*findings, str(other)), (), tuple(experiments), whole, name, other)
+        prepared = _with_controller_value(prepared, other)
         given = with_commands_followed(prepared.experiment, as_given(prepared.experiment))
+    return _against_commands(prepared, given)
+
+
+def _against_commands(prepared: Prepared, given: Mapping[str, float]) -> Prepared:
+    """Return the recordings checked against the commands of the lesson's controllers, with signals that nobody recorded where these explain
+    what a command does otherwise."""
+    question, method = prepared.question, prepared.question.method
     # a feed-forward may be more than all that the lesson's controller does
     laws = {law.channel: law.feed_forward for law in another_law(prepared.experiment, prepared.validation, given, method=method)}
     recorded = prepared.experiments if prepared.whole is None else (prepared.whole,)
@@ -92,6 +94,22 @@ def prepare(question: Question) -> Prepared:
         return _with_inputs(prepared, given, added, doubts)
     slow = too_slow_for_commands(question.fitted.findings, question.machine.compare) if faults else ()
     return replace(prepared, faults=slow or faults, too_slow=bool(slow))
+
+
+def _recordings(question: Question) -> list[Recorded]:
+    return [recorded for recorded in (question.fitted, question.validation) if recorded]
+
+
+def _findings(question: Question) -> tuple[str, ...]:
+    """Return what the reader found in the recordings; what both have in common once."""
+    return tuple(dict.fromkeys(str(finding) for recorded in _recordings(question) for finding in recorded.findings))
+
+
+def _with_controller_value(prepared: Prepared, other: ControllerValue) -> Prepared:
+    """Return the experiments of the machine with another value of a controller."""
+    question = replace(prepared.question, machine=other.in_machine(prepared.question.machine))
+    experiments, whole, name = _experiments(question)
+    return Prepared(question, (*prepared.findings, str(other)), (), tuple(experiments), whole, name, other)
 
 
 def _with_inputs(prepared: Prepared, given: Mapping[str, float], added: Sequence[UnrecordedInput], doubts: tuple[str, ...]) -> Prepared:

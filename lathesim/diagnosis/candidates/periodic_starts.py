@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft, rfftfreq
@@ -42,6 +43,39 @@ _ALONG_ALL = (1.0, 1.5, 2.0, 3.0)
 """Waves in the whole way that are tried besides: so few are no line of a periodogram, and its trend takes a part of them."""
 
 
+@dataclass(frozen=True)
+class _Wave:
+    """A candidate that repeats over a place: which of its parameters says how long it is, and which how large."""
+
+    candidate: Candidate
+    names: tuple[str, ...]
+    length: str
+    size: str
+
+    @property
+    def sizes(self) -> list[tuple[str, str]]:
+        """The parameters that say how large it is, each with what its signal is multiplied with: nothing, or the direction of a friction
+        that turns its sign round, or the driving force of a ripple in proportion to it."""
+        turns = self.candidate.effect.identification.periodic and _is_friction(self.candidate)
+        sizes = [(self.size, "direction" if turns else "")]
+        return sizes + ([(_SHARE, "drive")] if _SHARE in self.names and self.size != _SHARE else [])
+
+    @property
+    def column(self) -> int:
+        """The column of the length among the parameters."""
+        return self.names.index(self.length)
+
+
+def _waves_of(candidates: Sequence[Candidate]) -> Iterator[_Wave]:
+    """Return those of some candidates that repeat over a place."""
+    for candidate in candidates:
+        names = tuple(name.partition(".")[2] for name in candidate.parameters)
+        length = next((name for name in (*PERIODS, _ORDER) if name in names), "")
+        size = next((name for name in (*_SIZES, *candidate.effect.neutral) if name in names), "")
+        if length and size:
+            yield _Wave(candidate, names, length, size)
+
+
 def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candidate], method: Method = STANDARD) -> dict[str, FloatArray]:
     """Return starting values by candidate part for effects that repeat over the place of their host: strongest wavelengths, three
     phases."""
@@ -51,41 +85,44 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
     fast = [_standardised(np.diff(row, n=2, prepend=[row[0], row[0]])) for row in fitted.residual]
     spectra: dict[tuple[str, str], list[tuple[FloatArray, FloatArray]]] = {}
     found: dict[str, FloatArray] = {}
-    for candidate in candidates:
-        names = [name.partition(".")[2] for name in candidate.parameters]
-        wave = next((name for name in (*PERIODS, _ORDER) if name in names), "")
-        size = next((name for name in (*_SIZES, *candidate.effect.neutral) if name in names), "")
-        seen = places.get(candidate.part if candidate.effect.identification.along else candidate.at)
-        if not wave or not size or seen is None:
+    for wave in _waves_of(candidates):
+        candidate = wave.candidate
+        host, place, velocity = places.get(_repeats_along(candidate), ("", None, None))
+        if place is None or velocity is None:
             continue
-        host, place, velocity = seen
-        low, high = _range_of_lengths(candidate, wave, place, method)
         points = []
-        for name, factor in _sizes_of(candidate, names, size):
+        for size, factor in wave.sizes:
             key = (candidate.at if factor == "drive" else host, factor)
             if key not in spectra:
-                times = _driving(experiment, candidate.at) if factor == "drive" else None
-                if factor and times is None:
-                    times = direction_of(velocity, method=method)
-                together = {name for name, (other, *_) in places.items() if other == host}
-                shortest = _shortest(candidates, together, method=method)
+                shortest = _shortest(candidates, {name for name, (other, *_) in places.items() if other == host}, method=method)
+                times = _multiplied_with(experiment, candidate, factor, velocity, method)
                 spectra[key] = [_periodogram(place, kind, times, shortest) for kind in (signals, fast)]
-            lengths = _lengths(spectra[key], low, high, method)
-            usual = float(candidate.usual[names.index(wave)])
-            lengths += [length for length in float(np.ptp(place)) / np.array(_ALONG_ALL) if low < length < usual]
-            points += _points_of(candidate, names, wave, name, lengths)
+            points += _points_of(wave, size, _lengths(spectra[key], wave, place, method))
         if points:
             # whole numbers a turn are tried besides
-            found[candidate.part] = np.vstack([points, candidate.points]) if wave == _ORDER else np.array(points)
+            found[candidate.part] = np.vstack([points, candidate.points]) if wave.length == _ORDER else np.array(points)
     return found
 
 
-def _range_of_lengths(candidate: Candidate, wave: str, place: FloatArray, method: Method) -> tuple[float, float]:
-    """Return the shortest and the longest wave that is looked for; ``wave`` is the parameter that says how long one is."""
-    column = next(number for number, name in enumerate(candidate.parameters) if name.partition(".")[2] == wave)
+def _repeats_along(candidate: Candidate) -> str:
+    """Return the part over whose place a candidate repeats."""
+    return candidate.part if candidate.effect.identification.along else candidate.at
+
+
+def _multiplied_with(experiment: Experiment, candidate: Candidate, factor: str, velocity: FloatArray, method: Method) -> FloatArray | None:
+    """Return what the signal of a wave is multiplied with; a ripple goes with the direction where nothing is known to drive it."""
+    if not factor:
+        return None
+    driving = _driving(experiment, candidate.at) if factor == "drive" else None
+    return direction_of(velocity, method=method) if driving is None else driving
+
+
+def _range_of_lengths(wave: _Wave, place: FloatArray, method: Method) -> tuple[float, float]:
+    """Return the shortest and the longest wave that is looked for."""
+    candidate = wave.candidate
     # the shortest waves of the range are no longer than samples are apart on a fast axis: chance has lines there
-    low, high = float(candidate.points[:, column].min()), float(candidate.usual[column])
-    if wave == _ORDER:
+    low, high = float(candidate.points[:, wave.column].min()), float(candidate.usual[wave.column])
+    if wave.length == _ORDER:
         low, high = (2.0 * math.pi / order for order in reversed(candidate.effect.identification.typical[_ORDER]))
     else:
         # a belt's pulley turns once in a tenth of a metre, a geared shaft once in some turns of its motor; a force must be there more
@@ -95,26 +132,21 @@ def _range_of_lengths(candidate: Candidate, wave: str, place: FloatArray, method
     return max(low, 2.0 * method.candidates.beyond_typical * _way_per_sample(place, method=method)), high
 
 
-def _sizes_of(candidate: Candidate, names: Sequence[str], size: str) -> list[tuple[str, str]]:
-    """Return the parameters that say how large a wave is, each with what its signal is multiplied with: nothing, or the direction of a
-    friction that turns its sign round, or the driving force of a ripple in proportion to it."""
-    sizes = [(size, "direction" if candidate.effect.identification.periodic and _is_friction(candidate) else "")]
-    return sizes + ([(_SHARE, "drive")] if _SHARE in names and size != _SHARE else [])
+def _lengths(spectra: Sequence[tuple[FloatArray, FloatArray]], wave: _Wave, place: FloatArray, method: Method) -> list[float]:
+    """Return the wavelengths at which spectra are strongest, and besides those of which few are on the whole way."""
+    beyond, usual = method.candidates.beyond_typical, float(wave.candidate.usual[wave.column])
+    low, high = _range_of_lengths(wave, place, method)
+    lengths = [length for spectrum in spectra for length in _strongest(*spectrum, low / beyond, high * beyond, method=method)]
+    return lengths + [length for length in float(np.ptp(place)) / np.array(_ALONG_ALL) if low < length < usual]
 
 
-def _lengths(spectra: Sequence[tuple[FloatArray, FloatArray]], low: float, high: float, method: Method) -> list[float]:
-    """Return the wavelengths between two limits at which spectra are strongest."""
-    beyond = method.candidates.beyond_typical
-    return [length for spectrum in spectra for length in _strongest(*spectrum, low / beyond, high * beyond, method=method)]
-
-
-def _points_of(candidate: Candidate, names: Sequence[str], wave: str, size: str, lengths: Sequence[float]) -> list[FloatArray]:
+def _points_of(wave: _Wave, size: str, lengths: Sequence[float]) -> list[FloatArray]:
     """Return a starting point for each wavelength and phase, of the usual ``size``."""
-    points = []
+    names, candidate, points = wave.names, wave.candidate, []
     for length in lengths:
         for phase in _PHASES:
             point = np.where(np.isin(names, ["phase", "second_phase"]), phase, candidate.neutral)
-            point[names.index(wave)] = 2.0 * math.pi / length if wave == _ORDER else length
+            point[wave.column] = 2.0 * math.pi / length if wave.length == _ORDER else length
             point[names.index(size)] = float(np.median(candidate.points[:, names.index(size)]))
             points.append(point)
     return points
@@ -125,7 +157,7 @@ def is_a_wave(experiment: Experiment, candidate: Candidate, values: Mapping[str,
     length = next((values[name] for name in candidate.parameters if name.partition(".")[2] in PERIODS), 0.0)
     if not length:
         return True
-    seen = _places(experiment).get(candidate.part if candidate.effect.identification.along else candidate.at)
+    seen = _places(experiment).get(_repeats_along(candidate))
     is_a_force = candidate.effect.site == "effort" and not _is_friction(candidate)
     return seen is None or length < (method.candidates.longest_wave_of_force if is_a_force else method.candidates.longest_wave) * float(
         np.ptp(seen[1])
@@ -239,8 +271,8 @@ def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float, me
     inside = (waves > 1.0 / high) & (waves < 1.0 / low)
     found: list[int] = []
     for strength, many in (
-        (power, int(method.candidates.strongest_lines)),
-        (power / np.maximum(_background(power), 1e-300), int(method.candidates.prominent_lines)),
+        (power, method.candidates.strongest_lines),
+        (power / np.maximum(_background(power), 1e-300), method.candidates.prominent_lines),
     ):
         left = np.where(inside, strength, 0.0)
         for other in found:

@@ -15,6 +15,7 @@ from lathesim.identification.records.candidate import INSTANT, Candidate
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import behind, strongest_jumps
+from lathesim.units import convertible
 
 _FREQUENCIES = 10
 _SMALL_AND_LARGE = (0.3, 0.85)
@@ -112,7 +113,8 @@ def limit_points(experiment: Experiment, candidates: Sequence[Candidate], method
         if candidate.effect.site != "drive" or len(limits) != 1 or len(candidate.parameters) != 1 or source not in channels:
             continue
         command = np.nan_to_num(experiment.sensed.channel([], [], channels.index(source)))
-        if experiment.sensed.plan.unit(candidate.parameters[0]).endswith("/s"):
+        if not convertible(*(experiment.sensed.plan.unit(name) for name in (candidate.parameters[0], source))):
+            # a limit of the rate
             command = np.diff(command) / experiment.machine.assembly.sample_period
         size = np.abs(command)
         reached = np.r_[np.quantile(size, _REACHED), np.array(_OF_LARGEST) * size.max(initial=0.0)]

@@ -33,6 +33,7 @@ from lathesim.identification.signal.order_spectrum import Line, Spectrum, lines_
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
+from lathesim.units import convertible
 
 SCHEMA = "lathesim-compare/1"
 OFF = 3.0
@@ -128,7 +129,7 @@ class Comparison:
         """The parts that the replay turns red, that in which most of what acts is missing first."""
         found: list[str] = []
         for item in self._off:
-            part = next((part for part in item.parts if item.at.startswith(f"{part}.")), item.parts[0])
+            part = next((part for part in item.parts if item.at.partition(".")[0] == part), item.parts[0])
             found.append(self._read_by(part) or part)
         return tuple(dict.fromkeys(found))
 
@@ -159,7 +160,7 @@ class Comparison:
 
     def _read_by(self, part: str) -> str:
         """Return what several readings of one sensor have in common where they are off: what they measure."""
-        before = [item.parts[1:2] for item in self._off if item.parts[0] == part and item.at.startswith(f"{part}.")]
+        before = [item.parts[1:2] for item in self._off if item.parts[0] == item.at.partition(".")[0] == part]
         return before[0][0] if len(before) > 1 and before[0] and all(parts == before[0] for parts in before) else ""
 
 
@@ -199,10 +200,14 @@ def _started(experiment: Experiment) -> Fitted:
     """
     shown = experiment.start_states(experiment.sensed.plan)
     plan = experiment.sensed.plan
-    rest = [replace(item, start=experiment.sensed.given(item.name)) if plan.unit(item.name).endswith("/s") else item for item in shown]
+    rest = [replace(item, start=experiment.sensed.given(item.name)) if _is_a_velocity(plan.unit(item.name)) else item for item in shown]
     tried = [fit(experiment.sensed, starts, rounds=0) for starts in (rest, shown)]
     tried.append(fit(experiment.sensed, shown, rounds=2, iterations=6, slopes="kept"))
     return min(tried, key=lambda fitted: float(np.sum((fitted.residual / experiment.sensed.seen_floors[:, None]) ** 2)))
+
+
+def _is_a_velocity(unit: str) -> bool:
+    return any(convertible(unit, velocity) for velocity in ("m/s", "rad/s"))
 
 
 def _channels(experiment: Experiment, fitted: Fitted) -> list[ChannelResidual]:
@@ -253,7 +258,7 @@ def _depends_on(first: Experiment, fitted: Fitted, second: Experiment, judged: F
     by_time = {bar.channel: bar.share for bar in found if bar.variable == "time"}
     for bar in found:
         least = max(
-            method.comparison.least_dependence,
+            method.discovery.worth,
             method.comparison.beyond_time * by_time.get(bar.channel, 0.0) if bar.variable != "time" else 0.0,
         )
         if bar.share > least:

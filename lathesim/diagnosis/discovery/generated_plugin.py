@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
+from collections.abc import Sequence
 
 from lathesim.diagnosis.records.discovered import Discovered
 
@@ -21,30 +22,48 @@ def plugin_text(found: Discovered, name: str = "DiscoveredTerm") -> str:
     used = set(_LETTER.findall(" ".join(item.text for item in found.addends)))
     inputs = [(role, letter, word) for role, letter, word in _INPUTS if letter in used]
     names = [f"coefficient_{number}" for number in range(1, len(found.addends) + 1)]
-    arguments = [*[role for role, _, _ in inputs], *(["time"] if "t" in used else []), *names]
-    law = [f"        {letter} = {role}" for role, letter, _ in inputs] + (["        t = time"] if "t" in used else [])
-    addends = [f"{label} * ({_in_math(item.text)})" for label, item in zip(names, found.addends, strict=True)]
-    domain = ", ".join(f"{item.letter} {item.low:.3g} to {item.high:.3g} {item.unit}" for item in found.domain)
-    site, neutral = found.role or "effort", [f'"{item}": 0.0' for item in names]
-    told = [
-        "A term that was discovered in a recording: empirical, and unverified.",
-        f"F = {found.formula}, at {found.at}.",
-        f"It explains {found.share:.0%} of what was missing in a recording that it was not fitted to.",
-        f"Found for {domain or 'one recording'}; it says nothing beyond.",
-    ]
+    law = _law(found, names, inputs, timed="t" in used)
     lines = [
-        '"""' + "\n".join(line for sentence in told for line in textwrap.wrap(sentence, 130)) + '\n"""',
+        '"""' + "\n".join(line for sentence in _told(found) for line in textwrap.wrap(sentence, 130)) + '\n"""',
         "",
-        *(["import math", ""] if any("math." in item for item in addends) else []),
+        *(["import math", ""] if _FUNCTIONS.search(law[-1]) else []),
         "from lathesim.component import Input, Output, Parameter",
         "from lathesim.effects.effect import Effect",
         "from lathesim.hookspecs import hookimpl",
         "",
         "",
         f"class {name}(Effect):",
+        *_declarations(found, names, inputs),
+        *law,
+        "",
+        "",
+        "@hookimpl",
+        "def register_effects() -> list[type[Effect]]:",
+        '    """Give the discovered term."""',
+        f"    return [{name}]",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _told(found: Discovered) -> list[str]:
+    """Return what the file says of the formula: where it comes from, and how far it goes."""
+    domain = ", ".join(f"{item.letter} {item.low:.3g} to {item.high:.3g} {item.unit}" for item in found.domain)
+    return [
+        "A term that was discovered in a recording: empirical, and unverified.",
+        f"F = {found.formula}, at {found.at}.",
+        f"It explains {found.share:.0%} of what was missing in a recording that it was not fitted to.",
+        f"Found for {domain or 'one recording'}; it says nothing beyond.",
+    ]
+
+
+def _declarations(found: Discovered, names: Sequence[str], inputs: Sequence[tuple[str, str, str]]) -> list[str]:
+    """Return the lines of the class that declare its inputs and coefficients."""
+    neutral = [f'"{item}": 0.0' for item in names]
+    return [
         '    """Adds what was missing in a recording: an empirical formula of the motion, unverified."""',
         "",
-        f'    catalogue, family, site = 0, "discovered", "{site}"',
+        f'    catalogue, family, site = 0, "discovered", "{found.role or "effort"}"',
         f"    neutral = {{{', '.join(neutral)}}}",
         '    fingerprint = "What the formula says."',
         '    experiment = "Repeat the recording at other speeds and positions, and see whether the formula still holds."',
@@ -58,21 +77,22 @@ def plugin_text(found: Discovered, name: str = "DiscoveredTerm") -> str:
             for label, item in zip(names, found.addends, strict=True)
         ],
         "",
+    ]
+
+
+def _law(found: Discovered, names: Sequence[str], inputs: Sequence[tuple[str, str, str]], *, timed: bool) -> list[str]:
+    """Return the lines of the method that gives the output."""
+    arguments = ["incoming", *[role for role, _, _ in inputs], *(["time"] if timed else []), *names]
+    addends = [f"{label} * ({_in_math(item.text)})" for label, item in zip(names, found.addends, strict=True)]
+    return [
         "    @staticmethod",
-        f"    def output({', '.join(f'{item}: float' for item in ['incoming', *arguments])}) -> float:",
+        f"    def output({', '.join(f'{item}: float' for item in arguments)}) -> float:",
         f"        if {' and '.join(f'{item} == 0.0' for item in names)}:",
         "            return incoming",
-        *law,
+        *[f"        {letter} = {role}" for role, letter, _ in inputs],
+        *(["        t = time"] if timed else []),
         f"        return incoming + {' + '.join(addends)}",
-        "",
-        "",
-        "@hookimpl",
-        "def register_effects() -> list[type[Effect]]:",
-        '    """Give the discovered term."""',
-        f"    return [{name}]",
-        "",
     ]
-    return "\n".join(lines)
 
 
 def _in_math(text: str) -> str:

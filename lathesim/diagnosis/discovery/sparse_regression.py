@@ -80,7 +80,7 @@ def _draft(
     groups = groups_of(motion, here.values, method=method)
     chosen: list[Column] = []
     best, amounts = 0.0, np.zeros(0)
-    for _ in range(int(method.discovery.most_groups)):
+    for _ in range(method.discovery.most_groups):
         trials = []
         for group in groups:
             columns = [*chosen, *group]
@@ -130,7 +130,7 @@ def _absorbed(
     for column in (Column("v", "v", lambda m: m["v"]), Column("a", "a", lambda m: m["a"])):
         values = _columns([column], motion, band, method=method)[:, 0]
         left = values - space @ np.linalg.lstsq(space, values, rcond=1e-8)[0]
-        if float(left @ left) < (1.0 - method.discovery.absorbed) * float(values @ values):
+        if float(left @ left) < (1.0 - method.selection.almost_all) * float(values @ values):
             found.append(column)
     return found
 
@@ -181,7 +181,7 @@ def _replayed(
     starts = [float(amount * size) for amount, size in zip(draft.amounts, sizes, strict=True)]
     weights = [Free(name, start, max(abs(start), 1e-12)) for name, start in zip(names, starts, strict=True)]
     found = fit(first.sensed, [*with_start(fitted), *weights], fitted.constant, rounds=2)
-    sure = [abs(found.by_name[name]) > method.discovery.sure * found.error(name) for name in names]
+    sure = [abs(found.by_name[name]) > method.selection.significant * found.error(name) for name in names]
     if any(sure) and not all(sure):
         # what the machine's own values or the other addends explain as well is no part of the formula
         kept = [number for number, keeps in enumerate(sure) if keeps]

@@ -21,8 +21,10 @@ class CandidateLimits:
         0.05, "share of amplitude",
         "a line beside a stronger one counts as an effect above this share of its amplitude",
     )  # fmt: skip
-    strongest_lines: Limit = Limit(1, "lines", "so many of the strongest lines of a periodogram become starting points")
-    prominent_lines: Limit = Limit(2, "lines", "so many of the lines that stand out most become starting points")
+    strongest_lines: int = 1
+    """Strongest lines of a periodogram that become starting points."""
+    prominent_lines: int = 2
+    """Lines that stand out most that become starting points."""
     least_turns: Limit = Limit(2.0, "periods", "a periodic error of a geometry must repeat this often within the recording")
     least_turns_of_force: Limit = Limit(5.0, "periods", "a periodic force must repeat this often within the recording")
     longest_wave: Limit = Limit(3.0, "ways of the recording", "a wavelength above this is a constant or a slope")

@@ -12,4 +12,3 @@ class ComparisonLimits:
     """Limits of the engine of ``lathesim compare``."""
 
     beyond_time: Limit = Limit(1.05, "1", "a variable must explain more than time alone by this factor: else what is missing comes once")
-    least_dependence: Limit = Limit(0.05, "share of missing force", "a dependence below this is not listed")

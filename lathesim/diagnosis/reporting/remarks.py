@@ -10,6 +10,7 @@ from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import BaselineValue, Evidence, FoundEffect, listed, with_unit
 from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.compare_models import Gains, compare_models
 from lathesim.diagnosis.verdict.ranking import RankedEffect
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
@@ -35,7 +36,8 @@ def still_missing(evidence: Evidence, variables: tuple[str, ...], found: SearchR
     if found.ended_after:
         sentences.append(f"After {found.ended_after} runs no further effect was looked for.")
     for trial in found.tried:
-        small = trial.gain > method.margin and trial.validation_gain > method.margin and found.was_held_against(trial)
+        gains = Gains(trial.gain, trial.validation_gain)
+        small = compare_models(gains, method, effects=1).better and found.was_held_against(trial)
         if small and trial.share_of_rest > method.share_of_rest and found.complete and trial.share_of_all <= method.share_of_all:
             shares = f"{trial.share_of_rest:.0%} of the rest, which is {trial.share_of_all:.1%} of all"
             sentences.append(f"{trial.candidate.name} at {trial.candidate.at} would take away {shares}: too little to name it.")

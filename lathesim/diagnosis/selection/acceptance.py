@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.selection.compare_models import Gains, compare_models
+from lathesim.diagnosis.selection.compare_models import Gains, ModelComparison, compare_models
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Trial
 
@@ -24,23 +24,19 @@ def simplest(good: Sequence[Trial], method: Method) -> Trial:
     """Return the trial that is taken of good ones, the best first: of those that cannot be told from the best one with the fewest values
     that it takes, as a model is never quite right; of equals among these the one that comes first in the catalogue, at the sensor where
     it belongs."""
-    best, equal = good[0], method.selection.equal
-    near = [
-        trial
-        for trial in good
-        if (is_as_good(trial, best, best, method, least=equal) and removes_as_much(trial, best, method=method))
-        or _leaves_hardly_more(trial, best, method)
-    ]
+    best = good[0]
+    near = [trial for trial in good if (compare_trials(trial, best, best, method).as_good) or _leaves_hardly_more(trial, best, method)]
     fewest = min(len(trial.candidate.parameters) - len(trial.candidate.spare) for trial in near)
     simple = [trial for trial in near if len(trial.candidate.parameters) - len(trial.candidate.spare) == fewest]
-    equals = [trial for trial in simple if is_as_good(trial, simple[0], best, method, share=method.selection.equal_share, least=equal)]
+    equals = [trial for trial in simple if compare_trials(trial, simple[0], best, method, alike=True).as_good]
     return min(equals, key=lambda trial: (trial.candidate.effect.catalogue or _LAST, _out_of_place(trial.candidate)))
 
 
-def is_as_good(trial: Trial, other: Trial, best: Trial, method: Method, share: float | None = None, least: float | None = None) -> bool:
-    """Return whether a trial cannot be told from another one by their merits; the ``best`` of all tells how much there is to explain."""
+def compare_trials(trial: Trial, other: Trial, best: Trial, method: Method, *, alike: bool = False) -> ModelComparison:
+    """Return how a trial compares with another one by their merits; the ``best`` of all tells how much there is to explain."""
     gains = Gains(merit(trial, method) - merit(other, method))
-    return compare_models(gains, method, explained=max(merit(best, method), 0.0), share=share, least=least).as_good
+    apart = 0.0 if alike else abs(trial.share_of_all - other.share_of_all)
+    return compare_models(gains, method, explained=max(merit(best, method), 0.0), apart=apart, alike=alike)
 
 
 def _out_of_place(candidate: Candidate) -> bool:
@@ -54,13 +50,8 @@ def _leaves_hardly_more(trial: Trial, other: Trial, method: Method) -> bool:
     one."""
     left, of_other = 1.0 - trial.share_of_all, 1.0 - other.share_of_all
     fewer = len(trial.candidate.parameters) + 1 < len(other.candidate.parameters)
-    alike = merit(trial, method) > method.selection.simple_gains * merit(other, method)
-    return alike and fewer and left < method.selection.simple_leaves and left < method.selection.simple_leaves_more * of_other
-
-
-def removes_as_much(trial: Trial, other: Trial, method: Method = STANDARD) -> bool:
-    """Return whether two trials explain the same share of the error."""
-    return abs(trial.share_of_all - other.share_of_all) < method.selection.tie_share
+    alike = merit(trial, method) > method.selection.rival * merit(other, method)
+    return alike and fewer and left < 1.0 - method.selection.almost_all and left < method.selection.simple_leaves_more * of_other
 
 
 def replaces(trial: Trial, simple: Candidate, method: Method) -> bool:
@@ -103,8 +94,8 @@ def credible_if_it_moves(trial: Trial, method: Method, null_maximum: float) -> b
 
 
 def _due_move(trial: Trial, method: Method) -> float:
-    agreed = trial.share_of_rest > method.most_of_rest and trial.validation_gain > method.as_much * trial.gain
-    return method.small_move if trial.share_of_all > method.almost_all or agreed else method.smallest_move
+    agreed = trial.share_of_rest > method.selection.rival and trial.validation_gain > method.selection.rival * trial.gain
+    return method.small_move if trial.share_of_all > method.selection.almost_all or agreed else method.smallest_move
 
 
 def of_usual_size(candidate: Candidate, values: Mapping[str, float], method: Method) -> bool:
@@ -120,10 +111,10 @@ def of_usual_size(candidate: Candidate, values: Mapping[str, float], method: Met
         if item in candidate.effect.neutral:
             usual, size, most = float(np.abs(points - neutral).max(initial=0.0)), abs(values[name] - neutral), method.largest_size
         else:
-            usual, size, most = float(points.max(initial=0.0)), abs(values[name]), method.largest_shape
+            usual, size, most = float(points.max(initial=0.0)), abs(values[name]), method.largest_size
             if item in candidate.effect.identification.nuisance or points.min(initial=1.0) <= 0.0:
                 continue
-            if size < least / method.smallest_shape:
+            if size < least / method.largest_size:
                 return False
         if usual > 0.0 and size >= max(most * usual, method.possible.get(name, 0.0)):
             return False

@@ -36,7 +36,8 @@ class ModelComparison:
     """A model held against another one.
 
     ``better``: it gains more than its further parameters cost, more than the resolution, and the validation recording agrees. ``as_good``:
-    it loses on neither recording more than it saves in parameters or than the resolution. ``cost`` [nats] is below 0 for a simpler model.
+    it loses on neither recording more than it saves in parameters or than the resolution, and ``explains_elsewhere`` no other share of the
+    error. ``cost`` [nats] is below 0 for a simpler model.
     """
 
     gains: Gains
@@ -44,6 +45,7 @@ class ModelComparison:
     resolution: float
     better: bool
     as_good: bool
+    explains_elsewhere: bool = False
 
     @property
     def reason(self) -> str:
@@ -60,19 +62,22 @@ def due(method: Method, *, effects: int = 1, parameters: int = 0, null_maximum: 
 
 def compare_models(
     gains: Gains, method: Method, *, effects: int = 0, parameters: int = 0, null_maximum: float = 0.0, explained: float = 0.0,
-    share: float | None = None, least: float | None = None,
+    apart: float = 0.0, alike: bool = False,
 ) -> ModelComparison:  # fmt: skip
     """Return how a model compares with another one, over which it has ``gains``.
 
     ``effects`` and ``parameters`` are how many more it has, ``null_maximum`` what the best of the candidates gains by chance, ``explained``
-    the gain of what both explain, of which a ``share`` is the resolution. [nats]
+    the gain of what both explain [nats]. Models whose shares of the explained error are ``apart`` are not as good as one another, however
+    likely. Where both have one error of form, being ``alike``, only the fit makes a difference of nothing.
     """
     cost = due(method, effects=effects, parameters=parameters, null_maximum=null_maximum)
-    error_of_form = (method.selection.tie_share if share is None else share) * abs(explained)
-    resolution = max(method.selection.tie if least is None else least, error_of_form)
-    agrees = gains.validation is None or gains.validation > max(method.validation_margin, method.validation_share * gains.estimation)
+    share = method.selection.fit_share if alike else method.selection.tie_share
+    resolution = max(method.per_parameter, share.times(abs(explained)))
+    agrees = gains.validation is None or gains.validation > max(method.per_parameter, method.selection.fit_share * gains.estimation)
     better = gains.estimation > max(cost, resolution) and agrees
-    return ModelComparison(gains, cost, resolution, better, gains.least > -max(resolution, -cost) and (cost <= 0.0 or better))
+    elsewhere = apart >= method.selection.tie_share
+    as_good = gains.least > -max(resolution, -cost) and not elsewhere and (cost <= 0.0 or better)
+    return ModelComparison(gains, cost, resolution, better, as_good, elsewhere)
 
 
 def gains_over(model: Model, other: Model, *, full_band: bool | None = None) -> Gains:

@@ -70,7 +70,7 @@ def is_in_time(laboratory: Laboratory, candidate: Candidate, model: Model, metho
     period = laboratory.experiment.machine.assembly.sample_period
     values, duration = model.fitted.by_name, len(laboratory.experiment.record) * period
     return is_of_a_clock(candidate, values, period, duration, method=method) and is_an_event(
-        instants_of(candidate.parameters), values, duration, method=method
+        instants_of(candidate), values, duration, method=method
     )
 
 

@@ -20,6 +20,7 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import believable, credible_if_it_moves, merit, simplest
+from lathesim.diagnosis.selection.compare_models import Gains, compare_models
 from lathesim.diagnosis.selection.compare_models import due as cost
 from lathesim.diagnosis.selection.elimination import is_in_time, without_needless, without_parts_of_a_shape
 from lathesim.diagnosis.selection.laboratory import Laboratory, becomes_implausible, is_implausible
@@ -74,7 +75,7 @@ def _grown_by_one(laboratory: Laboratory, found: SearchResult, method: Method) -
     screening, simple = _screened(laboratory, found, method)
     found = replace(found, null_maximum=screening.null_maximum if method.against_null_maximum else 0.0)
     promised = max((item.gain for item in screening.ranked), default=0.0)
-    shaped = extend_parameters(laboratory, found, method, method.selection.shape_before_effect * promised)
+    shaped = extend_parameters(laboratory, found, method, method.selection.rival * promised)
     if shaped.model is not found.model:
         return without_parts_of_a_shape(laboratory, shaped, method)
     added = shaped
@@ -113,9 +114,7 @@ def in_turn(ranked: Sequence[Screened], plain: Sequence[Candidate], method: Meth
     simple = tuple(item for item in ranked if item.candidate in plain)
     refined = tuple(item for item in ranked if item.candidate not in plain)
     of_refined, of_simple = (max((item.share for item in items), default=0.0) for items in (refined, simple))
-    return (
-        [refined, simple] if of_refined > method.selection.refined_first and of_simple < method.selection.simple_far else [simple, refined]
-    )
+    return [refined, simple] if of_refined > method.selection.almost_all and of_simple < method.selection.rival else [simple, refined]
 
 
 def _add(
@@ -155,8 +154,8 @@ def _add(
 def _tried_in_batches(laboratory: Laboratory, found: SearchResult, ranked: Sequence[Screened], method: Method) -> list[Trial]:
     """Fit candidates, the best ones first, as long as the fits so far leave the others worth it, and return the trials."""
     tried: list[Trial] = []
-    further = [item for item in ranked[method.screened :] if item.share > method.selection.further_score]
-    waiting = [*ranked[: method.screened], *further[: int(method.selection.further_candidates)]]
+    further = [item for item in ranked[method.screened :] if item.share > method.selection.worth_trying]
+    waiting = [*ranked[: method.screened], *further[: method.selection.most_rivals]]
     while batch := _batch(laboratory, found, ranked, waiting, tried, method):
         asked = [
             Asked(item.candidate, found.model.candidates, found.model.free, _starts(item, method=method), item.share) for item in batch
@@ -219,7 +218,7 @@ def _without_degradation(good: Sequence[Trial], method: Method = STANDARD) -> li
     return [
         trial
         for trial in good
-        if trial.closed_loop_degradation < method.selection.degrades or kept < method.selection.without_degradation * trial.share_of_rest
+        if trial.closed_loop_degradation < method.selection.degrades or kept < method.selection.rival * trial.share_of_rest
     ]
 
 
@@ -245,14 +244,14 @@ def _with_simulated_motion(made: Sequence[Trial], before: Sequence[Trial], model
     others = [
         trial.gain
         for trial in (*before, *made)
-        if not trial.candidate.effect.identification.sticks and trial.share_of_rest > method.selection.refined_first
+        if not trial.candidate.effect.identification.sticks and trial.share_of_rest > method.selection.almost_all
     ]
     most = max(others, default=0.0)
     doubted = [
         trial
         for trial in frictions
-        if not method.selection.recordings_agree * trial.gain < trial.validation_gain < trial.gain / method.selection.recordings_agree
-        or (trial.share_of_rest > method.selection.refined_first and most > method.selection.simulated_motion_gain * trial.gain)
+        if not method.selection.rival * trial.gain < trial.validation_gain < trial.gain / method.selection.rival
+        or (trial.share_of_rest > method.selection.almost_all and _gains_more(most, trial.gain, method))
     ]
     found = []
     for trial in doubted:
@@ -273,8 +272,8 @@ def _held_at_rest(
         pushes = item.candidate.effect.site == _PUSHED and not item.candidate.effect.identification.sticks
         if (
             pushes
-            and item.share > method.selection.further_score
-            and kept < method.selection.kept_of_score * item.share
+            and item.share > method.selection.worth_trying
+            and kept < method.selection.worth_trying * item.share
             and experiment.simulated_motion_of(model.candidates)
         ):
             found.append(Asked(item.candidate, model.candidates, model.free, item.starts[:1], with_simulated_motion=True))
@@ -285,7 +284,12 @@ def _holds_still(trial: Trial, made: Sequence[Trial], method: Method = STANDARD)
     """Return whether a friction explains the estimation recording clearly better with the motion it makes: else that is no reason to
     prefer it to what holds nothing still."""
     as_recorded = max(other.gain for other in made if other.candidate.part == trial.candidate.part)
-    return trial.gain > method.selection.simulated_motion_gain * as_recorded
+    return _gains_more(trial.gain, as_recorded, method)
+
+
+def _gains_more(gain: float, other: float, method: Method) -> bool:
+    """Return whether a gain of the estimation recording is clearly above another one."""
+    return compare_models(Gains(gain - other), method, explained=other).better
 
 
 def _of_more_stages(batch: Sequence[Screened], model: Model) -> list[Asked]:
@@ -315,25 +319,19 @@ def _batch(
     # of all channels together: what explains one of them may be a part of what explains all
     rest = float(found.model.error[::2].sum())
     explained = max((1.0 - float(trial.model.error[::2].sum()) / rest for trial in good), default=0.0)
-    near, first = ranked[0].gain * _share_of_a_rival(explained, method), ranked[: method.screened]
+    # once almost all is explained, only rivals of the best are fitted
+    near = method.selection.rival * ranked[0].gain if explained > method.selection.almost_all else 0.0
+    first = ranked[: method.screened]
     batch: list[Screened] = []
     while waiting and len(batch) < TOGETHER:
         item = waiting.pop(0)
         if item.gain < least:
             waiting.clear()
-        elif not _may_add(item, *((explained, near) if item in first else (explained + method.selection.further_gain, np.inf))):
+        elif not _may_add(item, *((explained, near) if item in first else (explained + method.selection.hopeless, np.inf))):
             continue
         elif may_be_worth(laboratory, found.model, item, method):
             batch.append(item)
     return batch
-
-
-def _share_of_a_rival(explained: float, method: Method) -> float:
-    """Return the share of the best score with which a candidate is still fitted, once a share of the residual is ``explained``."""
-    limits = method.selection
-    if explained > limits.near_all:
-        return limits.near_all_rival
-    return limits.near_most_rival if explained > limits.near_most else 0.0
 
 
 def _may_add(item: Screened, explained: float, near: float) -> bool:
@@ -361,21 +359,20 @@ def _rivals(
     known, together = {trial.candidate.part for trial in tried}, {item.candidate.part for item in ranked}
     promised = next(item.gain for item in ranked if item.candidate.part == best.candidate.part)
     others = [item for item in screened if item.candidate.part not in known]
-    alike = [
-        item for item in others if item.candidate.part in together and abs(item.gain - promised) < method.selection.alike_score * promised
-    ][: int(method.selection.most_rivals)]
+    near, most = method.selection.rival, method.selection.most_rivals
+    alike = [item for item in others if item.candidate.part in together and near * promised < item.gain < promised / near][:most]
     implausible = is_implausible(found.model.fitted, method=method)
-    least = method.selection.relative_score_if_implausible if implausible else method.selection.relative_score
+    least = method.selection.hopeless if implausible else method.selection.worth_trying
     alike += [item for item in others if item not in alike and _is_relative(item.candidate, best.candidate, item.gain > least * promised)]
     if implausible:
         # of one family at another place: a force and a voltage that add a constant score alike but for implausible values
         elsewhere = [
             item
             for item in others
-            if item.candidate.family == best.candidate.family and item.gain > method.selection.relative_score * promised
+            if item.candidate.family == best.candidate.family and item.gain > method.selection.worth_trying * promised
         ]
         fewer_values = [item for item in elsewhere if len(item.candidate.parameters) <= len(best.candidate.parameters)]
-        alike += [item for item in fewer_values if item not in alike][: int(method.selection.most_rivals)]
+        alike += [item for item in fewer_values if item not in alike][: method.selection.most_rivals]
     asked = [Asked(item.candidate, found.model.candidates, found.model.free, item.starts[:1]) for item in alike]
     return side_by_side(laboratory, found.model, asked)
 

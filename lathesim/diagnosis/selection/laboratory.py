@@ -151,14 +151,12 @@ class Laboratory:
             return _share_left(before, after, method=self.method)
 
         rough = fit(self.experiment.sensed, with_start(fitted), constant, rounds=1, full_band=full_band, tolerance=_ROUGH, slopes="kept")
-        if (
-            share(rough) < self.method.selection.simulated_motion_left / self.method.selection.coarse_fit_decides
-            if with_simulated_motion
-            else share(rough) > self.method.selection.simulated_motion_left * self.method.selection.coarse_fit_decides
-        ):
+        limit = self.method.selection.simulated_motion_left
+        # a rough fit decides where it is clear of the limit by a factor of two
+        if share(rough) < 0.5 * limit if with_simulated_motion else share(rough) > 2.0 * limit:
             return fitted
         other = fit(self.experiment.sensed, with_start(rough), constant, rounds=2, full_band=full_band, settle=_SETTLED)
-        if (share(other) < self.method.selection.simulated_motion_left) == with_simulated_motion:
+        if (share(other) < limit) == with_simulated_motion:
             return fitted
         return other if with_simulated_motion or self._holds_there_too(fitted, other, motion) else fitted
 
@@ -241,7 +239,7 @@ class Laboratory:
             )
             best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
-        if gain <= self.least_gain and self._removed(before, best) > self.method.selection.must_gain_too:
+        if gain <= self.least_gain and self._removed(before, best) > self.method.selection.worth_trying:
             best = fit(self.experiment.sensed, with_start(best), constant, rounds=2, full_band=full_band, settle=_SETTLED, slopes="kept")
             gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
         restores_plausibility = (
@@ -285,7 +283,7 @@ class Laboratory:
             )
             if best is None or fitted.score > best.score:
                 best = fitted
-            if self._removed(before, fitted) > self.method.selection.score_reached * promised:
+            if self._removed(before, fitted) > self.method.selection.almost_all * promised:
                 break
         assert best is not None
         return best
@@ -382,7 +380,7 @@ def _far(before: Fitted, after: Fitted, method: Method) -> bool:
     """Return whether a value that both have moved by more than three of its standard errors."""
     values = after.by_name
     both = [(name, start) for name, start in zip(before.names, before.values, strict=True) if name in values]
-    return any(abs(values[name] - start) > method.selection.moved_far * before.error(name) for name, start in both)
+    return any(abs(values[name] - start) > method.selection.significant * before.error(name) for name, start in both)
 
 
 def candidate_free(candidate: Candidate, start: FloatArray, method: Method = STANDARD) -> list[Free]:

@@ -39,11 +39,7 @@ def ties_of_late_effects(laboratory: Laboratory, found: SearchResult, method: Me
         )
         reached = _with_slow_forces(laboratory, own.model)
         gains = {trial.candidate.part: Gains(_with_slow_forces(laboratory, trial.model) - reached) for trial in near}
-        alike = {
-            part
-            for part, gain in gains.items()
-            if compare_models(gain, method, explained=own.full_band_gain, share=method.selection.equal_share).as_good
-        }
+        alike = {part for part, gain in gains.items() if compare_models(gain, method, explained=own.full_band_gain).as_good}
         its_own = [_as_good_as(trial, own) if trial.candidate.part in alike else trial for trial in trials]
         found = replace(found, trials={**found.trials, candidate.part: its_own})
     return found
@@ -59,7 +55,7 @@ def _is_near(trial: Trial, own: Trial, model: Model, method: Method) -> bool:
     return (
         alike
         and other.part != own.candidate.part
-        and method.selection.lag_rival * merit(own, method) < merit(trial, method) < merit(own, method)
+        and method.selection.rival * merit(own, method) < merit(trial, method) < merit(own, method)
     )
 
 

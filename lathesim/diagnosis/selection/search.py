@@ -102,7 +102,7 @@ def _growth(laboratory: Laboratory, found: SearchResult, method: Method, known: 
         laboratory.progress(f"{last.name} at {last.at} is rejected: it needs a parameter outside the plausible range of the lesson")
         found = _rejected(laboratory, found, last, method)
         yield found
-        if last.part in found.before and len(found.refused) <= int(method.selection.most_refused):
+        if last.part in found.before and len(found.refused) <= method.selection.most_rivals:
             # what it had made needless is there again, and something else may come beside that or in its place
             found = yield from grow(laboratory, found, method)
     return found

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.residual_test import Condition, Criterion, ResidualTest, all_of, held
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection.acceptance import believable, merit, of_usual_size
+from lathesim.diagnosis.selection.acceptance import believable, of_usual_size
+from lathesim.diagnosis.selection.compare_models import due
 from lathesim.diagnosis.verdict.adequacy import Adequacy
 from lathesim.diagnosis.verdict.ranking import RankedEffect, rivals_of
 from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, half_intervals_from_neutral
@@ -52,10 +53,9 @@ def acceptance(trial: Trial, method: Method, null_maximum: float) -> Criterion:
     parameters. Source: S. S. Wilks, Annals of Mathematical Statistics 9 (1938); left out: errors of the shares, how far it moves a channel.
     """
     parameters = len(trial.candidate.parameters)
-    due = method.margin + method.per_parameter * parameters
-    validated = max(method.validation_margin, method.validation_share.times(trial.gain))
+    least, validated = due(method, parameters=parameters), max(method.per_parameter, method.selection.fit_share.times(trial.gain))
     clauses: list[tuple[Condition, ...]] = [
-        (Condition(trial.gain - null_maximum, ">", due, "margin", "nats", _gain_error(trial.gain, parameters)),),
+        (Condition(trial.gain - null_maximum, ">", least, "margin", "nats", _gain_error(trial.gain, parameters)),),
         (held(trial.validation_gain, ">", validated, _gain_error(trial.validation_gain, parameters)),),
         (held(trial.closed_loop_degradation, "<", method.most_degradation),),
     ]
@@ -95,11 +95,11 @@ def ties(first: RankedEffect, found: SearchResult, method: Method) -> tuple[Crit
     The standard error of the gap g between two log-likelihoods is the root of 2 g: that of the likelihood ratio of two given models.
     """
     found_ties = []
-    for chosen, rival, width in rivals_of(first.candidate, found, method):
-        gap = merit(chosen, method) - merit(rival, method)
+    for chosen, rival, compared in rivals_of(first.candidate, found, method):
+        gap = -compared.gains.estimation
         apart = abs(rival.share_of_all - chosen.share_of_all)
         error = math.sqrt(2.0 * max(gap, 0.0))
-        found_ties.append(all_of(held(gap, "<", width, error), held(apart, "<", method.selection.tie_share)))
+        found_ties.append(all_of(held(gap, "<", compared.resolution, error), held(apart, "<", method.selection.tie_share)))
     return tuple(found_ties)
 
 

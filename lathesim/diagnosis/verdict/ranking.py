@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.diagnosis.method import STANDARD, Limit, Method
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection.acceptance import merit
+from lathesim.diagnosis.selection.acceptance import compare_trials
+from lathesim.diagnosis.selection.compare_models import ModelComparison
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.identification.noise.noise_model import white_noise
 from lathesim.identification.records.candidate import Candidate
@@ -38,19 +39,16 @@ def rank_effects(found: SearchResult, method: Method, one_sided: Sequence[Candid
     recording could have shown."""
     result = []
     for candidate in found.model.candidates:
-        trials = found.trials.get(candidate.part, [])
-        chosen = next((trial for trial in trials if trial.candidate.part == candidate.part), None)
+        trials, chosen = found.trials.get(candidate.part, ()), found.trial_of(candidate)
         unseen = tuple({other.part: other for other in found.unseen.get(candidate.part, ())}.values())
         if chosen is None:
             result.append(RankedEffect(candidate, 0.5, (), (), 0.0, 0.0, unseen))
             continue
-        best = merit(chosen, method)
-        width = tie_width(best, method)
-        others = [trial for trial in trials if trial.candidate.part != candidate.part and _explains_as_much(trial, chosen, method)]
-        tied = tuple(
-            trial.candidate for trial in others if best - merit(trial, method) < width and trial.candidate not in found.model.candidates
-        )
-        weights = [np.exp(-max(0.0, best - merit(trial, method)) / (0.5 * width)) for trial in others]
+        rivals = [trial for trial in trials if trial.candidate.part != candidate.part]
+        compared = [(trial.candidate, compare_trials(trial, chosen, chosen, method)) for trial in rivals]
+        others = [(other, held) for other, held in compared if not held.explains_elsewhere]
+        tied = tuple(other for other, held in others if held.as_good and other not in found.model.candidates)
+        weights = [np.exp(-max(0.0, -held.gains.estimation) / (0.5 * held.resolution)) for _, held in others]
         probability = float(1.0 / (1.0 + sum(weights)))
         tied += tuple(other for other in one_sided if other.at == candidate.at and is_told_by_direction(candidate, other))
         forms = tuple(found.forms.get(candidate.part, ()))
@@ -59,22 +57,12 @@ def rank_effects(found: SearchResult, method: Method, one_sided: Sequence[Candid
     return sorted(result, key=lambda item: -item.share)
 
 
-def tie_width(best: float, method: Method) -> Limit:
-    """Return by how much a rival must be behind an effect of some merit to be told from it [nats]."""
-    return max(method.selection.tie, method.selection.tie_share.times(best))
-
-
-def _explains_as_much(trial: Trial, chosen: Trial, method: Method) -> bool:
-    return abs(trial.share_of_all - chosen.share_of_all) < method.selection.tie_share
-
-
-def rivals_of(candidate: Candidate, found: SearchResult, method: Method) -> Iterator[tuple[Trial, Trial, Limit]]:
-    """Return the trial of an effect of the model, each rival that is not in the model, and the width within which the two are tied."""
-    trials = found.trials.get(candidate.part, [])
-    chosen = next((trial for trial in trials if trial.candidate.part == candidate.part), None)
-    for trial in trials if chosen else ():
+def rivals_of(candidate: Candidate, found: SearchResult, method: Method) -> Iterator[tuple[Trial, Trial, ModelComparison]]:
+    """Return the trial of an effect of the model, each rival that is not in the model, and how the rival compares with it."""
+    chosen = found.trial_of(candidate)
+    for trial in found.trials.get(candidate.part, ()) if chosen else ():
         if chosen and trial.candidate.part != candidate.part and trial.candidate not in found.model.candidates:
-            yield chosen, trial, tie_width(merit(chosen, method), method)
+            yield chosen, trial, compare_trials(trial, chosen, chosen, method)
 
 
 def is_told_by_direction(candidate: Candidate, other: Candidate) -> bool:

@@ -38,25 +38,8 @@ def insert_candidates(
 
     With ``compared`` channels, sensors that neither give one of them nor feed a part are left alone: nothing at them can be seen.
     """
-    unseen = {part.name for part in assembly.parts if compared is not None and _is_unseen(assembly, part, compared)}
-    driven = {part.name for part in assembly.parts if _has_drive_before_it(assembly, part)}
     second, measured = _second_sensors(assembly), _measured_parts(assembly)
-    places = [
-        (effect, at, senses)
-        for effect in _in_acting_order(effects)
-        for part in assembly.parts
-        if part.name not in unseen
-        for at in (
-            *_own_places(effect, part, driven),
-            *_further_readings(effect, part, compared or ()),
-            *_shown_outputs(effect, part, compared or ()),
-        )
-        for senses in (
-            _from_beside(effect, part, at, assembly, compared)
-            if effect.identification.senses_beside
-            else _from_elsewhere(effect, measured.get(part.name, part.name), assembly)
-        )
-    ]
+    places = _places(assembly, effects, compared, measured)
     candidates: list[Candidate] = []
     result = assembly
     for effect, host, senses in places:
@@ -77,6 +60,30 @@ def insert_candidates(
         candidate = _as_sampled(_candidate(name, effect, placed.component, host), assembly.sample_period)
         candidates.append(replace(candidate, **placing, shaped=replace(candidate.shaped, **placing) if candidate.shaped else None))
     return result, candidates
+
+
+def _places(
+    assembly: Assembly, effects: Iterable[type[Effect]], compared: Collection[str] | None, measured: Mapping[str, str]
+) -> list[tuple[type[Effect], str, dict[str, str]]]:
+    """Return the effects with where they fit, in the order in which they act, and what feeds their further inputs there."""
+    unseen = {part.name for part in assembly.parts if compared is not None and _is_unseen(assembly, part, compared)}
+    driven = {part.name for part in assembly.parts if _has_drive_before_it(assembly, part)}
+    return [
+        (effect, at, senses)
+        for effect in _in_acting_order(effects)
+        for part in assembly.parts
+        if part.name not in unseen
+        for at in (
+            *_own_places(effect, part, driven),
+            *_further_readings(effect, part, compared or ()),
+            *_shown_outputs(effect, part, compared or ()),
+        )
+        for senses in (
+            _from_beside(effect, part, at, assembly, compared)
+            if effect.identification.senses_beside
+            else _from_elsewhere(effect, measured.get(part.name, part.name), assembly)
+        )
+    ]
 
 
 def _as_sampled(candidate: Candidate, period: float) -> Candidate:
@@ -213,23 +220,23 @@ def _neutral_si(effect: type[Effect]) -> dict[str, float]:
 
 def _candidate(part: str, effect: type[Effect], placed: type[Component], host: str, *, shaped: bool = False) -> Candidate:
     """Return the candidate of an effect, in its plain shape or with the values of a finer one free too."""
-    rotary = any(item.unit in _ROTARY_UNITS for item in placed.declared(Input).values())
-    ranges: Mapping[str, tuple[float, float]] = (
-        effect.identification.typical_rotary if rotary and effect.identification.typical_rotary else effect.identification.typical
-    )
-    declared = placed.declared(Parameter)
-    names = [name for name in declared if name in ranges and (shaped or name not in effect.identification.extended)]
+    declared, extended, ranges = placed.declared(Parameter), effect.identification.extended, _ranges(effect, placed)
+    names = [name for name in declared if name in ranges and (shaped or name not in extended)]
     points = _points_of_orders(names, ranges) if "order" in names else _spread([ranges[name] for name in names])
-    neutral = np.array([effect.neutral.get(name, _middle(*ranges[name])) for name in names])
-    low = np.array([declared[name].low for name in names])
-    high = np.array([declared[name].high for name in names])
-    sizes = [sorted(abs(bound) for bound in ranges[name]) for name in names]
-    least, usual = (np.array([size[place] for size in sizes]) for place in (0, 1))
-    if shaped:
-        default = {name: declared[name].default for name in effect.identification.extended}
-        neutral = np.array([default.get(name, value) for name, value in zip(names, neutral, strict=True)])
-    finer = _candidate(part, effect, placed, host, shaped=True) if effect.identification.extended and not shaped else None
+    values = {**effect.neutral, **({name: declared[name].default for name in extended} if shaped else {})}
+    neutral = np.array([values.get(name, _middle(*ranges[name])) for name in names])
+    low, high = (np.array([getattr(declared[name], bound) for name in names]) for bound in ("low", "high"))
+    sizes = np.sort(np.abs(np.array([ranges[name] for name in names])).reshape(-1, 2), axis=1)
+    least, usual = sizes[:, 0], sizes[:, 1]
+    finer = _candidate(part, effect, placed, host, shaped=True) if extended and not shaped else None
     return Candidate(part, effect, host, tuple(f"{part}.{name}" for name in names), neutral, low, high, least, usual, points, shaped=finer)
+
+
+def _ranges(effect: type[Effect], placed: type[Component]) -> Mapping[str, tuple[float, float]]:
+    """Return the typical ranges of an effect's parameters where it is placed: those of a host that turns, if the effect has such."""
+    rotary = any(item.unit in _ROTARY_UNITS for item in placed.declared(Input).values())
+    declared = effect.identification
+    return declared.typical_rotary if rotary and declared.typical_rotary else declared.typical
 
 
 def _points_of_orders(names: list[str], ranges: Mapping[str, tuple[float, float]]) -> FloatArray:

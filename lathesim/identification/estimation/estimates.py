@@ -27,7 +27,7 @@ correction: Kuleshov, Fenner, Ermon, Accurate Uncertainties for Deep Learning Us
 SIGNIFICANT = 3.0
 """Standard errors by which a size must differ from nothing."""
 _LARGEST_INFLATION = 10.0
-_AS_GOOD = 1.2
+_ERROR_RATIO = 1.2
 """Times the error of a simulation within which another one is as good."""
 _FAR_BEYOND = 100.0
 """Times a limit that its neutral value is at least."""
@@ -75,7 +75,7 @@ def estimates(model: Model, experiment: Experiment, validation: Experiment, whol
     other = _estimates(replace(model, fitted=replace(model.fitted, constant=given)), experiment, validation, whole)
     there = model.validation_fit.by_name
     left, left_with_other = (own_error(validation, {**there, **one.values()}) for one in (found, other))
-    return other if experiment.feeds_back and left_with_other < _AS_GOOD * left else _no_surer(found, other)
+    return other if experiment.feeds_back and left_with_other < _ERROR_RATIO * left else _no_surer(found, other)
 
 
 def _no_surer(found: Estimates, other: Estimates) -> Estimates:
@@ -107,10 +107,7 @@ def _estimates(model: Model, experiment: Experiment, validation: Experiment, who
     names = [name for name in first.names if name not in of_recording]
     inflation = _inflation(first, second, names, model.candidates)
     fits = (first, second) if whole is None else (_refitted(model, whole, validation, full_band),)
-    experiments = (experiment, validation) if whole is None else (whole,)
-    biases = [
-        replay_bias(one, fitted, full_band=full_band) if model.candidates else {} for one, fitted in zip(experiments, fits, strict=True)
-    ]
+    biases = _biases(model, (experiment, validation) if whole is None else (whole,), fits)
     together = joint_covariance(fits, names, inflation)
     both = (joint_covariance(fits, names, 1.0), together)
     alone, disagreeing = (dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)) for covariance in both)
@@ -119,10 +116,21 @@ def _estimates(model: Model, experiment: Experiment, validation: Experiment, who
         for name, share in _held(fits[0], [name for name in candidate.parameters if name in found]).items():
             found[name] = replace(found[name], alone=share * found[name].by_noise)
     apart = {candidate.part: _apart(candidate, names, found, together) for candidate in model.candidates}
-    of_one = [f"{candidate.part}.{name}" for candidate in model.candidates for name in candidate.effect.identification.size_of_recording]
-    told = fits[0]
-    found |= {name: Estimate(told.by_name[name], told.error(name), told.error_by_noise(name)) for name in of_one if name in told.names}
-    return Estimates(found, inflation, apart)
+    return Estimates({**found, **_sizes_of_one_recording(model, fits[0])}, inflation, apart)
+
+
+def _biases(model: Model, experiments: Sequence[Experiment], fits: Sequence[Fitted]) -> Sequence[Mapping[str, float]]:
+    """Return the bias of each value by a replay along the measured motion, for each fit; none without effects."""
+    if not model.candidates:
+        return [{} for _ in fits]
+    full_band = is_full_band(model.candidates)
+    return [replay_bias(one, fitted, full_band=full_band) for one, fitted in zip(experiments, fits, strict=True)]
+
+
+def _sizes_of_one_recording(model: Model, fitted: Fitted) -> dict[str, Estimate]:
+    """Return the estimates of sizes that belong to one recording, as they were on that."""
+    own = [f"{candidate.part}.{name}" for candidate in model.candidates for name in candidate.effect.identification.size_of_recording]
+    return {name: Estimate(fitted.by_name[name], fitted.error(name), fitted.error_by_noise(name)) for name in own if name in fitted.names}
 
 
 def _inflation(first: Fitted, second: Fitted, names: Sequence[str], candidates: Sequence[Candidate]) -> float:

@@ -42,16 +42,11 @@ def begun_anew(experiment: Experiment, candidates: Sequence[Candidate]) -> list[
 
 def transferred(experiment: Experiment, fitted: Fitted, candidates: Sequence[Candidate]) -> Fitted:
     """Return a fitted model on another recording: start values and nuisance parameters fitted anew, the rest as it is."""
-    starts = begun_anew(experiment, candidates)
-    own = {item.name for item in starts}
     nuisance = {name for candidate in candidates for name in candidate.nuisance}
-    values = fitted.by_name
-    free = [*starts, *[replace(item, start=values[item.name]) for item in fitted.free if item.name in nuisance]]
-    free += [item for item in _vague(fitted) if item.name not in own and item.name not in nuisance]
-    freed = {item.name for item in free}
-    constant = {name: value for name, value in values.items() if name not in freed and name not in own}
+    free, constant = _freed(experiment, fitted, candidates, nuisance)
     free = _phases_turned(experiment, free, constant, candidates, nuisance)
-    instants = [item.name for item in free if item.name in nuisance and item.name in instants_of([item.name])]
+    events = {name for candidate in candidates for name in instants_of(candidate)}
+    instants = [item.name for item in free if item.name in nuisance and item.name in events]
     if instants:
         free = _at_the_best_instant(experiment, free, constant, candidates, instants)
         # known to the sample now: a descent would only move them off it
@@ -65,6 +60,18 @@ def transferred(experiment: Experiment, fitted: Fitted, candidates: Sequence[Can
     recorded = {name: value for name, value in constant.items() if name not in motion}
     other = fit(experiment.sensed, free, recorded, rounds=2, iterations=6, tolerance=_ROUGH, slopes="kept")
     return max((judged, other), key=lambda fitted: fitted.score)
+
+
+def _freed(
+    experiment: Experiment, fitted: Fitted, candidates: Sequence[Candidate], nuisance: Collection[str]
+) -> tuple[list[Free], dict[str, float]]:
+    """Return what is fitted anew on another recording, its start first, and the values that are kept."""
+    starts, values = begun_anew(experiment, candidates), fitted.by_name
+    own = {item.name for item in starts}
+    free = [*starts, *[replace(item, start=values[item.name]) for item in fitted.free if item.name in nuisance]]
+    free += [item for item in _vague(fitted) if item.name not in own and item.name not in nuisance]
+    freed = own | {item.name for item in free}
+    return free, {name: value for name, value in values.items() if name not in freed}
 
 
 def _phases_turned(
@@ -109,15 +116,7 @@ def _at_the_best_instant(
     """Return the free values with each instant where this recording has it: among the steps of what is left without the effect."""
     for place, name in enumerate(instants):
         candidate = next(candidate for candidate in candidates if name in candidate.parameters)
-        neutral = dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True))
-        # of several, those that come after this one are not there yet
-        later = {jump_at(other) for other in instants[place + 1 :] if other in neutral}
-        own = {jump_at(name)} if jump_at(name) in neutral else set(neutral) - set(candidate.nuisance)
-        without = {**constant, **{item.name: item.start for item in free}, **{other: neutral[other] for other in own | later}}
-        residual = experiment.sensed.one(without)
-        jumps = [jump for row in residual for jump in strongest_jumps(row, experiment.machine.assembly.sample_period)]
-        moved = [[_moved(item, {name: time, jump_at(name): size}, later) for item in free] for time, size in dict.fromkeys(jumps)]
-        free = _best(experiment, moved, constant)
+        free = _at_its_best_instant(experiment, free, constant, candidate, name, instants[place + 1 :])
     # with all of them there, and the start of the recording fitted, each to the sample
     placed = [item for item in free if item.name in instants]
     rest = [item for item in free if item.name not in instants]
@@ -128,6 +127,21 @@ def _at_the_best_instant(
         nearby = [found + samples * experiment.machine.assembly.sample_period for samples in _NEARBY]
         free = _best(experiment, [[_moved(item, {name: time}, ()) for item in free] for time in nearby], constant)
     return free
+
+
+def _at_its_best_instant(
+    experiment: Experiment, free: list[Free], constant: Mapping[str, float], candidate: Candidate, name: str, others: Sequence[str]
+) -> list[Free]:
+    """Return the free values with one instant at the best of the steps of what is left without the effect; ``others`` come after it."""
+    neutral = dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True))
+    # of several, those that come after this one are not there yet
+    later = {jump_at(other) for other in others if other in neutral}
+    own = {jump_at(name)} if jump_at(name) in neutral else set(neutral) - set(candidate.nuisance)
+    without = {**constant, **{item.name: item.start for item in free}, **{other: neutral[other] for other in own | later}}
+    residual = experiment.sensed.one(without)
+    jumps = [jump for row in residual for jump in strongest_jumps(row, experiment.machine.assembly.sample_period)]
+    moved = [[_moved(item, {name: time, jump_at(name): size}, later) for item in free] for time, size in dict.fromkeys(jumps)]
+    return _best(experiment, moved, constant)
 
 
 def _best(experiment: Experiment, starts: Sequence[list[Free]], constant: Mapping[str, float]) -> list[Free]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 from lathesim.component import Parameter
@@ -102,9 +102,10 @@ class Candidate:
 INSTANT = "instant"
 
 
-def instants_of(names: Sequence[str]) -> list[str]:
-    """Return those of some free names that are instants of a recording."""
-    return [name for name in names if name.endswith(INSTANT)]
+def instants_of(candidate: Candidate) -> list[str]:
+    """Return the free names of a candidate that are instants of a recording: ``instant``, and others like ``second_instant``."""
+    declared = candidate.effect.identification.instants
+    return [name for name in candidate.parameters if name.partition(".")[2].rpartition("_")[2] in declared]
 
 
 def jump_at(instant: str) -> str:

@@ -27,7 +27,7 @@ _STRETCHES = 100
 _SHORTEST = 8
 """How many times shorter the stretches beside a switch are."""
 _GROWTH = 1.5
-_LEAST = 4
+_FEWEST_SAMPLES = 4
 _EDGE = 8
 """A stretch fades in and out over about one part in so many of the shortest one."""
 
@@ -95,7 +95,7 @@ def _smoothed(values: FloatArray, width: int) -> FloatArray:
 
 def _edges(samples: int, at: list[int]) -> list[int]:
     """Return where stretches begin: short ones next to each switch, longer ones away from it."""
-    longest = max(_LEAST, samples // _STRETCHES)
+    longest = max(_FEWEST_SAMPLES, samples // _STRETCHES)
     ends = [0, *at, samples]
     edges = []
     for begin, end in itertools.pairwise(ends):
@@ -104,8 +104,8 @@ def _edges(samples: int, at: list[int]) -> list[int]:
         while True:
             away = min(here - begin if begin else samples, end - here if end < samples else samples)
             length = int(np.clip(away * (_GROWTH - 1.0), longest / _SHORTEST, longest))
-            here += max(_LEAST, length)
-            if here > end - _LEAST:
+            here += max(_FEWEST_SAMPLES, length)
+            if here > end - _FEWEST_SAMPLES:
                 break
             edges.append(here)
     return edges

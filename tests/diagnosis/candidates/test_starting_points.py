@@ -1,6 +1,7 @@
 """Steps of a residual are found where they are, and a search for lost counts begins there."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from lathesim.components.force_axis import ForceAxis
 from lathesim.components.voltage_drive import VoltageDrive
 from lathesim.diagnosis.candidates.starting_points import limit_points, starting_points
 from lathesim.effects.drive_range import DriveSaturation
+from lathesim.effects.encoder_error import LostCounts
 from lathesim.effects.structure import AxialResonance
 from lathesim.effects.time_shift import ChannelTimeShift, TransportDelay
 from lathesim.engine.assembly import Assembly, Part, Wire
@@ -34,8 +36,9 @@ def test_a_step_on_a_slow_wander_is_among_those_of_a_short_window() -> None:
     assert min(abs(found - 1.0) for found, _ in strongest_jumps(signal, 1e-3)) < 0.01
 
 
-def test_instants_are_known_by_their_names() -> None:
-    assert instants_of(["lost.instant", "lost.jump", "ripple.phase"]) == ["lost.instant"]
+def test_instants_are_those_that_an_effect_declares() -> None:
+    lost = SimpleNamespace(parameters=("lost.jump", "lost.instant", "lost.second_instant"), effect=LostCounts)
+    assert instants_of(lost) == ["lost.instant", "lost.second_instant"]  # type: ignore[arg-type]
 
 
 def test_a_limit_is_looked_for_where_the_command_of_the_recording_comes_to() -> None:

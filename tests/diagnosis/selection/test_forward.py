@@ -62,7 +62,7 @@ def model(score: float, validation: float, *parameters: int) -> Any:
     ("score", "validation", "parameters", "better"),
     [
         (100.0, 100.0, (1, 1), True),
-        (100.0, 5.0, (1, 1), False),
+        (100.0, 2.0, (1, 1), False),
         (12.0, 12.0, (1, 1), True),
         (12.0, 12.0, (1, 3), False),
     ],

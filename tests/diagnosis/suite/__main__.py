@@ -2,7 +2,9 @@
 
 ``comparators`` answers the same cases in the ways a person would try without the program, and ``run --without STEP`` with a step of its
 method left out; both are kept below the folder of the answers, and the table shows them beside the program. ``limits`` shows how near
-right and wrong answers came to each limit: those of the tests of what is left, and all after ``run --margins``.
+right and wrong answers came to each limit: those of the tests of what is left, and all after ``run --margins``. ``speed --against
+CHECKOUT`` computes the first ten cases in an older checkout too, and ``differences --against ANSWERS`` lists what that one answered
+otherwise.
 """
 
 from __future__ import annotations
@@ -12,18 +14,23 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from tests.diagnosis.suite.against import differences, speed
 from tests.diagnosis.suite.beside import folder_beside, print_beside
 from tests.diagnosis.suite.comparators.answer import COMPARATORS, answer_file_of
 from tests.diagnosis.suite.generate import generate
 from tests.diagnosis.suite.limits import print_limits
-from tests.diagnosis.suite.runner import TIME_LIMIT, chosen, run
+from tests.diagnosis.suite.runner import TIME_LIMIT, answer_file, chosen, run
 from tests.diagnosis.suite.table import print_table
+
+SLOWER = 1.05
+"""Ratio of CPU times above which the program has become slower."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.diagnosis.suite", description=__doc__)
-    parser.add_argument("what", nargs="?", choices=("generate", "run", "comparators", "table", "limits", "all"), default="all")
+    whats = ("generate", "run", "comparators", "table", "limits", "speed", "differences", "all")
+    parser.add_argument("what", nargs="?", choices=whats, default="all")
     parser.add_argument("--cases", type=Path, default=Path("build/diagnosis_suite/cases"), help="folder of the cases")
     parser.add_argument("--answers", type=Path, default=Path("build/diagnosis_suite/answers"), help="folder of the answers")
     parser.add_argument("--number", type=int, default=None, help="the first so many of the cases; all without it")
@@ -36,7 +43,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--margins", action="store_true", help="keep beside each answer how near it came to every limit")
     parser.add_argument("--without", action="append", default=[], metavar="STEP", help="run: leave out replay, baseline, null or held-out")
     parser.add_argument("--markdown", type=Path, default=None, metavar="FILE", help="write the table as Markdown too")
+    parser.add_argument("--against", type=Path, default=None, metavar="PATH", help="speed: another checkout; differences: its answers")
     asked = parser.parse_args(arguments)
+    if asked.what in ("speed", "differences"):
+        if asked.against is None:
+            parser.error(f"{asked.what} needs --against PATH")
+        return _against(asked)
     if asked.what in ("generate", "all"):
         generate(asked.cases, asked.seed, asked.number, asked.jobs)
     if asked.what in ("run", "all"):
@@ -59,6 +71,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print_beside(folders, asked.answers, asked.markdown)
     if asked.what == "limits":
         print_limits(chosen(asked.cases, asked.only, asked.number), asked.answers, asked.markdown)
+    return 0
+
+
+def _against(asked: argparse.Namespace) -> int:
+    if asked.what == "speed":
+        folders = generate(asked.cases, asked.seed, asked.number or 10, asked.jobs)
+        return int(speed(folders, asked.against.resolve(), asked.answers / "speed.jsonl", _tell) > SLOWER)
+    folders = chosen(asked.cases, asked.only, asked.number)
+    both = [folder for folder in folders if all(answer_file(place, folder.name).is_file() for place in (asked.answers, asked.against))]
+    found = list(differences(both, asked.answers, asked.against))
+    _tell("\n".join([*found, f"{len(both) - len(found)} of {len(both)} cases have the same verdict and effects"]))
     return 0
 
 

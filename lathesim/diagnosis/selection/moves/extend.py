@@ -47,8 +47,8 @@ def extend_parameters(laboratory: Laboratory, found: SearchResult, method: Metho
         best = min(starts[1:], key=lambda start: _left(laboratory, found.model, shaped, start))
         trial = told(laboratory, laboratory.trial(found.model, shaped, kept, free, [starts[0], best]))
         found, first = found.having_tried([trial]), found.trial_of(candidate)
-        much = first is not None and min(trial.gain, trial.validation_gain) > method.selection.shape_of_first * first.gain
-        if believable(trial, replace(method, share_of_all=method.selection.shape_of_all), 0.0) or (
+        much = first is not None and min(trial.gain, trial.validation_gain) > method.selection.hopeless * first.gain
+        if believable(trial, replace(method, share_of_all=method.selection.small_effect), 0.0) or (
             much and trial.moves > method.small_move
         ):
             # what was as good and may take the same shape is as good still: a screw and an encoder's disc
@@ -64,7 +64,7 @@ def extend_parameters(laboratory: Laboratory, found: SearchResult, method: Metho
 
 def _starts(laboratory: Laboratory, candidate: Candidate, shaped: Candidate, model: Model) -> Sequence[FloatArray]:
     plain, *others = shape_starts(candidate, shaped, model)
-    events = [name for name in instants_of(shaped.parameters) if name not in candidate.parameters]
+    events = [name for name in instants_of(shaped) if name not in candidate.parameters]
     return [plain, *(_with_events(laboratory, model, shaped, plain, events) if events else others)]
 
 
@@ -103,7 +103,7 @@ def _shape_of(candidate: Candidate) -> Candidate | None:
 
 
 def _is_worth_asking(screening_score: Screened, method: Method) -> bool:
-    worth = screening_score.share > method.selection.shape_score * method.share_of_rest
+    worth = screening_score.share > method.selection.worth_trying * method.share_of_rest
     return worth and compare_models(Gains(screening_score.gain), method, effects=1).better
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import listed
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection.compare_models import compare_models, gains_over
+from lathesim.diagnosis.selection.compare_models import compare_models, further_parameters, gains_over
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.candidate import Candidate
@@ -57,7 +57,7 @@ def _without_the_most_needless(
 def is_as_good(leaner: Model, model: Model, method: Method = STANDARD) -> bool:
     """Return whether a model with fewer values loses next to nothing of a model's likelihood, on either recording."""
     gains = gains_over(leaner, model, full_band=is_full_band(model.candidates))
-    return compare_models(gains, method, least=method.selection.parameter_worth).as_good
+    return compare_models(gains, method, parameters=further_parameters(leaner, model)).as_good
 
 
 def _unsure_shape(candidate: Candidate, fitted: Fitted, method: Method = STANDARD) -> Iterator[str]:
@@ -66,7 +66,7 @@ def _unsure_shape(candidate: Candidate, fitted: Fitted, method: Method = STANDAR
         if (
             name.partition(".")[2] in candidate.effect.identification.extended
             and name not in candidate.spare
-            and abs(fitted.by_name[name]) < method.selection.surely_there * fitted.error(name)
+            and abs(fitted.by_name[name]) < method.selection.significant * fitted.error(name)
         ):
             yield name
 

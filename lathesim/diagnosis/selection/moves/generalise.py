@@ -117,7 +117,7 @@ def may_be_worth(laboratory: Laboratory, model: Model, item: Screened, method: M
     share = 1.0 if model.candidates else method.worth_a_fit
     if item.share < share * method.share_of_rest:
         return False
-    if item.share > method.nearly_worth * method.nearly_all_of_rest:
+    if item.share > method.selection.worth_trying * method.nearly_all_of_rest:
         return True
     rest = model.error + np.maximum(laboratory.everything - laboratory.baseline_error, 0.0)
     return float(np.max(item.shares * rest / laboratory.everything)) > share * method.share_of_all

@@ -72,10 +72,7 @@ def find_implausible_value(laboratory: Laboratory, baseline: Model, model: Model
 
 def against(merit: float, other: float, explained: float, method: Method, effects: int = 0) -> ModelComparison:
     """Return how one explanation by a value compares with another one, from the merits of both [nats]."""
-    return compare_models(
-        Gains(merit - other), method, effects=effects, explained=explained, least=method.selection.value_gain,
-        share=method.selection.value_better,
-    )  # fmt: skip
+    return compare_models(Gains(merit - other), method, effects=effects, explained=explained)
 
 
 def factor_of(model: Model, experiment: Experiment) -> str:
@@ -99,7 +96,7 @@ def _each(
         free = [replace(item, start=other.start) if other.name == item.name else other for other in start.free]
         free = [replace(other, start=other.given) if other.name in laboratory.experiment.machine.uncertain else other for other in free]
         rough = fit(laboratory.experiment.sensed, free, constant, rounds=1, full_band=full_band, slopes="kept")
-        if judged_score(laboratory.experiment, rough).above(baseline.score, full_band=True) < method.selection.value_hopeless * reached:
+        if judged_score(laboratory.experiment, rough).above(baseline.score, full_band=True) < method.selection.hopeless * reached:
             return None
         fitted = fit(laboratory.experiment.sensed, with_start(rough), constant, rounds=3, full_band=full_band)
         loose = laboratory.model(candidates, laboratory.with_better_motion(fitted, candidates))

@@ -82,7 +82,7 @@ def _on_top(laboratory: Laboratory, before: Model, candidate: Candidate, method:
 def _is_as_good(model: Model, other: Model, method: Method) -> bool:
     """Return whether a model explains both recordings no worse than another one, for what the values and effects cost that it has fewer."""
     effects, parameters = len(model.candidates) - len(other.candidates), further_parameters(model, other)
-    return compare_models(gains_over(model, other), method, effects=effects, parameters=parameters, least=0.0).as_good
+    return compare_models(gains_over(model, other), method, effects=effects, parameters=parameters).as_good
 
 
 def _host(candidate: Candidate) -> str:

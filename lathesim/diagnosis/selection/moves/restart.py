@@ -34,9 +34,7 @@ def restarts(laboratory: Laboratory, found: SearchResult, method: Method) -> Ite
     for trial in _exchanged(laboratory, found, refused):
         if believable(trial, method, found.null_maximum):
             yield SearchResult(found.baseline, trial.model, {**found.trials, trial.candidate.part: [trial]})
-    for trial in [trial for trial in found.restarted_from if trial.candidate.part not in found.refused][
-        : int(method.selection.most_restarts)
-    ]:
+    for trial in [trial for trial in found.restarted_from if trial.candidate.part not in found.refused][: method.selection.most_rivals]:
         yield SearchResult(found.baseline, trial.model, {trial.candidate.part: [trial]})
 
 
@@ -46,8 +44,8 @@ def _refused(found: SearchResult, method: Method) -> Trial | None:
     there = found.model.candidates
     asked = [trial for trial in found.tried if trial.candidate.part not in found.refused]
     beside = [trial for trial in asked if trial.model.candidates[:-1] == there and trial.candidate not in there]
-    gaining = [trial for trial in beside if compare_models(Gains(min(trial.gain, trial.validation_gain)), method, effects=1).better]
-    much = [trial for trial in gaining if trial.share_of_rest > method.selection.restart_explains and trial.moves > method.smallest_move]
+    gaining = [trial for trial in beside if compare_models(Gains(trial.gain, trial.validation_gain), method, effects=1).better]
+    much = [trial for trial in gaining if trial.share_of_rest > method.selection.worth_trying and trial.moves > method.smallest_move]
     most = max(much, key=lambda trial: trial.share_of_rest, default=None)
     return None if most is None or is_part_of_a_wave(most, found.model, method=method) else most
 
@@ -81,5 +79,5 @@ def comparison_of_starts(other: SearchResult, found: SearchResult, method: Metho
         return None
     more = max(further_parameters(other.model, found.model), 0)
     gains = gains_over(other.model, found.model, full_band=True)
-    comparison = compare_models(Gains(gains.least, gains.validation), method, effects=1, parameters=more)
+    comparison = compare_models(gains, method, effects=1, parameters=more)
     return comparison if comparison.better else None

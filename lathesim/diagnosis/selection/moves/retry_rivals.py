@@ -87,9 +87,9 @@ def _near(candidate: Candidate, found: SearchResult, method: Method) -> list[Tri
     near = [
         trial
         for trial in trials
-        if trial.candidate.part not in there and merit(trial, method) > method.selection.rival_gain * merit(own, method)
+        if trial.candidate.part not in there and merit(trial, method) > method.selection.rival * merit(own, method)
     ]
-    return sorted(near, key=lambda trial: -merit(trial, method))[: int(method.selection.most_retried)]
+    return sorted(near, key=lambda trial: -merit(trial, method))[: method.selection.most_rivals]
 
 
 def _in_two_places(
@@ -113,7 +113,7 @@ def _in_two_places(
             # one delay is never simulated as well as two shifts are fitted
             held = compare_models(
                 Gains(gains_over(settled, found.model, full_band=True).estimation), method, effects=-1, parameters=parameters,
-                explained=trial.gain, share=method.selection.equal_share,
+                explained=trial.gain,
             )  # fmt: skip
             if held.as_good and not is_implausible(settled.fitted, method=method):
                 laboratory.progress(f"{trial.candidate.name} takes the places of {candidate.name} and {other.name}")
@@ -126,11 +126,8 @@ def _in_two_places(
 def _is_better(trial: Trial, own: Trial, method: Method) -> bool:
     """Return whether a rival does clearly better, and needs no other machine. Of the same equation at another place less is clear."""
     shape = own.candidate.effect.identification.extended
-    share = (
-        method.selection.equal_share
-        if shape and trial.candidate.effect.identification.extended == shape and trial.candidate.family == own.candidate.family
-        else method.selection.tie_share
-    )
+    other = trial.candidate.effect.identification.extended
+    alike = bool(shape) and other == shape and trial.candidate.family == own.candidate.family
     reached = merit(own, method)
-    held = compare_models(Gains(merit(trial, method) - reached), method, effects=1, explained=reached, share=share)
+    held = compare_models(Gains(merit(trial, method) - reached), method, effects=1, explained=reached, alike=alike)
     return held.better and not is_implausible(trial.model.fitted, method=method)

@@ -35,9 +35,9 @@ def simplify(laboratory: Laboratory, found: SearchResult, method: Method = STAND
         promising = [
             item
             for item in screen(laboratory.experiment.sensed, before.fitted, relatives, points, method=method).ranked
-            if item.share > method.selection.simpler_score
+            if item.share > method.selection.worth_trying
         ]
-        asked = [Asked(item.candidate, rest, before.free, item.starts[:1]) for item in promising[: int(method.selection.most_simpler)]]
+        asked = [Asked(item.candidate, rest, before.free, item.starts[:1]) for item in promising[: method.selection.most_rivals]]
         trials = side_by_side(laboratory, before, asked)
         good = [trial for trial in trials if _as_good(trial, own, method=method)]
         if good:
@@ -63,7 +63,7 @@ def _as_good(trial: Trial, own: tuple[Gains, Gains], method: Method = STANDARD) 
     """Return whether a trial gains what ``own`` does, on both recordings: the gains in the band of the motion and on all frequencies."""
     trials = (Gains(trial.gain, trial.validation_gain), Gains(trial.full_band_gain, trial.full_band_validation_gain))
     return all(
-        compare_models(Gains(gain - other), method, explained=other, share=method.selection.one_for_two_share).as_good
+        compare_models(Gains(gain - other), method, explained=other).as_good
         for gains, others in zip(trials, own, strict=True)
         for gain, other in zip(astuple(gains), astuple(others), strict=True)
     )

@@ -46,7 +46,7 @@ def _has_values_of_its_own(finer: Candidate, plain: Candidate, model: Model, met
     """Return whether a value that a plain form does not have is surely something: the way over which bristles bend, if not an asymmetry."""
     shared = {name.partition(".")[2] for name in plain.parameters}
     own = [name for name in finer.parameters if name.partition(".")[2] not in shared]
-    return any(abs(model.fitted.by_name[name]) > method.selection.surely_there * model.fitted.error(name) for name in own)
+    return any(abs(model.fitted.by_name[name]) > method.selection.significant * model.fitted.error(name) for name in own)
 
 
 def _in_its_place(laboratory: Laboratory, model: Model, finer: Candidate, plain: Candidate, method: Method = STANDARD) -> Model:
@@ -56,7 +56,7 @@ def _in_its_place(laboratory: Laboratory, model: Model, finer: Candidate, plain:
     candidates = tuple(plain if candidate is finer else candidate for candidate in model.candidates)
     (start,) = form_starts(finer, plain, model, most=0)
     rest = [item for item in with_start(model.fitted) if item.name not in finer.parameters]
-    constant = {name: value for name, value in model.fitted.constant.items() if not name.startswith(f"{finer.part}.")}
+    constant = {name: value for name, value in model.fitted.constant.items() if name.partition(".")[0] != finer.part}
     return laboratory.model(
         candidates,
         fit(

@@ -73,7 +73,7 @@ def two_for_one(laboratory: Laboratory, baseline: Model, model: Model, method: M
             second = laboratory.trial(first.model, other, both, first.model.free, list(other.points[:1]))
             explained = max(0.0, min(second.full_band_gain, second.full_band_validation_gain))
             gains = gains_over(second.model, model, full_band=is_full_band(model.candidates))
-            held = compare_models(gains, method, explained=explained, share=method.selection.one_for_two_share)
+            held = compare_models(gains, method, explained=explained)
             if second.validation_gain > 0.0 and held.as_good:
                 return second.model, [first, second]
     return None
@@ -111,7 +111,7 @@ def _as_good(laboratory: Laboratory, model: Model, two: tuple[Candidate, Candida
         slopes="kept",
     )
     gained = model.score.above(judged_score(laboratory.experiment, without), full_band=full_band)
-    if screened_instead(laboratory.experiment.sensed, without, two[0], form, starts).gain < method.selection.one_for_two_score * gained:
+    if screened_instead(laboratory.experiment.sensed, without, two[0], form, starts).gain < method.selection.hopeless * gained:
         return False
     tried = [
         fit(
@@ -134,7 +134,7 @@ def _as_good(laboratory: Laboratory, model: Model, two: tuple[Candidate, Candida
 
 def _is_as_good(gains: Gains, gained: float, method: Method) -> bool:
     """Return whether one effect explains as much as two, of which the second ``gained`` [nats]."""
-    return compare_models(gains, method, explained=max(gained, 0.0), share=method.selection.one_for_two_share).as_good
+    return compare_models(gains, method, explained=max(gained, 0.0)).as_good
 
 
 def form_starts(candidate: Candidate, other: Candidate, model: Model, most: int = 2) -> Sequence[FloatArray]:
