@@ -11,11 +11,21 @@ class EmpiricalAxis(Component):
     Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equation (9); gain and time constant fitted to its Table 1.
     Left out: Coulomb friction, saturation of the current, backlash, elasticity. With ``disturbance_gain`` 0 no force moves the table;
     a drive whose motor is known has Kd = (Kl p)^2/D, see AnalyticalAxis.
+
+    Written as a mass m that a drive pushes, the equation is  m dv/dt = (K V - v)/Kd - F  with m = tau/Kd: ``equivalent_mass`` and
+    ``drive_force`` are these two, so that dry friction holds the table exactly. Without a disturbance gain both are zero.
     """
 
     group = "axes"
 
-    ports = {"effort": "force", "flow": "velocity", "displacement": "position", "drive": "voltage"}
+    ports = {
+        "effort": "force",
+        "flow": "velocity",
+        "displacement": "position",
+        "drive": "voltage",
+        "inertia": "equivalent_mass",
+        "applied": "drive_force",
+    }
 
     voltage = Input("V", doc="voltage to the amplifier")
     force = Input("N", default=0.0, doc="force on the table, positive against positive motion")
@@ -29,6 +39,8 @@ class EmpiricalAxis(Component):
 
     position = Output("m", doc="actual position of the table")
     velocity = Output("m/s", doc="actual speed of the table")
+    equivalent_mass = Output("kg", doc="what the drive weighs at the table, tau/Kd")
+    drive_force = Output("N", doc="net force of the drive at the table, before friction and disturbance")
 
     @staticmethod
     def derivative(
@@ -41,3 +53,13 @@ class EmpiricalAxis(Component):
     def output(travel: float, speed: float) -> tuple[float, float]:
         """The states as they are."""
         return travel, speed
+
+    @staticmethod
+    def output_equivalent_mass(time_constant: float, disturbance_gain: float) -> float:
+        """The time constant as a mass."""
+        return time_constant / disturbance_gain if disturbance_gain > 0.0 else 0.0
+
+    @staticmethod
+    def output_drive_force(voltage: float, speed: float, gain: float, disturbance_gain: float) -> float:
+        """Equation (9) as a force."""
+        return (gain * voltage - speed) / disturbance_gain if disturbance_gain > 0.0 else 0.0
