@@ -12,13 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lathesim.component import Component, DiscreteState, Input, Noise, Output, Parameter
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.component import Parameter
+from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, SimulationError
 from lathesim.exercises.hidden_effect import Hidden, Wish, drawn_values, place_wishes
 from lathesim.exercises.logger import LoggedColumn
 from lathesim.exercises.reference_run import fine_plan, fine_run
+from lathesim.identification.machine.sensor_noise import with_sensor_noise
 from lathesim.identification.replay.open_loop import drive, seen
 from lathesim.identification.signal.resolution import channel_floor
 from lathesim.record import Record
@@ -36,24 +37,6 @@ _LARGEST_DEVIATION = 2.0
 
 class NotSeenError(LessonError):
     """No usual size of an effect is seen in the recording."""
-
-
-class SensorNoise(Component):
-    """Noise before a sensor, new in each sample and held until the next:  out = in + size n_k."""
-
-    incoming = Input("{signal}", doc="what is measured")
-    outgoing = Output("{signal}", doc="what the sensor sees")
-    size = Parameter("{signal}", 0.0, low=0.0, doc="one standard deviation of the noise")
-    number = Noise(doc="standard normal number of the sample")
-    noise = DiscreteState("{signal}", doc="noise of this sample")
-
-    @staticmethod
-    def update(number: float, size: float) -> float:
-        return size * number
-
-    @staticmethod
-    def output(incoming: float, noise: float) -> float:
-        return incoming + noise
 
 
 @dataclass(frozen=True)
@@ -145,18 +128,12 @@ class Machine:
 
 def _with_noise(assembly: Assembly, columns: Sequence[LoggedColumn], noise: float) -> Assembly:
     """Put noise before every logged sensor that counts in steps: there it is part of the loop."""
-    parts, wires = list(assembly.parts), {wire.target: wire for wire in assembly.wires}
-    by_name = {part.name: part for part in parts}
+    parts = {part.name: part for part in assembly.parts}
+    sizes = {}
     for sensor in dict.fromkeys(column.sensor for column in columns if column.sensor):
-        part = by_name[sensor]
-        target = f"{sensor}.{part.component.ports['measured']}"
-        step = part.parameters.get(part.component.ports["resolution"], 0.0)
-        unit = part.component.declarations[part.component.ports["measured"]].unit
-        name = f"{sensor}_noise"
-        parts.append(Part(name, SensorNoise.with_units({"signal": unit}), {"size": noise * step}))
-        wires[f"{name}.incoming"] = replace(wires[target], target=f"{name}.incoming")
-        wires[target] = Wire(target, f"{name}.outgoing")
-    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+        part = parts[sensor]
+        sizes[sensor] = noise * part.parameters.get(part.component.ports["resolution"], 0.0)
+    return with_sensor_noise(assembly, sizes)
 
 
 def _drawn(plan: Plan, name: str, deviation: float, rng: np.random.Generator) -> TrueValue:

@@ -81,6 +81,7 @@ def remedy(
 
 def _tell(answer: Answer, files: list[Path], lasted: float) -> None:
     from lathesim.analysis.display_unit import shown_with_unit
+    from lathesim.compensation.remedying.promise import RECORDED
 
     if answer.nothing:
         click.echo(f"{answer.nothing}\nThe lesson is written as it was. See {', '.join(map(str, files))}")
@@ -98,7 +99,7 @@ def _tell(answer: Answer, files: list[Path], lasted: float) -> None:
         click.echo(caution)
     if answer.promise:
         click.echo(f"\n{'':<40}{'before':>12}{'after':>12}{'promised':>24}{'removed':>10}")
-        for size in answer.promise:
+        for size in (item for item in answer.promise if not item.name.startswith(RECORDED)):
             low, high = shown_with_unit(size.low, size.unit), shown_with_unit(size.high, size.unit)
             before, after = shown_with_unit(size.before, size.unit), shown_with_unit(size.after, size.unit)
             removed = f"{100.0 * size.removed:.0f} %" if not size.name.startswith("largest_voltage") else ""

@@ -19,6 +19,7 @@ from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.machine.position_loops import Loop, one_or_more
+from lathesim.identification.machine.sensor_noise import with_sensor_noise
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.lesson import Lesson, lesson_from_text
@@ -36,6 +37,7 @@ class Line:
 
     ``answers`` names the effects of the diagnosis that it is there for; ``tuned`` are parameters that the simulation finds, and
     ``one_sided`` those of which too much is worse than too little; ``begins`` holds several values of one from which the search begins.
+    ``free`` are values of the effect, ``part.parameter``, that no control knows at the start, and their ranges.
     """
 
     remedy: str
@@ -48,6 +50,7 @@ class Line:
     tuned: tuple[str, ...] = ()
     one_sided: tuple[str, ...] = ()
     begins: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    free: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     share: float = 1.0
 
     def entry(self, units: Mapping[str, str]) -> dict[str, str]:
@@ -71,13 +74,20 @@ class Bench:
     bare: Mapping[str, float]
     period: float
 
-    def runs(self, members: Sequence[Mapping[str, float]], *, exact: bool = False, noisy: bool = False) -> list[FloatArray]:
-        """Run members with their values and return their records, shape (channels, samples)."""
+    def runs(
+        self, members: Sequence[Mapping[str, float]], *, exact: bool = False, seed: int | None = None, finer: int = 1
+    ) -> list[FloatArray]:
+        """Run members with their values and return their records, shape (channels, samples); noise acts where it has a ``seed``.
+
+        ``finer`` runs them with that many steps for one.
+        """
         common = self.exact() if exact else {}
         names = sorted({*common, *(name for member in members for name in member)})
         known = self._known()
         rows = np.array([[{**common, **member}.get(name, known[name]) for name in names] for member in members]).reshape(len(members), -1)
-        batch = dataclasses.replace(self.batch, noisy=noisy)
+        batch = dataclasses.replace(
+            self.batch, noisy=seed is not None, seed=seed or 0, steps_per_sample=finer * self.batch.plan.steps_per_sample
+        )
         return [np.asarray(item) for item in batch.run(names, rows, np.copy)]
 
     def table(self, record: FloatArray) -> FloatArray:
@@ -143,8 +153,11 @@ class Diagnosed:
                 write_table(folder / f"{line.name}_{name}.csv", columns, rows)
         return text
 
-    def bench(self, lines: Sequence[Line] = ()) -> Bench:
-        """Return the machine with remedies. The values of the lines are set by override, so a lesson of defaults is made."""
+    def bench(self, lines: Sequence[Line] = (), noise: Mapping[str, float] | None = None) -> Bench:
+        """Return the machine with remedies, ``noise`` [m] before its sensors where it is given.
+
+        The values of the lines are set by override, so a lesson of defaults is made.
+        """
         bare = [dataclasses.replace(line, values={}, share=1.0) for line in lines]
         text = self.text(bare, {}, self.folder)
         prepared = prepare(lesson_from_text(text, self.folder / "lesson.yaml"), self.registry)
@@ -171,7 +184,7 @@ class Diagnosed:
             dataclasses.replace(part, parameters={**part.parameters, **_own(part.name, given)}) if _own(part.name, given) else part
             for part in machinery.parts
         )
-        machinery = dataclasses.replace(machinery, parts=parts)
+        machinery = with_sensor_noise(dataclasses.replace(machinery, parts=parts), noise or {})
         plan = wire(dataclasses.replace(machinery, finish="", record=wanted))
         batch = Batch(plan, samples, seed=prepared.case.seed)
         return Bench(machinery, batch, loops, {**sound, **shares}, shares, machinery.sample_period)
@@ -191,7 +204,9 @@ class Diagnosed:
 
     def _channels(self, machinery: Machinery, loops: Sequence[Loop]) -> tuple[str, ...]:
         outputs = {f"{part.name}.{name}" for part in machinery.parts for name in part.component.declarations}
-        wanted = [loop.table for loop in loops] + [loop.reference for loop in loops] + [f"{loop.axis}.position" for loop in loops]
+        wanted = [name for loop in loops for name in (loop.table, loop.reading, loop.reference)] + [
+            f"{loop.axis}.position" for loop in loops
+        ]
         wanted += [f"{loop.axis}.velocity" for loop in loops] + [f"{loop.controller}.voltage" for loop in loops] + [CONTOUR]
         wanted += [f"{loop.converter}.voltage" for loop in loops if loop.converter]
         wanted += ["interpolator.centre_x", "interpolator.centre_z", "interpolator.circle_radius", "interpolator.radius"]

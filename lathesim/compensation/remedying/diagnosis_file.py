@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,8 @@ class Found:
     baseline: Mapping[str, tuple[float, float, float, str]]
     cautions: tuple[str, ...]
     nothing: str
+    floors: Mapping[str, float] = field(default_factory=dict)
+    """What each compared channel cannot resolve: noise and rounding together, one standard deviation [SI]."""
 
 
 def read_diagnosis(file: Path) -> Found:
@@ -65,7 +67,15 @@ def read_diagnosis(file: Path) -> Found:
     nothing = _NOTHING_TO_MEND.get(verdict, "")
     if not nothing and not named:
         nothing = "The diagnosis names no effect, so no remedy follows from it."
-    return Found(verdict, tuple(named), baseline, _cautions(verdict, data, named), nothing)  # type: ignore[arg-type]
+    return Found(verdict, tuple(named), baseline, _cautions(verdict, data, named), nothing, _floors(data))  # type: ignore[arg-type]
+
+
+def _floors(data: Mapping[str, Any]) -> dict[str, float]:
+    fit = data.get("fit")
+    items = fit.items() if isinstance(fit, dict) else ()
+    return {
+        str(name): float(item["floor"]) for name, item in items if isinstance(item, dict) and isinstance(item.get("floor"), (int, float))
+    }
 
 
 def _data(file: Path) -> dict[str, Any]:

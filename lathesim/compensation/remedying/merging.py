@@ -41,5 +41,6 @@ def _both(first: Line, second: Line) -> Line:
         answers=tuple(dict.fromkeys((*first.answers, *second.answers))),
         tuned=tuple(dict.fromkeys((*first.tuned, *second.tuned))),
         one_sided=tuple(dict.fromkeys((*first.one_sided, *second.one_sided))),
+        free={**first.free, **second.free},
         share=min(first.share, second.share),
     )

@@ -19,6 +19,7 @@ DEAD_ZONE_SHARE = 0.9
 """Share of a dead zone that is stepped over: the whole of it swings about rest."""
 _SPREADS = (0.2, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0)
 """Lags over which the shift of a play is tried to turn over."""
+_ANYWHERE_IN_GAP = (-1.0, 1.0)
 _POINTS_PER_PERIOD = 24
 _FEWEST_POINTS = 33
 _MOST_POINTS = 4000
@@ -47,6 +48,11 @@ class Sized:
     values: Mapping[str, float]
     axis: Axis
     axes: tuple[Axis, ...]
+
+    @property
+    def part(self) -> str:
+        """The name of the effect on the bench."""
+        return self.named.entry.get("name") or effect_part_name(self.named.at, self.named.effect)
 
     @property
     def host(self) -> str:
@@ -173,12 +179,14 @@ def _dead_zone(sized: Sized) -> list[Line]:
 
 
 def _play(sized: Sized) -> list[Line]:
+    # on which side of its play an axis was left, nobody knows at the start
+    free = {f"{sized.part}.start_in_gap": _ANYWHERE_IN_GAP}
     if sized.closes:
         values = {**_modelled(sized), "width": sized.values["width"]}
-        return [_line(sized, "PlayReading", values, one_sided=("width",))]
+        return [_line(sized, "PlayReading", values, one_sided=("width",), free=free)]
     values = {**_modelled(sized), "width": sized.values["width"], "spread": max(0.3 * sized.axis.lag, 1e-3)}
     begins = {"spread": tuple(times * max(sized.axis.lag, 1e-3) for times in _SPREADS)}
-    return [_line(sized, "BacklashShift", values, tuned=("spread", "width"), one_sided=("width",), begins=begins)]
+    return [_line(sized, "BacklashShift", values, tuned=("spread", "width"), one_sided=("width",), begins=begins, free=free)]
 
 
 def _pitch(sized: Sized) -> list[Line]:

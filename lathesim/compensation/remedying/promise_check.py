@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.compensation.remedying.promise import RECORDED
 from lathesim.compensation.remedying.written import ANSWER_FILE, SCHEMA
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedies.remedy import Remedy
@@ -81,7 +82,7 @@ def kept_promises(lesson: Lesson, recording: Path, registry: Registry, promise: 
         off = record[loop.table] - np.interp(record.time, sound.time, sound[loop.table])
         results = {"rms_deviation": float(np.sqrt(np.mean(off * off))), "largest_deviation": float(np.max(np.abs(off)))}
         for kind, result in results.items():
-            item = promise["promise"].get(f"{kind} of {loop.table}")
+            item = promise["promise"].get(f"{RECORDED}{kind} of {loop.table}")
             if isinstance(item, dict) and item.get("low") is not None and item.get("high") is not None:
                 found.append(Kept(f"{kind} of {loop.table}", str(item["unit"]), item["before"], item["low"], item["high"], result))
     return found

@@ -11,10 +11,11 @@ import numpy as np
 
 from lathesim.compensation.remedying.bench import Bench, Diagnosed, Line
 from lathesim.compensation.remedying.diagnosis_file import Found, Named
+from lathesim.compensation.remedying.draws import draws_of
 from lathesim.compensation.remedying.loop_gains import LoopGain, loop_gains
 from lathesim.compensation.remedying.merging import merged
 from lathesim.compensation.remedying.planning import Axis, Sized, axes_of, remedies_for, sized_effects
-from lathesim.compensation.remedying.promise import DRAWS, Size, draws_of, promised
+from lathesim.compensation.remedying.promise import DRAWS, Size, noise_of, promised
 from lathesim.compensation.remedying.repairs import repair_of
 from lathesim.compensation.remedying.tuning import deviation, tuned, with_values
 from lathesim.component import Parameter
@@ -22,6 +23,7 @@ from lathesim.effects.effect import Effect
 from lathesim.effects.remedies.remedy import Remedy
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.identification.machine.position_loops import level_of
+from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.simulate import prepare
@@ -98,9 +100,10 @@ def remedy(
     if not lines:
         return Answer(diagnosed, bench, (), axes, (*not_mended, *late), (), 0.0, found.cautions, gains=gains)
     tell("trying the remedies over draws of what is uncertain")
-    mended = diagnosed.bench(lines)
+    mended = diagnosed.bench(lines, noise_of(bench, found.floors))
     intervals = _intervals(mended, found, lesson)
-    sizes, better = promised(mended, draws_of(mended, intervals, DRAWS, seed))
+    prior = uncertainties(lesson, mended.batch.plan) if lesson.settings.uncertain else {}
+    sizes, better = promised(mended, draws_of(mended, intervals, prior, _free(mended, lines), DRAWS, seed), seed=seed)
     unmended = (*not_mended, *late, *_limits(mended, lines))
     return Answer(diagnosed, mended, tuple(lines), axes, unmended, tuple(sizes), better, found.cautions, gains=gains)
 
@@ -258,3 +261,9 @@ def _intervals(bench: Bench, found: Found, lesson: Lesson) -> dict[str, tuple[fl
         if part_name in placed and short in placed[part_name].parameters and full not in bench.batch.plan.feeds:
             intervals[full] = (value, low, high)
     return intervals
+
+
+def _free(bench: Bench, lines: Sequence[Line]) -> dict[str, tuple[float, float]]:
+    """Return the ranges of what differs from one start to the next, whatever the diagnosis tells of its recording."""
+    parts = {part.name for part in bench.machinery.parts}
+    return {name: ends for line in lines for name, ends in line.free.items() if name.partition(".")[0] in parts}
