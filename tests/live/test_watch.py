@@ -37,7 +37,7 @@ def ready() -> Prepared:
     return prepared()
 
 
-def watched(ready: Prepared, values: FloatArray, learn: float = 40.0, start: float = 0.0) -> tuple[list[Alarm], Watch]:
+def watched(ready: Prepared, values: FloatArray, learn: float = 30.0, start: float = 0.0) -> tuple[list[Alarm], Watch]:
     """Return the alarms of a stream and its watch."""
     watch = Watch(ResidualStream(ready, DRIVE, COMPARE, PERIOD), PERIOD, learn=learn)
     clock, alarms = SampleClock(PERIOD), []

@@ -32,12 +32,14 @@ class BlockSums:
 
 
 def averaged(residual: Residual, samples: int) -> tuple[Residual, FloatArray]:
-    """Return means of so many ``samples``, and the mean square of each channel about them, (channels,)."""
-    if samples <= 1:
+    """Return means of so many ``samples``, and the mean square of each channel about straight lines through as many, (channels,)."""
+    if samples <= 2:
         return residual, np.zeros(len(residual.values))
     values = _means(residual.values, samples)
-    whole = values.shape[1] * samples
-    quick = np.mean((residual.values[:, :whole] - np.repeat(values, samples, axis=1)) ** 2, axis=1)
+    pieces = residual.values[:, : values.shape[1] * samples].reshape(-1, values.shape[1], samples)
+    ramp = np.arange(samples) - 0.5 * (samples - 1)
+    slope = pieces @ ramp / (ramp @ ramp)
+    quick = np.mean((pieces - values[:, :, None] - slope[:, :, None] * ramp) ** 2, axis=(1, 2))
     sensitivities = _means(residual.sensitivities, samples)
     return Residual(values, sensitivities, _means(residual.speed, samples), _means(residual.simulated, samples)), quick
 

@@ -50,14 +50,15 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class _Windows:
-    """Estimates of the windows that begin at each tau: ``gain`` (windows,) 2 log-likelihood of theta, ``drop`` (windows, channels,
-    directions) what delta adds, ``delta`` itself, ``theta`` (windows, parameters) at tau and ``now``."""
+    """Estimates of the windows that begin at each tau: ``gain`` (windows,) 2 log-likelihood of theta, ``full`` (windows, channels,
+    directions) what delta adds, ``drop`` the same with the doubt about sensitivities, ``delta``, and ``theta`` (windows, parameters) now.
+    """
 
     gain: FloatArray
     drop: FloatArray
+    full: FloatArray
     delta: FloatArray
     theta: FloatArray
-    now: FloatArray
 
 
 class ChangeTest:
@@ -130,6 +131,7 @@ class ChangeTest:
         ratio = level[:, None, None] + after.drop - level[plain]
         at, channel, direction = (int(place) for place in np.unravel_index(np.argmax(ratio), ratio.shape))
         statistic = float(ratio[at, channel, direction])
+        at = int(np.argmax(level + after.full[:, channel, direction]))
         begun = float(times[starts[at]] - self._block_time)
         ramp, since_when = False, begun
         if statistic > 0.0:
@@ -138,19 +140,18 @@ class ChangeTest:
         size = abs(float(after.delta[at, channel, direction])) * np.sqrt(float(self._m[part][starts[at] :, channel, direction].mean()))
         return Found(
             statistic, channel, direction, since_when, float(size), ramp, float(level[plain] - level[0]),
-            float(times[starts[plain]] - self._block_time), after.now[plain],
+            float(times[starts[plain]] - self._block_time), after.theta[plain],
         )  # fmt: skip
 
     def _windows(self, a: FloatArray, b: FloatArray, part: slice, since: FloatArray, starts: FloatArray) -> _Windows:
         parameters = self._b.shape[1]
-        shift = (since - self._block_time)[starts]
-        normal, right = _shifted(_tails(a, starts), _tails(b, starts), shift)
+        normal, right = _shifted(_tails(a, starts), _tails(b, starts), np.zeros(len(starts)))
         normal, right = normal + self._prior, right + self._centre
         theta = np.linalg.solve(normal, right[:, :, None])[:, :, 0] if parameters else right
         gain = np.einsum("tp,tp->t", right, theta) - self._centre @ self._centre
         h = _moments(self._h[part], since)[:2]
         h = _tails(h, starts)
-        h = np.concatenate([h[0], h[1] - shift[:, None, None, None] * h[0]], axis=3)
+        h = np.concatenate([h[0], h[1]], axis=3)
         m, u = _tails(self._m[part][None], starts)[0], _tails(self._u[part][None], starts)[0]
         solved = np.linalg.solve(normal[:, None], h.transpose(0, 1, 3, 2)) if parameters else h.transpose(0, 1, 3, 2)
         known = np.maximum(m - np.einsum("tcgp,tcpg->tcg", h, solved), 1e-9 * m + 1e-12)
@@ -159,10 +160,11 @@ class ChangeTest:
         learnt = self._weight[:, None] * self.usual.information
         certain = 1.0 + m / np.maximum(learnt, 1e-12)  # what is usual was itself learnt from so much
         own = _tails(self._a[part][None], starts)[0]
-        value, now = theta[:, :parameters], theta[:, :parameters] - shift[:, None] * theta[:, parameters:]
+        value = theta[:, :parameters]
         power = np.einsum("tp,tcpq,tq->tc", value, own, value, optimize=True) / (self._samples * (len(since) - starts))[:, None]
         unsure = 1.0 + _LINEAR**2 * power  # of the noise, as the sensitivities hold nearby only
-        return _Windows(gain, (u - effect) ** 2 / known / certain / unsure[:, :, None], delta, value, now)
+        full = (u - effect) ** 2 / known / certain
+        return _Windows(gain, full / unsure[:, :, None], full, delta, value)
 
     def _gains(self, normal: FloatArray, right: FloatArray) -> FloatArray:
         if not right.shape[1]:

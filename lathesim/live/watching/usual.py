@@ -19,8 +19,8 @@ from lathesim.record import FloatArray
 
 LEAST_FLOOR = 0.02
 """Floor of a channel at least, in what a standard deviation of an uncertain value does there: the model is no better than that."""
-DRIFT = 3.0 / 60.0
-"""Standard deviations a second that an uncertain value may move steadily: through all that the lesson allows in a minute."""
+DRIFT = 1.0 / 60.0
+"""Standard deviations a second that an uncertain value moves steadily, as a standard deviation: a machine warms up within minutes."""
 _PASSES = 3
 _HELD = 1e-6
 """Share of its own information by which the mean of a direction is held at zero."""
@@ -34,7 +34,8 @@ class Usual:
 
     ``still`` and ``scale`` belong to :func:`directions`; ``whitening`` (channels, channels) to the residuals; ``mean`` (channels,
     directions) is what the model leaves out anyway; ``variance`` (channels,) that of a whitened sample that tells something of its own;
-    ``information`` (channels, directions) what the learning told; ``noise`` (channels,) [SI] the floor; ``theta`` the uncertain values.
+    ``information`` (channels, directions) what the learning told; ``least`` (channels,) [SI] the own error of the model; ``theta`` the
+    uncertain values.
     """
 
     still: FloatArray
@@ -43,7 +44,7 @@ class Usual:
     mean: FloatArray
     variance: FloatArray
     information: FloatArray
-    noise: FloatArray
+    least: FloatArray
     theta: FloatArray
 
     def sums(self, residual: Residual, quick: FloatArray, time: float) -> BlockSums:
@@ -57,7 +58,7 @@ class Usual:
         shown = directions(residual, self.still, self.scale)
         values = self.whitening @ residual.values
         sensitivities = (self.whitening @ residual.sensitivities).transpose(1, 0, 2)
-        return block_sums(values, np.concatenate([shown, sensitivities], axis=1), quick / self.noise**2, time)
+        return block_sums(values, np.concatenate([shown, sensitivities], axis=1), quick / self.least**2, time)
 
 
 def learn(
@@ -89,7 +90,7 @@ def learn(
     whitening = np.linalg.inv(np.linalg.cholesky(covariance))
     channels, count = len(values), shown.shape[1]
     none = Usual(
-        still, scale, whitening, np.zeros((channels, count)), np.ones(channels), np.zeros((channels, count)), noise,
+        still, scale, whitening, np.zeros((channels, count)), np.ones(channels), np.zeros((channels, count)), least,
         np.zeros(len(sensitivities)),
     )  # fmt: skip
     blocks = [none.sums(item, fast, float(time)) for item, fast, time in zip(residuals, quick, times, strict=True)]
@@ -133,7 +134,7 @@ def _from_blocks(none: Usual, blocks: list[BlockSums], lesson: FloatArray) -> tu
         score = mixed[:, :, :count] - explained - np.einsum("bcgh,ch->bcg", normal[:, :, :count, :count], mean)
         square = np.where(told, score**2 / np.where(told, seen, 1.0), 0.0).sum(axis=0) / often
         variance = np.maximum(1.0, (square * (1.0 + 2.0 / np.sqrt(often))).max(axis=1))
-    usual = Usual(none.still, none.scale, none.whitening, mean, variance, seen.sum(axis=0), none.noise, theta[-1])
+    usual = Usual(none.still, none.scale, none.whitening, mean, variance, seen.sum(axis=0), none.least, theta[-1])
     own = mixed - np.einsum("bcqg,cg->bcq", normal[:, :, :, :count], mean)
     return usual, [BlockSums(block.time, block.normal, row, block.left) for block, row in zip(blocks, own, strict=True)]
 

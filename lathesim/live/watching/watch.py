@@ -33,14 +33,20 @@ _OVER_LEARNT = 2.5
 """A limit is this many times the largest value while learning, where blocks depend on one another."""
 _LARGEST = 5.0
 """Standard deviations that the noise of one block counts at most: no single block makes an alarm."""
-_LEAST_DEVIATION = 0.05
-"""Standard deviation of the logarithm of a block's noise at least."""
+_LEAST_LEFT = 0.1
+"""Share of the floor that is added to the slow noise of a block, as the model's own error is to the quick one: it is no constant."""
+_LEAST_DEVIATION = 0.3
+"""Standard deviation of the logarithm of a block's noise at least: two quantised signals shake by a third more or less as they coincide."""
 _SLOW = 15.0
 """Seconds from the beginning to the alarm from which on it is a drift."""
 _SURE = 10
 """Blocks after which a step of the uncertain values is believed, and the simulation goes on with them."""
 _FAR = 0.3
 """Standard deviations from the simulation's values from which on it goes on with other ones: sensitivities hold nearby only."""
+_BETWEEN = 5.0
+"""Seconds between two notes of the uncertain values."""
+_REMEMBERED = 120
+"""Notes of the uncertain values that are kept: of ten minutes."""
 _LINKED = 20.0
 """Seconds within which a step of the uncertain values and what follows it have one cause."""
 _GETTING_THERE = 0.5
@@ -90,7 +96,11 @@ class Watch:
         self._centred = not residuals.parameters
         self._theta = np.zeros(len(residuals.parameters))
         self._unsettled = -np.inf
-        self._levels = np.zeros(len(residuals.compare))
+        self._excess = np.zeros(len(residuals.compare))
+        self._first: list[FloatArray] = []
+        self._base: FloatArray | None = None
+        self._before: deque[tuple[float, FloatArray]] = deque(maxlen=_REMEMBERED)
+        self._held: FloatArray | None = None
         self._names = direction_names(residuals.drive)
         self.blocks = 0
         self.absorbed: list[tuple[float, str]] = []
@@ -106,9 +116,12 @@ class Watch:
         """Return how far each uncertain value is from the lesson's, in its standard deviations."""
         return dict(zip(self.residuals.parameters, self._theta.tolist(), strict=True))
 
-    def level(self, channel: str) -> float | None:
-        """Return the root mean square of a channel's newest residual, the uncertain values taken off; None before there is one."""
-        return float(self._levels[self.residuals.compare.index(channel)]) if self.blocks else None
+    def excess(self, channel: str) -> float:
+        """Return by how much the mean square of a channel's newest residual is above that of the first laps.
+
+        The uncertain values that held before the last alarm are taken off.
+        """
+        return float(self._excess[self.residuals.compare.index(channel)])
 
     def take(self, stretch: Stretch) -> list[Alarm]:
         """Return the alarms of a stretch."""
@@ -134,8 +147,7 @@ class Watch:
         if self._time < self._settled_at or not np.isfinite(residual.values).all():
             return None
         self.blocks += 1
-        left = residual.values - np.einsum("p,pcn->cn", self._theta - self.residuals.nominal, residual.sensitivities)
-        self._levels = np.sqrt(np.mean(left**2, axis=1))
+        self._measure(residual)
         mean, quick = averaged(residual, self._like)
         if self._usual is None:
             self._learning.append((self._time, mean, quick))
@@ -143,6 +155,20 @@ class Watch:
                 self._learn()
             return None
         return self._judge(mean, quick)
+
+    def _measure(self, residual: Residual) -> None:
+        """Take down how far the machine is from what the first laps showed, and which values held when."""
+        theta = self._theta if self._held is None else self._held
+        left = residual.values - np.einsum("p,pcn->cn", theta - self.residuals.nominal, residual.sensitivities)
+        square = np.mean(left**2, axis=1)
+        if self._usual is None and self._base is None:
+            self._first.append(square)
+            return
+        if self._base is None:
+            self._base, self._first = np.mean(self._first, axis=0), []
+        self._excess = square - self._base
+        if not self._before or self._time - self._before[-1][0] >= _BETWEEN:
+            self._before.append((self._time, self._theta.copy()))
 
     def _learn(self) -> None:
         """Find what is usual from the first blocks, and how large the statistics get without a change."""
@@ -214,13 +240,16 @@ class Watch:
 
     def _told(self, channel: int, begun: float, state: str, drift: bool, size: float) -> Alarm:
         told = Alarm(self._time, begun, self.residuals.compare[channel], state, drift, size)
+        if self._held is None:
+            earlier = [theta for time, theta in self._before if time <= begun - _BETWEEN]
+            self._held = earlier[-1] if earlier else self._theta.copy()
         self.relearn()
         return told
 
     def relearn(self) -> None:
         """Learn anew what is usual: after an alarm the machine is another."""
         self._usual, self._test, self._noise = None, None, None
-        self._learning = []
+        self._learning, self._centred = [], not self.residuals.parameters
 
 
 class _Chain:
@@ -245,7 +274,8 @@ class _NoiseTest:
 
     def __init__(self, learnt: FloatArray, block_time: float) -> None:
         self._block_time = block_time
-        self._least = 1e-6 * learnt.mean(axis=0) + 1e-12
+        slow = np.arange(learnt.shape[1]) < learnt.shape[1] // 2
+        self._least = np.where(slow, _LEAST_LEFT, 1.0)
         scores = np.log(learnt + self._least)
         self._mean = scores.mean(axis=0)
         self._deviation = np.maximum(scores.std(axis=0), _LEAST_DEVIATION) * (1.0 + 2.0 / np.sqrt(len(learnt)))
@@ -269,7 +299,8 @@ class _NoiseTest:
             return None
         side, channel = (int(place) for place in np.unravel_index(np.argmax(above), above.shape))
         begun = float(self._cusum.begun[side, channel])
-        since = [(when, float(row[channel])) for when, row in self._kept if when > begun + 0.5 * self._block_time]
+        known = [(when, float(row[channel])) for when, row in self._kept if np.isfinite(row[channel])]
+        since = [(when, value) for when, value in known if when > begun + 0.5 * self._block_time]
         scores = np.array([value for _, value in since])
         sums = np.cumsum(scores[::-1])[::-1]
         best = int(np.argmax(sums**2 / np.arange(len(scores), 0, -1))) if len(scores) else 0

@@ -23,6 +23,10 @@ from lathesim.record import FloatArray
 
 _POINTS = 400
 """Points of a drift that are kept; with more of them every second one goes."""
+_POINT = 20.0
+"""Seconds of each point: about a lap, over which what differs comes and goes."""
+_ANSWER = 45.0
+"""Seconds after the alarm at which the window of a drift ends: later it has grown, and its name is wanted within a minute."""
 _LEAST = 200
 """Samples of a window that are worth a diagnosis."""
 _FOR_THE_PERIOD = 20
@@ -177,10 +181,10 @@ class WatchSession:
         data = {"since_s": alarm.begun, "channel": alarm.channel, "state": alarm.state, "deviations": alarm.size}
         self._tell(Event(alarm.kind, alarm.time, sentence, data))
         if self._settings.diagnose:
-            begin = alarm.time if alarm.drift else alarm.begun
+            begin = diagnosis_begin(alarm, self._settings.window)
             self._windows.append(_Pending(begin, begin + self._settings.window * (1 + self._settings.validation_windows)))
-        if alarm.channel in self._settings.tolerance:
-            self._drifts.append(_Drift(alarm.channel, self._settings.tolerance[alarm.channel], alarm.begun))
+        if alarm.drift and not self._drifts:
+            self._drifts = [_Drift(channel, tolerance) for channel, tolerance in self._settings.tolerance.items()]
 
     def _after(self, stretch: Stretch) -> None:
         """Tell what is known now: learnt values, values that moved, windows that are whole, drifts that go on."""
@@ -198,7 +202,7 @@ class WatchSession:
             self._windows.remove(pending)
             self._diagnose(pending)
         for drift in self._drifts:
-            told = drift.take(self._watch, stretch, self._end)
+            told = drift.take(self._watch, self._end)
             if told is not None:
                 self._tell(told)
 
@@ -252,35 +256,49 @@ class _Pending:
 
 @dataclass
 class _Drift:
-    """A channel on its way to a tolerance: points of its mean residual, fewer as time goes on."""
+    """A channel on its way to a tolerance: the rms of its residual above the first laps, of 20 s each; fewer as time goes on."""
 
     channel: str
     tolerance: float
-    begun: float
     next_told: float = 0.0
     times: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
+    _squares: list[float] = field(default_factory=list)
+    _since: float = np.nan
+    _reached: bool = False
 
-    def take(self, watch: Watch, stretch: Stretch, now: float) -> Event | None:
-        """Take what is new, and return a forecast every minute."""
-        level = watch.level(self.channel)
-        if level is not None:
-            self.times.append(now)
-            self.values.append(level)
+    def take(self, watch: Watch, now: float) -> Event | None:
+        """Take what is new, and return a forecast every minute until the tolerance is reached."""
+        self._since = now if np.isnan(self._since) else self._since
+        self._squares.append(watch.excess(self.channel))
+        if now - self._since < _POINT or self._reached:
+            return None
+        self.times.append(0.5 * (self._since + now))
+        self.values.append(float(np.sqrt(max(0.0, float(np.mean(self._squares))))))
+        self._since, self._squares = now, []
         if len(self.times) > _POINTS:
             self.times, self.values = self.times[::2], self.values[::2]
-        if now < self.next_told or len(self.times) < 20:
+        if now < self.next_told:
             return None
-        self.next_told = now + 60.0
         found = forecast(np.array(self.times), np.array(self.values), self.tolerance)
         if found is None:
             return None
+        self.next_told = now + 60.0
+        self._reached = found.time <= now
+        if self._reached:
+            sentence = f"t = {now:.1f} s: {self.channel} has reached its tolerance."
+            return Event("forecast", now, sentence, {"channel": self.channel, "at_s": found.time, "low_s": now, "high_s": now})
         left, low, high = (max(0.0, time - now) for time in (found.time, found.low, found.high))
         sentence = (
             f"t = {now:.1f} s: {self.channel} reaches its tolerance in {left:.0f} s, between {low:.0f} and {high:.0f} s from now (95 %)."
         )
         data = {"channel": self.channel, "at_s": found.time, "low_s": found.low, "high_s": _finite(found.high)}
         return Event("forecast", now, sentence, data)
+
+
+def diagnosis_begin(alarm: Alarm, window: float) -> float:
+    """Return where the window of a diagnosis begins [s]: with a change; of a drift as late as still gives an answer within a minute."""
+    return alarm.time + max(0.0, _ANSWER - window) if alarm.drift else alarm.begun
 
 
 def _finite(value: float) -> float | None:
