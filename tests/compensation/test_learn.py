@@ -11,7 +11,7 @@ import pytest
 from lathesim.cli.main import run_command_line
 from lathesim.compensation.learning.laps import course_of
 from lathesim.compensation.learning.learn import Learning, learn
-from lathesim.compensation.learning.response import learning_filter
+from lathesim.compensation.learning.response import learning_filter, path_frame
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry
@@ -48,6 +48,33 @@ def test_without_the_filter_a_machine_that_is_not_its_model_diverges_and_is_stop
     assert len(learning.laps) < 21
     assert learning.laps[-1].rms > learning.laps[learning.best].rms
     assert learned("late", 5, model="fine").laps[-1].rms < 0.01 * learning.laps[0].rms
+
+
+def test_axes_that_a_coupling_ties_learn_along_the_path_and_across_it() -> None:
+    """Delay, friction and steps besides: the response of both axes together is inverted, and the steps are the floor."""
+    lesson, registry = load_lesson("19_neural_regulator"), load_registry()
+    course = course_of(prepare(lesson, registry, "hard_coupled"), "voltage")
+    chosen = learning_filter(course)
+    learning = learn(course, chosen, 10)
+    assert chosen.frame is not None
+    assert chosen.bound < 0.35
+    assert all(lap.rms <= 1.1 * most for lap, most in zip(learning.laps[1:7], learning.predicted, strict=False))
+    assert learning.laps[learning.best].largest < 0.2 * learning.laps[0].largest
+    assert "one level of the converter is 4.88 mV" in learning.why
+
+
+def test_the_directions_of_a_path_are_those_of_a_circle_and_hold_where_it_stands() -> None:
+    angle = np.linspace(0.0, 2.0, 200)
+    frame = path_frame(np.stack([np.cos(angle), np.sin(angle)]))
+    assert np.allclose(frame[100], [[-np.sin(angle[100]), -np.cos(angle[100])], [np.cos(angle[100]), -np.sin(angle[100])]], atol=1e-3)
+    standing = path_frame(np.array([[0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0], [0.0] * 7]))
+    assert np.allclose(standing, np.eye(2))
+
+
+def test_friction_and_12_bits_leave_a_fifteenth_in_five_laps() -> None:
+    learning = learned("friction_12_bits", 5)
+    assert learning.laps[0].largest > 15.0 * learning.laps[5].largest
+    assert all(after.rms < before.rms + learning.floor for before, after in zip(learning.laps, learning.laps[1:], strict=False))
 
 
 def test_what_was_learned_is_a_lesson(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
+from lathesim.effects.offset_and_gain import ConverterResolution
 from lathesim.effects.remedies.learned import LearnedCorrection
 from lathesim.effects.remedies.remedy import Remedy
 from lathesim.engine.assembly import FloatArray
@@ -21,6 +22,8 @@ from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.simulate import Prepared
 
 CONTOUR = ("contour.contour_error", ".contour_error")
+LATE = ("TransportDelay", "SensorFilter", "ServoLag", "CurrentLoopLag", "MotorInductance")
+"""Effects that make a loop later and are linear."""
 _FINEST_BITS = 32.0
 
 
@@ -99,11 +102,15 @@ class Course:
         normal = np.nan_to_num(record[list(self.normals)])
         return np.asarray(normal * np.sum(normal * errors, axis=0))
 
-    def exact(self) -> dict[str, float]:
-        """Return the values with which converters and encoders count as fine as they can and no effect acts: for the frequency response."""
+    def exact(self, *, late: bool = False) -> dict[str, float]:
+        """Return the values with which converters and encoders count as fine as they can and no effect acts: for the frequency response.
+
+        With ``late``, effects that make a loop later act, as they are linear.
+        """
         found: dict[str, float] = {}
         for part in self.machinery.parts:
-            if issubclass(part.component, Effect) and not issubclass(part.component, Remedy):
+            acts = late and part.component.__name__ in LATE
+            if issubclass(part.component, Effect) and not issubclass(part.component, Remedy) and not acts:
                 found |= {f"{part.name}.{name}": value for name, value in part.component.neutral.items()}
             parameters = part.component.declared(Parameter)
             if "bits" in parameters and "smallest_voltage" in parameters:
@@ -116,6 +123,8 @@ class Course:
     def floors(self) -> tuple[float, float]:
         """Return one level of the coarsest converter [V] and one count of the coarsest encoder [m]."""
         levels = [level_of(self.machinery, loop.converter) for loop in self.loops]
+        rounding = [part for part in self.machinery.parts if issubclass(part.component, ConverterResolution)]
+        levels += [part.parameters.get("resolution", 0.0) for part in rounding]
         counts = [resolution_of(self.machinery, loop.sensor) for loop in self.loops]
         return max(levels, default=0.0), max(counts, default=0.0)
 

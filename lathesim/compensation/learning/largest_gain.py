@@ -8,11 +8,8 @@ from typing import cast
 import numpy as np
 
 from lathesim.compensation.learning.laps import Course
-from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 
-LATE = ("TransportDelay", "SensorFilter", "ServoLag", "CurrentLoopLag", "MotorInductance")
-"""Effects that make a loop later and are linear: with them the largest gain is another. All others do not act in the measurement."""
 _PULSE = 0.1
 """Size of the pulse that a loop is excited by [V]: far above a level of the finest converter, far below what limits one."""
 _AT = 8
@@ -53,7 +50,7 @@ def largest_gains(course: Course, *, late: bool = True) -> tuple[LargestGain | N
 
     Source: G. F. Franklin, J. D. Powell, M. Workman, Digital Control of Dynamic Systems, 3rd ed. 1998, section 7.4 (gain margin).
     """
-    values = _values(course, late=late)
+    values = course.exact(late=late)
     count = len(course.loops)
     zero = np.zeros((course.samples, 1))
     pulse = zero.copy()
@@ -67,13 +64,6 @@ def largest_gains(course: Course, *, late: bool = True) -> tuple[LargestGain | N
         answer = (np.asarray(records[0])[channel] - np.asarray(records[row + 1])[channel])[_AT:] / _PULSE
         found.append(_margin(loop.controller, answer[np.isfinite(answer)], course.period))
     return tuple(found)
-
-
-def _values(course: Course, *, late: bool) -> dict[str, float]:
-    """Return the values of the measurement: converters and encoders as fine as they can, only the late effects acting."""
-    values = course.exact()
-    acting = {part.name for part in course.machinery.parts if issubclass(part.component, Effect) and part.component.__name__ in LATE}
-    return {name: value for name, value in values.items() if not late or name.partition(".")[0] not in acting}
 
 
 def _margin(controller: str, answer: FloatArray, period: float) -> LargestGain | None:

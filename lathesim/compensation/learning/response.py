@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lathesim.compensation.learning.laps import Course
 from lathesim.engine.assembly import FloatArray
+
+ComplexArray = NDArray[np.complex128]
 
 GAIN = 0.7
 """Share of an error that a lap takes away at most: less is slower, more is less robust."""
@@ -19,37 +22,49 @@ _OF_A_SAMPLE = 0.1
 """Cut-off frequency over the sampling frequency that is never exceeded."""
 _PULSE = {"voltage": 0.2, "reference": 1e-4}
 """Size of the pulse that an axis is excited by [V, m]."""
-_WAIT = 0.25
+_PLACES = (0.25, 0.4)
+"""Shares of a lap at which it is excited: after the start, and with time to die out."""
+_CLEARLY = 0.9
+"""Share of the predicted contraction of the axes below which that along the path and across it is taken."""
 
 
 @dataclass(frozen=True)
 class Filter:
-    """The learning filter of each axis and the low-pass of all.
+    """The learning filter of a machine and the low-pass of all its axes.
 
-    ``inverse`` has shape (axes, frequencies) [V/m or m/m], ``low_pass`` shape (frequencies,), on the frequencies of a padded lap of
+    ``inverse`` has shape (frequencies, axes, axes) [V/m or m/m], ``low_pass`` shape (frequencies,), on the frequencies of a padded lap of
     ``length`` samples; ``cutoff`` [Hz], 0 where nothing is filtered; ``bound`` is the largest contraction predicted for a lap;
-    ``answer`` the root of the sum of squares of an axis' answer to a pulse of one.
+    ``answer`` the root of the sum of squares of an axis' answer to a pulse of one. With a ``frame``, shape (samples, axes, axes), errors
+    and corrections are those along the path and across it, its columns being these two directions.
     """
 
-    inverse: FloatArray
+    inverse: ComplexArray
     low_pass: FloatArray
     length: int
     cutoff: float
     bound: float
     answer: float
+    frame: FloatArray | None = None
 
     def applied(self, before: FloatArray, errors: FloatArray) -> FloatArray:
         """Return the next corrections  Q [u + gain L e],  shape (axes, samples)."""
-        padded = [np.fft.rfft(_padded(rows, self.length)) for rows in (before, errors)]
-        following = self.low_pass * (padded[0] + GAIN * self.inverse * padded[1])
+        padded = [np.fft.rfft(_padded(_into(self.frame, rows), self.length)) for rows in (before, errors)]
+        learned = np.einsum("fij,jf->if", self.inverse, padded[1])
+        following = self.low_pass * (padded[0] + GAIN * learned)
         offset = (self.length - before.shape[1]) // 2
-        return np.fft.irfft(following, self.length)[:, offset : offset + before.shape[1]]
+        rows = np.fft.irfft(following, self.length)[:, offset : offset + before.shape[1]]
+        return rows if self.frame is None else np.einsum("kij,jk->ik", self.frame, rows)
 
     def left_out(self, errors: FloatArray) -> FloatArray:
         """Return the part of the first lap's errors that the low-pass never learns,  (1 - Q) e."""
         offset = (self.length - errors.shape[1]) // 2
-        spectrum = (1.0 - self.low_pass) * np.fft.rfft(_padded(errors, self.length))
+        spectrum = (1.0 - self.low_pass) * np.fft.rfft(_padded(_into(self.frame, errors), self.length))
         return np.fft.irfft(spectrum, self.length)[:, offset : offset + errors.shape[1]]
+
+
+def _into(frame: FloatArray | None, rows: FloatArray) -> FloatArray:
+    """Return rows of axes, shape (axes, samples), in the directions of a frame."""
+    return rows if frame is None else np.einsum("kij,ik->jk", frame, rows)
 
 
 def _padded(rows: FloatArray, length: int) -> FloatArray:
@@ -61,27 +76,74 @@ def _padded(rows: FloatArray, length: int) -> FloatArray:
 
 
 def learning_filter(course: Course, *, filtered: bool = True) -> Filter:
-    """Return the filter of a course: the inverse of each axis' measured response, and the highest low-pass that is still robust."""
+    """Return the filter of a course: the inverse of the measured response of all axes, and the highest low-pass that is still robust.
+
+    Each axis is excited by a pulse, and the errors of all of them are its column of the response P. A coupling across the path turns with
+    the path, so axes that it couples answer differently at each place; along the path and across it they answer alike. The response is
+    measured at two places of the lap in both ways, L = P^-1 is that of the first, and the way is taken in which the predicted contraction
+
+        bound = max |Q (1 - gain P L)|_2  over frequencies and places
+
+    is the smaller one. Source: D. A. Bristow, M. Tharayil, A. G. Alleyne, A survey of iterative learning control, IEEE Control Systems 26
+    (2006), section on plant inversion.
+    """
     samples = course.samples
     length = 1 << int(np.ceil(np.log2(samples + 4 * min(samples, round(1.0 / course.period)) + 64)))
-    exact = course.exact()
-    base = course.lap(np.zeros((len(course.loops), samples)), exact).errors
-    at = min(samples // 2, max(1, round(_WAIT * samples)))
-    responses, answers = [], []
-    for axis in range(len(course.loops)):
-        pulse = np.zeros((len(course.loops), samples))
-        pulse[axis, at] = _PULSE[course.what]
-        answer = (base - course.lap(pulse, exact).errors)[axis, at:] / _PULSE[course.what]
-        answers.append(float(np.sqrt(np.sum(answer * answer))))
-        responses.append(np.fft.rfft(answer * _faded(len(answer)), length))
-    response = np.array(responses)
-    small = 1e-6 * np.max(np.abs(response), axis=1, keepdims=True)
-    inverse = np.conj(response) / (np.abs(response) ** 2 + small**2)
     frequencies: FloatArray = np.asarray(np.fft.rfftfreq(length, course.period), dtype=np.float64)
     cutoff = _robust(frequencies, course.period) if filtered else 0.0
     low_pass: FloatArray = np.asarray(1.0 / (1.0 + (frequencies / cutoff) ** 4) ** 2 if filtered else np.ones(len(frequencies)))
-    bound = float(np.max(np.abs(low_pass * (1.0 - GAIN * inverse * response)))) if filtered else float("nan")
-    return Filter(inverse, low_pass, length, cutoff, bound, max(answers))
+    base = course.lap(np.zeros((len(course.loops), samples)), course.exact(late=True)).errors
+    found = []
+    for frame in (None, *([path_frame(course.references())] if len(course.loops) == 2 else [])):
+        responses, answer = _responses(course, base, frame, length)
+        inverse = _inverse(responses[0])
+        bound = max(_contraction(low_pass, response, inverse) for response in responses)
+        found.append(Filter(inverse, low_pass, length, cutoff, bound if filtered else float("nan"), answer, frame))
+    along = found[-1]
+    return along if filtered and along.bound < _CLEARLY * found[0].bound else found[0]
+
+
+def _responses(course: Course, base: FloatArray, frame: FloatArray | None, length: int) -> tuple[list[ComplexArray], float]:
+    """Return the response at each place, shape (frequencies, axes, axes), and the largest answer of an axis to its own pulse."""
+    samples, count = course.samples, len(course.loops)
+    exact = course.exact(late=True)
+    lasts = samples - max(1, round(_PLACES[-1] * samples))
+    responses, answers = [], []
+    for place in _PLACES:
+        at = min(samples // 2, max(1, round(place * samples)))
+        columns = []
+        for axis in range(count):
+            pulse = np.zeros((count, samples))
+            pulse[:, at] = _PULSE[course.what] * (np.eye(count)[axis] if frame is None else frame[at][:, axis])
+            answer = _into(frame, base - course.lap(pulse, exact).errors)[:, at : at + lasts] / _PULSE[course.what]
+            answers.append(float(np.sqrt(np.sum(answer[axis] ** 2))))
+            columns.append(np.fft.rfft(answer * _faded(answer.shape[1]), length).T)
+        responses.append(np.stack(columns, axis=2))
+    return responses, max(answers)
+
+
+def _inverse(response: ComplexArray) -> ComplexArray:
+    """Return the inverse at each frequency, bounded where the response is small:  P^H (P P^H + small^2)^-1."""
+    turned = np.conj(np.swapaxes(response, 1, 2))
+    small = 1e-6 * np.max(np.linalg.norm(response, axis=1), axis=0)
+    return np.asarray(turned @ np.linalg.inv(response @ turned + np.diag(small**2)))
+
+
+def _contraction(low_pass: FloatArray, response: ComplexArray, inverse: ComplexArray) -> float:
+    left = np.eye(response.shape[1]) - GAIN * response @ inverse
+    return float(np.max(low_pass * np.linalg.norm(left, ord=2, axis=(1, 2))))
+
+
+def path_frame(references: FloatArray) -> FloatArray:
+    """Return the directions along a path and left of it at each sample, shape (samples, 2, 2); where it stands, those of before."""
+    steps = np.gradient(references, axis=1)
+    sizes = np.hypot(*steps)
+    moving = np.flatnonzero(sizes > 0.0)
+    if not len(moving):
+        return np.tile(np.eye(2), (references.shape[1], 1, 1))
+    held = np.maximum(np.searchsorted(moving, np.arange(len(sizes)), side="right") - 1, 0)
+    along = (steps / np.where(sizes > 0.0, sizes, 1.0))[:, moving[held]]
+    return np.stack([along.T, np.stack([-along[1], along[0]], axis=1)], axis=2)
 
 
 def _faded(count: int) -> FloatArray:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lathesim.compensation.learning.laps import course_of
-from lathesim.compensation.learning.largest_gain import LATE, largest_gains
+from lathesim.compensation.learning.laps import LATE, course_of
+from lathesim.compensation.learning.largest_gain import largest_gains
 from lathesim.compensation.remedying.bench import Diagnosed
 from lathesim.lessons.lesson import lesson_from_text
 from lathesim.lessons.simulate import prepare
