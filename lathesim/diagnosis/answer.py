@@ -50,7 +50,7 @@ from lathesim.identification.estimation.estimates import (
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.budget import Progress
 from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.fit import Fitted, with_start
+from lathesim.identification.records.fit import Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment
 
 
@@ -233,13 +233,17 @@ def recording_fault(
 def _values_moved(experiment: Experiment, found: SearchResult, given: dict[str, float], method: Method = STANDARD) -> Criterion:
     """Return the criterion that other values of the uncertain parameters explain much that the given ones leave."""
     laboratory = Laboratory(experiment, experiment, lambda text: None, found.baseline.fitted.noise, method=method)
-    names = [item for item in with_start(found.baseline.fitted) if item.name not in experiment.machine.uncertain]
     constant = {name: given[name] for name in experiment.machine.uncertain}
-    as_given = fit(experiment.sensed, names, constant, rounds=2, iterations=6, slopes="kept")
+    as_given = fit(experiment.sensed, _not_of_the_lesson(experiment, found), constant, rounds=2, iterations=6, slopes="kept")
     error, refitted = laboratory.error(experiment, as_given), found.baseline.error
     gain = found.baseline.score.motion - judged_score(experiment, as_given).motion
     moved = float(np.max((error - refitted) / error))
-    return all_of(held(gain, ">", method.verdict.values_gain, np.sqrt(2.0 * max(gain, 0.0))), held(moved, ">", method.verdict.values_moved))
+    return all_of(held(gain, ">", method.margin, np.sqrt(2.0 * max(gain, 0.0))), held(moved, ">", method.verdict.values_moved))
+
+
+def _not_of_the_lesson(experiment: Experiment, found: SearchResult) -> list[Free]:
+    """Return what is free in the baseline beside the lesson's uncertain values: how a recording starts."""
+    return [item for item in with_start(found.baseline.fitted) if item.name not in experiment.machine.uncertain]
 
 
 def _baseline(experiment: Experiment, found: SearchResult, values: Estimates) -> dict[str, BaselineValue]:

@@ -71,7 +71,7 @@ def doubtful_effects(
         and not only_combination_identifiable(candidate, values)
     ]
     single = len(found.model.candidates) == 1
-    unsure = [candidate for candidate in unsure if single or found.removed_by(candidate) < method.verdict.named_share]
+    unsure = [candidate for candidate in unsure if single or found.removed_by(candidate) < method.shared.larger_part]
     if not unsure:
         return doubtful
     own = _own(validation, found, values)
@@ -94,7 +94,7 @@ def _all_trifling(found: SearchResult, experiment: Experiment, validation: Exper
 
 def degrades_a_channel(fit: Mapping[str, ChannelFit], method: Method = STANDARD) -> bool:
     """Return whether the closed-loop simulation is further off with the effects than without them in some channel."""
-    return any(item.after > method.verdict.channel_worse * item.before for item in fit.values())
+    return any(item.after > method.shared.alike * item.before for item in fit.values())
 
 
 def hardly_missed(evidence: Evidence, channels: Sequence[str], at: str = "", method: Method = STANDARD) -> bool:

@@ -123,7 +123,7 @@ def test_where_nothing_is_named_no_effect_is_surer_than_what_it_took_away(monkey
     monkeypatch.setattr(left, "RESIDUAL_TESTS", (something_is_left,))
     monkeypatch.setattr(answering, "removed_share", lambda *given, **_: 0.3)
     asked = question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2))
-    strict = replace(asked.method, verdict=replace(asked.method.verdict, named_share=Limit(2.0, "share of error", "never reached")))
+    strict = replace(asked.method, shared=replace(asked.method.shared, larger_part=Limit(2.0, "share", "never reached")))
     found = diagnose(replace(asked, method=strict))
     assert (found.verdict, found.insert, found.shortfall, found.not_told) == ("unknown", (), "", ())
     assert [(effect.effect, effect.probability) for effect in found.effects] == [("CoulombFriction", 0.3)]

@@ -60,7 +60,7 @@ def bars(
                     first, second = learned - usual, scored - usual
                 table = _Table.of(places_here, first, places_there, second, mean_is_known=mean_is_known)
                 gain, possible = table.explained(), table.possible
-                if gain < method.location.small_dependence * possible and gain <= method.location.beyond_chance * table.by_chance():
+                if gain < method.shared.dependence * possible and gain <= method.location.beyond_chance * table.by_chance():
                     gain = 0.0
                 within = gain / possible if possible > 0.0 else 0.0
                 result.append(DependenceScore(channel, name, gain / power, within))

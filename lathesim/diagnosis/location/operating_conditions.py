@@ -209,7 +209,7 @@ def resting(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -
     found = []
     for host in _dry_frictions(experiment, fitted):
         rest = _at_rest(experiment, host, method=method)
-        if rest is not None and float(np.mean(rest)) > method.location.rest_worth_saying:
+        if rest is not None and float(np.mean(rest)) > method.shared.dependence:
             share = f"{float(np.mean(rest)):.0%} of the samples"
             found.append(f"{host} stands still in {share}; dry friction holds there whatever pushes, and what it holds is not counted.")
     return found

@@ -21,7 +21,6 @@ class LocationLimits:
         8.0, "noise floors",
         "coherence is tested where a channel is off by more than this: integration steps are coherent with the command as well",
     )  # fmt: skip
-    small_dependence: Limit = Limit(0.1, "share of the possible", "a dependence below this is tested against chance")
     beyond_chance: Limit = Limit(
         2.0, "times the largest of 19 draws",
         "a dependence score counts above this",
@@ -64,10 +63,6 @@ class LocationLimits:
     )  # fmt: skip
     band_highest: Limit = Limit(0.9, "share of the resolved frequencies", "above this a difference of two samples rings by itself")
     standstill: Limit = Limit(0.02, "share of top speed", "a part slower than this stands still")
-    rest_worth_saying: Limit = Limit(
-        0.1, "share of samples",
-        "standstill is reported as an operating condition above this share of the recording",
-    )  # fmt: skip
     commanded_standstill: Limit = Limit(0.001, "share of top speed", "a motion without sensor noise stands still below this")
     whole_order: Limit = Limit(
         0.03, "orders",

@@ -15,6 +15,7 @@ from lathesim.diagnosis.method.location import LocationLimits
 from lathesim.diagnosis.method.recording_checks import CheckLimits
 from lathesim.diagnosis.method.reporting import ReportingLimits
 from lathesim.diagnosis.method.selection import SelectionLimits
+from lathesim.diagnosis.method.shared import SharedLimits
 from lathesim.diagnosis.method.verdict import VerdictLimits
 
 
@@ -23,6 +24,7 @@ class Method:
     """Every limit of a diagnosis. A test, an ablation or a study of the limits passes another one."""
 
     recording_checks: CheckLimits = CheckLimits()
+    shared: SharedLimits = SharedLimits()
     location: LocationLimits = LocationLimits()
     candidates: CandidateLimits = CandidateLimits()
     selection: SelectionLimits = SelectionLimits()

@@ -11,11 +11,9 @@ from lathesim.diagnosis.method.limit import Limit
 class ReportingLimits:
     """Limits of what the report mentions."""
 
-    least_dependence: Limit = Limit(0.1, "share of missing force", "a variable that explains less is not named as one the force depends on")
     comparable_part: Limit = Limit(0.2, "share of the largest", "a part that misses at least this share is suspected beside the first one")
     clearly_more: Limit = Limit(0.02, "share of missing force", "a less simple variable is named where it explains this much more")
     most_variables: Limit = Limit(4, "variables", "at most so many variables are named")
-    moved: Limit = Limit(3.0, "declared standard deviations", "a value that moved by more than this is a finding of its own")
     near_floor: Limit = Limit(3.0, "noise floors", "a channel up to this is at its noise floor")
     left_out_worse: Limit = Limit(
         1.02, "times the residual",

@@ -74,7 +74,7 @@ def jumped_midway(experiment: Experiment, fitted: Fitted, method: Method = STAND
         left = float(np.var(residual - stepped)) / max(float(np.var(residual)), 1e-300)
         if (
             abs(size) > method.recording_checks.jump * experiment.sensed.seen_floors[sight.row]
-            and left < method.recording_checks.left_without_jump
+            and left < method.recording_checks.left_by_fault
         ):
             names = [experiment.machine.compare[row] for row in (sight.row, sight.first)]
             shown = shown_with_unit(abs(size), experiment.sensed.plan.unit(experiment.sensed.channels[sight.row]), 3)
@@ -127,15 +127,12 @@ def _step(power: FloatArray, method: Method = STANDARD) -> tuple[float, tuple[in
     steps = list(_steps(power))
     _, pair, left = min(steps, key=lambda step: step[2])
     # where a part stands still the step may be earlier or later
-    place = float(
-        np.mean([other for other, rows, error in steps if rows == pair and error <= method.recording_checks.change_as_good * left])
-    )
+    place = float(np.mean([other for other, rows, error in steps if rows == pair and error <= method.shared.alike * left]))
     steady = min(float(np.sum(power[line, np.arange(_BLOCKS)])) for line in _lines(len(power)))
     constant = float(np.min(np.sum(power, axis=1)))
     return (
         (place, pair)
-        if pair[0] != pair[1]
-        and left < min(method.recording_checks.change_left * constant, method.recording_checks.change_left_of_drift * steady)
+        if pair[0] != pair[1] and left < min(method.recording_checks.change_left * constant, method.recording_checks.left_by_shift * steady)
         else None
     )
 

@@ -71,7 +71,7 @@ def with_a_wrong_unit(found: SearchResult, values: Mapping[str, float], method: 
     Beside implausible values of the lesson a factor on a reading makes up for those, and is not asked about.
     """
     credible = [] if found.far_off or implausible else found.model.candidates
-    most = [candidate for candidate in credible if found.removed_by(candidate) > method.verdict.named_share]
+    most = [candidate for candidate in credible if found.removed_by(candidate) > method.shared.larger_part]
     mistaken = wrong_unit(most, values, method=method)
     return (mistaken,) if mistaken else ()
 

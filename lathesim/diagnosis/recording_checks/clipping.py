@@ -28,11 +28,7 @@ def clipped_reading(experiment: Experiment, fitted: Fitted, method: Method = STA
         ends = ((recorded.max(), 1.0), (recorded.min(), -1.0))
         levels = [level for level, side in ends if _goes_beyond(recorded, simulated, level, side, method=method)]
         others = [other for other in range(len(experiment.machine.compare)) if other != row]
-        if (
-            levels
-            and others
-            and all(missing_share(experiment, fitted, other)[0] < method.recording_checks.clipped_elsewhere for other in others)
-        ):
+        if levels and others and all(missing_share(experiment, fitted, other)[0] < method.verdict.adequate for other in others):
             stand = int(np.count_nonzero(np.isin(recorded, levels)))
             where = " and ".join(shown_with_unit(float(level), unit) for level in levels)
             return (
@@ -51,11 +47,11 @@ def _goes_beyond(recorded: np.ndarray, simulated: np.ndarray, level: float, side
         method.recording_checks.clipped_run
     ):
         return False
-    if float(np.mean(np.diff(recorded, prepend=recorded[0])[inside] == 0.0)) > method.recording_checks.clipped_repeats:
+    if float(np.mean(np.diff(recorded, prepend=recorded[0])[inside] == 0.0)) > method.shared.larger_part:
         return False
-    usual = float(np.quantile(np.abs(recorded - simulated)[inside], method.recording_checks.clipped_usual))
+    usual = float(np.quantile(np.abs(recorded - simulated)[inside], method.shared.nearly_all))
     beyond = side * (simulated - recorded)[flat]
     return (
-        float(np.mean(beyond > 0.0)) > method.recording_checks.clipped_mostly
+        float(np.mean(beyond > 0.0)) > method.shared.nearly_all
         and float(np.median(beyond)) > method.recording_checks.clipped_beyond * usual
     )

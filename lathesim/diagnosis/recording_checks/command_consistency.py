@@ -53,7 +53,7 @@ def contradicted(
                 return told
             if (
                 name in added
-                or (name in laws and (share < method.recording_checks.another_law or laws[name]))
+                or (name in laws and (share < method.shared.larger_part or laws[name]))
                 or _reads_through_a_converter(experiment, row)
             ):
                 continue

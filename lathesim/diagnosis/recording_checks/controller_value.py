@@ -44,7 +44,7 @@ def controller_value(
 
             furthest = math.log(method.recording_checks.value_factor)
             found = minimize_scalar(left, bounds=(-furthest, furthest), method="bounded", options={"xatol": 1e-4, "maxiter": _STEPS})
-            better = found.fun < min(method.recording_checks.value_left * share, method.recording_checks.value_follows) and (
+            better = found.fun < min(method.recording_checks.value_left * share, method.recording_checks.unexplained_command) and (
                 best is None or found.fun < best[0]
             )
             if better and left(found.x, of=validation) < method.recording_checks.value_left * left(0.0, of=validation):

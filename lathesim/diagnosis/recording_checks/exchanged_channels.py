@@ -52,7 +52,7 @@ def swapped(experiment: Experiment, values: Mapping[str, float], method: Method 
         if (
             units[first] == units[second]
             and as_mapped > method.recording_checks.plainly_off
-            and exchanged < method.recording_checks.exchanged * as_mapped
+            and exchanged < method.recording_checks.left_by_fault * as_mapped
         ):
             names = f"{experiment.machine.compare[first]} and {experiment.machine.compare[second]}"
             return (

@@ -93,10 +93,7 @@ def _before_converter(experiment: Experiment, simulated: FloatArray, method: Met
             continue
         step = float(np.min(np.diff(levels)))
         off = float(np.mean(np.abs(rounded - column) > OFF_GRID * step))
-        if (
-            off > method.recording_checks.rounded_mostly
-            and float(np.mean(np.abs(rounded - replayed) < OFF_GRID * step)) > method.recording_checks.rounded_mostly
-        ):
+        if off > method.shared.nearly_all and float(np.mean(np.abs(rounded - replayed) < OFF_GRID * step)) > method.shared.nearly_all:
             return (
                 f"{behind} holds what lies between the levels of {part.name}: the column was recorded before that converter. "
                 f"Compare {before} with it, and leave {behind} out."
@@ -121,7 +118,7 @@ def _in_counts(experiment: Experiment, method: Method) -> str:
         if not count or not spacing or spacing < count / OFF_GRID or not followed:
             continue
         span, asked = float(np.ptp(column)) * count / spacing, max(float(np.ptp(np.nan_to_num(one))) for one in followed)
-        if method.recording_checks.counts_low * asked < span < method.recording_checks.counts_high * asked:
+        if asked / method.recording_checks.counts_high < span < method.recording_checks.counts_high * asked:
             return f"{name} holds whole counts of the encoder, each worth {count:.4g} {unit}. Write unit: counts for its column."
     return ""
 

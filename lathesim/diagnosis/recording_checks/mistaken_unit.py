@@ -23,26 +23,15 @@ def in_another_unit(experiment: Experiment, values: Mapping[str, float], method:
     recorded = np.nan_to_num(experiment.sensed.recorded)[:, begin:]
     simulated = recorded - np.nan_to_num(experiment.sensed.one(values))[:, begin:]
     factors = [float(one @ other) / max(float(other @ other), 1e-300) for one, other in zip(recorded, simulated, strict=True)]
-    off = [
-        row
-        for row, factor in enumerate(factors)
-        if not (method.recording_checks.gain_low, method.recording_checks.gain_high)[0]
-        < factor
-        < (method.recording_checks.gain_low, method.recording_checks.gain_high)[1]
-    ]
+    off = [row for row, factor in enumerate(factors) if not is_within(factor, method.recording_checks.gain_high)]
     if len(off) != 1 or len(factors) == 1 or experiment.record.unit(experiment.machine.compare[off[0]]) not in FORCES:
         return ""
     (row,) = off
     factor, name = factors[row], experiment.machine.compare[row]
     beside = root_mean_square(recorded[row] - factor * simulated[row])
-    unit = (
-        known_factor(factor, method.recording_checks.unit_near)
-        if not (method.recording_checks.unit_low, method.recording_checks.unit_high)[0]
-        < abs(factor)
-        < (method.recording_checks.unit_low, method.recording_checks.unit_high)[1]
-        else ""
-    )
-    if not unit or not beside < method.recording_checks.unit_left * root_mean_square(recorded[row]):
+    ordinary = is_within(abs(factor), method.recording_checks.unit_high)
+    unit = "" if ordinary else known_factor(factor, method.recording_checks.unit_near)
+    if not unit or not beside < method.recording_checks.left_by_fault * root_mean_square(recorded[row]):
         return ""
     return f"{name} is {factor:.4g} times what the machine makes, which is the factor of a mistaken unit: {unit}."
 
@@ -57,12 +46,12 @@ def wrong_unit(candidates: Iterable[Candidate], values: Mapping[str, float], met
             factor = values.get(name, 1.0)
             if neutral == 1.0 and abs(factor + 1.0) < method.recording_checks.sign_turned:
                 return f"{candidate.at} reads {factor:.4g} times what the machine does: its sign is turned round."
-            if (
-                neutral == 1.0
-                and not (method.recording_checks.gain_low, method.recording_checks.gain_high)[0]
-                < abs(factor)
-                < (method.recording_checks.gain_low, method.recording_checks.gain_high)[1]
-                and (unit := known_factor(factor))
-            ):
+            usual = is_within(abs(factor), method.recording_checks.gain_high)
+            if neutral == 1.0 and not usual and (unit := known_factor(factor)):
                 return f"{candidate.at} reads {factor:.4g} times what the machine does, which is the factor of a mistaken unit: {unit}."
     return ""
+
+
+def is_within(factor: float, most: float) -> bool:
+    """Return whether a factor is between the inverse of another one and that one itself."""
+    return 1.0 / most < factor < most

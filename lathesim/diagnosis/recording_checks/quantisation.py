@@ -44,7 +44,7 @@ def _on_grids(experiment: Experiment, method: Method = STANDARD) -> dict[str, fl
             channel = f"{candidate.at}.{ports.get(role, '')}"
             if channel in experiment.machine.compare and (known := _declared(experiment, channel, counts)) > 0.0:
                 spacing = counts * grid_spacing(experiment.record[channel])
-                if spacing > method.recording_checks.coarser * known:
+                if spacing > method.shared.alike * known:
                     found.setdefault(candidate.part, spacing)
     return found
 

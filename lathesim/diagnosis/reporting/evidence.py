@@ -146,12 +146,12 @@ def strongest_variables(
                 partial[bar.variable] = max(partial.get(bar.variable, 0.0), within)
             else:
                 shares[bar.variable] = max(shares.get(bar.variable, 0.0), share)
-    narrow = [name for name in sorted(partial, key=lambda name: -partial[name]) if partial[name] > method.reporting.least_dependence]
+    narrow = [name for name in sorted(partial, key=lambda name: -partial[name]) if partial[name] > method.shared.dependence]
     chosen: list[str] = []
     for name in sorted(shares, key=lambda name: (_complexity(name), -shares[name])):
         motion = _complexity(name) < _MOTION
         simpler = max((shares[other] for other in chosen), default=0.0)
-        if shares[name] > method.reporting.least_dependence and (motion or shares[name] > simpler + method.reporting.clearly_more):
+        if shares[name] > method.shared.dependence and (motion or shares[name] > simpler + method.reporting.clearly_more):
             chosen.append(name)
     return tuple([*narrow, *sorted(chosen, key=lambda name: -shares[name])][: int(method.reporting.most_variables)])
 

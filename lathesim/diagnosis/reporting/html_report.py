@@ -372,5 +372,5 @@ def _baseline(name: str, item: BaselineValue, modelled: bool, method: Method = S
         "with_it": value,
         "interval": interval,
         "off": f"{'+' if share > 0.0 else ''}{percent(share)}" if math.isfinite(share) else NOTHING,
-        "moved": math.isfinite(deviation) and abs(other - reference) > method.reporting.moved * deviation > 0.0,
+        "moved": math.isfinite(deviation) and abs(other - reference) > method.selection.significant * deviation > 0.0,
     }

@@ -118,7 +118,7 @@ def gathered(
     return Grounds(
         effects=bool(ranked),
         tests=adequate.tests,
-        explains=all_of(held(adequate.judged.removed_here, ">=", method.verdict.named_share, adequate.judged.removed_error)),
+        explains=all_of(held(adequate.judged.removed_here, ">=", method.shared.larger_part, adequate.judged.removed_error)),
         first_may_be_zero=may_be_zero(first, found, values) if first else None,
         moved=moved,
         accepted=of_the_model(found, method),

@@ -37,4 +37,4 @@ def off_by_chance(
     with_steps, without = experiment.own.outputs(names, np.array(rows))
     begin = int(SETTLING * experiment.own.samples)
     moved = {name: root_mean_square((with_steps - without)[row][begin:]) for row, name in enumerate(experiment.machine.compare)}
-    return {name for name, size in moved.items() if 0.0 < fit[name].after < method.verdict.limit_cycle * size}
+    return {name for name, size in moved.items() if 0.0 < fit[name].after < method.shared.alike * size}

@@ -82,11 +82,11 @@ def explains_nothing(experiment: Experiment, before: Fitted, after: Fitted, meth
     """Return whether a fit explains no more than chance does of another's error, whichever channel of the recording is looked at, and
     whether there is hardly any: where an error is left that nothing explains, something is missing."""
     over = np.sqrt(np.mean(np.square(before.residual), axis=1)) / experiment.sensed.seen_floors
-    if np.max(over) > method.verdict.hardly_any_error:
+    if np.max(over) > method.shared.alike:
         return False
     laboratory = Laboratory(experiment, experiment, lambda text: None, method=method)
     laboratory.weigh(before)
-    return laboratory.most_removed(experiment, before, after) < method.verdict.no_error
+    return laboratory.most_removed(experiment, before, after) < method.share_of_all
 
 
 def removed_share(experiment: Experiment, before: Fitted, after: Fitted, method: Method = STANDARD) -> float:

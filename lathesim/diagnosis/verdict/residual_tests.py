@@ -31,8 +31,8 @@ def force_follows_motion(judged: Judged, method: Method) -> Iterator[ResidualTes
         left = f"{missing.share_after:.1%} of what acts at {missing.at} is still missing"
         follows = (held(share, ">=", method.verdict.adequate, share * relative_error(missing.after)),)
         no_noise = (
-            held(missing.share_after, "<=", method.verdict.half, missing.share_after * relative_error(missing.after)),
-            held(ratio(fit.after, fit.floor), ">=", method.verdict.channel_worse),
+            held(missing.share_after, "<=", method.shared.larger_part, missing.share_after * relative_error(missing.after)),
+            held(ratio(fit.after, fit.floor), ">=", method.shared.alike),
         )
         yield ResidualTest(
             "force follows the motion", channel, Criterion((follows, no_noise)), f"{left}, and goes with {bar.variable}" if bar else left
@@ -101,11 +101,11 @@ def removes_too_little(judged: Judged, method: Method) -> Iterator[ResidualTest]
         more = (
             held(after, ">=", verdict.follows_no_more),
             *(held(item.share_after, ">=", verdict.adequate, item.share_after * relative_error(item.after)) for item in signals),
-            *(() if judged.waves else (held(before, "<=", verdict.followed),)),
+            *(() if judged.waves else (held(before, "<=", method.shared.dependence),)),
         )
         clauses = (
-            (held(judged.removed, "<", verdict.half, judged.removed_error),),
-            *((_left(item, item.share_after, verdict.half),) for item in signals),
+            (held(judged.removed, "<", method.shared.larger_part, judged.removed_error),),
+            *((_left(item, item.share_after, method.shared.larger_part),) for item in signals),
             more,
         )
         sentence = f"it takes away only {judged.removed:.0%} of the error on the recording that judges"
@@ -133,7 +133,7 @@ def value_leaves_form(judged: Judged, method: Method) -> Iterator[ResidualTest]:
             all_of(
                 held(share, ">", method.verdict.leaves_much, share * relative_error(missing.after)),
                 held(ratio(fit.after, fit.floor), ">", method.verdict.load_shows),
-                held(bar.after, ">", method.verdict.half),
+                held(bar.after, ">", method.shared.larger_part),
                 held(missing.share_after, ">=", method.location.integration_error),
             ),
             f"{share:.0%} of what was missing at {missing.at} is left, and goes with {bar.variable}",
@@ -159,7 +159,7 @@ def force_is_missing(judged: Judged, method: Method) -> Iterator[ResidualTest]:
             held(ratio(fit.after, fit.floor), ">", method.verdict.load_shows),
         ]
         if of_forces(missing):
-            conditions.append(held(_at_small_over_large_load(missing), "<=", method.verdict.same_at_load))
+            conditions.append(held(_at_small_over_large_load(missing), "<=", method.selection.rival))
         sentence = f"{missing.share_after:.0%} of what acts at {missing.at} is still missing"
         yield ResidualTest("force is missing", channel, all_of(*conditions), sentence)
 
@@ -185,7 +185,7 @@ def small_force_follows_motion(judged: Judged, method: Method) -> Iterator[Resid
             "small force follows the motion",
             channel,
             all_of(
-                held(bar.after, ">", method.verdict.half),
+                held(bar.after, ">", method.shared.larger_part),
                 held(share, ">=", method.verdict.follows_motion, share * relative_error(missing.after)),
             ),
             f"{missing.share_after:.1%} of what acts at {missing.at} is still missing, and goes with {bar.variable}",
@@ -215,7 +215,7 @@ def impossible_machine(judged: Judged, method: Method) -> Iterator[ResidualTest]
     if off:
         surest = max(judged.sizes, key=lambda item: item.half_intervals, default=None)
         nothing_sure = [_undetermined(surest, method)] if surest else []
-        little = held(judged.removed, "<", method.verdict.explains_most, judged.removed_error)
+        little = held(judged.removed, "<", method.shared.nearly_all, judged.removed_error)
         sentence = "it needs a machine that the lesson holds impossible, and leaves much"
         yield ResidualTest("possible machine", "", Criterion((tuple(off), (little, *nothing_sure))), sentence, "discredits")
 
@@ -285,7 +285,7 @@ def _left(missing: MissingSignal, share: float, limit: Limit) -> Condition:
 
 def _leaves_much(judged: Judged, method: Method) -> Criterion:
     """Return the conditions under which most of the error is not explained, and more is missing than an own form leaves, everywhere."""
-    little = held(judged.removed, "<", method.verdict.explains_most, judged.removed_error)
+    little = held(judged.removed, "<", method.shared.nearly_all, judged.removed_error)
     return all_of(little, *(_left(item, counted(item), method.verdict.leaves_much) for item in judged.evidence.missing))
 
 

@@ -47,7 +47,7 @@ def _may_be_added(one: UnrecordedInput, method: Method) -> bool:
     """Return whether a signal may be added: one of simple shape, or one that a contradiction shows and that is smaller than what a wrong
     column leaves."""
     limits = method.recording_checks
-    return one.shape.share > 0.0 or limits.unexplained_command < one.unexplained < limits.another_law
+    return one.shape.share > 0.0 or limits.unexplained_command < one.unexplained < method.shared.larger_part
 
 
 def with_inputs(machine: Machine, added: Sequence[UnrecordedInput]) -> Machine:
@@ -96,7 +96,7 @@ def _goes_with_inputs(experiment: Experiment, command: str, signal: FloatArray, 
     given = [np.nan_to_num(experiment.record[name]) for name in dict.fromkeys(names)]
     motions = [np.column_stack([place, np.gradient(place), np.cumsum(place - place.mean())]) for place in given]
     groups = motions if shape.share > 0.0 else [np.column_stack(motions)] if motions else []
-    return any(_told_by(columns, signal) > method.recording_checks.law_explained for columns in groups)
+    return any(_told_by(columns, signal) > method.shared.larger_part for columns in groups)
 
 
 def _told_by(columns: FloatArray, signal: FloatArray) -> float:
