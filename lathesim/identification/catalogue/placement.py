@@ -18,7 +18,7 @@ from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
-from lathesim.identification.machine.roles import decides, further_readings_of, readings_of
+from lathesim.identification.machine.roles import decides, further_readings_of, inputs_of_readings, readings_of
 from lathesim.identification.records.candidate import Candidate
 from lathesim.lessons.insertion import insert_effect
 
@@ -123,9 +123,7 @@ def _from_beside(effect: type[Effect], part: Part, at: str, assembly: Assembly, 
     reading = at.partition(".")[2] or ports.get("reading", "")
     readings = [port for port in readings_of(part.component) if port != reading]
     seen = [port for port in readings if compared is None or f"{part.name}.{port}" in compared]
-    # the input of main is main_force
-    others = [name for name in part.component.declared(Input) if name.startswith(tuple(seen))]
-    fed = [sources.get(f"{part.name}.{name}", "") for name in others]
+    fed = [sources.get(f"{part.name}.{name}", "") for name in inputs_of_readings(part.component, seen)]
     return [{effect.identification.senses_beside: source} for source in fed if source]
 
 

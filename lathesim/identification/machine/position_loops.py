@@ -9,6 +9,7 @@ from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.errors import LessonError
+from lathesim.lessons.insertion import SeenBeyond
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ def _passed(wires: dict[str, str], parts: dict[str, Any], source: str) -> str:
     """Return what an output passes on where it is one of effects: the first output before them."""
     while source.partition(".")[0] in parts and issubclass(parts[source.partition(".")[0]].component, Effect):
         source = wires.get(f"{source.partition('.')[0]}.incoming", "")
-    if source.partition(".")[0] in parts and parts[source.partition(".")[0]].component.__name__ == "SeenBeyond":
+    if source.partition(".")[0] in parts and issubclass(parts[source.partition(".")[0]].component, SeenBeyond):
         return _passed(wires, parts, wires.get(f"{source.partition('.')[0]}.incoming", ""))
     return source
 

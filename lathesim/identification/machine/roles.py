@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from lathesim.component import Component, Output, Parameter
+from collections.abc import Sequence
+
+from lathesim.component import Component, Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, Part
 
@@ -47,6 +49,20 @@ def commands(assembly: Assembly) -> dict[str, str]:
 def has_dry_friction(component: type[Component]) -> bool:
     """Return whether a part has a dry friction of its own, as a parameter."""
     return any("coulomb" in item for item in component.declared(Parameter))
+
+
+SENSED = "sensed_"
+"""Beginning of the parts of a replay that say how much of the recorded motion an input senses."""
+
+
+def is_sensed_share(name: str) -> bool:
+    """Return whether a parameter says how much of the recorded motion an input senses."""
+    return name.startswith(SENSED)
+
+
+def inputs_of_readings(component: type[Component], readings: Sequence[str]) -> list[str]:
+    """Return the inputs of a sensor of several channels that some of its readings show: that of ``main`` is ``main_force``."""
+    return [name for name in component.declared(Input) if name.startswith(tuple(readings))]
 
 
 def is_of_machine(part: str) -> bool:

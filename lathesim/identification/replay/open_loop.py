@@ -16,13 +16,12 @@ from lathesim.component import Component, Input
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.wiring import wire
-from lathesim.identification.machine.roles import comes_from_effect, goes_to_effect
+from lathesim.identification.machine.roles import SENSED, comes_from_effect, goes_to_effect, is_sensed_share
 from lathesim.identification.replay.recorded_parts import CorrectedSight, HeldSignal, LinearSignal, SensedMotion
 from lathesim.lessons.insertion import GoesWithMain, Machinery, first_input
 
-_SENSED = "sensed_"
 ROUNDING, ROUNDED = "rounding_", "rounded_"
-SIGNALS = ("recorded_", "motion_", "followed_", ROUNDING, _SENSED)
+SIGNALS = ("recorded_", "motion_", "followed_", ROUNDING, SENSED)
 """How the names of parts begin that stand for what was recorded."""
 
 
@@ -189,13 +188,13 @@ def _sensing_for(wires: Mapping[str, Wire], target: str) -> str:
 
 def sensed_share(target: str) -> str:
     """Return the parameter that says how much of the recorded motion an input of a candidate (``part.input``) senses."""
-    return f"{_SENSED}{target.replace('.', '_')}.share"
+    return f"{SENSED}{target.replace('.', '_')}.share"
 
 
 def as_recorded(values: Mapping[str, float]) -> dict[str, float]:
     """Return values with which every effect senses the recorded motion, where there is any: what an impulse does to a table that a
     friction holds says nothing of what a load does to one that moves."""
-    return {name: value for name, value in values.items() if not name.startswith(_SENSED)}
+    return {name: value for name, value in values.items() if not is_sensed_share(name)}
 
 
 def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, FloatArray]) -> tuple[Assembly, dict[str, str]]:
