@@ -55,7 +55,7 @@ def screen(
     points: Mapping[str, FloatArray] | None = None,
     method: Method = STANDARD,
 ) -> Screening:
-    """Screen the candidates; ``points`` gives starting values by candidate part, in the place of usual ones.
+    """Return how the candidates score; ``points`` gives starting values by candidate part, in the place of usual ones.
 
     What the null maximum is is the largest gain among all candidates on noise as the noise model has it, with nothing hidden in it; the
     largest of 20 such draws is given.
@@ -64,7 +64,7 @@ def screen(
     draws = absorb.draws(_DRAWS)
 
     def one(candidate: Candidate) -> tuple[Screened, float] | None:
-        """Screen one candidate: what it scores, and the null maximum with it; none where it moves no channel."""
+        """Return what one candidate scores, and the null maximum with it; none where it moves no channel."""
         tried = _responses(simulator, fitted, absorb, candidate, _points(candidate, points))
         if not tried:
             return None

@@ -170,7 +170,7 @@ def load_recording(lesson: Lesson, file: Path, registry: Registry, variant: str 
 
 
 def compare(lesson: str, machine: Machine, recorded: Recorded, method: Method = STANDARD) -> Comparison:
-    """Hold a recording against a machine."""
+    """Return the comparison of a recording with a machine."""
     first, second, experiment = parted(machine, recorded.name, recorded.record, ())
     fitted, *pieces = [_started(item) for item in (experiment, first, second)]
     channels, replayed = _channels(experiment, fitted), _replayed(experiment, fitted)
@@ -211,7 +211,7 @@ def _is_a_velocity(unit: str) -> bool:
 
 
 def _channels(experiment: Experiment, fitted: Fitted) -> list[ChannelResidual]:
-    """Run the lesson's own simulation from the fitted start and hold each channel against the recording."""
+    """Return each channel of the recording beside the lesson's own simulation from the fitted start."""
     names = [name for name in fitted.by_name if name in experiment.own.plan.states]
     simulated = experiment.sensed.from_zero_of(experiment.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0])
     begin = int(SETTLING * experiment.own.samples)
@@ -269,7 +269,7 @@ def _depends_on(first: Experiment, fitted: Fitted, second: Experiment, judged: F
 def _spectra(
     experiment: Experiment, channels: Sequence[ChannelResidual], made_by: Mapping[str, Sequence[str]], method: Method = STANDARD
 ) -> tuple[ChannelLines, ...]:
-    """Look for lines of each channel, along the ways of the parts that it is ``made_by`` (channel -> parts, the nearest first) before
+    """Return the lines of each channel, along the ways of the parts that it is ``made_by`` (channel -> parts, the nearest first) before
     others."""
     begin = int(SETTLING * experiment.own.samples)
     ways, motions = _ways(experiment, begin, method=method)

@@ -63,7 +63,7 @@ def compare_figure(comparison: Comparison) -> Any:
 
 
 def _chosen(worst: ChannelLines) -> list[Spectrum]:
-    """Choose the spectra to draw: in time, and against the way that holds the strongest line (or the first one)."""
+    """Return the spectra to draw: in time, and against the way that holds the strongest line (or the first one)."""
     against = [line.variable for line in worst.lines if line.variable != "time"]
     ways = [item for item in worst.spectra if item.variable != "time"]
     ways.sort(key=lambda item: item.variable not in against[:1])

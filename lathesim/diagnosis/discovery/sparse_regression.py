@@ -170,7 +170,7 @@ def _inner(values: FloatArray, method: Method = STANDARD) -> FloatArray:
 def _replayed(
     experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, draft: _Draft, method: Method = STANDARD
 ) -> Discovered | None:
-    """Fit the amounts with everything else that is free by replaying, and hold the outcome against the validation recording."""
+    """Return the formula with its amounts fitted by replaying, with all else that is free, and judged on the validation recording."""
     motion, other = _motion(experiment, draft.at, draft.row), _motion(validation, draft.at, draft.row)
     assert motion is not None
     assert other is not None

@@ -25,7 +25,7 @@ def fewer(laboratory: Laboratory, model: Model, *gone: Candidate, rounds: int = 
 
 
 def fitted_without(laboratory: Laboratory, model: Model, *gone: Candidate, rounds: int = 1) -> Fitted:
-    """Fit the rest of a model anew."""
+    """Return the fit of the rest of a model."""
     names = {name for candidate in gone for name in candidate.parameters}
     free = [item for item in model.free if item.name not in names]
     return fit(laboratory.experiment.sensed, free, model.fitted.constant, rounds=rounds, full_band=is_full_band(_rest(model, gone)))

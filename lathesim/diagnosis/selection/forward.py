@@ -152,7 +152,7 @@ def _add(
 
 
 def _tried_in_batches(laboratory: Laboratory, found: SearchResult, ranked: Sequence[Screened], method: Method) -> list[Trial]:
-    """Fit candidates, the best ones first, as long as the fits so far leave the others worth it, and return the trials."""
+    """Return trials of candidates, the best ones first, as long as the trials so far leave the others worth a fit."""
     tried: list[Trial] = []
     further = [item for item in ranked[method.screened :] if item.share > method.selection.worth_trying]
     waiting = [*ranked[: method.screened], *further[: method.selection.most_rivals]]
@@ -310,7 +310,7 @@ def _of_more_stages(batch: Sequence[Screened], model: Model) -> list[Asked]:
 def _batch(
     laboratory: Laboratory, found: SearchResult, ranked: Sequence[Screened], waiting: list[Screened], tried: Sequence[Trial], method: Method
 ) -> list[Screened]:
-    """Take from the waiting candidates those that are tried next, as far as the trials so far leave them worth it."""
+    """Return the candidates that are tried next, taken from the waiting ones, as far as the trials so far leave them worth it."""
     good = [trial for trial in tried if believable(trial, method, found.null_maximum)]
     kept = {trial.candidate.part for trial in good}
     # what expected much and kept none of it is no yardstick
@@ -354,8 +354,10 @@ def _rivals(
     tried: Sequence[Trial],
     method: Method = STANDARD,
 ) -> list[Trial]:
-    """Fit what expected as much as the best, or is a relative of it that is no less simple, and was not fitted yet: what cannot be told
-    from it is said to be tied, and the simpler one is taken. Beside implausible values scores say little."""
+    """Return trials of candidates that were not tried yet: they score as much as the best, or are relatives of it that are no less simple.
+
+    What cannot be distinguished from it is tied with it, and the simpler one is taken. Beside implausible values scores say little.
+    """
     known, together = {trial.candidate.part for trial in tried}, {item.candidate.part for item in ranked}
     promised = next(item.gain for item in ranked if item.candidate.part == best.candidate.part)
     others = [item for item in screened if item.candidate.part not in known]

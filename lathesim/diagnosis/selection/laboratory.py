@@ -70,7 +70,7 @@ class Laboratory:
         return self.experiment.sensed.runs.total + self.validation.sensed.runs.total
 
     def model(self, candidates: tuple[Candidate, ...], fitted: Fitted) -> Model:
-        """Judge a fit on both recordings."""
+        """Return the model of a fit, judged on both recordings."""
         judged = transferred(self.validation, fitted, candidates)
         return Model(
             candidates,
@@ -115,7 +115,7 @@ class Laboratory:
         return float(np.max((error - self.error(experiment, after))[::2] / (error + floor)[::2]))
 
     def settled(self, model: Model) -> Model:
-        """Fit a model anew from where it stands until nothing moves any more, with all slopes taken afresh."""
+        """Return a model fitted from where it stands until nothing moves any more, with all slopes taken afresh."""
         full_band, constant = is_full_band(model.candidates), model.fitted.constant
         settled = fit(self.experiment.sensed, model.free, constant, rounds=2, full_band=full_band, settle=_SETTLED)
         if moved := between_samples(self.experiment, settled, model.candidates, full_band=full_band):
@@ -214,7 +214,7 @@ class Laboratory:
         *,
         with_simulated_motion: bool = False,
     ) -> Trial:
-        """Fit a candidate from some starting values on top of ``kept`` and hold it against the model before.
+        """Return the trial of a candidate, fitted from some starting values on top of ``kept`` and compared with the model before.
 
         What the model before had free moves along its slopes there: a trial needs only the runs of its own parameters. Once a start has
         explained the share of the error that screening ``expected``, the others are not fitted. ``sensed`` lets frictions sense the

@@ -51,7 +51,7 @@ rivals are tried again beside what stays; ties are noted last, of the model that
 
 
 def search(experiment: Experiment, validation: Experiment, method: Method = STANDARD, tell: Progress | None = None) -> SearchResult:
-    """Search the candidates of an experiment; ``validation`` judges. Stopped with Ctrl-C it returns what was found until then."""
+    """Return what a search among the candidates of an experiment finds; ``validation`` judges. Ctrl-C keeps what was found so far."""
     chosen = replace(method, possible=possible_sizes(experiment, method=method))
     progress = tell or (lambda text: None)
     progress("fitting the baseline")

@@ -30,7 +30,7 @@ class Asked:
 
 
 def side_by_side(laboratory: Laboratory, before: Model, asked: Sequence[Asked]) -> list[Trial]:
-    """Try some candidates and give the trials in the order in which they were asked for."""
+    """Return the trials of some candidates, in the order in which they were asked for."""
 
     def one(asked: Asked) -> Trial:
         return laboratory.trial(

@@ -76,8 +76,8 @@ def against(merit: float, other: float, explained: float, method: Method, effect
 
 
 def factor_of(model: Model, experiment: Experiment) -> str:
-    """Report the one effect of a model that makes what an encoder counts a multiple of the way; empty where that is not all there is,
-    and at other sensors, whose gains are adjusted by hand."""
+    """Return the factor of the one effect of a model that makes what an encoder counts a multiple of the way. It is empty where that is not
+    all there is, and at other sensors, whose gains are adjusted by hand."""
     if len(model.candidates) != 1 or not model.candidates[0].effect.proportional:
         return ""
     (candidate,) = model.candidates

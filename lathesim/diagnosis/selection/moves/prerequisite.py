@@ -68,7 +68,7 @@ def _instead(
 
 
 def _on_top(laboratory: Laboratory, before: Model, candidate: Candidate, method: Method = STANDARD) -> Trial:
-    """Try an effect anew on the ground that it needs: from what it was without it, a way to both may be long."""
+    """Return the trial of an effect on the ground that it needs: from what it was without it, a way to both may be long."""
     (item,) = screen(
         laboratory.experiment.sensed,
         before.fitted,
