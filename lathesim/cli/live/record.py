@@ -40,7 +40,9 @@ def record(
     as_json: bool,
     plugin_folders: tuple[Path, ...],
 ) -> int:
-    """Record what an OPC UA server (opc.tcp://host:port) or an MTConnect agent (http://host:port) publishes.
+    """Record what an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port) or a servo side (tcp://host:port) sends.
+
+    With --lesson, URL may also be - or a named pipe of lines as halsampler writes them.
 
     MAP.yaml has 'channels: {x_scale.position: {path: CncAxisList/x_axis/PosDirect/ActPos, unit: mm}}', 'node:' for a node id and 'item:'
     for a data item of MTConnect. With --lesson and without --map the names of OPC 40502 and of the channels are looked for. Times are those
@@ -49,13 +51,18 @@ def record(
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
     from lathesim.live.recording.recording_run import record as take_down
-    from lathesim.live.sources.opening import open_machine
+    from lathesim.live.sources.opening import open_machine, open_source
+    from lathesim.live.sources.pipe_source import is_pipe
     from lathesim.live.sources.until_stopped import run_until_stopped
     from lathesim.units import quantity
 
     seconds, every = quantity(duration, "s"), quantity(interval, "s")
-    prepared = None if lesson is None else prepare(load_lesson(lesson), open_registry(plugin_folders), variant)
-    source: Any = open_machine(url, map_file, prepared, every, queue)
+    registry = open_registry(plugin_folders)
+    prepared = None if lesson is None else prepare(load_lesson(lesson), registry, variant)
+    piped = prepared is not None and is_pipe(url)
+    source: Any = (
+        open_source([url], map_file, prepared, registry) if piped and prepared else open_machine(url, map_file, prepared, every, queue)
+    )
     with click.progressbar(length=max(1, int(10 * seconds)), label="recording", show_pos=False) if not as_json else _Silent() as bar:
         noted, stopped = run_until_stopped(lambda stop: take_down(source, out, seconds, stop, _Steps(bar)))
     if not noted.samples:

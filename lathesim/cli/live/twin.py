@@ -12,7 +12,6 @@ from lathesim.cli.live.live_options import STOPPED
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
-    from lathesim.live.sources.samples import Source
     from lathesim.live.twin import TwinLine
 
 _BAR = 21
@@ -41,22 +40,21 @@ def twin(
 ) -> int:
     """Run LESSON's simulation beside a machine and show both: reference, executed, simulated, and their difference magnified.
 
-    SOURCE is an OPC UA server, an MTConnect agent, or a recording, which is played again at its own times. Ctrl-C ends it and keeps what
-    was recorded with --out.
+    SOURCE is an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port), the servo side of 'lathesim machine'
+    (tcp://host:port), a pipe of lines as halsampler writes them (-, or its name), or a recording, which is played again at its own times.
+    Ctrl-C ends it and keeps what was recorded with --out.
     """
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
-    from lathesim.live.sources.file_source import FileSource
-    from lathesim.live.sources.opening import open_machine
+    from lathesim.live.sources.opening import live, open_source
     from lathesim.live.sources.until_stopped import run_until_stopped
     from lathesim.live.twin import Twin
     from lathesim.units import quantity
 
     registry = open_registry(plugin_folders)
     prepared = prepare(load_lesson(lesson), registry, variant)
-    recorded = "://" not in source
-    opened: Source = FileSource([Path(source)], prepared, registry) if recorded else open_machine(source, map_file, prepared)
-    shown = Twin(prepared, opened, out, every=quantity(every, "s"), pace=recorded and not fast)
+    opened = open_source([source], map_file, prepared, registry)
+    shown = Twin(prepared, opened, out, every=quantity(every, "s"), pace=not live([source]) and not fast)
     lines = _Lines(None if scale is None else quantity(scale, "m"))
     status, stopped = run_until_stopped(lambda stop: shown.run(stop, lines.show))
     click.echo(f"{shown.samples} samples; {status}.")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -15,7 +15,6 @@ from lathesim.cli.registry import open_registry, plugins_option
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
     from lathesim.live.watching.watch_session import Event
-    from lathesim.plugins import Registry
 
 
 @click.command()
@@ -51,12 +50,14 @@ def watch(
 ) -> int:
     """Watch a machine: say when it began to differ from LESSON, where, and what that is.
 
-    SOURCE is an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port), or recordings, one after another. What is usual
-    is learnt first. Then a change or a drift is told with its time and place, and the window around it is diagnosed in the background.
+    SOURCE is an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port), the servo side of 'lathesim machine'
+    (tcp://host:port), a pipe of lines as halsampler writes them (-, or its name), or recordings, one after another. What is usual is learnt
+    first. Then a change or a drift is told with its time and place, and the window around it is diagnosed in the background.
     Values may move within what the lesson calls uncertain. Faults of the recording are told as such. Ctrl-C ends it.
     """
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
+    from lathesim.live.sources.opening import open_source
     from lathesim.live.sources.until_stopped import run_until_stopped
     from lathesim.live.watching.watch_session import WatchSession, WatchSettings
     from lathesim.units import quantity
@@ -74,7 +75,7 @@ def watch(
         diagnose=not no_diagnosis,
         plugins=plugin_folders,
     )
-    source = _source(sources, map_file, prepared, registry)
+    source = open_source(sources, map_file, prepared, registry)
     session = WatchSession(prepared, source, settings, _json_line if json_lines else _line)
     _, stopped = run_until_stopped(session.run)
     return STOPPED if stopped else 0
@@ -106,15 +107,3 @@ def _tolerances(texts: tuple[str, ...], prepared: Prepared) -> dict[str, float]:
             raise LiveError(f"the lesson has no channel '{name}'.", remedy=nearest(name, units) or f"It has {', '.join(units)}.")
         found[name] = quantity(value, units[name])
     return found
-
-
-def _source(sources: tuple[str, ...], map_file: Path | None, prepared: Prepared, registry: Registry) -> Any:
-    from lathesim.live.sources.opening import open_machine
-
-    if len(sources) == 1 and "://" in sources[0]:
-        return open_machine(sources[0], map_file, prepared)
-    if any("://" in source for source in sources):
-        raise click.UsageError("One machine is watched at a time; several recordings may follow one another.")
-    from lathesim.live.sources.file_source import FileSource
-
-    return FileSource([Path(source) for source in sources], prepared, registry)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import socket
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.errors import LatheSimError
+from lathesim.live.servo.onlookers import FeedbackSender, Onlookers
 from lathesim.live.servo.set_point_buffer import SetPointBuffer
 from lathesim.live.servo.stepped_machine import SteppedMachine
 from lathesim.live.servo.wire_format import (
@@ -20,10 +20,8 @@ from lathesim.live.servo.wire_format import (
     Frame,
     Kind,
     WireError,
-    numbers_frame,
     read_numbers,
     read_total,
-    samples_of_a_datagram,
     text_frame,
 )
 from lathesim.live.sources.clock_statistics import ClockStatistics
@@ -73,13 +71,15 @@ class Playing:
     def __init__(
         self, settings: ServoSettings, machine: SteppedMachine, session: Session, reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter, feedback: tuple[str, int], sink: Sink | None, tell: Callable[[str, str], None],
+        onlookers: Onlookers,
     ) -> None:  # fmt: skip
         self._settings, self._machine, self._session, self._tell = settings, machine, session, tell
         self._reader, self._writer = reader, writer
         self._buffer = SetPointBuffer(len(machine.axes), settings.capacity, settings.rho)
         self._room = asyncio.Event()
         self._more = asyncio.Event()
-        self._feedback = _Feedback(feedback, min(64, len(machine.signals)))
+        self._feedback = FeedbackSender(feedback, min(64, len(machine.signals)))
+        self._onlookers = onlookers
         self._sink = sink
 
     async def run(self, decoder: Decoder, frames: list[Frame]) -> None:
@@ -115,6 +115,7 @@ class Playing:
         }  # fmt: skip
         session.reason = session.reason or "complete"
         self._feedback.close()
+        self._onlookers.end()
         if self._sink is not None:
             with contextlib.suppress(LatheSimError):
                 self._sink.finish({"sample_period": self._machine.period, "status": session.reason, "machine": self._machine.name})
@@ -213,6 +214,7 @@ class Playing:
         if self._buffer.room:
             self._room.set()
         self._feedback.send(first, values)
+        self._onlookers.send(set_points, values)
         if self._sink is not None:
             try:
                 times = (first + np.arange(values.shape[1], dtype=np.float64)) * self._machine.period
@@ -234,34 +236,6 @@ class Playing:
             "last": last,
             **({"clock": self._session.clock.as_json()} if last else {}),
         }
-
-
-class _Feedback:
-    """Sends samples to the planner's UDP port; what the network does not take at once is lost, as on a real machine, and counted there."""
-
-    def __init__(self, address: tuple[str, int], channels: int) -> None:
-        self._channels = channels
-        self._socket: socket.socket | None = None
-        if address[1]:
-            kind = socket.AF_INET6 if ":" in address[0] else socket.AF_INET
-            self._socket = socket.socket(kind, socket.SOCK_DGRAM)
-            self._socket.setblocking(False)
-            self._address = address
-
-    def send(self, first: int, values: FloatArray) -> None:
-        """Send samples (channels, samples); the first has the number ``first``."""
-        if self._socket is None:
-            return
-        table = values[: self._channels].T
-        largest = samples_of_a_datagram(self._channels)
-        for begin in range(0, len(table), largest):
-            with contextlib.suppress(OSError):
-                self._socket.sendto(numbers_frame(Kind.FEEDBACK, first + begin, table[begin : begin + largest]), self._address)
-
-    def close(self) -> None:
-        """Close the socket."""
-        if self._socket is not None:
-            self._socket.close()
 
 
 def machine_signals(machine: SteppedMachine) -> tuple[Signal, ...]:

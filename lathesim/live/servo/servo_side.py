@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.errors import LatheSimError
+from lathesim.live.servo.onlookers import Onlookers, refuses
 from lathesim.live.servo.servo_session import CHUNK, PATIENCE, Playing, ServoSettings, Session
 from lathesim.live.servo.set_point_buffer import SetPointBuffer
 from lathesim.live.servo.stepped_machine import SteppedMachine
@@ -48,6 +49,7 @@ class ServoSide:
         self._open = 0
         self._told: dict[str, int] = {}
         self._tasks: set[asyncio.Task[None]] = set()
+        self._onlookers = Onlookers()
         self.sessions: list[Session] = []
         self.ended = asyncio.Event()
 
@@ -108,6 +110,11 @@ class ServoSide:
             if not data:
                 return
             frames = decoder.feed(data)
+        port = _looks_on(frames[0])
+        if port is not None:
+            if not refuses(self._onlookers, lambda sentence: self._tell("onlookers", f"{peer}: {sentence}")):
+                await self._onlookers.look_on(reader, writer, port)
+            return
         hello = _Greeting.read(frames[0])
         if self._busy:
             raise LiveError("another planner moves the machine.", remedy="Wait until it has ended.")
@@ -123,7 +130,10 @@ class ServoSide:
             host = writer.get_extra_info("peername")[0]
             writer.write(text_frame(Kind.HELLO, _greeting_of(machine, self._settings)))
             sink = self._open_sink(machine)
-            playing = Playing(self._settings, machine, session, reader, writer, (host, hello.udp_port), sink, self._tell)
+            self._onlookers.begin(machine)
+            playing = Playing(
+                self._settings, machine, session, reader, writer, (host, hello.udp_port), sink, self._tell, self._onlookers
+            )  # fmt: skip
             await playing.run(decoder, frames[1:])
         finally:
             self._busy = False
@@ -143,6 +153,19 @@ async def serve(
     server.close()
     await side.close()
     return side.sessions
+
+
+def _looks_on(first: Frame) -> int | None:
+    """Return the UDP port of a peer that greets as an onlooker; None for a planner."""
+    if first.kind is not Kind.HELLO:
+        return None
+    data = read_text(first)
+    if data.get("looks_on") is not True:
+        return None
+    port = data.get("udp_port")
+    if not isinstance(port, int) or isinstance(port, bool) or not 0 < port < 65536:
+        raise WireError("the greeting has no UDP port.")
+    return port
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,16 @@ class SteppedMachine:
             units.append(self.plan.parts[part].component.declarations[item].unit)
         return tuple(units)
 
+    @property
+    def driven(self) -> list[tuple[str, str]]:
+        """Return the inputs ``part.input`` that follow set-points, with their SI units."""
+        return [(target, self.axis_units[column]) for column, target in self._targets]
+
+    @property
+    def driven_columns(self) -> list[int]:
+        """Return which axis each of them follows."""
+        return [column for column, _ in self._targets]
+
     def change(self, values: Mapping[str, float]) -> None:
         """Go on with other parameters ``part.parameter`` [SI]; states stay as they are."""
         for name, value in values.items():

@@ -15,6 +15,10 @@ Over TCP frames follow one another. A feedback datagram over UDP is one frame. P
     END                   u64 set-points in all
     FEEDBACK              u64 number of the first sample, u32 samples, u16 channels, u16 0, then f64 sample after sample
 
+A planner greets with ``axes``, ``period`` and ``udp_port``. An onlooker greets with ``looks_on: true`` and ``udp_port``; whenever a stream
+begins he is greeted with ``machine``, ``period``, ``channels`` and ``begin``, the number of its first sample, and samples are numbered on
+through all streams.
+
 A number that is not finite, a count that does not fit the length, another version or another magic ends the connection with ERROR. The
 first sample has the number 0, and its time is number x period. Nothing received is ever run.
 """
