@@ -98,6 +98,10 @@ class SearchResult:
         trials = self.trials.get(candidate.part, ())
         return replace(self, trials={**self.trials, candidate.part: credited(trials, share)})
 
+    def holds(self, candidate: Candidate) -> bool:
+        """Return whether an effect is in the model, perhaps with fewer of its values."""
+        return candidate.part in _parts(self.model.candidates)
+
     def was_held_against(self, trial: Trial) -> bool:
         """Return whether a trial was made on top of the model, or with a finer form in the place of one of its effects: the rest of
         which it takes a share away is then what the model leaves."""

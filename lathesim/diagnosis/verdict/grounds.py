@@ -40,7 +40,7 @@ class Grounds:
 
 def may_be_zero(first: RankedEffect, found: SearchResult, values: Estimates) -> Criterion | None:
     """Return the criterion that the interval of the first effect includes its neutral value; none for one that was read off a count."""
-    if first.candidate not in found.model.candidates:
+    if not found.holds(first.candidate):
         return None
     away = half_intervals_from_neutral(first.candidate, values)
     return all_of(Condition(away, "<", 1.0, "confidence", "half intervals", 1.0 / CONFIDENCE))

@@ -47,7 +47,7 @@ def rank_effects(found: SearchResult, method: Method, one_sided: Sequence[Candid
         rivals = [trial for trial in trials if trial.candidate.part != candidate.part]
         compared = [(trial.candidate, compare_trials(trial, chosen, chosen, method)) for trial in rivals]
         others = [(other, held) for other, held in compared if not held.explains_elsewhere]
-        tied = tuple(other for other, held in others if held.as_good and other not in found.model.candidates)
+        tied = tuple(other for other, held in others if held.as_good and not found.holds(other))
         weights = [np.exp(-max(0.0, -held.gains.estimation) / (0.5 * held.resolution)) for _, held in others]
         probability = float(1.0 / (1.0 + sum(weights)))
         tied += tuple(other for other in one_sided if other.at == candidate.at and is_told_by_direction(candidate, other))
@@ -61,7 +61,7 @@ def rivals_of(candidate: Candidate, found: SearchResult, method: Method) -> Iter
     """Return the trial of an effect of the model, each rival that is not in the model, and how the rival compares with it."""
     chosen = found.trial_of(candidate)
     for trial in found.trials.get(candidate.part, ()) if chosen else ():
-        if chosen and trial.candidate.part != candidate.part and trial.candidate not in found.model.candidates:
+        if chosen and trial.candidate.part != candidate.part and not found.holds(trial.candidate):
             yield chosen, trial, compare_trials(trial, chosen, chosen, method)
 
 

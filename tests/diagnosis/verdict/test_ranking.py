@@ -3,12 +3,13 @@
 import dataclasses
 import functools
 
+import numpy as np
 import pytest
 
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.search import search
-from lathesim.diagnosis.verdict.ranking import RankedEffect, explains_nothing, rank_effects, removed_in_band
+from lathesim.diagnosis.verdict.ranking import RankedEffect, explains_nothing, rank_effects, removed_in_band, rivals_of
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.model import Trial
 from lathesim.identification.replay.experiment import baseline_free
@@ -72,6 +73,16 @@ def test_a_rival_that_is_in_the_model_too_is_no_tie() -> None:
     beside = {"try_x_axis_coulomb_friction": [trials()["CoulombFriction"], other]}
     found = dataclasses.replace(searched(), model=model, trials=beside)
     assert all(item.tied == () for item in rank_effects(found, SETTINGS))
+
+
+def test_a_rival_that_is_in_the_model_with_fewer_of_its_values_is_no_tie() -> None:
+    other = trials()["ForceOffset"]
+    doubled = dataclasses.replace(other.candidate, points=np.vstack([other.candidate.points] * 2))
+    model = dataclasses.replace(searched().model, candidates=(*searched().model.candidates, dataclasses.replace(doubled)))
+    beside = {"try_x_axis_coulomb_friction": [trials()["CoulombFriction"], dataclasses.replace(other, candidate=doubled)]}
+    found = dataclasses.replace(searched(), model=model, trials=beside)
+    assert all(item.tied == () for item in rank_effects(found, SETTINGS))
+    assert list(rivals_of(found.model.candidates[0], found, SETTINGS)) == []
 
 
 def test_what_removes_most_comes_first() -> None:
