@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from lathesim.cli.main import run_command_line
+from lathesim.compensation.path_program import program_text
 from lathesim.compensation.remedying.planning import BUILDERS
 from lathesim.compensation.remedying.repairs import REPAIRS
 from lathesim.effects.remedies.error_table import interpolated, residual_of_table
@@ -212,6 +213,47 @@ def test_a_mirrored_program_takes_the_friction_away_on_a_closed_control(tmp_path
     assert run_command_line([*again, "--out", str(tmp_path / "again")]) == 0
     result = json.loads((tmp_path / "again" / "result.json").read_text())["rms_deviation"]["x_scale.position"]
     assert result["removed_share"] > 0.9
+
+
+def test_a_program_of_way_points_keeps_time_however_small_the_steps() -> None:
+    rng = np.random.default_rng(4)
+    slow = np.cumsum(rng.normal(0.0, 1e-9, 400))
+    asked = np.stack([np.concatenate([slow, np.full(7, slow[-1]), slow[-1] + np.linspace(0.0, 2e-3, 50)])])
+    asked[:, 0] = 0.0
+    place, found = 0.0, [0.0]
+    for line in program_text(asked, 1e-3, ["X"], None).splitlines()[4:-1]:
+        words = {word[0]: float(word[1:]) for word in line.split()}
+        if words["G"] == 4.0:
+            found += [place] * round(words["P"] / 1e-3)
+            continue
+        lasts = abs(words["X"] - place) / words["F"] * 60.0 / 1e-3
+        assert 0.99 < lasts < 1.0 + 1e-6
+        place = words["X"]
+        found.append(place)
+    assert np.allclose(found, 1e3 * asked[0], atol=0.51e-6)
+    assert len(found) == asked.shape[1]
+
+
+@pytest.mark.slow
+def test_a_mirrored_path_that_gouges_or_leaves_the_travel_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, _ = remedied(tmp_path, diagnosis(("Backlash", "x_scale", {"width": (5e-3, "m")})), "--as", "program")
+    assert code == 1
+    error = capsys.readouterr().err
+    assert "gouges" in error
+    assert len(error.strip().splitlines()) == 1
+    source = load_lesson(AXIS)
+    machine = (source.path.parent / "machines" / "cascade_axis.yaml").read_text()
+    (tmp_path / "machines").mkdir()
+    (tmp_path / "machines" / "short_axis.yaml").write_text(machine + "\ntravel: {x_low: 0 mm, x_high: 180 mm}\n")
+    text = source.text.replace("machine: cascade_axis", "machine: short_axis")
+    text = text.replace("../part_programs", str(source.path.parent.parent / "part_programs"))
+    (tmp_path / "lesson.yaml").write_text(text)
+    found = diagnosis(("CumulativePitchError", "x_scale", {"slope": (-1e-4, "1"), "origin": (0.05, "m")}))
+    code, _ = remedied(tmp_path, found, "--as", "program", lesson=str(tmp_path / "lesson.yaml"))
+    assert code == 1
+    error = capsys.readouterr().err
+    assert "the machine travels from 0" in error
+    assert len(error.strip().splitlines()) == 1
 
 
 def removed_again(tmp_path: Path, effect: str, found: dict[str, Any], *options: str, change: tuple[str, str] = ("", "")) -> float:

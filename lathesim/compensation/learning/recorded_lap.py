@@ -47,6 +47,7 @@ def next_lap(
     run = [_as_long(record[name], course.samples) if name in record else row for name, row in zip(names, asked, strict=True)]
     errors = asked - read
     following = chosen.applied(np.array(run) - asked, errors)
+    following[:, 0] = 0.0
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / NEXT_LAP
     file.write_text(program_text(asked + following, course.period, course.axes_of_path(), None), encoding="utf-8")

@@ -51,7 +51,7 @@ def write_program(answer: Answer, folder: Path) -> list[Path]:
     prepared = prepare(lesson_from_text(text, diagnosed.folder / "lesson.yaml"), diagnosed.registry)
     walker = _walker(prepared, str(diagnosed.lesson.path))
     course = course_of(prepared, "reference")
-    best = _mirrored(course, answer.bench.table(answer.bench.runs([answer.bench.sound])[0]))
+    best = _mirrored(course, answer.bench.table(answer.bench.runs([answer.bench.sound])[0]), str(diagnosed.lesson.path))
     largest = float(np.max(np.abs(best)))
     if largest > _LARGEST_SHIFT:
         fact = f"the mirrored path would shift a point by {1e3 * largest:.3g} mm, which gouges."
@@ -82,20 +82,38 @@ def _walker(prepared: Prepared, place: str) -> str:
     return walker
 
 
-def _mirrored(course: Course, sound: FloatArray) -> FloatArray:
-    """Return what is added to the references so that the diagnosed machine follows as the sound one: the best of a few rounds."""
+def _mirrored(course: Course, sound: FloatArray, place: str) -> FloatArray:
+    """Return what is added to the references so that the diagnosed machine follows as the sound one: the best of a few rounds.
+
+    A round counts where no table is anywhere further from the sound machine than without it. Raises :class:`LessonError` where none does.
+    """
     chosen = learning_filter(course)
+    _, count = course.floors()
     corrections = np.zeros((len(course.loops), course.samples))
-    best, least = corrections, np.inf
+    off = sound[:, : course.samples] - course.tables_of(corrections)
+    furthest = np.max(np.abs(off), axis=1) + count
+    best, least = None, _rms(off)
+    reached = np.zeros(len(furthest))
     for _ in range(_ROUNDS):
-        off = sound[:, : course.samples] - course.tables_of(corrections)
-        size = float(np.sqrt(np.mean(off * off)))
-        if size < least:
-            best, least = corrections, size
-        elif size > 1.5 * least:
-            break
         corrections = chosen.applied(corrections, off)
+        # a rapid to the first point would cost a sample, and all the others would be late
+        corrections[:, 0] = 0.0
+        off = sound[:, : course.samples] - course.tables_of(corrections)
+        reached = np.max(np.abs(off), axis=1)
+        if np.all(reached <= furthest) and _rms(off) < least:
+            best, least = corrections, _rms(off)
+        elif best is not None and _rms(off) > 1.5 * least:
+            break
+    if best is None:
+        worst = int(np.argmax(reached - furthest))
+        sizes = f"{1e6 * reached[worst]:.3g} um off, {1e6 * furthest[worst]:.3g} um without it"
+        fact = f"the mirrored path would take {course.loops[worst].axis} {sizes}, which gouges."
+        raise LessonError(fact, place=place, remedy="Write the remedy as a lesson, or as a table.")
     return best
+
+
+def _rms(off: FloatArray) -> float:
+    return float(np.sqrt(np.mean(off * off)))
 
 
 def _spindle(prepared: Prepared, walker: str) -> FloatArray | None:

@@ -51,7 +51,9 @@ def read_diagnosis(file: Path) -> Found:
     verdict = str(data.get("verdict", ""))
     entries = [dict(entry) for entry in data.get("insert", []) if isinstance(entry, dict)]
     named = []
-    for item in data.get("effects", []):
+    nothing = _NOTHING_TO_MEND.get(verdict, "")
+    # what an unknown verdict only suspects has no line to insert
+    for item in data.get("effects", []) if not nothing else ():
         if not isinstance(item, dict) or not isinstance(item.get("effect"), str) or not isinstance(item.get("at"), str):
             raise LessonError(
                 "an effect of the diagnosis has no name or place.", place=str(file), remedy="Give the file as diagnose wrote it."
@@ -64,7 +66,6 @@ def read_diagnosis(file: Path) -> Found:
             Named(item["effect"], item["at"], values, {key: str(value) for key, value in entry.items()}, tuple(item.get("tied_with") or ()))
         )
     baseline = {str(name): _value(value) for name, value in dict(data.get("baseline") or {}).items() if _value(value) is not None}
-    nothing = _NOTHING_TO_MEND.get(verdict, "")
     if not nothing and not named:
         nothing = "The diagnosis names no effect, so no remedy follows from it."
     return Found(verdict, tuple(named), baseline, _cautions(verdict, data, named), nothing, _floors(data))  # type: ignore[arg-type]
