@@ -32,6 +32,18 @@ class TwinLine:
     lost: int
 
 
+@dataclass(frozen=True, eq=False)
+class TwinStretch:
+    """What the twin has just done: ``time`` (samples,) [s], the ``reference`` (drives, samples), what was ``executed`` and ``simulated``
+    (channels, samples), and the SI ``units`` of both."""
+
+    time: FloatArray
+    reference: FloatArray
+    executed: FloatArray
+    simulated: FloatArray
+    units: tuple[tuple[str, ...], tuple[str, ...]]
+
+
 class Twin:
     """Runs a lesson's simulation beside a source and writes all of it to a record: references, executed channels, simulated ones.
 
@@ -52,10 +64,12 @@ class Twin:
         self._units: list[str] = []
         self._largest: FloatArray = np.zeros(0)
         self._next = 0.0
+        self._look: Callable[[TwinStretch], None] | None = None
         self.samples = 0
 
-    async def run(self, stop: asyncio.Event, show: Callable[[TwinLine], None]) -> str:
-        """Show and keep until the source ends or ``stop`` is set; return how it ended."""
+    async def run(self, stop: asyncio.Event, show: Callable[[TwinLine], None], look: Callable[[TwinStretch], None] | None = None) -> str:
+        """Show and keep until the source ends or ``stop`` is set; return how it ended. ``look`` gets every sample."""
+        self._look = look
         blocks = self._source.blocks()
         ending: asyncio.Task[bool] = asyncio.ensure_future(stop.wait())
         waiting: list[Block] = []
@@ -136,6 +150,10 @@ class Twin:
         times = stretch.begin + np.arange(stretch.values.shape[1]) * self._clock.period
         if self._writer is not None:
             self._writer.write(times, np.ascontiguousarray(np.vstack([stretch.values, simulated])))
+        if self._look is not None:
+            count = len(self._drive)
+            units = (tuple(self._units[:count]), tuple(self._units[count:]))
+            self._look(TwinStretch(np.asarray(times, dtype=np.float64), stretch.values[:count], executed, simulated, units))
         self.samples += stretch.values.shape[1]
         self._largest = np.maximum(self._largest, np.abs(residual.values).max(axis=1))
         if times[-1] >= self._next:

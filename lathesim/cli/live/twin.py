@@ -12,7 +12,8 @@ from lathesim.cli.live.live_options import STOPPED
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
-    from lathesim.live.twin import TwinLine
+    from lathesim.live.sources.samples import Source
+    from lathesim.live.twin import Twin, TwinLine
 
 _BAR = 21
 
@@ -25,6 +26,7 @@ _BAR = 21
 @click.option("--scale", metavar="5um", help="Difference that fills the bar [default: the largest so far].")
 @click.option("--out", type=click.Path(path_type=Path), metavar="R.h5", help="Keep references, executed and simulated channels.")
 @click.option("--fast", is_flag=True, help="Show a recording as fast as it can be read, not at its own times.")
+@click.option("--plain", is_flag=True, help="Write lines of text also where the output is a terminal.")
 @variant_option
 @plugins_option
 def twin(
@@ -35,15 +37,20 @@ def twin(
     scale: str | None,
     out: Path | None,
     fast: bool,
+    plain: bool,
     variant: str | None,
     plugin_folders: tuple[Path, ...],
 ) -> int:
     """Run LESSON's simulation beside a machine and show both: reference, executed, simulated, and their difference magnified.
 
+    In a terminal both are drawn, path and surface, with the fill of the buffer; elsewhere, and with --plain, a line of text is written.
+
     SOURCE is an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port), the servo side of 'lathesim machine'
     (tcp://host:port), a pipe of lines as halsampler writes them (-, or its name), or a recording, which is played again at its own times.
     Ctrl-C ends it and keeps what was recorded with --out.
     """
+    import sys
+
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
     from lathesim.live.sources.opening import live, open_source
@@ -54,13 +61,30 @@ def twin(
     registry = open_registry(plugin_folders)
     prepared = prepare(load_lesson(lesson), registry, variant)
     opened = open_source([source], map_file, prepared, registry)
+    drawn = not plain and sys.stdin.isatty() and sys.stdout.isatty()
     shown = Twin(prepared, opened, out, every=quantity(every, "s"), pace=not live([source]) and not fast)
+    if drawn:
+        return _on_screen(shown, opened, prepared.name, out)
     lines = _Lines(None if scale is None else quantity(scale, "m"))
     status, stopped = run_until_stopped(lambda stop: shown.run(stop, lines.show))
     click.echo(f"{shown.samples} samples; {status}.")
     if out is not None:
         click.echo(f"Reference, executed and simulated channels are in {out}. Draw them with: lathesim plot {out}")
     return STOPPED if stopped else 0
+
+
+def _on_screen(shown: Twin, source: Source, title: str, out: Path | None) -> int:
+    """Draw the twin in the terminal until its source ends or a person leaves."""
+    from lathesim.tui.twin_app import TwinApp
+
+    app = TwinApp(shown, f"{title} at {source.name}", lambda: getattr(source, "fill", None))
+    app.run()
+    if app.fault is not None:
+        raise app.fault
+    click.echo(f"{shown.samples} samples; {app.status or 'stopped'}.")
+    if out is not None and shown.samples:
+        click.echo(f"Reference, executed and simulated channels are in {out}. Draw them with: lathesim plot {out}")
+    return 0
 
 
 class _Lines:

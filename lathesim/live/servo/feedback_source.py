@@ -29,12 +29,13 @@ class FeedbackSource:
     """Samples of the machine behind ``tcp://host:port``: the inputs that follow set-points, and the channels that it records.
 
     The signals are known once a stream has begun. Time is the number of the sample times the period. Datagrams that are lost are gaps.
-    ``remarks`` says what was odd.
+    ``remarks`` says what was odd, ``fill`` how many set-points wait at the servo side, and for how many there is room.
     """
 
     address: Address
     signals: tuple[Signal, ...] = ()
     remarks: list[str] = field(default_factory=list)
+    fill: tuple[float, float] | None = None
     _waiting: deque[bytes] = field(default_factory=lambda: deque(maxlen=_ROOM))
     _period: float = 0.0
     _begins: deque[int] = field(default_factory=lambda: deque(maxlen=64))
@@ -78,6 +79,9 @@ class FeedbackSource:
                     told = read_text(frame)
                     if frame.kind is Kind.ERROR:
                         raise LiveError(str(told.get("sentence", "the servo side refuses."))[:500])
+                    if frame.kind is Kind.STATUS:
+                        self._filled(told)
+                        continue
                     self._greeted(told)
         except LiveError as error:
             self._fault = error
@@ -85,6 +89,11 @@ class FeedbackSource:
             pass
         finally:
             self._gone = True
+
+    def _filled(self, told: dict[str, Any]) -> None:
+        fill, capacity = told.get("fill"), told.get("capacity")
+        if isinstance(fill, (int, float)) and isinstance(capacity, (int, float)) and capacity > 0:
+            self.fill = (float(fill), float(capacity))
 
     def _greeted(self, told: dict[str, Any]) -> None:
         channels, period, begin = told.get("channels"), told.get("period"), told.get("begin")

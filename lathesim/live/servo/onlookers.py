@@ -94,6 +94,11 @@ class Onlookers:
                 sender.send(self._next, table)
         self._next += len(set_points)
 
+    def status(self, data: dict[str, Any]) -> None:
+        """Say how full the buffer is."""
+        if self._peers:
+            self._tell(text_frame(Kind.STATUS, data))
+
     def end(self) -> None:
         """Forget the machine: its stream has ended."""
         self._greeting = None

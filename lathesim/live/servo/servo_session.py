@@ -173,7 +173,7 @@ class Playing:
             count = int(self._buffer.fill)
             if count:
                 self._move(count)
-                self._writer.write(text_frame(Kind.STATUS, self._status(False)))
+                self._send_status()
                 await asyncio.wait_for(self._writer.drain(), PATIENCE)  # a planner that reads no report is let go
                 await asyncio.sleep(0)
             elif not self._buffer.ended:
@@ -202,6 +202,7 @@ class Playing:
 
     def _send_status(self) -> None:
         """Report the fill, unless the planner does not read what it is told."""
+        self._onlookers.status({"fill": self._buffer.count().fill, "capacity": self._settings.capacity})
         if self._writer.transport.get_write_buffer_size() < CHUNK:
             self._writer.write(text_frame(Kind.STATUS, self._status(False)))
 

@@ -1,0 +1,102 @@
+"""The twin in the terminal: path, surface and buffer are drawn while the machine runs, and what was recorded stays."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import numpy as np
+from textual.widgets import Label, ProgressBar, Static
+
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare
+from lathesim.live.sources.samples import Block, Signal
+from lathesim.live.twin import Twin
+from lathesim.plugins import load_registry
+from lathesim.record import FloatArray, load
+from lathesim.tui.model.twin_picture import TwinPicture
+from lathesim.tui.twin_app import TwinApp
+from lathesim.tui.widgets.time_plot import TimePlot
+from tests.live.campaign.cases import LESSONS, channels
+from tests.live.campaign.machines import MACHINES, PERIOD
+
+
+class Played:
+    """A source that gives a stream in blocks of 0.1 s, and tells of a buffer."""
+
+    name = "stream"
+
+    def __init__(self, values: FloatArray, names: tuple[str, ...], pause: float) -> None:
+        units = ["A" if "current" in name else "V" if "voltage" in name else "m" for name in names]
+        self._values, self._pause = values, pause
+        self.signals = tuple(Signal(name, unit) for name, unit in zip(names, units, strict=True))
+
+    async def blocks(self) -> AsyncIterator[Block]:
+        """Return the blocks."""
+        for begin in range(0, self._values.shape[1], 100):
+            part = self._values[:, begin : begin + 100]
+            yield Block((begin + np.arange(part.shape[1])) * PERIOD, part)
+            await asyncio.sleep(self._pause)
+
+
+def twin_app(machine: str, seconds: float, out: Path | None = None, pause: float = 0.0) -> TwinApp:
+    """Return the app over a machine with play that rubs."""
+    count = round(seconds / PERIOD)
+    values = MACHINES[machine](seconds, 1, {"friction": np.full(count, 30.0), "play": np.full(count, 20e-6)})
+    ready = prepare(load_lesson(LESSONS[machine]), load_registry([]))
+    names = tuple(name for group in channels(machine) for name in group)
+    return TwinApp(Twin(ready, Played(values, names, pause), out, every=0.1), f"{ready.name} at stream", lambda: (37.0, 200.0))
+
+
+def words(app: TwinApp, place: str) -> str:
+    """Return what a label says."""
+    return str(app.query_one(place, Static).content)
+
+
+async def test_an_axis_is_drawn_with_its_error_magnified_and_its_buffer() -> None:
+    app = twin_app("axis", 6.0)
+    async with app.run_test(size=(120, 36)) as pilot:
+        for _ in range(100):
+            await pilot.pause(0.05)
+            if app.status:
+                break
+        app.draw()
+        names = [name for _, name, _ in app.query_one("#path", TimePlot).named]
+        assert names[0] == "reference"
+        assert names[1].startswith("executed, difference x")
+        assert "6000 samples" in words(app, "#where") or "has ended" in words(app, "#where")
+        assert "x_scale.position" in words(app, "#said")
+        assert "37 of 200 set-points" in str(app.query_one("#waiting", Label).content)
+        assert app.query_one("#fill", ProgressBar).percentage == 37.0 / 200.0
+        before = names[1]
+        await pilot.press("plus")
+        assert [name for _, name, _ in app.query_one("#path", TimePlot).named][1] != before
+
+
+async def test_leaving_keeps_what_was_recorded(tmp_path: Path) -> None:
+    app = twin_app("axis", 30.0, tmp_path / "twin.h5", pause=0.05)
+    async with app.run_test(size=(80, 24)) as pilot:
+        while app.picture.ways is None:
+            await pilot.pause(0.05)
+        await pilot.press("q")
+        for _ in range(100):
+            await pilot.pause(0.02)
+            if app.status:
+                break
+    assert app.status == "stopped"
+    assert 0 < len(load(tmp_path / "twin.h5")) < 30_000
+
+
+async def test_a_lathe_is_drawn_in_its_plane_with_the_surface_it_leaves() -> None:
+    picture = TwinPicture()
+    app = twin_app("lathe", 10.0)
+    await app._twin.run(asyncio.Event(), lambda line: None, picture.take)
+    ways = picture.ways
+    assert ways is not None
+    assert ways.reference.shape[0] == 2
+    assert len(ways.time) <= 2000
+    place, executed, simulated = picture.surface
+    assert np.all(np.diff(place) >= 0.0)
+    assert len(place) <= 900
+    assert np.abs(executed - simulated).max() > 5e-6  # half the play
