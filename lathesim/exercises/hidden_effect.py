@@ -12,13 +12,11 @@ from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly
 from lathesim.errors import LessonError, nearest
-from lathesim.identification.catalogue.placement import insert_candidates
+from lathesim.identification.catalogue.placement import WIDE_RANGE, insert_candidates
 from lathesim.identification.records.candidate import Candidate
 from lathesim.lessons.insertion import Machinery, effect_part_name, insert_effect
 from lathesim.units import quantity
 
-_WIDE_RANGE = 3.0
-"""Ratio of its ends above which a positive range is drawn from in factors."""
 _EXAMPLE = "CoulombFriction:level=20 N@x_axis"
 
 
@@ -145,7 +143,7 @@ def drawn_values(hidden: Hidden, rng: np.random.Generator) -> Hidden:
     values = dict(hidden.values)
     for name, (low, high) in hidden.drawn.items():
         share = float(rng.uniform())
-        if low > 0.0 and high > _WIDE_RANGE * low:
+        if low > 0.0 and high > WIDE_RANGE * low:
             values[name] = _rounded(low * (high / low) ** share)
         else:
             values[name] = _rounded(low + (high - low) * share)

@@ -28,21 +28,21 @@ from lathesim.diagnosis.comparison.compare import OFF, ChannelLines, ChannelResi
 from lathesim.diagnosis.comparison.compare_text import line_text
 from lathesim.identification.signal.order_spectrum import Spectrum
 
-_CHANNELS, _SPECTRA, _BARS = 3, 2, 6
-_TITLES, _CHANNEL, _SPECTRUM, _BAR, _FRAME = 1.0, 2.3, 1.7, 0.34, 1.0
+_MOST = {"channels": 3, "spectra": 2, "bars": 6}
+_HEIGHTS = {"titles": 1.0, "channel": 2.3, "spectrum": 1.7, "bar": 0.34, "frame": 1.0}
 """Heights of what is drawn [inch]; the bars have a frame around them."""
 
 
 def compare_figure(comparison: Comparison) -> Any:
     """Draw a comparison on one page: channels at the left, what explains them at the right."""
-    shown = comparison.channels[:_CHANNELS]
+    shown = comparison.channels[: _MOST["channels"]]
     # the channel that lines tell most of; where there is none, that which is off most
     worst = max(comparison.spectra, key=lambda item: max((line.share for line in item.lines), default=0.0), default=None)
     spectra = _chosen(worst) if worst is not None else []
-    bars = comparison.explained_by[:_BARS]
-    heights = [_FRAME + _BAR * len(bars)] * bool(bars) + [_SPECTRUM] * len(spectra)
+    bars = comparison.explained_by[: _MOST["bars"]]
+    heights = [_HEIGHTS["frame"] + _HEIGHTS["bar"] * len(bars)] * bool(bars) + [_HEIGHTS["spectrum"]] * len(spectra)
     right = len(heights)
-    figure = new_figure(11.0 if right else 8.0, _TITLES + max(_CHANNEL * len(shown), sum(heights)))
+    figure = new_figure(11.0 if right else 8.0, _HEIGHTS["titles"] + max(_HEIGHTS["channel"] * len(shown), sum(heights)))
     if right:
         left_part, right_part = figure.subfigures(1, 2, width_ratios=[1.55, 1.0])
     else:
@@ -67,7 +67,7 @@ def _chosen(worst: ChannelLines) -> list[Spectrum]:
     against = [line.variable for line in worst.lines if line.variable != "time"]
     ways = [item for item in worst.spectra if item.variable != "time"]
     ways.sort(key=lambda item: item.variable not in against[:1])
-    return [item for item in worst.spectra if item.variable == "time"] + ways[: _SPECTRA - 1]
+    return [item for item in worst.spectra if item.variable == "time"] + ways[: _MOST["spectra"] - 1]
 
 
 def _draw_channel(upper: Any, lower: Any, item: ChannelResidual) -> None:

@@ -17,8 +17,6 @@ from lathesim.diagnosis.selection.compare_models import Gains, ModelComparison, 
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Trial
 
-_LAST = 1000
-
 
 def simplest(good: Sequence[Trial], method: Method) -> Trial:
     """Return the trial that is taken of good ones, the best first: of those that cannot be told from the best one with the fewest values
@@ -29,7 +27,7 @@ def simplest(good: Sequence[Trial], method: Method) -> Trial:
     fewest = min(len(trial.candidate.parameters) - len(trial.candidate.spare) for trial in near)
     simple = [trial for trial in near if len(trial.candidate.parameters) - len(trial.candidate.spare) == fewest]
     equals = [trial for trial in simple if compare_trials(trial, simple[0], best, method, alike=True).as_good]
-    return min(equals, key=lambda trial: (trial.candidate.effect.catalogue or _LAST, _out_of_place(trial.candidate)))
+    return min(equals, key=lambda trial: (trial.candidate.effect.catalogue or math.inf, _out_of_place(trial.candidate)))
 
 
 def compare_trials(trial: Trial, other: Trial, best: Trial, method: Method, *, alike: bool = False) -> ModelComparison:

@@ -11,7 +11,7 @@ from lathesim.diagnosis.candidates.screening import is_limit
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.fractional_delay import between_samples
-from lathesim.identification.estimation.least_squares import fit, log_likelihood, noise_of
+from lathesim.identification.estimation.least_squares import ROUGH, fit, log_likelihood, noise_of
 from lathesim.identification.estimation.transfer import transferred
 from lathesim.identification.execution.budget import Progress
 from lathesim.identification.noise.noise_model import NoiseModel, carried_over, whitened_power
@@ -23,10 +23,6 @@ from lathesim.identification.replay.experiment import POSSIBLE, Experiment
 
 IMPLAUSIBLE = 0.98 * POSSIBLE
 """Declared standard deviations above which a value of the lesson is implausible: it would go further if it might."""
-
-_ROUGH = 1e-4
-"""A trial's descent ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
-
 
 _SETTLED = 1.0
 """Nats that a further round of fitting must gain for another one."""
@@ -150,7 +146,7 @@ class Laboratory:
             before, after = (self.error(self.experiment, one)[::2] for one in (recorded, simulated))
             return _share_left(before, after, method=self.method)
 
-        rough = fit(self.experiment.sensed, with_start(fitted), constant, rounds=1, full_band=full_band, tolerance=_ROUGH, slopes="kept")
+        rough = fit(self.experiment.sensed, with_start(fitted), constant, rounds=1, full_band=full_band, tolerance=ROUGH, slopes="kept")
         limit = self.method.selection.simulated_motion_left
         # a rough fit decides where it is clear of the limit by a factor of two
         if share(rough) < 0.5 * limit if with_simulated_motion else share(rough) > 2.0 * limit:
@@ -167,7 +163,7 @@ class Laboratory:
         there = []
         for one, settings in ((fitted, {}), (with_simulated_motion, motion)):
             constant = {name: value for name, value in one.by_name.items() if name not in own} | dict(settings)
-            there.append(fit(self.validation.sensed, starts, constant, rounds=1, iterations=6, tolerance=_ROUGH, slopes="kept"))
+            there.append(fit(self.validation.sensed, starts, constant, rounds=1, iterations=6, tolerance=ROUGH, slopes="kept"))
         # the recording's own noise: that of the fitted one is of another length, and maybe of other differences
         left = [whitened_power(one.residual, there[0].noise, full_band=False) for one in there]
         return left[1] < left[0]
@@ -277,7 +273,7 @@ class Laboratory:
                 iterations=8,
                 noise=before.fitted.noise,
                 full_band=full_band,
-                tolerance=_ROUGH,
+                tolerance=ROUGH,
                 known=known,
                 slopes="kept",
             )

@@ -19,15 +19,14 @@ from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
 from lathesim.identification.machine.roles import decides, further_readings_of, inputs_of_readings, readings_of
-from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records.candidate import QUARTER_TURNS, Candidate
 from lathesim.lessons.insertion import insert_effect
 
-_WIDE_RANGE = 3.0
+WIDE_RANGE = 3.0
 """Ratio of its ends above which a positive range is walked through in factors."""
 _START_POINTS = 8
 _ORDERS = 3
 """Whole numbers a turn that are tried."""
-_PHASES = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
 _ROTARY_UNITS = ("N*m", "rad/s", "rad")
 
 
@@ -243,10 +242,10 @@ def _points_of_orders(names: list[str], ranges: Mapping[str, tuple[float, float]
     is worked out."""
     lowest, highest = (round(bound) for bound in ranges["order"])
     orders = np.arange(lowest, min(highest, lowest + _ORDERS - 1) + 1)
-    points = np.tile([_middle(*ranges[name]) for name in names], (len(_PHASES) * len(orders), 1))
-    points[:, names.index("order")] = np.repeat(orders, len(_PHASES))
+    points = np.tile([_middle(*ranges[name]) for name in names], (len(QUARTER_TURNS) * len(orders), 1))
+    points[:, names.index("order")] = np.repeat(orders, len(QUARTER_TURNS))
     if "phase" in names:
-        points[:, names.index("phase")] = np.tile(_PHASES, len(orders))
+        points[:, names.index("phase")] = np.tile(QUARTER_TURNS, len(orders))
     return points
 
 
@@ -263,5 +262,5 @@ def _spread(ranges: Sequence[tuple[float, float]]) -> FloatArray:
     columns = []
     for column, (low, high) in enumerate(ranges):
         share = unit[:, column]
-        columns.append(low * (high / low) ** share if low > 0 and high > _WIDE_RANGE * low else low + (high - low) * share)
+        columns.append(low * (high / low) ** share if low > 0 and high > WIDE_RANGE * low else low + (high - low) * share)
     return np.stack(columns, axis=1)

@@ -30,6 +30,8 @@ _DAMPINGS = (np.array([0.03, 3.0]), np.array([30.0, 1e3, 3e4, 1e6]))
 _AS_FORETOLD = 0.1
 """Slopes are kept after a step whose gain differs by less than this share from what they foretold."""
 _RIDGE = 1e-12
+ROUGH = 1e-4
+"""A descent that decides between models ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
 _LEAST_GAIN = 0.05
 """Gain in cost under which a step is not worth its run."""
 

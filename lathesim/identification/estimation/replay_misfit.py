@@ -20,13 +20,12 @@ from lathesim.identification.replay.controller_rate import at_controllers_rate
 from lathesim.identification.replay.measured_motion import recorded_motion
 from lathesim.identification.replay.open_loop import cut, drive, seen, sense
 from lathesim.identification.replay.recorded_parts import LinearSignal
+from lathesim.identification.replay.simulator import LOST
 from lathesim.identification.signal.resolution import channel_floor
 from lathesim.record import Record
 
 _JUMP_FLOORS = 30.0
 """Floors that a step must reach to be a jump."""
-LOST = 1e12
-"""Misfit, in floors, of a run whose numbers grew beyond all bounds."""
 _JUMP = 10.0
 """A step of a recording this many times larger than those around it is a jump, whose timing is known to one sample only."""
 

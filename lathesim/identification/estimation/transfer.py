@@ -8,13 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.candidate import Candidate, instants_of, jump_at
+from lathesim.identification.estimation.least_squares import ROUGH, fit
+from lathesim.identification.records.candidate import QUARTER_TURNS, Candidate, instants_of, jump_at
 from lathesim.identification.records.fit import Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import strongest_jumps
 
-_TURNS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
 _FINE_TURNS = tuple(2.0 * np.pi * place / 36 for place in range(36))
 """A slot may be a twentieth of a turn."""
 _NEARBY = (-2, -1, 0, 1, 2)
@@ -23,8 +22,6 @@ _SOME_TIME, _LONG_AGO = 0.1, 100.0
 """Shares of its duration that make a step of the time before a recording, and the longest."""
 _VAGUE = 0.02
 """A value whose standard error is a larger share of it than this is left open by a recording."""
-_ROUGH = 1e-4
-"""A judge's descent ends when a step gains less than this share of the cost."""
 
 
 def begun_anew(experiment: Experiment, candidates: Sequence[Candidate]) -> list[Free]:
@@ -52,13 +49,13 @@ def transferred(experiment: Experiment, fitted: Fitted, candidates: Sequence[Can
         # known to the sample now: a descent would only move them off it
         constant |= {item.name: item.start for item in free if item.name in instants}
         free = [item for item in free if item.name not in instants]
-    judged = fit(experiment.sensed, free, constant, rounds=2, iterations=6, tolerance=_ROUGH, slopes="kept")
+    judged = fit(experiment.sensed, free, constant, rounds=2, iterations=6, tolerance=ROUGH, slopes="kept")
     motion = {name for name in experiment.simulated_motion_of(candidates) if name in constant}
     if not motion:
         return judged
     # in which of its two ways a replay is sensed belongs to a recording: where a table hardly rests, the recorded motion tells more
     recorded = {name: value for name, value in constant.items() if name not in motion}
-    other = fit(experiment.sensed, free, recorded, rounds=2, iterations=6, tolerance=_ROUGH, slopes="kept")
+    other = fit(experiment.sensed, free, recorded, rounds=2, iterations=6, tolerance=ROUGH, slopes="kept")
     return max((judged, other), key=lambda fitted: fitted.score)
 
 
@@ -83,7 +80,7 @@ def _phases_turned(
     phases = [item.name for item in free if item.name in nuisance and item.name in angles]
     if not phases:
         return free
-    return _at_the_best_turn(experiment, free, constant, phases, _FINE_TURNS if middles & set(phases) else _TURNS)
+    return _at_the_best_turn(experiment, free, constant, phases, _FINE_TURNS if middles & set(phases) else QUARTER_TURNS)
 
 
 def _at_the_best_turn(
@@ -121,7 +118,7 @@ def _at_the_best_instant(
     placed = [item for item in free if item.name in instants]
     rest = [item for item in free if item.name not in instants]
     here = {**constant, **{item.name: item.start for item in placed}}
-    free = [*with_start(fit(experiment.sensed, rest, here, rounds=1, iterations=6, tolerance=_ROUGH, slopes="kept")), *placed]
+    free = [*with_start(fit(experiment.sensed, rest, here, rounds=1, iterations=6, tolerance=ROUGH, slopes="kept")), *placed]
     for name in (*instants, *instants[:-1]):
         found = next(item.start for item in free if item.name == name)
         nearby = [found + samples * experiment.machine.assembly.sample_period for samples in _NEARBY]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
@@ -100,6 +102,8 @@ class Candidate:
 
 
 INSTANT = "instant"
+QUARTER_TURNS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
+"""Phases of a wave of which one is within an eighth of a turn of any [rad]."""
 
 
 def instants_of(candidate: Candidate) -> list[str]:
