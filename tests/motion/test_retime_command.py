@@ -58,6 +58,24 @@ def test_any_servo_period_gives_the_same_motion(folder: Path, capsys: pytest.Cap
         assert place == pytest.approx(0.02 * (2.0 - 0.25), abs=1e-9)
 
 
+def test_what_is_kept_free_is_enough_for_elastic_playback(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 101)
+    rows = [f"{20 * np.cos(a)},{20 * np.sin(a)}" for a in angle]
+    (folder / "circle.csv").write_text("\n".join(["x [mm],y [mm]", *rows]), encoding="utf-8")
+    (folder / "limits.yaml").write_text(LIMITS, encoding="utf-8")
+    said = call(
+        capsys, "retime", folder / "circle.csv", "--limits", folder / "limits.yaml", "--keep-free", 0.3, "--json", "--out", folder / "s.h5"
+    )
+    result = json.loads(said.out)
+    rho, period = result["elastic_rho"], 1e-3
+    kept = load(folder / "s.h5")
+    for name, axis in result["axes"].items():
+        assert axis["acceleration_share"] <= 0.7 * 1.001
+        limit = axis["acceleration"] / axis["acceleration_share"]
+        planned, speed = np.abs(kept[f"{name}.acceleration"]), np.abs(kept[f"{name}.velocity"])
+        assert np.max(planned + speed * rho / period) <= 1.001 * limit
+
+
 def test_poses_keep_the_feed_at_the_tool(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     s = np.linspace(0.0, 1.0, 101)
     rows = [f"{40 * u},0,20,{0.3 * np.sin(3 * u)},0.2,1" for u in s]

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 @click.option("--period", default="1 ms", show_default=True, metavar="TIME", help="Period of the servos.")
 @click.option("--grid", type=click.IntRange(8, 10_000_000), default=1000, show_default=True, help="Steps along the path at least.")
 @click.option("--retraction", type=click.FloatRange(1.0, 180.0), default=150.0, show_default=True, help="Turn [deg] where axes stop.")
+@click.option(
+    "--keep-free", type=click.FloatRange(0.0, 0.9), default=0.0, metavar="SHARE", help="Of the accelerations, as 'machine --elastic' needs."
+)
 @click.option("--out", type=click.Path(path_type=Path), metavar="S.h5", help="Where the set-points go [default: JOINTS_set_points.h5].")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-retime/1) and nothing else.")
 def retime(joints: Path, as_json: bool, out: Path | None, period: str, tolerance: str | None, lesson: str | None, **how: Any) -> None:
@@ -35,6 +38,7 @@ def retime(joints: Path, as_json: bool, out: Path | None, period: str, tolerance
     """
     from lathesim.errors import LatheSimError
     from lathesim.motion.joint_path import read_joint_path
+    from lathesim.motion.kept_free import elastic_rate
     from lathesim.motion.set_points import save_set_points
     from lathesim.units import quantity
 
@@ -43,15 +47,20 @@ def retime(joints: Path, as_json: bool, out: Path | None, period: str, tolerance
         raise LatheSimError(f"the period is {period}.", remedy="Give a period above 0 s and up to 1 s.")
     if (tolerance is None) != (lesson is None):
         raise click.UsageError("--tolerance and --lesson belong together: the error is that of the lesson's machine.")
-    timing, limits, chain, note = timed(read_joint_path(joints), **how)
+    kept_free = how.pop("keep_free")
+    timing, limits, chain, note = timed(read_joint_path(joints), **how, kept_free=kept_free)
     cost = None
     if tolerance is not None and lesson is not None:
         from lathesim.live.servo.tolerance import within_tolerance
 
-        timing, cost = within_tolerance(timing, limits, lesson, quantity(tolerance, "m"), seconds, how["jerk"], chain)
+        timing, cost = within_tolerance(
+            timing, limits.scaled(1.0 - kept_free), lesson, quantity(tolerance, "m"), seconds, how["jerk"], chain
+        )
     place = out or joints.with_name(f"{joints.stem}_set_points.h5")
     count = save_set_points(timing, seconds, place, {"path": joints.name})
     result = _result(timing, limits, chain, place, count)
+    if kept_free > 0.0:
+        result["elastic_rho"] = elastic_rate(timing, limits, kept_free, seconds)
     if cost is not None:
         result["tolerance"] = cost
     if as_json:
@@ -62,8 +71,13 @@ def retime(joints: Path, as_json: bool, out: Path | None, period: str, tolerance
     _tell(result)
 
 
-def timed(given: Any, limits: Path, poses: bool, jerk: bool, grid: int, retraction: float) -> tuple[Timing, AxisLimits, Chain | None, str]:
-    """Return the timing of a path with the limits and the kinematics of a file, and what to tell about singularities."""
+def timed(
+    given: Any, limits: Path, poses: bool, jerk: bool, grid: int, retraction: float, kept_free: float = 0.0
+) -> tuple[Timing, AxisLimits, Chain | None, str]:
+    """Return the timing of a path with the limits and the kinematics of a file, and what to tell about singularities.
+
+    ``kept_free`` is the share of the accelerations that the timing does not use.
+    """
     import math
 
     from lathesim.lessons.yaml_source import read_source
@@ -85,7 +99,7 @@ def timed(given: Any, limits: Path, poses: bool, jerk: bool, grid: int, retracti
     if jerk and not all(map(math.isfinite, allowed.jerk)):
         raise MotionError("not every axis has a limit of jerk.", place=str(limits), remedy="Add jerk: 4 m/s^3 to each axis.")
     tool = tool_speed_of(path, chain) if chain is not None or math.isfinite(allowed.feed) else None
-    timing = retimed(path, allowed, jerk=jerk, grid=grid, tool_speed=tool, retraction=math.radians(retraction))
+    timing = retimed(path, allowed.scaled(1.0 - kept_free), jerk=jerk, grid=grid, tool_speed=tool, retraction=math.radians(retraction))
     return timing, allowed, chain, note
 
 
@@ -130,6 +144,10 @@ def _tell(result: dict[str, Any]) -> None:
         click.echo(f"{name:<10}{speed:>18}{100 * axis['velocity_share']:>12.1f} %{force:>18}{100 * axis['acceleration_share']:>12.1f} %")
     if result["path_error_m"] is not None:
         click.echo(f"\nBetween samples the tip leaves the straight line by {1e6 * result['path_error_m']:.3g} um at most.")
+    if "elastic_rho" in result:
+        click.echo(
+            f"\nWith 'machine --elastic' up to {result['elastic_rho']:.3g} the axes keep their limits while the playback slows down."
+        )
     if "tolerance" in result:
         row = result["tolerance"]
         click.echo(
