@@ -37,7 +37,7 @@ def test_a_traced_diagnosis_gives_the_same_answer() -> None:
     for answer in (plain, told):
         answer["wall_time_s"] = None
     assert plain == told
-    assert sum(bool(one.times_below or one.times_above) for one in noted.values()) > 40
+    assert sum(bool(one.times_below or one.times_above) for one in noted.values()) > len(noted) / 4
 
 
 def case_of(folder: Path, name: str, statistic: float, verdict: str) -> Path:

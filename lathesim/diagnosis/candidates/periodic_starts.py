@@ -222,7 +222,7 @@ def _places(experiment: Experiment) -> dict[str, tuple[str, FloatArray, FloatArr
 def _way_per_sample(place: FloatArray, method: Method = STANDARD) -> float:
     """Return the way from one sample to the next where it moves slowly: what repeats within two of them cannot be told from a slow wave."""
     steps = np.abs(np.diff(place))
-    return float(np.quantile(steps[steps > 0.0], method.candidates.slow_growth)) if np.any(steps > 0.0) else 0.0
+    return float(np.quantile(steps[steps > 0.0], method.candidates.slow_steps)) if np.any(steps > 0.0) else 0.0
 
 
 def _driving(experiment: Experiment, part: str) -> FloatArray | None:

@@ -11,12 +11,14 @@ from lathesim.diagnosis.method.limit import Limit
 class DiscoveryLimits:
     """Limits of formulas for what no effect explains."""
 
-    smoothed_reversal: Limit = Limit(0.02, "share of top speed", "a step at a reversal is smoothed over this share of the fastest motion")
+    smoothed_reversal: float = 0.02
+    """Share of the top speed over which a step at a reversal is smoothed."""
     worth: Limit = Limit(
         0.05,
         "share of missing force",
-        "a further group of columns must explain this on the validation recording, and a dependence must to be listed",
+        "a further group of columns must explain this on the validation recording, and a listed dependence too",
     )
     most_groups: int = 3
     """Groups of columns in a formula at most."""
-    ends: Limit = Limit(0.06, "share of recording", "either end of a recording is left out, as the missing force is tapered there")
+    ends: float = 0.06
+    """Share of the recording that is left out at either end, where the missing force is tapered."""

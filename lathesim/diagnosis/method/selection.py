@@ -31,11 +31,6 @@ class SelectionLimits:
     )  # fmt: skip
 
     # what is tried
-    worth_trying: Limit = Limit(
-        0.5, "share of what decides",
-        "what scores, explains or keeps this share is worth a fit, or a second one",
-        "assumed", "one limit in the place of eight that were all a half",
-    )  # fmt: skip
     hopeless: Limit = Limit(
         0.2, "share of what decides",
         "what scores or gains less is not tried further",
@@ -60,11 +55,11 @@ class SelectionLimits:
         "an effect below this beside others is compared with what acts at its place; an extended shape must explain this",
     )  # fmt: skip
     much_of_all: Limit = Limit(0.3, "share of error", "a periodic effect above this is much of what was missing")
-    simple_leaves_more: Limit = Limit(1.5, "1", "an effect with two parameters fewer may leave this many times what another one leaves")
     least_lag: Limit = Limit(0.2, "samples", "a lag below this is how a simulation steps")
     event_start: Limit = Limit(0.01, "share of recording", "a change earlier than this is a sensor offset, not an event")
     wave_surely_there: Limit = Limit(10.0, "margins", "a periodic effect that scores this is fitted whatever its share of the residual")
-    whole_order: Limit = Limit(0.002, "orders", "standard deviation of a fitted order about its whole number")
+    whole_order: float = 0.002
+    """Standard deviation of a fitted order about its whole number [orders]."""
 
     # the motion that frictions sense, and the closed loop
     unexplained_power: Limit = Limit(40.0, "whitened power", "above this a channel still has an unexplained residual")
@@ -72,7 +67,7 @@ class SelectionLimits:
     simulated_motion_left: Limit = Limit(0.15, "share of error", "frictions sense the simulated motion where it leaves less than this")
     degrades: Limit = Limit(
         1.05, "times the residual",
-        "an effect that makes the closed-loop simulation worse than this is compared with others",
+        "an effect that makes the closed-loop simulation worse is compared with others, a model that does so in every channel rejected",
     )  # fmt: skip
 
     # values of the lesson
@@ -83,14 +78,11 @@ class SelectionLimits:
         "chi-squared: three values that are as the lesson declares exceed it with 0.1 %, four with 0.3 %",
     )  # fmt: skip
     restores_clearly: Limit = Limit(4.0, "1", "an effect restores plausible values where their penalty is this much below the limit")
-    restores_values: Limit = Limit(
-        0.5, "share of closed-loop error",
-        "a generalisation that restores plausible values must leave less than this in the worst channel",
-    )  # fmt: skip
     value_at_bound: Limit = Limit(
         1e-3, "share of its range",
         "a value this near a bound would go further, and explains nothing",
         "derived",
         "a bounded fit ends within its tolerance, 1e-8 of the range, of an active bound",
     )  # fmt: skip
-    value_wider: Limit = Limit(10.0, "times the declared deviation", "one value is released this far")
+    value_wider: float = 10.0
+    """Times its declared deviation that a value is released."""

@@ -46,12 +46,6 @@ class VerdictLimits:
         "calibrated",
         "concealed cases: own forms left up to 0.35, names of something else 0.39 and more; counts not recorded",
     )  # fmt: skip
-    every_channel_worse: Limit = Limit(
-        1.05, "times the residual",
-        "a model that makes every channel worse by more than this is rejected",
-        "calibrated",
-        "concealed cases: right names improved some channel, to 0.9 of its residual at the most",
-    )  # fmt: skip
     small_load: Limit = Limit(
         0.15, "share of acting force",
         "a missing force above this is no noise and no small load", "calibrated", "concealed cases: sound machines left up to a tenth",

@@ -49,7 +49,7 @@ def _leaves_hardly_more(trial: Trial, other: Trial, method: Method) -> bool:
     left, of_other = 1.0 - trial.share_of_all, 1.0 - other.share_of_all
     fewer = len(trial.candidate.parameters) + 1 < len(other.candidate.parameters)
     alike = merit(trial, method) > method.selection.rival * merit(other, method)
-    return alike and fewer and left < 1.0 - method.selection.almost_all and left < method.selection.simple_leaves_more * of_other
+    return alike and fewer and left < 1.0 - method.selection.almost_all and left < method.shared.alike * of_other
 
 
 def replaces(trial: Trial, simple: Candidate, method: Method) -> bool:

@@ -154,7 +154,7 @@ def _add(
 def _tried_in_batches(laboratory: Laboratory, found: SearchResult, ranked: Sequence[Screened], method: Method) -> list[Trial]:
     """Return trials of candidates, the best ones first, as long as the trials so far leave the others worth a fit."""
     tried: list[Trial] = []
-    further = [item for item in ranked[method.screened :] if item.share > method.selection.worth_trying]
+    further = [item for item in ranked[method.screened :] if item.share > method.shared.larger_part]
     waiting = [*ranked[: method.screened], *further[: method.selection.most_rivals]]
     while batch := _batch(laboratory, found, ranked, waiting, tried, method):
         asked = [
@@ -272,8 +272,8 @@ def _held_at_rest(
         pushes = item.candidate.effect.site == _PUSHED and not item.candidate.effect.identification.sticks
         if (
             pushes
-            and item.share > method.selection.worth_trying
-            and kept < method.selection.worth_trying * item.share
+            and item.share > method.shared.larger_part
+            and kept < method.shared.larger_part * item.share
             and experiment.simulated_motion_of(model.candidates)
         ):
             found.append(Asked(item.candidate, model.candidates, model.free, item.starts[:1], with_simulated_motion=True))
@@ -364,14 +364,12 @@ def _rivals(
     near, most = method.selection.rival, method.selection.most_rivals
     alike = [item for item in others if item.candidate.part in together and near * promised < item.gain < promised / near][:most]
     implausible = is_implausible(found.model.fitted, method=method)
-    least = method.selection.hopeless if implausible else method.selection.worth_trying
+    least = method.selection.hopeless if implausible else method.shared.larger_part
     alike += [item for item in others if item not in alike and _is_relative(item.candidate, best.candidate, item.gain > least * promised)]
     if implausible:
         # of one family at another place: a force and a voltage that add a constant score alike but for implausible values
         elsewhere = [
-            item
-            for item in others
-            if item.candidate.family == best.candidate.family and item.gain > method.selection.worth_trying * promised
+            item for item in others if item.candidate.family == best.candidate.family and item.gain > method.shared.larger_part * promised
         ]
         fewer_values = [item for item in elsewhere if len(item.candidate.parameters) <= len(best.candidate.parameters)]
         alike += [item for item in fewer_values if item not in alike][: method.selection.most_rivals]

@@ -235,7 +235,7 @@ class Laboratory:
             )
             best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
-        if gain <= self.least_gain and self._removed(before, best) > self.method.selection.worth_trying:
+        if gain <= self.least_gain and self._removed(before, best) > self.method.shared.larger_part:
             best = fit(self.experiment.sensed, with_start(best), constant, rounds=2, full_band=full_band, settle=_SETTLED, slopes="kept")
             gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
         restores_plausibility = (

@@ -198,7 +198,7 @@ def every_channel_worse(judged: Judged, method: Method) -> Iterator[ResidualTest
     Without anything that feeds back a simulation drifts with whatever nobody modelled, and is not asked.
     """
     if judged.effects and judged.feeds_back and judged.fit:
-        worse = [held(ratio(item.after, item.before), ">", method.verdict.every_channel_worse) for item in judged.fit.values()]
+        worse = [held(ratio(item.after, item.before), ">", method.selection.degrades) for item in judged.fit.values()]
         sentence = "with it the lesson's own simulation is further off in every channel"
         yield ResidualTest("closed loop not worse", "", all_of(*worse), sentence, "discredits")
 

@@ -103,7 +103,7 @@ def _shape_of(candidate: Candidate) -> Candidate | None:
 
 
 def _is_worth_asking(screening_score: Screened, method: Method) -> bool:
-    worth = screening_score.share > method.selection.worth_trying * method.share_of_rest
+    worth = screening_score.share > method.shared.larger_part * method.share_of_rest
     return worth and compare_models(Gains(screening_score.gain), method, effects=1).better
 
 

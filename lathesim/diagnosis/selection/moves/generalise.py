@@ -103,7 +103,7 @@ def _restores_plausibility(trial: Trial, method: Method) -> bool:
     """Return whether with a trial no value of the lesson is implausible any more and the lesson's own simulation is much better: a
     friction that senses recorded motion explains a spring of some micrometres with a viscosity that the machine cannot have."""
     usual = of_usual_size(trial.candidate, trial.model.fitted.by_name, method)
-    return trial.restores_plausibility and usual and 0.0 < trial.closed_loop_degradation < method.selection.restores_values
+    return trial.restores_plausibility and usual and 0.0 < trial.closed_loop_degradation < method.shared.larger_part
 
 
 def may_be_worth(laboratory: Laboratory, model: Model, item: Screened, method: Method) -> bool:
@@ -117,7 +117,7 @@ def may_be_worth(laboratory: Laboratory, model: Model, item: Screened, method: M
     share = 1.0 if model.candidates else method.worth_a_fit
     if item.share < share * method.share_of_rest:
         return False
-    if item.share > method.selection.worth_trying * method.nearly_all_of_rest:
+    if item.share > method.shared.larger_part * method.nearly_all_of_rest:
         return True
     rest = model.error + np.maximum(laboratory.everything - laboratory.baseline_error, 0.0)
     return float(np.max(item.shares * rest / laboratory.everything)) > share * method.share_of_all

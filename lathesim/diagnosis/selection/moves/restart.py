@@ -45,7 +45,7 @@ def _refused(found: SearchResult, method: Method) -> Trial | None:
     asked = [trial for trial in found.tried if trial.candidate.part not in found.refused]
     beside = [trial for trial in asked if trial.model.candidates[:-1] == there and trial.candidate not in there]
     gaining = [trial for trial in beside if compare_models(Gains(trial.gain, trial.validation_gain), method, effects=1).better]
-    much = [trial for trial in gaining if trial.share_of_rest > method.selection.worth_trying and trial.moves > method.smallest_move]
+    much = [trial for trial in gaining if trial.share_of_rest > method.shared.larger_part and trial.moves > method.smallest_move]
     most = max(much, key=lambda trial: trial.share_of_rest, default=None)
     return None if most is None or is_part_of_a_wave(most, found.model, method=method) else most
 

@@ -35,7 +35,7 @@ def simplify(laboratory: Laboratory, found: SearchResult, method: Method = STAND
         promising = [
             item
             for item in screen(laboratory.experiment.sensed, before.fitted, relatives, points, method=method).ranked
-            if item.share > method.selection.worth_trying
+            if item.share > method.shared.larger_part
         ]
         asked = [Asked(item.candidate, rest, before.free, item.starts[:1]) for item in promising[: method.selection.most_rivals]]
         trials = side_by_side(laboratory, before, asked)
