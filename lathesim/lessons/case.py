@@ -23,6 +23,7 @@ class Given:
     value: str | float
     place: str
     key_place: str
+    of_command_line: bool = False
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,7 @@ def case_of(
         seed = changes.seed if changes.seed is not None else seed
         duration = _given(lesson, changes.duration, (*location, "duration")) if changes.duration is not None else duration
     for name, value in (overrides or {}).items():
-        changed["set"][name] = Given(value, f"--set {name}={value}", f"--set {name}={value}")
+        changed["set"][name] = Given(value, f"--set {name}={value}", f"--set {name}={value}", of_command_line=True)
     return Case(
         lesson=lesson,
         variant=variant,

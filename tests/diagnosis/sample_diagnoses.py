@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.diagnosis import (
     BaselineValue,
     ChannelFit,
@@ -38,14 +39,14 @@ def _evidence() -> Evidence:
     command = ChannelTrace("x_controller.voltage", "V", time, voltage, voltage - friction / 35.15, voltage + 0.01 * noise[1])
     missing = MissingSignal("x_axis.disturbance", "N", time, friction + noise[2], noise[2], total, 0.171, 0.043)
     bars = (
-        VariableBar("x_controller.voltage", "sign of velocity of x_axis", 0.972, 0.02),
-        VariableBar("x_controller.voltage", "velocity of x_axis", 0.951, 0.03),
+        VariableBar("x_controller.voltage", "sign of velocity of x_axis", 0.972, 0.02, kind=Kind.SIGN),
+        VariableBar("x_controller.voltage", "velocity of x_axis", 0.951, 0.03, kind=Kind.VELOCITY),
         VariableBar("x_controller.voltage", "position and direction of x_axis", 0.93, 0.02),
         VariableBar("x_encoder.position", "distance since reversal of x_axis", 0.94, 0.11),
         VariableBar("x_controller.voltage", "x_controller.reference", 0.21, 0.0),
-        VariableBar("x_controller.voltage", "time", 0.08, 0.02),
+        VariableBar("x_controller.voltage", "time", 0.08, 0.02, kind=Kind.TIME),
         VariableBar("x_controller.voltage", "acceleration of x_axis", 0.04, 0.01),
-        VariableBar("x_controller.voltage", "speed of x_axis", 0.01, 0.0),
+        VariableBar("x_controller.voltage", "speed of x_axis", 0.01, 0.0, kind=Kind.SPEED),
     )
     tried = (
         ("CoulombFriction at x_axis", 8123.4, 7871.2), ("PreslidingFriction at x_axis", 8119.0, 7862.7),

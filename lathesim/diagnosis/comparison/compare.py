@@ -22,6 +22,7 @@ from lathesim.diagnosis.location.operating_conditions import direction_of, varia
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.checks import at_odds
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
+from lathesim.diagnosis.records.condition import Kind
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted
@@ -290,13 +291,12 @@ def _ways(experiment: Experiment, begin: int, method: Method = STANDARD) -> tupl
     ways = {"time": ("s", experiment.record.time[begin:])}
     motions = []
     parts = {part.name: part.component for part in experiment.machine.assembly.parts}
-    for name, values in variables(experiment, method=method).items():
-        kind, _, host = name.partition(" of ")
-        if kind == "position" and host in parts:
-            unit = parts[host].declarations[parts[host].ports["displacement"]].unit
-            ways[name] = (unit, values[0][begin:])
-        if kind == "velocity":
-            motions += [values[0][begin:], direction_of(values[0], method=method)[begin:]]
+    for name, variable in variables(experiment, method=method).items():
+        if variable.kind is Kind.POSITION:
+            ports = parts[variable.host].ports
+            ways[name] = (parts[variable.host].declarations[ports["displacement"]].unit, variable.values[0][begin:])
+        if variable.kind is Kind.VELOCITY:
+            motions += [variable.values[0][begin:], direction_of(variable.values[0], method=method)[begin:]]
     return ways, motions
 
 

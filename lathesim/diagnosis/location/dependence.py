@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from lathesim.diagnosis.location.missing_force import missing_signal
-from lathesim.diagnosis.location.operating_conditions import ANGLE, PARTIAL, held_by_friction, samples_per_turn, variables
+from lathesim.diagnosis.location.operating_conditions import held_by_friction, samples_per_turn, variables
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.records.condition import Kind
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
@@ -33,6 +35,7 @@ class DependenceScore:
     variable: str
     share: float
     within: float
+    kind: Kind = Kind.OTHER
 
 
 def bars(
@@ -49,13 +52,14 @@ def bars(
             beyond(learned, held_by_friction(experiment, fitted, row, method=method)),
             beyond(scored, held_by_friction(validation, judged, row, method=method)),
         )
-        for name in here:
+        for name, variable in here.items():
             if name in there and power > 0.0:
-                places_here, places_there = _only(here[name], _counted(experiment)), _only(there[name], _counted(validation))
+                places_here = _only(variable.values, _counted(experiment))
+                places_there = _only(there[name].values, _counted(validation))
                 first, second = learned, scored
-                if name.startswith(ANGLE):
-                    first, second = _within_a_turn(learned, here[name][0]), _within_a_turn(scored, there[name][0])
-                elif name.startswith(PARTIAL) and np.isfinite(places_here[0]).any():
+                if variable.kind is Kind.ANGLE:
+                    first, second = _within_a_turn(learned, variable.values[0]), _within_a_turn(scored, there[name].values[0])
+                elif variable.kind is Kind.PARTIAL and np.isfinite(places_here[0]).any():
                     usual = float(np.mean(learned[np.isfinite(places_here[0])]))
                     first, second = learned - usual, scored - usual
                 table = _Table.of(places_here, first, places_there, second, mean_is_known=mean_is_known)
@@ -63,7 +67,7 @@ def bars(
                 if gain < method.shared.dependence * possible and gain <= method.location.beyond_chance * table.by_chance():
                     gain = 0.0
                 within = gain / possible if possible > 0.0 else 0.0
-                result.append(DependenceScore(channel, name, gain / power, within))
+                result.append(DependenceScore(channel, name, gain / power, within, variable.kind))
     return sorted(result, key=lambda bar: -bar.share)
 
 
@@ -71,7 +75,7 @@ def _counted(experiment: Experiment) -> npt.NDArray[np.bool_]:
     return np.ones(experiment.sensed.samples, dtype=bool) if experiment.weights is None else experiment.weights > COUNTS
 
 
-def _only(where: list[FloatArray], counted: npt.NDArray[np.bool_]) -> list[FloatArray]:
+def _only(where: Sequence[FloatArray], counted: npt.NDArray[np.bool_]) -> list[FloatArray]:
     return [np.where(counted, values, np.nan) for values in where]
 
 

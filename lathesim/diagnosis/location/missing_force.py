@@ -14,12 +14,12 @@ from scipy.fft import irfft, rfft
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan
-from lathesim.identification.machine.roles import is_of_machine
+from lathesim.identification.machine.roles import is_of_machine, is_signal
 from lathesim.identification.noise.noise_model import taper
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import measured_output
-from lathesim.identification.replay.open_loop import SIGNALS, as_recorded
+from lathesim.identification.replay.open_loop import as_recorded
 from lathesim.identification.replay.simulator import IMPULSE
 
 _DEAF = 1e-9
@@ -134,11 +134,11 @@ def passed_through(plan: Plan, channel: str) -> tuple[str, ...]:
     queue, seen = [channel.partition(".")[0]], []
     while queue:
         name = queue.pop(0)
-        if name in seen or name.startswith(SIGNALS):
+        if name in seen or is_signal(name):
             continue
         seen.append(name)
         feeds = plan.feeds.items()
-        queue += [source.partition(".")[0] for target, (kind, source) in feeds if kind == "output" and target.startswith(f"{name}.")]
+        queue += [source.partition(".")[0] for target, (kind, source) in feeds if kind == "output" and target.partition(".")[0] == name]
     return tuple(name for name in seen if is_of_machine(name))
 
 

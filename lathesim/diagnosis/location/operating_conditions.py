@@ -6,31 +6,36 @@ of the cut while it is in. Where no sensor tells, the lesson's own simulation do
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.records.condition import Kind
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
 
-ANGLE = "spindle angle in the cut of"
-"""How the name of an angle begins: what depends on it is faster than a turn."""
-PARTIAL = ("time since entry of", "time out of the cut of", ANGLE)
-"""How the names of variables begin that have a value only now and then: what depends on them varies there and is not only not nothing."""
-TOGETHER = ("position and velocity of", "position and acceleration of")
-"""How the names of variables begin that are two of which each may have any value: what is of another form than anything listed may depend
-on both."""
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable that a mismatch may depend on: one or two arrays (samples,) whose bins are looked at together."""
+
+    values: tuple[FloatArray, ...]
+    kind: Kind = Kind.OTHER
+    host: str = ""
+    """The part that moves; empty where that is not asked."""
 
 
-def variables(experiment: Experiment, method: Method = STANDARD) -> dict[str, list[FloatArray]]:
-    """Return what the machine was doing, by name: one or two arrays (samples,) whose bins are looked at together."""
+def variables(experiment: Experiment, method: Method = STANDARD) -> dict[str, Variable]:
+    """Return what the machine was doing, by name."""
     period = experiment.machine.assembly.sample_period
     recorded = {name: experiment.record[name] for name in experiment.machine.compare}
     motion = recorded_motion(experiment.with_candidates, recorded)
     time = np.asarray(np.arange(len(experiment.record.time)) * period, dtype=np.float64)
-    found: dict[str, list[FloatArray]] = {"time": [time]}
+    found = {"time": Variable((time,), Kind.TIME)}
     for part in experiment.machine.assembly.parts:
         host, ports = part.name, part.component.ports
         velocity = motion.get(f"{host}.{ports.get('flow', '')}")
@@ -38,27 +43,27 @@ def variables(experiment: Experiment, method: Method = STANDARD) -> dict[str, li
         if velocity is not None:
             direction = direction_of(velocity, method=method)
             # how a part that is to stand still moves is what loads do to it
-            meant = np.where(direction == 0.0, 0.0, velocity)
+            meant, acceleration = np.where(direction == 0.0, 0.0, velocity), velocity_of(velocity, period)
             found |= {
-                f"velocity of {host}": [meant],
-                f"speed of {host}": [np.abs(meant)],
-                f"sign of velocity of {host}": [direction],
-                f"acceleration of {host}": [velocity_of(velocity, period)],
+                f"velocity of {host}": Variable((meant,), Kind.VELOCITY),
+                f"speed of {host}": Variable((np.abs(meant),), Kind.SPEED),
+                f"sign of velocity of {host}": Variable((direction,), Kind.SIGN),
+                f"acceleration of {host}": Variable((acceleration,)),
             }
             if position is not None:
                 found |= {
-                    f"position of {host}": [position],
-                    f"position and direction of {host}": [position, direction],
-                    f"position and velocity of {host}": [position, meant],
-                    f"position and acceleration of {host}": [position, found[f"acceleration of {host}"][0]],
-                    f"distance since reversal of {host}": [since_reversal(position, direction), direction],
-                    f"distance since rest of {host}": [since_rest(position, direction), direction],
+                    f"position of {host}": Variable((position,), Kind.POSITION, host),
+                    f"position and direction of {host}": Variable((position, direction)),
+                    f"position and velocity of {host}": Variable((position, meant), Kind.TOGETHER),
+                    f"position and acceleration of {host}": Variable((position, acceleration), Kind.TOGETHER),
+                    f"distance since reversal of {host}": Variable((since_reversal(position, direction), direction)),
+                    f"distance since rest of {host}": Variable((since_rest(position, direction), direction)),
                 }
         if (in_cut := experiment.doing.get(f"{host}.{ports.get('in_cut', '')}")) is not None:
             found |= _of_the_cut(host, in_cut > 0.5, time, experiment.doing.get(f"{host}.{ports.get('angle', '')}"))
     for name in experiment.machine.drive:
         if not _pushes(experiment, name):
-            found[name] = [experiment.record[name]]
+            found[name] = Variable((experiment.record[name],))
     return found
 
 
@@ -70,18 +75,19 @@ def _pushes(experiment: Experiment, name: str) -> bool:
     return ports.get("drive") == item and ports.get("measured", item) == item
 
 
-def _of_the_cut(host: str, in_cut: npt.NDArray[np.bool_], time: FloatArray, angle: FloatArray | None) -> dict[str, list[FloatArray]]:
+def _of_the_cut(host: str, in_cut: npt.NDArray[np.bool_], time: FloatArray, angle: FloatArray | None) -> dict[str, Variable]:
     """Return the variables of a place where a tool cuts now and then; none where it always or never does."""
     if in_cut.all() or not in_cut.any():
         return {}
     since = time - _since(in_cut, time)
     found = {
-        f"in the cut or not of {host}": [in_cut.astype(np.float64)],
-        f"time since entry of {host}": [np.where(in_cut, since, np.nan)],
-        f"time out of the cut of {host}": [np.where(in_cut, np.nan, time)],
+        f"in the cut or not of {host}": Variable((in_cut.astype(np.float64),)),
+        f"time since entry of {host}": Variable((np.where(in_cut, since, np.nan),), Kind.PARTIAL),
+        f"time out of the cut of {host}": Variable((np.where(in_cut, np.nan, time),), Kind.PARTIAL),
     }
     if angle is not None and float(np.ptp(angle[in_cut])) > 2.0 * np.pi:
-        found[f"{ANGLE} {host}"] = [np.where(in_cut, np.mod(angle, 2.0 * np.pi), np.nan)]
+        turned = np.where(in_cut, np.mod(angle, 2.0 * np.pi), np.nan)
+        found[f"spindle angle in the cut of {host}"] = Variable((turned,), Kind.ANGLE)
     return found
 
 

@@ -47,8 +47,8 @@ def another_law(experiment: Experiment, validation: Experiment, values: Mapping[
     lesson drives no controller with a recorded reference."""
     found = []
     for row, name in controller_commands(experiment):
-        driven = f"{name.partition('.')[0]}."
-        references = [target for target in experiment.machine.drive if target.startswith(driven)]
+        controller = name.partition(".")[0]
+        references = [target for target in experiment.machine.drive if target.partition(".")[0] == controller]
         if references:
             here, there = (np.column_stack([_of_reference(one, target) for target in references]) for one in (experiment, validation))
             learned, scored = (one.sensed.one(values)[row] for one in (experiment, validation))

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.history import Step
 from lathesim.diagnosis.records.residual_test import Condition, ResidualTest
 from lathesim.diagnosis.records.stability import Stability
@@ -118,6 +119,7 @@ class VariableBar:
     after: float
     within_before: float = math.nan
     within_after: float = math.nan
+    kind: Kind = Kind.OTHER
 
 
 @dataclass(frozen=True)

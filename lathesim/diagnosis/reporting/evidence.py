@@ -10,17 +10,12 @@ from lathesim.diagnosis.location.closed_loop_fit import Compared
 from lathesim.diagnosis.location.dependence import bars
 from lathesim.diagnosis.location.missing_force import places
 from lathesim.diagnosis.location.missing_share import missing_signals
-from lathesim.diagnosis.location.operating_conditions import PARTIAL
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location, VariableBar
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial
 from lathesim.identification.replay.experiment import Experiment
-
-_SIMPLEST = ("sign of velocity", "velocity", "speed", "position", "time")
-_MOTION = 2
-"""The first of these are always named; one further down only where it explains clearly more than all before it."""
 
 
 def gather(experiment: Experiment, validation: Experiment, found: SearchResult, own: Compared, method: Method = STANDARD) -> Evidence:
@@ -81,7 +76,7 @@ def _bars(experiment: Experiment, validation: Experiment, before: Model, after: 
             (bar.channel, bar.variable): bar for bar in bars(experiment, after.fitted, validation, after.validation_fit, method=method)
         }
     pairs = ((bar, second[key]) for key, bar in first.items())
-    return [VariableBar(bar.channel, bar.variable, bar.share, other.share, bar.within, other.within) for bar, other in pairs]
+    return [VariableBar(bar.channel, bar.variable, bar.share, other.share, bar.within, other.within, bar.kind) for bar, other in pairs]
 
 
 def _traces(validation: Experiment, own: Compared) -> list[ChannelTrace]:
@@ -122,8 +117,8 @@ def suspected(validation: Experiment, evidence: Evidence, off: Collection[str], 
         reads: list[str] = []
         if {"measured", "reading"} <= set(ports.get(part, ())):
             wires = validation.machine.assembly.wires
-            reads = [wire.source.partition(".")[0] for wire in wires if wire.source and wire.target.startswith(f"{part}.")]
-        several = sum(at.startswith(f"{part}.") for _, at in shares) > 1
+            reads = [wire.source.partition(".")[0] for wire in wires if wire.source and wire.target.partition(".")[0] == part]
+        several = sum(at != part and at.partition(".")[0] == part for _, at in shares) > 1
         found += [*reads, part] if several else [part, *reads]
     return found
 
@@ -135,12 +130,13 @@ def strongest_variables(
 
     One that has a value only now and then (time since entry) is named where it explains much of what is missing there.
     """
+    kinds = {bar.variable: bar.kind for bar in bars_}
     shares: dict[str, float] = {}
     partial: dict[str, float] = {}
     for bar in bars_:
         if not channels or bar.channel in channels:
             share, within = (bar.after, bar.within_after) if after else (bar.before, bar.within_before)
-            if bar.variable.startswith(PARTIAL):
+            if bar.kind.is_partial:
                 # what is small shows only once the large is in
                 within = within if after else max(within, bar.within_after)
                 partial[bar.variable] = max(partial.get(bar.variable, 0.0), within)
@@ -148,13 +144,8 @@ def strongest_variables(
                 shares[bar.variable] = max(shares.get(bar.variable, 0.0), share)
     narrow = [name for name in sorted(partial, key=lambda name: -partial[name]) if partial[name] > method.shared.dependence]
     chosen: list[str] = []
-    for name in sorted(shares, key=lambda name: (_complexity(name), -shares[name])):
-        motion = _complexity(name) < _MOTION
+    for name in sorted(shares, key=lambda name: (kinds[name], -shares[name])):
         simpler = max((shares[other] for other in chosen), default=0.0)
-        if shares[name] > method.shared.dependence and (motion or shares[name] > simpler + method.reporting.clearly_more):
+        if shares[name] > method.shared.dependence and (kinds[name].is_motion or shares[name] > simpler + method.reporting.clearly_more):
             chosen.append(name)
     return tuple([*narrow, *sorted(chosen, key=lambda name: -shares[name])][: int(method.reporting.most_variables)])
-
-
-def _complexity(variable: str) -> int:
-    return next((place for place, word in enumerate(_SIMPLEST) if variable.startswith(word + " of") or variable == word), len(_SIMPLEST))

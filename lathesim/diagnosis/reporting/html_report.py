@@ -290,7 +290,7 @@ def _tried(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 
 def _is_found(name: str, diagnosis: Diagnosis) -> bool:
-    return any(name.startswith(effect.effect) and effect.at in name for effect in diagnosis.effects)
+    return any(name == f"{effect.effect} at {effect.at}" for effect in diagnosis.effects)
 
 
 def _sure(diagnosis: Diagnosis) -> list[str]:

@@ -78,6 +78,16 @@ def _layers(names: list[str], pairs: Wires) -> tuple[list[list[str]], list[tuple
     fed = {target for _, target in pairs}
     following = {name: [target for source, target in pairs if source == name] for name in names}
     roots = [name for name in names if name not in fed] or [_beginning(names, following)]
+    order, closing = _ordered([*roots, *names], following)
+    onward = {name: [target for target in targets if (name, target) not in closing] for name, targets in following.items()}
+    depth = _depths(order, onward)
+    depth |= {name: min(depth[target] for target in onward[name]) - 1 for name in roots if onward[name] and name not in fed}
+    layers = [[name for name in names if depth[name] == level] for level in range(max(depth.values()) + 1)]
+    return _untangled([layer for layer in layers if layer], pairs, {name for pair in closing for name in pair}), closing
+
+
+def _ordered(starts: list[str], following: dict[str, list[str]]) -> tuple[list[str], list[tuple[str, str]]]:
+    """Return the names so that each stands before what follows it, searched depth first, and the pairs that close a loop."""
     done: dict[str, bool] = {}
     closing: list[tuple[str, str]] = []
     order: list[str] = []
@@ -92,20 +102,19 @@ def _layers(names: list[str], pairs: Wires) -> tuple[list[list[str]], list[tuple
         done[name] = True
         order.insert(0, name)
 
-    for name in [*roots, *names]:
+    for name in starts:
         if name not in done:
             visit(name)
-    depth = dict.fromkeys(names, 0)
+    return order, closing
+
+
+def _depths(order: list[str], onward: dict[str, list[str]]) -> dict[str, int]:
+    """Return the layer of each name: one beyond the furthest that it follows."""
+    depth = dict.fromkeys(order, 0)
     for name in order:
-        for target in following[name]:
-            if (name, target) not in closing:
-                depth[target] = max(depth[target], depth[name] + 1)
-    for name in names:
-        onward = [depth[target] for target in following[name] if (name, target) not in closing]
-        if onward and name not in fed:
-            depth[name] = min(onward) - 1
-    layers = [[name for name in names if depth[name] == level] for level in range(max(depth.values()) + 1)]
-    return _untangled([layer for layer in layers if layer], pairs, {name for pair in closing for name in pair}), closing
+        for target in onward[name]:
+            depth[target] = max(depth[target], depth[name] + 1)
+    return depth
 
 
 def _beginning(names: list[str], following: dict[str, list[str]]) -> str:

@@ -11,9 +11,9 @@ from lathesim.diagnosis.candidates.periodic_starts import drawn_by_waves
 from lathesim.diagnosis.location.closed_loop_fit import Compared
 from lathesim.diagnosis.location.command_coherence import CommandCoherence, command_coherence
 from lathesim.diagnosis.location.narrow_band import NarrowBand, narrow_bands
-from lathesim.diagnosis.location.operating_conditions import TOGETHER
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw
+from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.diagnosis import BaselineValue, Evidence, listed
 from lathesim.diagnosis.records.residual_test import ResidualTest
 from lathesim.diagnosis.records.search import SearchResult
@@ -110,7 +110,7 @@ def adequacy(
 
 def _of_one_variable(evidence: Evidence) -> Evidence:
     """Return the evidence without tables of two variables at once: they show how finely an effect of the right form is simulated."""
-    return replace(evidence, bars=tuple(bar for bar in evidence.bars if not bar.variable.startswith(TOGETHER)))
+    return replace(evidence, bars=tuple(bar for bar in evidence.bars if bar.kind is not Kind.TOGETHER))
 
 
 def _bands(

@@ -75,6 +75,11 @@ def is_recorded_signal(part: str) -> bool:
     return part.startswith(("try_", "recorded_", "motion_"))
 
 
+def is_signal(part: str) -> bool:
+    """Return whether a part, by its name in a replay, gives a signal: recorded, of the motion, of a command, or of a converter's steps."""
+    return part.startswith(("recorded_", "motion_", "followed_", "rounding_", SENSED))
+
+
 def comes_from_effect(source: str) -> bool:
     """Return whether a wire's source is the output of an effect, by the name that the contract of effects gives it."""
     return source.endswith(".outgoing")

@@ -45,7 +45,7 @@ def driven_by(prepared: Prepared, file: Path, registry: Registry) -> Driven:
     assembly = replace(cast("Machinery", at_controllers_rate(driven, machine.decisions)), finish="")
     starts = _recorded_starts(machine, recorded, wire(assembly))
     for name, given in prepared.case.set.items():
-        if given.place.startswith("--set"):
+        if given.of_command_line:
             starts.pop(name, None)
     assembly = replace(assembly, parts=tuple(_started(part, starts) for part in assembly.parts))
     length = (len(recorded.record) - 1) * recorded.record.sample_period

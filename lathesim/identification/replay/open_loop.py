@@ -21,7 +21,6 @@ from lathesim.identification.replay.recorded_parts import CorrectedSight, HeldSi
 from lathesim.lessons.insertion import GoesWithMain, Machinery, first_input
 
 ROUNDING, ROUNDED = "rounding_", "rounded_"
-SIGNALS = ("recorded_", "motion_", "followed_", ROUNDING, SENSED)
 """How the names of parts begin that stand for what was recorded."""
 
 

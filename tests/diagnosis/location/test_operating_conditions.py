@@ -25,7 +25,7 @@ def named(*wrong: str) -> tuple[str, ...]:
     fitted, judge, _ = parted(cut_machine(), "cut.csv", cut_record(wrong), ())
     first, second = fit(fitted.sensed, baseline(fitted)), fit(judge.sensed, baseline(judge))
     found = bars(fitted, first, judge, second)
-    both = [VariableBar(bar.channel, bar.variable, bar.share, bar.share, bar.within, bar.within) for bar in found]
+    both = [VariableBar(bar.channel, bar.variable, bar.share, bar.share, bar.within, bar.within, bar.kind) for bar in found]
     return strongest_variables(tuple(both), [])
 
 
@@ -35,10 +35,10 @@ def test_a_cut_has_times_and_angles_only_where_they_make_sense() -> None:
     inside = np.zeros(len(experiment.record), dtype=bool)
     inside[CUT] = True
     inside = inside[: len(experiment.record)]
-    assert np.array_equal(np.isfinite(found[ENTRY][0]), inside)
-    assert np.array_equal(np.isfinite(found[OUT][0]), ~inside)
-    assert found[ENTRY][0][CUT][:3] == pytest.approx([0.0, PERIOD, 2.0 * PERIOD], abs=1e-12)
-    turned = found[ANGLE][0][CUT]
+    assert np.array_equal(np.isfinite(found[ENTRY].values[0]), inside)
+    assert np.array_equal(np.isfinite(found[OUT].values[0]), ~inside)
+    assert found[ENTRY].values[0][CUT][:3] == pytest.approx([0.0, PERIOD, 2.0 * PERIOD], abs=1e-12)
+    turned = found[ANGLE].values[0][CUT]
     assert 0.0 <= turned.min() < turned.max() < 2.0 * np.pi
     angle, counted = turns(experiment)["cutting"]
     assert np.array_equal(counted, inside)
