@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lathesim.analysis.metric import Metric, signal
+from lathesim.analysis.waves import wave_roughness
 from lathesim.record import FloatArray, Record
 
 _LAST = 0.25
@@ -27,5 +28,6 @@ def settled_removal_rate(record: Record) -> float:
 
 CHATTER_METRICS = (
     Metric("chatter_swing", "m", "vibration of the tool in the last quarter of the run, peak to peak", chatter_swing),
+    Metric("wave_roughness", "m", "average roughness R_a of the waves around the part, in the last turn", wave_roughness),
     Metric("settled_removal_rate", "m^3/s", "volume cut per time in the last quarter of the run", settled_removal_rate, of_cutting=True),
 )

@@ -1,4 +1,4 @@
-"""The plots a run leaves beside its record: path, contour error, voltages, surface of the part."""
+"""The plots a run leaves beside its record: path, contour error, voltages, surface of the part, waves around it."""
 
 from __future__ import annotations
 
@@ -6,10 +6,17 @@ from pathlib import Path
 
 from lathesim.analysis.plots import channels_figure, contour_error_figure, path_figure, save_figure, voltages_figure
 from lathesim.analysis.surface import surface_figure
+from lathesim.analysis.waves import waves_figure
 from lathesim.errors import RecordError
 from lathesim.record import Record
 
-_FIGURES = (("path", path_figure), ("contour_error", contour_error_figure), ("voltages", voltages_figure), ("surface", surface_figure))
+_FIGURES = (
+    ("path", path_figure),
+    ("contour_error", contour_error_figure),
+    ("voltages", voltages_figure),
+    ("surface", surface_figure),
+    ("waves", waves_figure),
+)
 
 
 def save_run_plots(record: Record, beside: Path, title: str) -> list[Path]:

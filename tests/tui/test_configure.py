@@ -170,6 +170,42 @@ async def test_the_lobes_of_a_lesson_are_drawn_and_a_lesson_without_them_is_told
         assert "the lesson has no tool point" in told(app)
 
 
+async def test_the_tool_point_is_tapped_and_its_modes_are_shown(tmp_path: Path) -> None:
+    modes = "modes: [{frequency: 150 Hz, damping: 4 %, stiffness: 8e6 N/m}]"
+    tap = "tap: {hits: 3, rate: 6400 Hz, contact: 1 ms, length: 0.4 s}"
+    tool = f"tool_point:\n  cutting_stiffness: 700 N/mm^2\n  {modes}\n  {tap}\n"
+    text = f"lesson: L\nmachine: turning_with_chatter\nduration: 1 s\n{tool}"
+    (tmp_path / "l.yaml").write_text(text, encoding="utf-8")
+    async with opened(str(tmp_path / "l.yaml")) as (app, pilot):
+        await pilot.press("f4")
+        await pilot.pause()
+        await pilot.press("k")
+        await until(pilot, lambda: "mode 1: 150.0" in words_of(app.export_screenshot()), "the modes")
+        words = words_of(app.export_screenshot())
+        assert "3 hits kept" in words
+        assert "frequency / Hz" in words
+        assert "lathesim tap l --out tap.csv" in words
+        await pilot.press("escape")
+        app.open_lesson(Path("01_contour_error"))
+        await pilot.pause()
+        await pilot.press("f4", "k")
+        await pilot.pause()
+        assert "the lesson has no tool point" in told(app)
+
+
+async def test_the_tool_point_of_an_assembly_is_put_together(tmp_path: Path) -> None:
+    (tmp_path / "bar.yaml").write_text("assembly: A bar\nbase: wall\nparts:\n  - {diameter: 20 mm, length: 100 mm}\n", encoding="utf-8")
+    tool = "tool_point: {cutting_stiffness: 700 N/mm^2, assembly: bar.yaml}"
+    text = f"lesson: L\nmachine: turning_with_chatter\nduration: 1 s\n{tool}\n"
+    (tmp_path / "l.yaml").write_text(text, encoding="utf-8")
+    async with opened(str(tmp_path / "l.yaml")) as (app, pilot):
+        await pilot.press("f4")
+        await pilot.pause()
+        await pilot.press("k")
+        await until(pilot, lambda: "lathesim couple bar.yaml" in words_of(app.export_screenshot()), "the bar")
+        assert "A bar: 1 part." in words_of(app.export_screenshot())
+
+
 async def test_a_program_is_explained_line_by_line_chosen_and_made_from_a_form() -> None:
     async with opened() as (app, pilot):
         await pilot.press("f4")

@@ -6,6 +6,7 @@ envelopes.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,9 +20,10 @@ from lathesim.record import FloatArray
 _OUT_OF_NOISE = 14.0
 """Power of a line over that of the noise around."""
 _OUT_OF_NOISE_WIDE = 3.0
-_HUMP = 13
-_WIDEST_HUMP = 0.4
-"""And of a hump so many lines wide."""
+"""And of a hump over what is around it."""
+_WIDEST_HUMP = 0.5
+_BINS_OF_AN_OCTAVE, _FEWEST_OF_A_BIN = 12, 4
+"""Bins of an octave in which humps are looked for, as in sound analysis, and lines of the spectrum in each at least."""
 _TURNS_OF_A_WINDOW = 24
 _LOWEST_ORDER = 0.45
 """Below this order of the spindle nothing is looked at: the feed and the shape of the part live there."""
@@ -110,20 +112,29 @@ def _bands(
 ) -> list[tuple[float, float, float]]:
     """Return broad humps that no narrow line is part of, as lines: frequency, share of the power, width over the narrowest."""
     free = np.where(used, floor, power)
-    smooth = np.convolve(free, np.ones(_HUMP) / _HUMP, "same")
-    wide = median_filter(free, size=min(max(201, 8 * _HUMP) | 1, len(free)), mode="nearest") * 1.4
-    place = int(np.argmax(np.where(frequency > lowest, smooth / wide, 0.0)))
-    if smooth[place] < _OUT_OF_NOISE_WIDE * wide[place]:
+    last = int(math.log2(frequency[-1] / max(lowest, resolution)) * _BINS_OF_AN_OCTAVE)
+    if last < 2:
+        return []
+    edges = np.searchsorted(frequency, max(lowest, resolution) * 2.0 ** (np.arange(last + 1) / _BINS_OF_AN_OCTAVE))
+    # bins of equal relative width: a hump of some per cent of its frequency fills as many of them wherever it lies
+    bins = [(low, high) for low, high in itertools.pairwise(edges.tolist()) if high - low >= _FEWEST_OF_A_BIN]
+    if len(bins) < 5:
+        return []
+    level = np.array([float(free[low:high].mean()) for low, high in bins])
+    around = median_filter(level, size=min(2 * _BINS_OF_AN_OCTAVE + 1, len(level)) | 1, mode="nearest")
+    place = int(np.argmax(level / around))
+    if level[place] < _OUT_OF_NOISE_WIDE * around[place]:
         return []
     low = high = place
-    while low > 0 and smooth[low - 1] > 0.25 * smooth[place]:
+    while low > 0 and level[low - 1] > 0.25 * level[place]:
         low -= 1
-    while high < len(smooth) - 1 and smooth[high + 1] > 0.25 * smooth[place]:
+    while high < len(level) - 1 and level[high + 1] > 0.25 * level[place]:
         high += 1
-    share = float(np.maximum(free[low : high + 1] - wide[low : high + 1], 0.0).sum()) / total
-    middle = float((frequency[low : high + 1] * free[low : high + 1]).sum() / free[low : high + 1].sum())
-    is_noise = (high - low) * resolution > _WIDEST_HUMP * middle
-    return [(middle, share, max(2.0, float(high - low - _HUMP)))] if share > 5e-4 and not is_noise else []
+    lines = slice(bins[low][0], bins[high][1])
+    share = float(np.maximum(free[lines] - around[place], 0.0).sum()) / total
+    middle = float((frequency[lines] * free[lines]).sum() / free[lines].sum())
+    is_noise = (lines.stop - lines.start) * resolution > _WIDEST_HUMP * middle
+    return [(middle, share, max(2.0, float(lines.stop - lines.start)))] if share > 5e-4 and not is_noise else []
 
 
 def within_band(found: Vibration, low: float, high: float) -> Vibration:

@@ -23,7 +23,6 @@ _BANDS = (0.06, 0.2)
 """Half widths of a band over its frequency, assumed: wider than a mode, so that the band does not make a memory of its own; and as wide as
 segments that scatter by 15 %. Noise varies as much in both, so the steadier one counts."""
 _BAND_TURNS = 0.3
-_REACH = 3.0
 
 
 @dataclass(frozen=True)
@@ -38,9 +37,9 @@ class TurnMemory:
 def turn_memory(values: FloatArray, rate: float, turning: float, frequency: float, *, orders: bool = False) -> TurnMemory:
     """Return the memory of the band around a frequency [Hz]; whole orders of the spindle in it are taken off unless ``orders`` asks."""
     kept, variation = 0.0, math.inf
+    rest = values if orders else _without_orders(values, rate, turning)
     for place, share in enumerate(_BANDS[:1] if orders else _BANDS):
         half_band = max(_BAND_TURNS * turning, share * frequency)
-        rest = values if orders else _without_orders(values, rate, turning, frequency, _REACH * half_band)
         band = _later(_analytic(rest, rate, frequency, half_band), rate / turning)
         if place == 0:
             kept = _coherence(band, round(_TURNS * rate / turning))
@@ -66,17 +65,37 @@ def _coherence(band: Any, lag: int) -> float:
     return float(abs(np.vdot(before, now)) / size) if size > 0.0 else 0.0
 
 
-def _without_orders(values: FloatArray, rate: float, turning: float, frequency: float, reach: float) -> FloatArray:
-    """Return a signal less the whole orders within ``reach`` [Hz] of a frequency, by least squares."""
-    first, last = max(1, math.ceil((frequency - reach) / turning)), math.floor((frequency + reach) / turning)
-    if last < first:
-        return values
-    time = np.arange(len(values)) / rate
-    orders = np.arange(first, last + 1)
-    phases = np.exp(2j * np.pi * turning * np.outer(orders, time))
-    columns = np.concatenate([phases.real, phases.imag])
-    amounts = np.linalg.solve(columns @ columns.T, columns @ values)
-    return np.asarray(values - amounts @ columns)
+def turn_shares(values: FloatArray, rate: float, turning: float) -> tuple[float, float]:
+    """Return the shares of the power that repeat every turn, and that repeat every turn with the sign changed: whole and half orders.
+
+    They are the power of the mean turn, and of the mean with alternating signs, less what noise leaves in means of so many turns.
+    """
+    rows = _turns(values, rate / turning)
+    total = float(rows.var())
+    if len(rows) < 4 or not total > 0.0:
+        return 0.0, 0.0
+    signs = np.where(np.arange(len(rows)) % 2 == 0, 1.0, -1.0)[:, None]
+    shares = []
+    for turned in (rows, signs * rows):
+        mean = turned.mean(axis=0)
+        left = float(((turned - mean) ** 2).mean()) / (len(rows) - 1)
+        shares.append(max(0.0, float((mean**2).mean()) - left) / total)
+    return shares[0], shares[1]
+
+
+def _turns(values: FloatArray, turn: float) -> FloatArray:
+    """Return whole turns of a signal, (turns, samples of a turn), straight between samples."""
+    count, samples = int((len(values) - 1) / turn), int(turn)
+    places = (np.arange(count)[:, None] + np.arange(samples)[None, :] / samples) * turn
+    return np.interp(places.ravel(), np.arange(len(values)), values).reshape(count, samples)
+
+
+def _without_orders(values: FloatArray, rate: float, turning: float) -> FloatArray:
+    """Return a signal less its mean turn."""
+    turn = rate / turning
+    mean = _turns(values, turn).mean(axis=0)
+    place = np.mod(np.arange(len(values)), turn) / turn * len(mean)
+    return np.asarray(values - np.interp(place, np.arange(len(mean) + 1), np.append(mean, mean[0])))
 
 
 def _analytic(values: FloatArray, rate: float, frequency: float, half_band: float) -> Any:

@@ -58,8 +58,12 @@ def rig(
     steps_of_a_vibration: int = STEPS_OF_A_VIBRATION,
     fewest_steps: int = FEWEST_STEPS,
     values: dict[str, float] | None = None,
+    record: tuple[str, ...] = (),
 ) -> Rig:
-    """Return a rig; ``values`` are further parameters of its cut [SI]. The step divides the turn, so that a cell is a step."""
+    """Return a rig; ``values`` are further parameters of its cut [SI], ``record`` further channels to record.
+
+    The step divides the turn, so that a cell is a step.
+    """
     if not speed > 0.0:
         raise LessonError(f"the speed is {speed:g} rpm.", remedy="Give one above 0.")
     turn = 60.0 / speed
@@ -86,7 +90,7 @@ def rig(
         Wire("cut.feed", constant=(values or {}).get("feed", 0.0)),
         Wire("cut.width", constant=1e-3),
     ]
-    assembly = Assembly(tuple(parts), tuple(wires), period, period, record=(f"{last}.displacement",))
+    assembly = Assembly(tuple(parts), tuple(wires), period, period, record=(f"{last}.displacement", *record))
     return Rig(wire(assembly), count, period)
 
 

@@ -28,6 +28,8 @@ class LatheScene:
     stock: RawStock | None
     path_x: FloatArray
     path_z: FloatArray
+    record: Record | None = None
+    """A record of a cut in the loop, whose waves on the part are shown where there is no path."""
     carved: CarvedStock | None = field(init=False)
 
     def __post_init__(self) -> None:
@@ -108,6 +110,7 @@ def scene_of_record(record: Record) -> LatheScene:
     """Return the scene of a record: the stock it names and the reference it followed."""
     motion = Motion.of(record)
     if motion is None:
-        return LatheScene(None, np.empty(0), np.empty(0))
+        has_waves = find_channel(record, "cut.wave", ".wave") is not None and find_channel(record, "spindle.angle", ".angle") is not None
+        return LatheScene(None, np.empty(0), np.empty(0), record if has_waves else None)
     stride = max(1, len(motion) // _MOST_POINTS)
     return LatheScene(RawStock.of(record), motion.x_reference[::stride], motion.z_reference[::stride])

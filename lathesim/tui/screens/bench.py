@@ -142,7 +142,7 @@ class BenchScreen(WorkbenchScreen):
         except LatheSimError as error:
             self.tell_fault(str(error))
             return
-        if self._scene is None and self._record is not None:
+        if self._record is not None and (self._scene is None or self._scene.is_empty):
             self._scene = scene_of_record(self._record)
 
     def _follow(self, record: Record) -> None:

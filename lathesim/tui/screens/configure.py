@@ -73,6 +73,7 @@ class ConfigureScreen(WorkbenchScreen):
         Binding("delete,x", "take_back", "Reset", key_display="x", tooltip="Take the lesson's own value or part, or take the effect out"),
         Binding("g", "program", "Program", tooltip="Choose a part program"),
         Binding("n", "cut", "New cut", tooltip="Write a straight or taper cut from a form"),
+        Binding("k", "tool_point", "Tool point", tooltip="Tap the tool with a hammer, or put its beams together, and fit its modes"),
         Binding("l", "lobes", "Lobes", tooltip="Show the stability lobes of the lesson's cut"),
         Binding("ctrl+s", "save", "Save"),
         Binding("ctrl+o", "load", "Load"),
@@ -331,6 +332,17 @@ class ConfigureScreen(WorkbenchScreen):
             return
         try:
             self.app.push_screen(LobesView(self._setup.lesson))
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+
+    def action_tool_point(self) -> None:
+        """Show the response of the tool point and its modes."""
+        from lathesim.tui.screens.tool_point_view import ToolPointView
+
+        if self._setup is None:
+            return
+        try:
+            self.app.push_screen(ToolPointView(self._setup.lesson))
         except LatheSimError as error:
             self.tell_fault(str(error))
 

@@ -32,7 +32,7 @@ _FIGURE_ENDING = {TIME: "channels", PATH: "path", ERROR: "contour_error", SURFAC
 _FIRST_CHANNELS = ("contour.contour_error", ".contour_error", ".following_error", ".position")
 _SEEN = {
     PATH: "The path asked for, and where the tip went.",
-    SURFACE: "Roughness R_a along the part, from feed, nose and tool wear.",
+    SURFACE: "Roughness R_a along the part, from feed, nose and tool wear; of a cut in the loop the waves of its last turn.",
 }
 _STEPS = 100
 """Steps in which the cursor goes along the plot."""
@@ -173,7 +173,10 @@ class ResultsScreen(WorkbenchScreen):
         elif self._view == PATH:
             plot.show_lines(_path_lines(runs), "Z / mm", "X (radius) / mm")
         else:
-            plot.show_lines(_surface_lines(runs), "Z / mm", "R_a / um")
+            surface = _surface_lines(runs)
+            waves = [] if surface else _wave_lines(runs)
+            words = ("angle of the part / deg", "height / um") if waves else ("Z / mm", "R_a / um")
+            plot.show_lines(surface or waves, *words)
         self._show_cursor(runs)
 
     def _show_cursor(self, runs: list[tuple[str, Record]]) -> None:
@@ -309,11 +312,13 @@ class ResultsScreen(WorkbenchScreen):
     def _figure(self, runs: list[tuple[str, Record]]) -> Any:
         from lathesim.analysis.plots import channels_figure, contour_error_figure, path_figure
         from lathesim.analysis.surface import surface_figure
+        from lathesim.analysis.waves import waves_figure
 
         if self._view == TIME:
             found = overlaid(runs, self._channels)
             return channels_figure(found, list(found), " and ".join(title for title, _ in runs))
-        draw = {PATH: path_figure, ERROR: contour_error_figure, SURFACE: surface_figure}[self._view]
+        is_wave = self._view == SURFACE and not _surface_lines(runs) and bool(_wave_lines(runs))
+        draw = waves_figure if is_wave else {PATH: path_figure, ERROR: contour_error_figure, SURFACE: surface_figure}[self._view]
         return draw(runs[0][1], runs[0][0])
 
     def _plot_command(self, name: str) -> str:
@@ -378,6 +383,19 @@ def _path_lines(runs: list[tuple[str, Record]]) -> list[Line]:
         if not lines:
             lines.append(Line(motion.z_reference * 1e3, motion.x_reference * 1e3, "reference"))
         lines.append(Line(motion.z * 1e3, motion.x * 1e3, title))
+    return lines
+
+
+def _wave_lines(runs: list[tuple[str, Record]]) -> list[Line]:
+    from lathesim.analysis.waves import waves_on_part
+
+    lines = []
+    for title, record in runs:
+        try:
+            waves = waves_on_part(record, turns=1)
+        except LatheSimError:
+            continue
+        lines.append(Line(np.degrees(waves.angle), 1e6 * waves.height[-1], f"{title}, R_a {1e6 * waves.roughness:.3g} um"))
     return lines
 
 

@@ -9,6 +9,7 @@ from textual.content import Content
 from textual.strip import Strip
 from textual.widget import Widget
 
+from lathesim.errors import LatheSimError
 from lathesim.tui.drawing.lathe_picture import ACTUAL, EDGE, LABEL, NOTHING, REFERENCE, TOOL, Picture, View, draw
 from lathesim.tui.drawing.lathe_scene import LatheScene, Motion
 
@@ -64,9 +65,25 @@ class LatheView(Widget):
     @property
     def picture(self) -> Picture | None:
         """The picture as it was last drawn; None where there is no room for one."""
-        if self._picture is None and self.size.width > 0 and self.size.height > 0 and not self._scene.is_empty:
+        if self._picture is None and self.size.width > 0 and self.size.height > 0:
+            if self._scene.is_empty:
+                self._picture = self._waves()
+                return self._picture
             self._picture = draw(self._scene, self._motion, self._until, self.size.width, self.size.height, self._view)
         return self._picture
+
+    def _waves(self) -> Picture | None:
+        """Return the end of the part with its waves, None where the machine cuts none."""
+        if self._scene.record is None:
+            return None
+        from lathesim.analysis.waves import waves_on_part
+        from lathesim.tui.drawing.wave_picture import draw_waves
+
+        try:
+            waves = waves_on_part(self._scene.record, self._until or None, turns=1)
+        except LatheSimError:
+            return None
+        return draw_waves(waves, self.size.width, self.size.height)
 
     def on_mount(self) -> None:
         """Say above the picture what its lines are."""
@@ -74,7 +91,8 @@ class LatheView(Widget):
 
     def _name_lines(self) -> None:
         if self.is_mounted:
-            self.border_title = Content("  ").join([Content("Half section"), *(Content.styled(*line) for line in self._lines())])
+            words = "Half section" if not self._scene.is_empty or self._scene.record is None else "End of the part, waves magnified"
+            self.border_title = Content("  ").join([Content(words), *(Content.styled(*line) for line in self._lines())])
 
     def _lines(self) -> list[tuple[str, str]]:
         """Return the lines of the picture as they are drawn, with their names and colours."""
@@ -85,6 +103,7 @@ class LatheView(Widget):
         """Show a scene with the motion up to a sample, the last where it is left out."""
         self._scene, self._motion = scene, motion
         self._until = len(motion) if motion is not None and until is None else until or 0
+        self._name_lines()
         self._draw_anew()
 
     def notify_style_update(self) -> None:
@@ -107,6 +126,8 @@ class LatheView(Widget):
         picture = self.picture
         if picture is None:
             return ""
+        if self._scene.is_empty:
+            return f"a dot is {1e6 * picture.dot:.2g} um of a wave" if picture.dot > 0.0 else ""
         measure = "diameter" if self._view.as_diameter else "radius"
         gain = f"error x{self._view.gain:g}, " if self._view.gain != 1.0 else ""
         return f"{gain}X as {measure}, dot {picture.dot * 1e3:.2g} mm"

@@ -17,7 +17,7 @@ from pathlib import Path
 def main() -> None:
     """Run the campaign that the command line names."""
     parser = argparse.ArgumentParser(prog="python -m tests.stability.campaign", description="Measure the stability part on many cases.")
-    parser.add_argument("campaign", choices=("taps", "chatter", "learning"))
+    parser.add_argument("campaign", choices=("taps", "chatter", "learning", "cutting"))
     parser.add_argument("--cases", type=int, help="how many cases of each kind")
     parser.add_argument(
         "--half", choices=("tuning", "test"), default="test", help="rigs to derive limits on, or rigs that are only measured"
@@ -28,7 +28,11 @@ def main() -> None:
     if asked.campaign == "chatter":
         from tests.stability.campaign import chatter
 
-        chatter.run(asked.cases or 150, asked.half, path)
+        chatter.run(range(asked.first, asked.first + (asked.cases or 150)), asked.half, path)
+    if asked.campaign == "cutting":
+        from tests.stability.campaign import cutting
+
+        cutting.run(asked.cases or 6, path)
     if asked.campaign == "learning":
         from tests.stability.campaign import learning
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import collections
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -50,12 +51,12 @@ def measured(half: str, number: int) -> dict[str, Any]:
     }
 
 
-def run(cases: int, half: str, path: Path) -> None:
+def run(cases: Sequence[int], half: str, path: Path) -> None:
     """Measure so many cuts of a half and print what they show.
 
     Chatter that is above a third of its final amplitude in the first turns of a recording cannot be told before that, and is counted apart.
     """
-    rows = collected(path, ((half, number) for number in range(cases)), measured)
+    rows = collected(path, ((half, number) for number in cases), measured)
     others = [row for row in rows if row["kind"] not in _CHATTER]
     for told in ("known", "untold"):
         right = sum(row["kind"] == row[told] for row in rows)
