@@ -159,20 +159,22 @@ def remedied(folder: Path, machine: Concealed) -> dict[str, Any]:
     result: dict[str, Any] = {"machine": machine.lesson, "hidden": list(machine.hidden)}
     if not diagnosis.is_file():
         return {**result, "failed": "no diagnosis"}
+    out = folder / "mended"
+    shutil.rmtree(out, ignore_errors=True)
+    asked = ["remedy", str(case / "lesson.yaml"), str(diagnosis), "--out", str(out), "--as"]
+    # the program form writes the lesson too
+    without_program = run_command_line([*asked, "program"])
+    if without_program and run_command_line([*asked, "lesson"]):
+        return {**result, "failed": "no remedy"}
+    result |= _answer(json.loads((out / "remedy.json").read_text()), json.loads(diagnosis.read_text()))
     for form, lesson in (("lesson", "lesson.yaml"), ("program", "lesson_program.yaml")):
-        out, again = folder / form, folder / f"again_{form}"
-        shutil.rmtree(out, ignore_errors=True)
+        again = folder / f"again_{form}"
         shutil.rmtree(again, ignore_errors=True)
-        code = run_command_line(["remedy", str(case / "lesson.yaml"), str(diagnosis), "--as", form, "--out", str(out)])
-        if form == "lesson":
-            if code:
-                return {**result, "failed": "no remedy"}
-            result |= _answer(json.loads((out / "remedy.json").read_text()), json.loads(diagnosis.read_text()))
-        if not result["remedies"] or code:
-            result[form] = {"code": code}
+        if not result["remedies"] or (form == "program" and without_program):
+            result[form] = {}
             continue
         recorded = ["conceal", "--again", str(folder / "case_answer.json"), "--lesson", str(out / lesson), "--out", str(again)]
-        result[form] = _result(again / "result.json") if run_command_line(recorded) == 0 else {"code": 1}
+        result[form] = _result(again / "result.json") if run_command_line(recorded) == 0 else {}
     result["kept"] = {
         name: size["low"] <= result["lesson"]["after_of"][name] <= size["high"]
         for name, size in result.pop("promise").items()
@@ -236,6 +238,8 @@ def main() -> None:
     for number, machine in list(enumerate(planned(asked.seed)))[asked.first : asked.machines]:
         folder = asked.out / f"machine_{number:03d}"
         kept = folder / "result.json"
+        if asked.anew and not (folder / "diagnosis.json").is_file():
+            continue
         if asked.anew or not kept.is_file():
             folder.mkdir(parents=True, exist_ok=True)
             diagnosed(folder, machine, 5000 + number)

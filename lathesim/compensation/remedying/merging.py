@@ -9,15 +9,27 @@ import numpy as np
 
 from lathesim.compensation.remedying.bench import Line
 
-_SUMMED = ("bias", "strain", "growth")
+_SUMMED = ("bias",)
+"""Values that add up, whatever else is set."""
 
 
 def merged(lines: Sequence[Line]) -> list[Line]:
-    """Return the lines with those of one name put together, in the order of the first of each."""
+    """Return the lines with those of one name put together, in the order of the first of each.
+
+    Two that ask for different values of one parameter, as ripples of two periods do, stay two, the later ones numbered.
+    """
     found: dict[str, Line] = {}
     for line in lines:
-        found[line.name] = _both(found[line.name], line) if line.name in found else line
+        names = (line.name, *(f"{line.name}_{number}" for number in range(2, len(lines) + 1)))
+        name = next(name for name in names if name not in found or _agree(found[name], line))
+        named = dataclasses.replace(line, name=name)
+        found[name] = _both(found[name], named) if name in found else named
     return list(found.values())
+
+
+def _agree(first: Line, second: Line) -> bool:
+    shared = [name for name in first.values if name in second.values and name not in _SUMMED]
+    return all(first.values[name] == second.values[name] for name in shared)
 
 
 def _both(first: Line, second: Line) -> Line:
