@@ -19,6 +19,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.stability.campaign", description="Measure the stability part on many cases.")
     parser.add_argument("campaign", choices=("taps", "chatter", "learning", "cutting"))
     parser.add_argument("--cases", type=int, help="how many cases of each kind")
+    parser.add_argument("--first", type=int, default=0, help="number of the first cut: rigs and cuts are drawn by their number")
     parser.add_argument(
         "--half", choices=("tuning", "test"), default="test", help="rigs to derive limits on, or rigs that are only measured"
     )
