@@ -89,16 +89,18 @@ def judge(found: Vibration, modes: tuple[float, ...] = (), quiet: Vibration | No
     """Return what a vibration is; ``modes`` are known natural frequencies [Hz], ``quiet`` is the same signal while nothing is cut."""
     orders, halves, hum, others = _sorted_lines(found, quiet)
     whole, _ = turn_shares(found.values, found.rate, found.turning)
-    strongest = max(others, key=lambda line: line.share, default=None)
     half = max(halves, key=lambda line: line.share, default=None)
     half_share = sum(line.share for line in halves)
-    other_share = sum(line.share for line in others)
     hum_share = sum(line.share for line in hum)
+    flips = _are_a_flip(orders, halves) and half_share > _NOT_FAR_BELOW * sum(line.share for line in others)
+    if not flips:
+        others = [*others, *halves]  # at a high order any line is near a half number
+    other_share = sum(line.share for line in others)
+    strongest = max(others, key=lambda line: line.share, default=None)
     began = _rung_at_first(found)
     if began and not (strongest is not None and strongest.late >= _GREW and strongest.share > 0.3):
         told = f"at its beginning the cut rings at {began:.0f} Hz, and the ringing dies out"
         return Judged("entry", strongest, _mode_of(began, modes), (told,))
-    flips = _are_a_flip(orders, halves) and half_share > _NOT_FAR_BELOW * other_share
     if half is not None and flips and half.late > 1.0 / _GREW:
         return Judged("flip", half, _mode_of(half.frequency, modes), (f"a line at order {half.order:.2f}, half a whole number",))
     counts = other_share > _DOMINANT * max(0.3, whole) and other_share >= hum_share and not _is_small(1.0 - whole - hum_share, found)
