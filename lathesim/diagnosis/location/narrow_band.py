@@ -126,7 +126,7 @@ def narrow_bands(experiment: Experiment, fitted: Fitted, method: Method = STANDA
             raw = np.abs(spectrum(fitted.residual[row])) ** 2
             is_most = (
                 prominence[peak] > method.location.band_towers * prominent
-                and float(np.sum(raw[near]) / np.sum(raw)) > method.location.band_share_of_raw
+                and float(np.sum(raw[near]) / np.sum(raw)) > method.location.coherent_share
             )
             stands_out = share > method.location.band_share or (is_most and not _is_driven(experiment, peak, width, method=method))
             stands_out = stands_out and peak >= int(method.location.band_least_cycles) and prominence[peak] > prominent

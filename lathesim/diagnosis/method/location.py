@@ -13,7 +13,7 @@ class LocationLimits:
 
     coherent_share: Limit = Limit(
         0.3, "share of residual",
-        "a residual coherent with the command above this share is a response that the model lacks",
+        "coherent with the command above this share, or in a band that towers, a residual is what the model lacks",
         "calibrated",
         "on sound machines no share was coherent; on one with a table on a spring 0.87 was",
     )  # fmt: skip
@@ -42,16 +42,11 @@ class LocationLimits:
         50.0, "times the prominence limit",
         "a band that stands out by this much more is reported at a smaller share",
     )  # fmt: skip
-    band_share_of_raw: Limit = Limit(
-        0.3, "share of raw residual",
-        "a band that towers must hold this share of the unwhitened residual: a noise model takes a strong line for noise",
-    )  # fmt: skip
-    band_below: Limit = Limit(
-        0.25, "share of frequency",
-        "a swing has nothing up to this share of its frequency, where slow noise has as much",
-    )  # fmt: skip
+    band_below: float = 0.25
+    """Share of its frequency up to which the power below a swing is looked at."""
     band_quiet: Limit = Limit(0.2, "share of top power", "below a swing the power stays under this share of its top")
-    band_edge: Limit = Limit(0.1, "share of top power", "a band ends where the power falls below this share")
+    band_edge: float = 0.1
+    """Share of the top power below which a band is said to end."""
     band_least_cycles: Limit = Limit(60, "cycles in a recording", "the strongest band below this is the motion's own or a slow drift")
     band_driven: Limit = Limit(12.0, "times the local median", "a drive this strong at a frequency is what swings there")
     band_of_floor: Limit = Limit(0.5, "resolutions", "a band must move its channel by this much")
@@ -61,7 +56,8 @@ class LocationLimits:
         "derived",
         "the rounding error of one reading is uniform, 0.29 of a step (rms); of the difference of two readings 0.41",
     )  # fmt: skip
-    band_highest: Limit = Limit(0.9, "share of the resolved frequencies", "above this a difference of two samples rings by itself")
+    band_highest: float = 0.9
+    """Share of the resolved frequencies up to which bands are looked for: above it a difference of two samples rings by itself."""
     standstill: Limit = Limit(0.02, "share of top speed", "a part slower than this stands still")
     commanded_standstill: Limit = Limit(0.001, "share of top speed", "a motion without sensor noise stands still below this")
     whole_order: Limit = Limit(

@@ -12,38 +12,37 @@ class CheckLimits:
     """Limits of whether a recording is at fault."""
 
     change_left: Limit = Limit(
-        0.2, "share of residual power",
-        "a change at one time must leave less than this of what the best constant leaves",
+        0.2, "share of residual",
+        "another explanation must leave less than this: a change at one time, a machine of its own for one recording",
     )  # fmt: skip
-    change_of_delay: Limit = Limit(25, "samples", "a channel may become late or early by this many samples")
-    jump: Limit = Limit(10.0, "noise floors", "a sensor that jumps by more than this, or starts from another zero, is reported")
-    jump_seen_by_others: Limit = Limit(
-        100.0, "times the noise power",
-        "another channel that is off by more than this saw the jump too, so the machine moved",
+    change_of_delay: int = 25
+    """Samples by which a channel that becomes late or early is looked for."""
+    jump: Limit = Limit(10.0, "noise floors", "a jump of a sensor beside a second one, or a difference of two zeros, counts above this")
+    little_off: Limit = Limit(
+        0.1, "share",
+        "what is off by less than this share of itself, or of what it was, is off by little: a mended fault may leave it",
     )  # fmt: skip
-    left_by_fault: Limit = Limit(0.1, "share", "a fault that explains what is off leaves less than this of it")
     clipped_run: Limit = Limit(30, "samples", "a reading that stands at a level this long may be clipped")
     clipped_beyond: Limit = Limit(
         3.0, "times the usual residual",
         "the simulation must lie beyond the level by this for the reading to be clipped",
     )  # fmt: skip
-    shift_looked_for: Limit = Limit(3.0, "samples", "a shifted channel is looked for within this distance")
-    feed_forward: Limit = Limit(0.95, "share of unexplained command", "a feed-forward must explain this")
+    shift_looked_for: float = 3.0
+    """Samples by which a shifted channel is looked for."""
     law_of_command: Limit = Limit(0.01, "share of command", "what another law explains must be this share of the command")
     value_asked: Limit = Limit(
         0.02, "share of command",
         "a controller value is refitted where more than this of its command is unexplained",
     )  # fmt: skip
     value_left: Limit = Limit(0.25, "share of unexplained command", "another value must leave less than this")
-    value_factor: Limit = Limit(4.0, "1", "a value is looked for up to this factor larger or smaller")
+    value_factor: float = 4.0
+    """Factor up to which another value is looked for, larger or smaller."""
     machine_apart: Limit = Limit(
         4.0, "declared standard deviations",
         "two recordings whose values differ by more than this are of different machines",
     )  # fmt: skip
     machine_surely_apart: Limit = Limit(10.0, "standard errors", "the values must also differ by this")
     machine_worse: Limit = Limit(2.0, "1", "the question is asked where the validation recording is explained worse by this factor")
-    machine_explained: Limit = Limit(0.2, "share of misfit, rms", "values of its own must leave less than this of the misfit")
-    plainly_off: Limit = Limit(0.1, "share of squares", "two channels that together miss the simulation by more than this may be exchanged")
     gain_high: Limit = Limit(1.6, "1", "an amplifier's gain may be the declared one times or over this")
     sign_turned: Limit = Limit(0.03, "1", "a factor this near -1 is a sign turned round")
     unit_high: Limit = Limit(2.5, "1", "a ratio of forces between this and its inverse is no mistaken unit")

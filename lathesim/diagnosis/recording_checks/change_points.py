@@ -41,7 +41,7 @@ def changed_midway(experiment: Experiment, fitted: Fitted, method: Method = STAN
     for row, channel in enumerate(experiment.machine.compare):
         residual = np.nan_to_num(fitted.residual[row])
         recorded = np.nan_to_num(experiment.sensed.recorded[row])
-        lags = range(-int(method.recording_checks.change_of_delay), int(method.recording_checks.change_of_delay) + 1)
+        lags = range(-method.recording_checks.change_of_delay, method.recording_checks.change_of_delay + 1)
         step = _step(np.array([_power(recorded - _late(recorded - residual, lag)) for lag in lags]), method=method)
         if step is not None:
             place, (before, after) = step
@@ -74,7 +74,7 @@ def jumped_midway(experiment: Experiment, fitted: Fitted, method: Method = STAND
         left = float(np.var(residual - stepped)) / max(float(np.var(residual)), 1e-300)
         if (
             abs(size) > method.recording_checks.jump * experiment.sensed.seen_floors[sight.row]
-            and left < method.recording_checks.left_by_fault
+            and left < method.recording_checks.little_off
         ):
             names = [experiment.machine.compare[row] for row in (sight.row, sight.first)]
             shown = shown_with_unit(abs(size), experiment.sensed.plan.unit(experiment.sensed.channels[sight.row]), 3)
@@ -104,7 +104,7 @@ def _moves_otherwise(experiment: Experiment, fitted: Fitted, row: int, method: M
     happened to the machine."""
     others = np.delete(np.nan_to_num(fitted.residual), row, axis=0)
     floors = np.delete(experiment.sensed.seen_floors, row)
-    return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * method.recording_checks.jump_seen_by_others * floors**2))
+    return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * (method.recording_checks.jump * floors) ** 2))
 
 
 def _when(experiment: Experiment, place: float) -> float:

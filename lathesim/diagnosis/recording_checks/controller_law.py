@@ -60,7 +60,7 @@ def another_law(experiment: Experiment, validation: Experiment, values: Mapping[
                     AnotherLaw(
                         name,
                         float(size),
-                        regressed_share(here[:, at_once], learned, there[:, at_once], scored) > method.recording_checks.feed_forward,
+                        regressed_share(here[:, at_once], learned, there[:, at_once], scored) > method.selection.almost_all,
                     )
                 )
     return found

@@ -23,7 +23,7 @@ def another_machine(model: Model, experiment: Experiment, validation: Experiment
     if not np.any(_sizes(model.validation_fit) > method.recording_checks.machine_worse * _sizes(model.fitted)):
         return ""
     own = _by_itself(model, validation)
-    if not np.any(_sizes(own) < method.recording_checks.machine_explained * _sizes(model.validation_fit)):
+    if not np.any(_sizes(own) < method.recording_checks.change_left * _sizes(model.validation_fit)):
         return ""
     first = _by_itself(model, experiment)
     for name, deviation in validation.machine.uncertain.items():

@@ -51,8 +51,8 @@ def swapped(experiment: Experiment, values: Mapping[str, float], method: Method 
         as_mapped, exchanged = off[first, first] + off[second, second], off[first, second] + off[second, first]
         if (
             units[first] == units[second]
-            and as_mapped > method.recording_checks.plainly_off
-            and exchanged < method.recording_checks.left_by_fault * as_mapped
+            and as_mapped > method.recording_checks.little_off
+            and exchanged < method.recording_checks.little_off * as_mapped
         ):
             names = f"{experiment.machine.compare[first]} and {experiment.machine.compare[second]}"
             return (

@@ -31,7 +31,7 @@ def in_another_unit(experiment: Experiment, values: Mapping[str, float], method:
     beside = root_mean_square(recorded[row] - factor * simulated[row])
     ordinary = is_within(abs(factor), method.recording_checks.unit_high)
     unit = "" if ordinary else known_factor(factor, method.recording_checks.unit_near)
-    if not unit or not beside < method.recording_checks.left_by_fault * root_mean_square(recorded[row]):
+    if not unit or not beside < method.recording_checks.little_off * root_mean_square(recorded[row]):
         return ""
     return f"{name} is {factor:.4g} times what the machine makes, which is the factor of a mistaken unit: {unit}."
 

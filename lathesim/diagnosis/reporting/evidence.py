@@ -148,4 +148,4 @@ def strongest_variables(
         simpler = max((shares[other] for other in chosen), default=0.0)
         if shares[name] > method.shared.dependence and (kinds[name].is_motion or shares[name] > simpler + method.reporting.clearly_more):
             chosen.append(name)
-    return tuple([*narrow, *sorted(chosen, key=lambda name: -shares[name])][: int(method.reporting.most_variables)])
+    return tuple([*narrow, *sorted(chosen, key=lambda name: -shares[name])][: method.reporting.most_variables])
