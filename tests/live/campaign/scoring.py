@@ -24,6 +24,8 @@ def table(answers: Iterable[dict[str, Any]]) -> str:
     false = sum(len(_alarms(answer)) for answer in sound) + sum(len(_before(answer)) for answer in (*steps, *drifts))
     hours = (len(sound) * (SECONDS - LEARN) + sum(answer["case"]["begin"] - LEARN for answer in (*steps, *drifts))) / 3600.0
     first = [(answer, _after(answer)[:1]) for answer in steps]
+    later = sum(len(_after(answer)[1:]) for answer in steps)
+    after = sum(SECONDS - found[0]["time_s"] for _, found in first if found) / 3600.0
     soon = [bool(found) and found[0]["time_s"] - answer["case"]["begin"] <= SOON for answer, found in first]
     near = [abs(found[0]["since_s"] - answer["case"]["begin"]) <= NEAR for answer, found in first if found]
     known_drifts = [bool(_after(answer)) for answer in drifts]
@@ -38,6 +40,7 @@ def table(answers: Iterable[dict[str, Any]]) -> str:
         ("false alarms", "at most 1 in 8 h", f"{false} in {hours:.1f} h"),
         (f"steps of 3 floors and more told within {SOON:g} s", "90 %", _share(soon)),
         ("steps told at all", "", _share([bool(found) for _, found in first])),
+        ("further alarms after a step was told", "0", f"{later} in {after:.1f} h"),
         (f"their time within {NEAR:g} s", "", _share(near)),
         ("drifts told", "", _share(known_drifts)),
         ("first time to tolerance inside its interval", "90 to 98 %", _share(inside)),
