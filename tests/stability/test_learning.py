@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 from pathlib import Path
@@ -126,6 +127,23 @@ def test_what_one_overhang_taught_is_where_another_begins(
     assert found["value"] == pytest.approx(1.4 * taught, rel=0.01)
     assert found["high"] / found["low"] < 1.25
     assert "there is no such file" in call(capsys, "cuts", "short.yaml", "--prior", "none.json").err
+
+
+def test_the_game_answers_cuts_and_plays_beside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("l.yaml").write_text(LESSON + UNCERTAIN, encoding="utf-8")
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(b"2500 0.3\nfast\n9000 1\n2500 7\n3000, 5.9\n"), encoding="utf-8"))
+    said = call(capsys, "cuts", "l.yaml", "--play", "4", "--seed", "7")
+    assert said.code == 0, said.err
+    assert "stable; 750 rpm*mm so far, 0 tools broken" in said.out
+    assert "'fast' is no cut" in said.out
+    assert "Choose one from 1000 to 4000 rpm" in said.out
+    assert "Choose one up to 6 mm" in said.out
+    you, program = (line.split() for line in said.out.splitlines() if line.startswith(("you", "program")))
+    assert you[1] == program[1] == "2"
+    assert "possible were" in said.out
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 @click.option(
     "--prior", "before", type=click.Path(path_type=Path), metavar="MAP.json", help="Begin with what cuts at another overhang taught."
 )
+@click.option(
+    "--play", "game", type=click.IntRange(1, 100), metavar="N", help="A game: choose N cuts on a concealed machine, as the program does."
+)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Another seed of the particles.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-cuts/1) and nothing else.")
 @click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the map.")
@@ -40,6 +43,7 @@ def cuts(
     price: float,
     comparators: bool,
     before: Path | None,
+    game: int | None,
     seed: int,
     as_json: bool,
     save: Path | None,
@@ -48,7 +52,8 @@ def cuts(
 
     CUTS.csv has the columns 'speed [rpm],width [mm],stable' and, where it was recorded, 'frequency [Hz]' of the chatter. The lesson's
     'uncertain:' says what is not known before, as tool_point.damping: 30 %. The next cut is that of largest expected gain in removal rate.
-    --prior takes what --json wrote for another overhang as the beginning.
+    --prior takes what --json wrote for another overhang as the beginning. With --play a machine drawn by --seed from what is uncertain
+    answers your cuts; points are the removal rate reached, a cut that chatters breaks a tool, and the program plays beside.
     """
     import numpy as np
 
@@ -63,6 +68,14 @@ def cuts(
     loaded = load_lesson(lesson)
     tried = read_cuts(cuts_file) if cuts_file is not None else ()
     inside = Range(np.array(read_range("--speed", speeds)), 1e-3 * widest)
+    if game is not None:
+        from lathesim.cli.stability.cut_game import play
+        from lathesim.stability.learning.cut_game import concealed_machine
+        from lathesim.stability.learning.lesson_prior import lesson_prior
+
+        prior = lesson_prior(loaded).prior
+        play(concealed_machine(prior, inside, seed), prior, game, risk, seed)
+        return
     found = learned_map(loaded, tried, inside, count, risk=risk, price=1e-3 * price, seed=seed, before=before)
     if save is not None:
         _draw(loaded.title, found, comparators, save)

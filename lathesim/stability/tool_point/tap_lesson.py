@@ -47,10 +47,15 @@ def tap_lesson(lesson: Lesson, seed: int, hits: int | None = None) -> TapEstimat
     def value(text: str, unit: str) -> float:
         return si_value(Given(text, place, place), unit)
 
-    modes = [
-        Mode(value(mode.frequency, "Hz"), value(mode.damping, "1"), value(mode.stiffness, "N/m"), value(mode.direction, "rad"))
-        for mode in entry.modes
-    ]
+    modes = []
+    for number, mode in enumerate(entry.modes):
+        at = lesson.source.place(("tool_point", "modes", number))
+        try:
+            modes.append(
+                Mode(value(mode.frequency, "Hz"), value(mode.damping, "1"), value(mode.stiffness, "N/m"), value(mode.direction, "rad"))
+            )
+        except LessonError as error:
+            raise error if error.place else LessonError(error.fact, place=at, remedy=error.remedy) from None
     told = entry.tap
     quantity, unit, noise = SENSORS[told.sensor]
     settings = TapSettings(
