@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 from lathesim.component import Component, DiscreteState, Input, Noise, Output, Parameter, State
-
-_NARROW, _WIDE = 0.3826834323650898, 0.9238795325112867
-"""Damping ratios of the two pairs of poles of a Butterworth filter of fourth order: the sines of 22.5 and 67.5 degrees."""
+from lathesim.components.chatter.anti_aliasing import clipped_with_noise, low_passed
 
 
 class SampledSensor(Component):
@@ -40,18 +36,11 @@ class SampledSensor(Component):
     def derivative(
         measured: float, bandwidth: float, first: float, first_rate: float, second: float, second_rate: float
     ) -> tuple[float, float, float, float]:
-        w = 2.0 * math.pi * bandwidth
-        return (
-            first_rate,
-            w * (w * (measured - first) - 2.0 * _WIDE * first_rate),
-            second_rate,
-            w * (w * (first - second) - 2.0 * _NARROW * second_rate),
-        )
+        return low_passed(measured, bandwidth, first, first_rate, second, second_rate)
 
     @staticmethod
     def update(second: float, noise: float, range: float, chance: float) -> float:
-        reading = second + noise * chance
-        return min(max(reading, -range), range)
+        return clipped_with_noise(second, noise, range, chance)
 
     @staticmethod
     def output(held: float) -> float:
