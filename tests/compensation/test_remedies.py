@@ -42,6 +42,7 @@ def diagnosis(*effects: tuple[str, str, dict[str, tuple[float, str]]], verdict: 
 
 
 def remedied(tmp_path: Path, data: Any, *options: str, lesson: str = AXIS) -> tuple[int, Path]:
+    tmp_path.mkdir(exist_ok=True)
     file = tmp_path / "diagnosis.json"
     file.write_text(data if isinstance(data, str) else json.dumps(data), encoding="utf-8")
     return run_command_line(["remedy", lesson, str(file), "--out", str(tmp_path / "out"), *options]), tmp_path / "out"
@@ -161,6 +162,9 @@ def test_every_effect_has_a_remedy_or_a_repair_and_none_has_both() -> None:
         ({"schema": "lathesim-answer/1"}, "the file has the schema 'lathesim-answer/1', and a diagnosis has lathesim-diagnosis/1."),
         (diagnosis(("CoulombFriction", "y_axis", {"level": (20.0, "N")})), "the machine of this lesson has no part 'y_axis'."),
         ({**diagnosis(("CoulombFriction", "x_axis", {"level": (20.0, "N")})), "insert": []}, "has no line to insert for CoulombFriction."),
+        ({**diagnosis(("CoulombFriction", "x_axis", {"level": (20.0, "N")})), "effects": 3}, "'effects' of the diagnosis is no list."),
+        ({**diagnosis(("CoulombFriction", "x_axis", {"level": (20.0, "N")})), "baseline": [2]}, "'baseline' of the diagnosis is no table."),
+        (diagnosis(("CoulombFriction", "x_axis", {"level": (float("nan"), "N")})), "a value of the diagnosis is no number."),
         (diagnosis(("Nothing", "x_axis", {"level": (20.0, "N")})), "there is no effect 'Nothing'."),
     ],
 )
@@ -232,6 +236,30 @@ def test_a_program_of_way_points_keeps_time_however_small_the_steps() -> None:
         found.append(place)
     assert np.allclose(found, 1e3 * asked[0], atol=0.51e-6)
     assert len(found) == asked.shape[1]
+
+
+@pytest.mark.slow
+def test_what_bends_under_the_cut_is_mirrored_and_what_a_recorder_does_is_not(tmp_path: Path) -> None:
+    lathe = str(Path(__file__).with_name("concealed_lathe.yaml"))
+    found = diagnosis(("ToolCompliance", "x_scale", {"compliance": (3e-8, "m/N")}))
+    found["insert"][0]["force"] = "cutting_force.radial_force"
+    code, out = remedied(tmp_path, found, "--as", "program", lesson=lathe)
+    assert code == 0
+    registry, source = load_registry(), load_lesson(lathe)
+    bending = "insert: [{effect: ToolCompliance, at: x_scale, compliance: 3e-8 m/N, force: cutting_force.radial_force}]\n"
+    mirrored = load_lesson(str(out / "lesson_program.yaml"))
+    sound, bent, mended = (
+        simulate(lesson, registry)["x_scale.position"]
+        for lesson in (
+            source,
+            lesson_from_text(source.text + bending, source.path),
+            lesson_from_text(mirrored.text + bending, mirrored.path),
+        )
+    )
+    assert np.std(mended - sound) < 0.1 * np.std(bent - sound)
+    code, out = remedied(tmp_path / "recorder", diagnosis(("ClockSkew", "x_scale", {"skew": (1e-4, "1")})), "--as", "program")
+    assert code == 0
+    assert not (out / "mirrored.nc").is_file()
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ import numpy as np
 from lathesim.compensation.learning.laps import Course, course_of
 from lathesim.compensation.learning.response import learning_filter
 from lathesim.compensation.path_program import program_text
+from lathesim.compensation.remedying.planning import BUILDERS
 from lathesim.compensation.remedying.remedy import Answer
 from lathesim.component import Table
 from lathesim.engine.assembly import FloatArray
@@ -31,6 +32,8 @@ from lathesim.program.loading import load_program
 from lathesim.program.path import lay_path
 
 PROGRAM_FILE, LESSON_FILE = "mirrored.nc", "lesson_program.yaml"
+MIRRORED = (*BUILDERS, "WorkpieceDeflection", "ToolCompliance")
+"""Effects that a path takes up: those with a remedy, and what bends under the cut. A recorder's fault or a lost count is none."""
 _ROUNDS = 10
 _LARGEST_SHIFT = 1e-3
 """Largest shift of a way-point [m]: more would gouge, and is no compensation (assumed)."""
@@ -39,14 +42,17 @@ CONTINUOUS = "ConstantVelocityInterpolator"
 
 
 def write_program(answer: Answer, folder: Path) -> list[Path]:
-    """Write the changed part program and a lesson that runs it; return their files, none where there is nothing to mend.
+    """Write the changed part program and a lesson that runs it; return their files, none where there is nothing that a path takes up.
 
     Raises :class:`LessonError` where the mirrored path leaves the travel, where it would shift a point by more than a millimetre, where it
     does not pass its check, or where nothing asks for the path of a program.
     """
     if answer.nothing or answer.bench is None:
         return []
-    diagnosed = answer.diagnosed
+    mirrored = tuple(entry for entry in answer.diagnosed.effects if entry["effect"] in MIRRORED)
+    if not mirrored:
+        return []
+    diagnosed = replace(answer.diagnosed, effects=mirrored)
     text = diagnosed.text([], {}, diagnosed.folder)
     prepared = prepare(lesson_from_text(text, diagnosed.folder / "lesson.yaml"), diagnosed.registry)
     walker = _walker(prepared, str(diagnosed.lesson.path))
@@ -85,31 +91,34 @@ def _walker(prepared: Prepared, place: str) -> str:
 def _mirrored(course: Course, sound: FloatArray, place: str) -> FloatArray:
     """Return what is added to the references so that the diagnosed machine follows as the sound one: the best of a few rounds.
 
-    A round counts where no table is anywhere further from the sound machine than without it. Raises :class:`LessonError` where none does.
+    A round counts where the tool is nowhere further from that of the sound machine than it is without it. Raises :class:`LessonError` where
+    none does.
     """
     chosen = learning_filter(course)
     _, count = course.floors()
     corrections = np.zeros((len(course.loops), course.samples))
     off = sound[:, : course.samples] - course.tables_of(corrections)
-    furthest = np.max(np.abs(off), axis=1) + count
+    furthest, reached = _furthest(off) + count, 0.0
     best, least = None, _rms(off)
-    reached = np.zeros(len(furthest))
     for _ in range(_ROUNDS):
         corrections = chosen.applied(corrections, off)
         # a rapid to the first point would cost a sample, and all the others would be late
         corrections[:, 0] = 0.0
         off = sound[:, : course.samples] - course.tables_of(corrections)
-        reached = np.max(np.abs(off), axis=1)
-        if np.all(reached <= furthest) and _rms(off) < least:
+        reached = _furthest(off)
+        if reached <= furthest and _rms(off) < least:
             best, least = corrections, _rms(off)
         elif best is not None and _rms(off) > 1.5 * least:
             break
     if best is None:
-        worst = int(np.argmax(reached - furthest))
-        sizes = f"{1e6 * reached[worst]:.3g} um off, {1e6 * furthest[worst]:.3g} um without it"
-        fact = f"the mirrored path would take {course.loops[worst].axis} {sizes}, which gouges."
+        sizes = f"{1e6 * reached:.3g} um off, which gouges: without it the tool is {1e6 * furthest:.3g} um off"
+        fact = f"the mirrored path would take the tool {sizes}."
         raise LessonError(fact, place=place, remedy="Write the remedy as a lesson, or as a table.")
     return best
+
+
+def _furthest(off: FloatArray) -> float:
+    return float(np.max(np.sqrt(np.sum(off * off, axis=0))))
 
 
 def _rms(off: FloatArray) -> float:

@@ -49,11 +49,15 @@ def read_diagnosis(file: Path) -> Found:
     """Read a diagnosis; :class:`LessonError` where the file is none."""
     data = _data(file)
     verdict = str(data.get("verdict", ""))
-    entries = [dict(entry) for entry in data.get("insert", []) if isinstance(entry, dict)]
+    kinds: tuple[tuple[str, type, str], ...] = (("insert", list, "list"), ("effects", list, "list"), ("baseline", dict, "table"))
+    for name, kind, told in kinds:
+        if data.get(name) and not isinstance(data[name], kind):
+            raise LessonError(f"'{name}' of the diagnosis is no {told}.", place=str(file), remedy="Give the file as diagnose wrote it.")
+    entries = [dict(entry) for entry in data.get("insert") or [] if isinstance(entry, dict)]
     named = []
     nothing = _NOTHING_TO_MEND.get(verdict, "")
     # what an unknown verdict only suspects has no line to insert
-    for item in data.get("effects", []) if not nothing else ():
+    for item in data.get("effects") or [] if not nothing else ():
         if not isinstance(item, dict) or not isinstance(item.get("effect"), str) or not isinstance(item.get("at"), str):
             raise LessonError(
                 "an effect of the diagnosis has no name or place.", place=str(file), remedy="Give the file as diagnose wrote it."
@@ -61,7 +65,8 @@ def read_diagnosis(file: Path) -> Found:
         entry = next((line for line in entries if line.get("effect") == item["effect"] and line.get("at") == item["at"]), None)
         if entry is None:
             raise LessonError(f"the diagnosis has no line to insert for {item['effect']}.", place=str(file))
-        values = {name: _interval(value, file) for name, value in dict(item.get("parameters", {})).items()}
+        known = item.get("parameters")
+        values = {name: _interval(value, file) for name, value in (known if isinstance(known, dict) else {}).items()}
         named.append(
             Named(item["effect"], item["at"], values, {key: str(value) for key, value in entry.items()}, tuple(item.get("tied_with") or ()))
         )
@@ -96,17 +101,20 @@ def _data(file: Path) -> dict[str, Any]:
 
 
 def _interval(value: Any, file: Path) -> tuple[float, float, float]:
-    if not isinstance(value, dict) or not isinstance(value.get("value"), (int, float)):
+    if not isinstance(value, dict) or not isinstance(value.get("value"), (int, float)) or not math.isfinite(value["value"]):
         raise LessonError("a value of the diagnosis is no number.", place=str(file), remedy="Give the file as diagnose wrote it.")
     number = float(value["value"])
     low, high = (value.get(name) for name in ("low", "high"))
-    return number, float(low) if isinstance(low, (int, float)) else number, float(high) if isinstance(high, (int, float)) else number
+    ends = [float(end) if isinstance(end, (int, float)) and math.isfinite(end) else number for end in (low, high)]
+    return number, min(*ends, number), max(*ends, number)
 
 
 def _value(value: Any) -> tuple[float, float, float, str] | None:
     if not isinstance(value, dict) or not isinstance(value.get("refit_with"), (int, float)):
         return None
     number = float(value["refit_with"])
+    if not math.isfinite(number):
+        return None
     low, high = (value.get(name) for name in ("low", "high"))
     known = isinstance(low, (int, float)) and isinstance(high, (int, float)) and math.isfinite(low) and math.isfinite(high)
     return number, float(low) if known else number, float(high) if known else number, str(value.get("unit", "1"))  # type: ignore[arg-type]
