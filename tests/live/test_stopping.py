@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import socket
 import subprocess
@@ -17,7 +18,7 @@ import pytest
 from lathesim.record import Channel, Record, load
 from lathesim.record_writer import save
 from tests.cli.command import call, environment
-from tests.live.other_axis import PERIOD, stream
+from tests.live.other_axis import PERIOD, step, stream
 from tests.live.servo import LESSON, wave
 
 SOON = 10.0
@@ -92,6 +93,32 @@ def test_a_watch_ends(tmp_path: Path) -> None:
     with running(tmp_path, "watch", LESSON, *[long] * 20, "--learn", "20 s") as watch:
         says(watch, "what is usual is learnt")
         interrupted(watch)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are looked for in /proc")
+def test_a_watch_ends_with_the_diagnosis_that_it_began(tmp_path: Path) -> None:
+    values = stream(80.0, 5, friction=step(80.0, 40.0, 0.0, 8.0))
+    names = ["x_controller.reference", "x_encoder.position", "x_scale.position", "x_controller.voltage", "x_drive.current"]
+    channels = {name: Channel(name, unit, row) for name, unit, row in zip(names, ["m", "m", "m", "V", "A"], values, strict=True)}
+    save(Record(np.arange(values.shape[1]) * PERIOD, channels, {"sample_period": PERIOD}), tmp_path / "r.h5")
+
+    def diagnoses() -> list[Path]:
+        found = []
+        for place in Path("/proc").glob("[0-9]*/cmdline"):
+            with contextlib.suppress(OSError):
+                if str(tmp_path).encode() in place.read_bytes() and b"diagnose" in place.read_bytes():
+                    found.append(place)
+        return found
+
+    with running(tmp_path, "watch", LESSON, tmp_path / "r.h5", "--learn", "20 s", "--out", tmp_path / "out") as watch:
+        deadline = time.monotonic() + 100.0
+        while not diagnoses() and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert diagnoses()
+        time.sleep(1.0)
+        interrupted(watch)
+        assert not diagnoses()
 
 
 @pytest.mark.slow

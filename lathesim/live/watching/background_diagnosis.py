@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import json
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -76,12 +77,22 @@ async def diagnose_window(
     try:
         _, told = await process.communicate()
     except asyncio.CancelledError:
-        with contextlib.suppress(ProcessLookupError):
-            process.kill()
+        _end(process)
         await process.wait()
         raise
+    finally:
+        _end(process)
     try:
         return Verdict(json.loads(answer.read_text(encoding="utf-8")))
     except (OSError, ValueError):
         lines = told.decode("utf-8", "replace").strip().splitlines()
         return Verdict({}, lines[-1] if lines else "the diagnosis gave no answer.")
+
+
+def _end(process: asyncio.subprocess.Process) -> None:
+    """End a diagnosis with all processes that it started: they have a session of their own."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        if sys.platform == "win32":
+            process.kill()
+        else:
+            os.killpg(process.pid, signal.SIGKILL)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.errors import LatheSimError
 from lathesim.lessons.simulate import Prepared
 from lathesim.live.sources.sample_clock import SampleClock, Stretch
 from lathesim.live.sources.samples import Block, LiveError, Source
@@ -104,9 +105,12 @@ class WatchSession:
                 await asyncio.sleep(0)
             self._close_windows()
             if self._tasks and not stop.is_set():
-                whole: asyncio.Future[list[None]] = asyncio.gather(*self._tasks)
+                whole: asyncio.Future[list[Any]] = asyncio.gather(*self._tasks, return_exceptions=True)
                 both: list[asyncio.Future[Any]] = [whole, ending]
                 await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+                if not whole.done():
+                    whole.cancel()
+                    await asyncio.gather(whole, return_exceptions=True)
         finally:
             ending.cancel()
             for task in list(self._tasks):
@@ -233,9 +237,12 @@ class WatchSession:
         task.add_done_callback(self._tasks.discard)
 
     async def _verdict(self, window: Window, validation: Window | None, number: int) -> None:
-        verdict = await diagnose_window(
-            self._prepared, window, validation, self._settings.folder, number, self._settings.patience, self._settings.plugins
-        )
+        try:
+            verdict = await diagnose_window(
+                self._prepared, window, validation, self._settings.folder, number, self._settings.patience, self._settings.plugins
+            )
+        except (LatheSimError, OSError) as error:
+            verdict = Verdict({}, f"it could not be made: {error}")
         self._tell(_event_of(verdict, window.begin, self._known, self._settings.folder / f"watch_{number}.json"))
 
     def _tell_end(self) -> None:
