@@ -88,7 +88,8 @@ class Judged:
 def judge(found: Vibration, modes: tuple[float, ...] = (), quiet: Vibration | None = None) -> Judged:
     """Return what a vibration is; ``modes`` are known natural frequencies [Hz], ``quiet`` is the same signal while nothing is cut."""
     orders, halves, hum, others = _sorted_lines(found, quiet)
-    whole, _ = turn_shares(found.values, found.rate, found.turning)
+    # the mean turn tells orders out of noise, and needs the speed; lines at low orders do not need it as exactly
+    whole = max(turn_shares(found.values, found.rate, found.turning)[0], sum(line.share for line in orders))
     half = max(halves, key=lambda line: line.share, default=None)
     half_share = sum(line.share for line in halves)
     hum_share = sum(line.share for line in hum)
@@ -200,8 +201,8 @@ def _rung_at_first(found: Vibration) -> float:
         return 0.0
     size = np.sqrt((high[: count * block].reshape(count, block) ** 2).mean(axis=1))
     later = float(np.sqrt((size[count // 2 :] ** 2).mean()))
-    first = int(np.argmax(size[: max(3, count // 10)]))
-    if size[first] < _RUNG_AT_FIRST * later or size[: count // 4].max() > size[first]:
+    first = int(np.argmax(size[: count // 2]))  # a recording may begin before the cut does
+    if size[first] < _RUNG_AT_FIRST * later:
         return 0.0
     length = min(len(high) - first * block, 16 * block)
     piece = high[first * block : first * block + length]
