@@ -25,6 +25,7 @@ from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 
 RESULT = "result.json"
+_ANSWER_END, LESSON_FILE = "_answer.json", "lesson.yaml"
 SCHEMA = "lathesim-again/1"
 _OTHER_NOISE = 7919
 """What is added to the seed, so that the noise is that of another day."""
@@ -55,7 +56,9 @@ def record_again(answer_file: Path, lesson: Lesson, registry: Registry, folder: 
     effects = cast("dict[str, type[Effect]]", registry.effects)
     loops = loops_of(prepared.machinery)
     wishes, noise = _wishes(answer, effects), float(answer.get("noise", 1.0))
-    first = _original(str(answer.get("lesson", "")), lesson, registry, variant)
+    # a lesson of one's own is no lesson that a name finds: the folder for the class beside the answer has it
+    beside = answer_file.with_name(answer_file.name.removesuffix(_ANSWER_END)) / LESSON_FILE
+    first = _original((str(answer.get("lesson", "")), str(beside)), lesson, registry, variant)
     tables = [loop.table for loop in loops]
     try:
         machine = Machine(Situation(prepared.machinery, prepared.duration, {}), columns, wishes, noise, tables)
@@ -85,15 +88,17 @@ def record_again(answer_file: Path, lesson: Lesson, registry: Registry, folder: 
     return result
 
 
-def _original(name: str, lesson: Lesson, registry: Registry, variant: str | None) -> Prepared:
+def _original(names: tuple[str, ...], lesson: Lesson, registry: Registry, variant: str | None) -> Prepared:
     """Return the lesson that the case was made of, where it is found and moves the same axes; else the one that is given."""
-    try:
-        first = prepare(load_lesson(name), registry)
-    except LatheSimError:
-        return prepare(lesson, registry, variant)
     own = prepare(lesson, registry, variant)
-    same = [loop.table for loop in loops_of(first.machinery)] == [loop.table for loop in loops_of(own.machinery)]
-    return first if same else own
+    for name in names:
+        try:
+            first = prepare(load_lesson(name), registry)
+        except LatheSimError:
+            continue
+        if [loop.table for loop in loops_of(first.machinery)] == [loop.table for loop in loops_of(own.machinery)]:
+            return first
+    return own
 
 
 def _wishes(answer: Mapping[str, Any], effects: Mapping[str, type[Effect]]) -> list[Wish]:
