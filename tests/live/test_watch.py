@@ -228,3 +228,10 @@ def test_what_cannot_be_watched_is_told(capsys: pytest.CaptureFixture[str], argu
     said = call(capsys, "watch", LESSON, *arguments)
     assert said.code == 1
     assert sentence in said.err
+
+
+def test_values_far_from_the_lessons_do_not_take_the_simulation_with_them(ready: Prepared) -> None:
+    residuals = ResidualStream(ready, DRIVE, COMPARE, PERIOD)
+    assert residuals.move(np.full(3, 1e3)) == pytest.approx([4.0, 0.5 / 0.15, 4.0])
+    assert np.isfinite(residuals.take(stream(3.0, 1)).values).all()
+    assert residuals.move(np.full(3, 1e4)) == pytest.approx(np.zeros(3))

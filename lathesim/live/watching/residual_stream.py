@@ -21,6 +21,8 @@ from lathesim.record import FloatArray
 
 _HALF = 0.5
 """Share of a value by which it is changed at most."""
+_FURTHEST = 4.0
+"""Standard deviations from the lesson's values that the simulation goes on with at most."""
 LARGEST_RATIO = 1000
 """Periods of the machine between two samples of a recording at most."""
 
@@ -70,14 +72,20 @@ class ResidualStream:
         self._machines = [SteppedMachine(self._prepared, axes, overrides=values, record=outputs) for values in self._values()]
         self._last = None
 
-    def move(self, nominal: FloatArray) -> None:
-        """Go on with the uncertain values at ``nominal`` (parameters,) standard deviations from the lesson's.
+    def move(self, nominal: FloatArray) -> FloatArray:
+        """Go on with the uncertain values at ``nominal`` (parameters,) standard deviations from the lesson's; return how far they moved.
 
-        Sensitivities are differences, so they hold near the nominal values only.
+        Sensitivities are differences, so they hold near the nominal values only. No value goes further than what the lesson calls
+        uncertain, nor by more than half of itself: a machine far from the lesson's might not be stable.
         """
-        self.nominal = np.array(nominal, dtype=np.float64)
+        plan = self._prepared.plan
+        given = np.array([abs(plan.parameter_values[plan.parameters[name]]) for name in self.uncertain])
+        deviations = np.array(list(self.uncertain.values()))
+        most = np.minimum(_FURTHEST, np.where(given > 0.0, _HALF * given / deviations, _FURTHEST)) if len(deviations) else deviations
+        before, self.nominal = self.nominal, np.clip(np.asarray(nominal, dtype=np.float64), -most, most)
         for machine, values in zip(self._machines, self._values(), strict=True):
             machine.change(values)
+        return np.asarray(self.nominal - before)
 
     def _values(self) -> list[dict[str, float]]:
         """Return the uncertain values [SI] of the nominal machine, and of two for each value: above and below."""

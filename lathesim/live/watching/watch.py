@@ -196,8 +196,11 @@ class Watch:
 
     def _move(self) -> None:
         """Go on with the simulation at the uncertain values that were found; until it has got there nothing is judged."""
-        self.residuals.move(self._theta)
-        self._settled_at = self._time + _GETTING_THERE
+        by = self.residuals.move(self._theta)
+        if self._test is not None:
+            self._test.move(by)
+        if np.any(by):
+            self._settled_at = self._time + _GETTING_THERE
 
     def _judge(self, residual: Residual, quick: FloatArray) -> Alarm | None:
         assert self._usual is not None
@@ -232,7 +235,6 @@ class Watch:
             self._test.forget_before(found.moved_at)
         if stepped or np.abs(found.theta).max(initial=0.0) > _FAR:
             self._move()
-            self._test.move(found.theta)
 
     def _changed(self, found: Found) -> Alarm:
         begun = self._chain.begun(found.begun)
