@@ -67,7 +67,8 @@ class Method:
     # which sizes are plausible
     largest_size: float = Limit(
         30.0, "times the typical value", "an effect whose size, or whose shape, is further off than this is not that effect",
-        "assumed", "in the place of three limits from 10 to 100; of 29 cases asked before and after, 27 have the same answer and all the same names",
+        "assumed",
+        "in the place of three limits from 10 to 100; of 29 cases asked before and after, 27 have the same answer, all the same names",
     )  # fmt: skip
     possible: Mapping[str, float] = field(default_factory=dict)
     """How large parameters (free name -> size) could be on this machine, whatever is usual on others."""
