@@ -101,6 +101,9 @@ def test_clock_that_runs_apart_is_told(capsys: pytest.CaptureFixture[str], short
     assert "its clock runs" not in call(capsys, "emulate", LESSON, short, *few, "--out", tmp_path / "e").err
     done = call(capsys, "emulate", LESSON, tmp_path / "fast.csv", *few, "--out", tmp_path / "e")
     assert "fast.csv: its clock runs 2 % fast against the program as simulated, 181 ms after 9.09 s. Correct its time column" in done.err
+    told = json.loads((tmp_path / "e" / "emulation.json").read_text())
+    assert [sentence.partition(":")[0] for sentence in told["clocks"]] == [str(told["recordings"][0]["name"]) + ".csv"]
+    assert "its clock runs 2 % fast" in (tmp_path / "e" / "report.html").read_text()
 
 
 def test_stopped_emulation_keeps_the_best_machine_so_far(

@@ -5,6 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from lathesim.errors import LatheSimError
+from lathesim.experiments.design.families import Candidate
+from lathesim.experiments.design.laying import lay_those_that_fit
+from lathesim.experiments.design.program_text import Move
+from lathesim.experiments.design.room import room_of
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import load_registry
 from tests.cli.command import call
 
 LESSON = "12_what_is_wrong_with_this_machine"
@@ -47,7 +55,7 @@ def test_the_same_thing_twice_cannot_be_told_apart(capsys: pytest.CaptureFixture
         (["--between", "Backlash@y_axis,nothing"], "Backlash does not sit at 'y_axis'. Did you mean 'x_axis'?"),
         (["--between", "Backlsh@x_axis,nothing"], "there is no effect 'Backlsh'. Did you mean 'Backlash'?"),
         (["--between", "Backlash@x_axis,nothing", "--at-most", "1 s"], "a program of 1 s is too short to tell anything."),
-        (["--for", "x_axis.mas"], "the machine has no parameter 'x_axis.mas'. Did you mean 'x_axis.mass'?"),
+        (["--for", "x_axis.mas"], "--for: the machine has no parameter 'x_axis.mas'. Did you mean 'x_axis.mass'?"),
     ],
 )
 def test_wishes_that_cannot_be_met(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: list[str], message: str) -> None:
@@ -85,3 +93,27 @@ def test_machine_that_no_program_moves(capsys: pytest.CaptureFixture[str], tmp_p
     said = call(capsys, "experiment", lesson, "--between", "CoulombFriction@x_axis,nothing", "--out", tmp_path / "next")
     assert said.code == 1
     assert "no part program moves this machine: nothing follows the reference of an interpolator." in said.err
+
+
+def test_no_program_fits_into_the_time() -> None:
+    room = room_of(prepare(load_lesson(LESSON), load_registry(installed=False)))
+    too_far = Candidate("far away", (Move({"X": 1e3}, 0.01),), 1.0)
+    with pytest.raises(LatheSimError, match="no program of at most 2 s fits into the travel"):
+        lay_those_that_fit([too_far], room, 2.0)
+
+
+@pytest.mark.parametrize(
+    "between",
+    [
+        "CumulativePitchError@x_scale,ScaleFactorError@x_scale",
+        pytest.param("PeriodicPitchError@x_scale,EncoderEccentricity@x_scale", marks=pytest.mark.slow),
+    ],
+)
+def test_effects_of_one_equation_are_not_called_decidable(capsys: pytest.CaptureFixture[str], tmp_path: Path, between: str) -> None:
+    said = call(
+        capsys, "experiment", LESSON, "--between", between, "--at-most", "6.5 s", "--programs", "4", "--out", tmp_path / "next", "--json"
+    )
+    told = json.loads(said.out)
+    assert not told["decidable"]
+    assert told["pairs"][0]["apart"] < 1.0
+    assert "A second sensor of the same motion would" in told["if_nothing_tells"]

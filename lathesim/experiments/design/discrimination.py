@@ -11,6 +11,7 @@ of its seconds. Source: Atkinson, Fedorov, Biometrika 62 (1975), 57; Lindley, An
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -20,6 +21,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.design.laying import Laid
 from lathesim.experiments.design.rivals import Rival
 from lathesim.experiments.design.scene import Scene
+from lathesim.identification.records.candidate import Candidate as Term
 
 DECIDES = 3.4
 """Logarithm of the likelihood ratio from which on a run decides: 30 to 1."""
@@ -28,12 +30,21 @@ _EFFICIENCY = 2e-5
 12: at T = 4e5 two of two were named, at 6e5 one of two."""
 _BEYOND = 10.0
 """Ranges beyond its usual bounds to which a rival may go when it is refitted: an unusual size is no proof against it."""
-NESTED = 30.0
-"""T below which a rival does what another one does: not even a likelihood with all values known would be sure; assumed."""
+_ALL_BUT_SURE = 2.054
+"""Standard normal deviation below which 98 % lie."""
+NESTED = (_ALL_BUT_SURE + math.sqrt(_ALL_BUT_SURE**2 + 2.0 * DECIDES)) ** 2
+"""T below which a rival does what another one does: where T/2 - DECIDES = 2.054 sqrt(T), so that even a likelihood that knows the noise
+fails to decide in 2 % of the runs."""
 PRICE = 0.005
 """What a second of program costs, as a share of a decision; assumed."""
 _STEP = 0.25
 """Step of the slopes, in standard deviations or as a share of a size: large against rounding, small against curvature."""
+_FINER, _FINEST = 0.2, 0.01
+"""By how much the steps of the slopes shrink from round to round of a refit, and to which share at most; assumed."""
+_FURTHEST = 6.0
+"""Standard deviations by which an uncertain value may be off when a rival is refitted."""
+_WORTH_A_ROUND = 0.05
+"""Share of T that a round of a refit must gain to be followed by another; assumed."""
 _HELD = 1e3
 """Largest number of noise levels that counts of one stretch: beyond, no more is told."""
 
@@ -157,9 +168,9 @@ def _refitted(
     first, steps = place
     base = scaled[first]
     row = rows[first]
-    difference = np.clip(np.nan_to_num(truth - base, nan=_HELD), -_HELD, _HELD)
+    difference = np.nan_to_num(truth - base, nan=_HELD)
     if not conditions.refit or not steps:
-        return float(difference @ difference), row
+        return _held_power(difference), row
     slopes = np.array([(scaled[first + 1 + number] - base) / step for number, (_, step) in enumerate(steps)]).T
     shift, cost = _least(scene, slopes, difference, steps, row)
     moved = row.copy()
@@ -178,7 +189,7 @@ def _alike(scene: Scene, a: int, b: int, draw: int) -> list[FloatArray]:
         if second.term is not None:
             row[scene.columns(second)] = second.term.neutral
         return [row]
-    own = {name.partition(".")[2]: value for name, value in zip(first.term.parameters, first.sizes[draw], strict=True)}
+    own = _carried_over(first.term, second.term, first.sizes[draw])
     for place, column in enumerate(scene.columns(second)):
         item = second.term.parameters[place].partition(".")[2]
         neutral = second.term.effect.neutral.get(item)
@@ -194,48 +205,108 @@ def _alike(scene: Scene, a: int, b: int, draw: int) -> list[FloatArray]:
     return [row, turned]
 
 
+def _carried_over(first: Term, second: Term, sizes: FloatArray) -> dict[str, float]:
+    """Return what the sizes of the first would be as parameters of the second: by name, else in order, where the units agree."""
+    units, values = [], {}
+    for term in (first, second):
+        names = [name.partition(".")[2] for name in term.parameters]
+        units.append({name: term.effect.declarations[name].unit for name in names})
+    for name, size in zip(units[0], sizes, strict=True):
+        values[name] = float(size)
+    spare = [name for name in units[0] if units[1].get(name) != units[0][name]]
+    found = {name: values[name] for name in units[0] if name not in spare}
+    for name in units[1]:
+        alike = next((other for other in spare if units[0][other] == units[1][name]), None) if name not in found else None
+        if alike is not None:
+            found[name] = values[alike]
+            spare.remove(alike)
+    return found
+
+
 def _least(
     scene: Scene, slopes: FloatArray, difference: FloatArray, steps: Sequence[tuple[int, float]], row: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Return the shift of the values with the least sum of squares, and that sum; rivals' sizes are kept near where slopes hold."""
-    pull = np.zeros((len(steps), len(steps)))
-    offset = np.zeros(len(steps))
+    """Return the shift of the values with the least sum of squares, and that sum; rivals' sizes are kept near where slopes hold.
+
+    An uncertain value stays within six standard deviations: beyond, what the lesson says of it counts more than ``NESTED`` by itself.
+    """
+    from scipy.optimize import lsq_linear
+
+    count = len(steps)
+    pull, offset = np.zeros((count, count)), np.zeros(count)
+    low, high = np.full(count, -np.inf), np.full(count, np.inf)
     uncertain = len(scene.uncertain)
     for number, (column, step) in enumerate(steps):
         width = float(scene.deviation[column]) if column < uncertain else 4.0 * abs(step)
         pull[number, number] = 1.0 / width
         if column < uncertain:
-            offset[number] = -(row[column] - scene.given[column]) / width
+            off = row[column] - scene.given[column]
+            offset[number] = -off / width
+            low[number], high[number] = min(-_FURTHEST * width - off, -1e-9 * width), max(_FURTHEST * width - off, 1e-9 * width)
     stacked = np.vstack([np.nan_to_num(slopes), pull])
     goal = np.concatenate([difference, offset])
     shift = np.linalg.lstsq(stacked, goal, rcond=None)[0]
-    left = goal - stacked @ shift
-    return shift, float(left @ left)
+    if np.any(shift < low) or np.any(shift > high):
+        orthogonal, triangle = np.linalg.qr(stacked)
+        shift = np.asarray(lsq_linear(triangle, orthogonal.T @ goal, (low, high), method="bvls").x)
+    return shift, _held_power(goal - stacked @ shift)
+
+
+def _held_power(difference: FloatArray) -> float:
+    """Return the sum of squares of a difference in noise levels, of which no stretch counts more than ``_HELD``."""
+    return float(np.square(np.clip(difference, -_HELD, _HELD)).sum())
 
 
 def _followed(
     scene: Scene, program: Laid, truth: FloatArray, rival: int, start: tuple[float, FloatArray], weight: FloatArray, rounds: int
 ) -> tuple[float, FloatArray]:
-    """Return T and values after further rounds of the refit, each with slopes taken where it stands; the best end counts."""
+    """Return T and values at the end of a descent: each round takes slopes where it stands, over ever smaller steps.
+
+    Of the shift, a half and a tenth of it the best end is taken. The descent ends after ``rounds``, where a round gains less than a
+    twentieth, or where the rival does what the other one does.
+    """
     term = scene.rivals[rival].term
     columns = scene.columns(scene.rivals[rival])
-    best: tuple[float, FloatArray] | None = None
-    row = start[1].copy()
-    for _ in range(rounds):
+    uncertain = len(scene.uncertain)
+
+    def kept(row: FloatArray) -> FloatArray:
         if term is not None:
             reach = _BEYOND * (term.high - term.low)
             row[columns] = np.clip(row[columns], np.where(term.low < 0.0, term.low - reach, term.low), term.high + reach)
-        steps = _steps(scene, scene.rivals[rival], row)
-        moved = np.array([row, *[row + step * (np.arange(len(row)) == column) for column, step in steps]])
-        scaled = (scene.readings([program], [moved])[0] * weight[None, :, None]).reshape(len(moved), -1)
-        length = min(scaled.shape[1], len(truth))
-        difference = np.clip(np.nan_to_num(truth[:length] - scaled[0][:length], nan=_HELD), -_HELD, _HELD)
-        penalty = np.square((row[: len(scene.uncertain)] - scene.given[: len(scene.uncertain)]) / scene.deviation).sum()
-        cost = float(difference @ difference + penalty)
-        if best is None or cost < best[0]:
-            best = (cost, row.copy())
-        slopes = np.array([(scaled[1 + number][:length] - scaled[0][:length]) / step for number, (_, step) in enumerate(steps)]).T
-        shift, _ = _least(scene, slopes, difference, steps, row)
-        for (column, _), amount in zip(steps, shift, strict=True):
-            row[column] += amount
-    return best if best is not None else start
+        return row
+
+    def left(scaled: FloatArray, row: FloatArray) -> tuple[FloatArray, float]:
+        length = min(len(scaled), len(truth))
+        difference = np.nan_to_num(truth[:length] - scaled[:length], nan=_HELD)
+        penalty = np.square((row[:uncertain] - scene.given[:uncertain]) / scene.deviation).sum()
+        return difference, _held_power(difference) + float(penalty)
+
+    def run(rows: FloatArray) -> FloatArray:
+        return np.asarray((scene.readings([program], [rows])[0] * weight[None, :, None]).reshape(len(rows), -1))
+
+    row = kept(start[1].copy())
+    best = (np.inf, row)
+    for turn in range(rounds):
+        finer = max(_FINEST, _FINER**turn)
+        steps = [(column, finer * step) for column, step in _steps(scene, scene.rivals[rival], row)]
+        scaled = run(np.array([row, *[row + step * (np.arange(len(row)) == column) for column, step in steps]]))
+        difference, cost = left(scaled[0], row)
+        best = min(best, (cost, row), key=lambda pair: pair[0])
+        if cost < 0.1 * NESTED:
+            break
+        slopes = np.array([(scaled[1 + number] - scaled[0])[: len(difference)] / step for number, (_, step) in enumerate(steps)]).T
+        shift, _ = _least(scene, slopes, difference, [(column, step / finer) for column, step in steps], row)
+        moved = []
+        for share in (1.0, 0.5, 0.1):
+            end = row.copy()
+            end[[column for column, _ in steps]] += share * shift
+            moved.append(kept(end))
+        ends = [left(readings, end)[1] for readings, end in zip(run(np.array(moved)), moved, strict=True)]
+        place = int(np.argmin(ends))
+        gains = ends[place] < (1.0 - _WORTH_A_ROUND) * cost
+        if ends[place] < best[0]:
+            best = (ends[place], moved[place])
+        if not gains and finer == _FINEST:
+            break
+        row = moved[place] if ends[place] < cost else row
+    return best

@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.errors import LatheSimError
 from lathesim.experiments.design.discrimination import NESTED, Conditions, Worth, worths
-from lathesim.experiments.design.families import Candidate, candidates
-from lathesim.experiments.design.laying import Laid
+from lathesim.experiments.design.families import candidates
+from lathesim.experiments.design.laying import Laid, lay_those_that_fit
 from lathesim.experiments.design.rivals import Named, place_rivals
 from lathesim.experiments.design.room import room_of
 from lathesim.experiments.design.scene import Scene
@@ -27,8 +26,11 @@ from lathesim.plugins import Registry
 _CANDIDATES = 100
 _BATCH = 25
 """Programs of one batch, so that progress is told and Ctrl-C heard."""
+_SPARE = 10
+"""Programs in reserve for those that the reading of a program refuses."""
 _FINALISTS = 6
-_REFITS = 3
+_REFITS = 8
+"""Rounds of the refit on the best programs, at most."""
 
 Say = Callable[[str], None]
 
@@ -96,10 +98,8 @@ def design_experiment(
     uncertain = uncertainties(lesson, prepared.plan) if lesson.settings.uncertain else {}
     scene = Scene(assembly, rivals, channels, uncertain, room, resolution, 1.1 * wish.at_most + 1.0, stop)
     say(f"{len(rivals)} rivals: {', '.join(rival.name for rival in rivals)}. Trying {wish.candidates} programs ...")
-    laid = _laid(scene, candidates(room, wish.at_most, wish.candidates, wish.seed, arcs=wish.arcs))
-    if not laid:
-        fact = f"no program of at most {wish.at_most:g} s fits into the travel of the machine."
-        raise LatheSimError(fact, place="--at-most", remedy="Allow more time.")
+    found = candidates(room, wish.at_most, wish.candidates + _SPARE, wish.seed, arcs=wish.arcs)
+    laid = lay_those_that_fit(found, room, wish.at_most)[: wish.candidates]
     floors = scene.floors(laid[0])
     judged: list[tuple[Laid, Worth]] = []
     stopped = False
@@ -150,27 +150,17 @@ def _score(worth: Worth, conditions: Conditions) -> float:
     return (worth.score if conditions.price else worth.chance) + 1e-3 * far
 
 
-def _laid(scene: Scene, found: Sequence[Candidate]) -> list[Laid]:
-    laid = []
-    for candidate in found:
-        try:
-            laid.append(scene.lay(candidate))
-        except LatheSimError:
-            continue
-    return laid
-
-
 def _told_by(
     scene: Scene, program: Laid, worth: Worth, floors: FloatArray
 ) -> tuple[tuple[tuple[str, str, float], ...], FloatArray, FloatArray]:
-    """Return T of each pair (the smaller way round, mean over draws), the share of each channel in it, and what each rival reads."""
+    """Return T of each pair (the smaller way round, median over draws: T spans decades), the share of each channel in it, and what each rival reads."""
     rows = np.array([scene.values(rival, rival.sizes[len(rival.sizes) // 2]) for rival in scene.rivals])
     traces = scene.readings([program], [rows])[0]
     weight = scene.weight(program, floors)
     pairs, shares = [], []
     for a in range(len(scene.rivals)):
         for b in range(a + 1, len(scene.rivals)):
-            far = float(np.minimum(worth.apart[a, b], worth.apart[b, a]).mean())
+            far = float(np.median(np.minimum(worth.apart[a, b], worth.apart[b, a])))
             pairs.append((scene.rivals[a].name, scene.rivals[b].name, far))
             sums = np.square((traces[a] - traces[b]) * weight[:, None]).sum(axis=1)
             shares.append(sums / max(float(sums.sum()), 1e-300))

@@ -147,6 +147,36 @@ def candidates(room: Room, at_most: float, count: int, seed: int, only: Sequence
     return fitting[:count]
 
 
+def strokes_in_turn(room: Room, at_most: float, count: int, seed: int) -> list[Candidate]:
+    """Return ``count`` programs of strokes there and back of one axis after the other, of many lengths and speeds, each done once.
+
+    They make values known: no half of such a recording is left to judge the other one.
+    """
+    random = np.random.default_rng([seed, 7])
+    found = []
+    for _ in range(count):
+        walks = [Walk(room, axis, axis.start, random) for axis in room.axes]
+        smallest, largest = 10.0 ** random.uniform(-3.5, -2.7), 10.0 ** random.uniform(-2.3, -1.5)
+        pause = float(random.choice([0.0, random.uniform(0.0, 0.15)]))
+        fastest = room.feed * float(random.choice([0.3, 0.6, 1.0]))
+        moves: list[Move] = []
+        seconds = 0.0
+        while seconds < 0.93 * at_most:
+            walk = walks[int(random.integers(len(walks)))]
+            before, done = walk.seconds, len(walk.moves)
+            way = float(np.round(smallest * (largest / smallest) ** random.random(), 6))
+            sign = float(random.choice([-1.0, 1.0]))
+            speed = fastest * float(random.choice([0.4, 1.0]))
+            for end in (sign, -sign):
+                walk.go(end * min(way, 0.4 * walk.axis.stroke), speed)
+            if pause > 0.0:
+                walk.rest(pause)
+            moves += walk.moves[done:]
+            seconds += max(walk.seconds - before, 1e-3)
+        found.append(Candidate("strokes of one axis after the other", tuple(moves), seconds))
+    return [item for item in found if item.moves and item.seconds <= at_most]
+
+
 def _mixed(room: Room, plan: Sequence[str], budget: float, random: np.random.Generator) -> Candidate:
     moves: list[Move] = []
     seconds = 0.0

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from lathesim.engine.assembly import FloatArray
+from lathesim.errors import LatheSimError
 from lathesim.experiments.design.families import Candidate
 from lathesim.experiments.design.program_text import program_text
 from lathesim.experiments.design.room import Room
@@ -36,6 +37,20 @@ def lay_candidate(candidate: Candidate, room: Room, title: Sequence[str] = ()) -
     bounds = {f"{letter.lower()}_{side}": value for letter, axis in axes.items() for side, value in _reach(axis.low, axis.high, axis.start)}
     table = lay_path(program, Limits(feed=room.feed * (1.0 + 1e-6), **bounds)).table
     return Laid(candidate, text, table, candidate.seconds * 1.02 + _AFTER)
+
+
+def lay_those_that_fit(found: Sequence[Candidate], room: Room, at_most: float) -> list[Laid]:
+    """Return the candidates that stay within travel and feed as paths; raises :class:`LatheSimError` where none does."""
+    laid = []
+    for candidate in found:
+        try:
+            laid.append(lay_candidate(candidate, room))
+        except LatheSimError:
+            continue
+    if not laid:
+        fact = f"no program of at most {at_most:g} s fits into the travel of the machine."
+        raise LatheSimError(fact, place="--at-most", remedy="Allow more time.")
+    return laid
 
 
 def _reach(low: float, high: float, start: float) -> tuple[tuple[str, float], tuple[str, float]]:

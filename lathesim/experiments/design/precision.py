@@ -16,8 +16,8 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.design.experiment import Wish
-from lathesim.experiments.design.families import Candidate, candidates
-from lathesim.experiments.design.laying import Laid, lay_candidate
+from lathesim.experiments.design.families import Candidate, candidates, strokes_in_turn
+from lathesim.experiments.design.laying import Laid, lay_candidate, lay_those_that_fit
 from lathesim.experiments.design.optimality import criterion_value
 from lathesim.experiments.design.room import Room, room_of
 from lathesim.experiments.emulation.free_values import FreeValue, free_values, values_of
@@ -69,13 +69,15 @@ def design_for_precision(
     began = clock.perf_counter()
     prepared = prepare(lesson, registry, variant)
     mapping = mapping_of(lesson, prepared.machinery)
-    free = free_values(lesson, prepared.plan, () if list(names) == ["all"] else names, 4.0)
+    free = free_values(lesson, prepared.plan, () if list(names) == ["all"] else names, 4.0, "--for")
     room = room_of(prepared)
     channels = mapping.targets("compare")
     noise = {signal.target: signal.resolution or _NOISE for signal in mapping.signals if signal.role == "compare"}
     rate = wish.rate or mapping.rate or 1.0 / prepared.machinery.sample_period
-    bench = _Bench(prepared, room, free, channels, noise, rate, wish, criterion, stop)
-    found = [bench.lay(item) for item in candidates(room, wish.at_most, wish.candidates, wish.seed, arcs=wish.arcs)]
+    bench = PrecisionBench(prepared, room, free, channels, noise, rate, wish, criterion, stop)
+    strokes = strokes_in_turn(room, wish.at_most, wish.candidates // 2, wish.seed)
+    mixtures = candidates(room, wish.at_most, wish.candidates, wish.seed, arcs=wish.arcs)
+    found = lay_those_that_fit([*strokes, *mixtures], room, wish.at_most)[: wish.candidates]
     say(f"{len(free)} values. Trying {len(found)} programs ...")
     judged: list[tuple[Laid, float]] = []
     all_judged: list[tuple[Laid, float]] = []
@@ -104,7 +106,7 @@ def design_for_precision(
     )
 
 
-class _Bench:
+class PrecisionBench:
     """Information of programs about the free values of one machine."""
 
     def __init__(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -25,8 +25,31 @@ _STEADY = 0.1
 """Share of a floor that does not average out over a stretch: what no model follows; assumed."""
 
 
+def _counts(assembly: Assembly) -> dict[str, float]:
+    """Return ``part.parameter`` -> what one count of each sensor is worth [SI]."""
+    found = {}
+    for part in assembly.parts:
+        ports = part.component.ports
+        if "measured" in ports and "resolution" in ports:
+            declared = part.component.declarations[ports["resolution"]]
+            size = float(part.parameters.get(ports["resolution"], getattr(declared, "default", 0.0)))
+            if size > 0.0 and getattr(declared, "low", 1.0) <= 0.0:
+                found[f"{part.name}.{ports['resolution']}"] = size
+    return found
+
+
+def _unrounded(assembly: Assembly, counts: Mapping[str, float]) -> Assembly:
+    """Return the machine with sensors that read exactly: what a count more or less makes of a run tells no rival from another."""
+    silenced = {name.partition(".")[0]: name.partition(".")[2] for name in counts}
+    parts = (
+        dataclasses.replace(part, parameters={**part.parameters, silenced[part.name]: 0.0}) if part.name in silenced else part
+        for part in assembly.parts
+    )
+    return dataclasses.replace(assembly, parts=tuple(parts))
+
+
 class Scene:
-    """The machine with all rivals and its uncertain values, and the channels of a recording.
+    """The machine with all rivals and its uncertain values, and the channels of a recording. Its sensors read without counting.
 
     ``names`` are the uncertain values, then the parameters of every rival. ``given`` are their values with all rivals neutral,
     ``deviation`` one standard deviation of the uncertain ones.
@@ -38,7 +61,8 @@ class Scene:
     ) -> None:  # fmt: skip
         self.rivals, self.channels, self.room, self.stop = tuple(rivals), tuple(channels), room, stop
         self.path_name = f"{room.interpolator.name}.path"
-        machine = dataclasses.replace(assembly, finish="", record=self.channels)
+        self.rounding = _counts(assembly)
+        machine = dataclasses.replace(_unrounded(assembly, self.rounding), finish="", record=self.channels)
         self.period = machine.sample_period
         self.plan = wire(machine)
         self.batch = Batch(self.plan, math.ceil(longest / self.period) + 1, noisy=False)
@@ -98,8 +122,9 @@ class Scene:
         return min(self.batch.samples, max(20, math.ceil(program.seconds / self.period)))
 
     def floors(self, program: Laid) -> FloatArray:
-        """Return what a sample of each channel cannot resolve (channels,) [SI], one standard deviation, from a run as given."""
-        record = self.batch.run(self.names, self.given[None], np.copy, {self.path_name: [program.table]}, [self._samples(program)])[0]
+        """Return what a sample of each channel cannot resolve (channels,) [SI], one standard deviation, from a run whose sensors count."""
+        names, values = (*self.names, *self.rounding), np.array([[*self.given, *self.rounding.values()]])
+        record = self.batch.run(names, values, np.copy, {self.path_name: [program.table]}, [self._samples(program)])[0]
         found = []
         for name, values in zip(self.channels, record, strict=True):
             resolution = self.resolution.get(name, 0.0)

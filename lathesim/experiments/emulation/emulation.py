@@ -74,6 +74,8 @@ class Emulation:
     wall_time: float
     stopped: bool
     question: Question
+    clocks: tuple[str, ...] = ()
+    """A sentence for each recording whose clock seems to run apart from the program."""
 
 
 def emulate(
@@ -89,7 +91,8 @@ def emulate(
     as_given = fitted.objective(())
     start = np.zeros(len(as_given.free))
     readings = [rows[0] for rows in as_given.replica.readings(values_of(as_given.free, start)[None, :])]
-    for sentence in clocks_apart(fitted.recorded, readings):
+    clocks = tuple(clocks_apart(fitted.recorded, readings))
+    for sentence in clocks:
         say(sentence)
     given = as_given.position_rms(start)
     say(f"As given, the machine is off by {_listed_mm(given)} (rms).")
@@ -102,7 +105,7 @@ def emulate(
             except KeyboardInterrupt:
                 fitted.heard()
                 best = replace(best, stopped=True)
-    return _outcome(fitted, best, given, clock.perf_counter() - began, say)
+    return replace(_outcome(fitted, best, given, clock.perf_counter() - began, say), clocks=clocks)
 
 
 @dataclass(frozen=True, eq=False)

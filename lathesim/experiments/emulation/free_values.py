@@ -52,11 +52,11 @@ class FreeValue:
         return self.given * np.exp(scaled) if self.is_ratio else self.given + self.size * scaled
 
 
-def free_values(lesson: Lesson, plan: Plan, named: Sequence[str], factor: float) -> list[FreeValue]:
+def free_values(lesson: Lesson, plan: Plan, named: Sequence[str], factor: float, place: str = "--free") -> list[FreeValue]:
     """Return what an emulation may change: what was ``named``, else what the lesson calls uncertain, else all of controllers and axes.
 
     Bounds are ``factor`` times smaller and larger than given, within those of the parameter. Raises :class:`LessonError` for names that
-    the machine does not have.
+    the machine does not have; ``place`` says where they were given.
     """
     uncertain = lesson.settings.uncertain
     names = list(dict.fromkeys(named)) or [name for name in uncertain if name in plan.parameters]
@@ -71,7 +71,7 @@ def free_values(lesson: Lesson, plan: Plan, named: Sequence[str], factor: float)
                 if wired
                 else f"the machine has no parameter '{name}'."
             )
-            raise LessonError(fact, place="--free", remedy=nearest(name, plan.parameters))
+            raise LessonError(fact, place=place, remedy=nearest(name, plan.parameters))
     return [_free(lesson, plan, name, factor) for name in names]
 
 

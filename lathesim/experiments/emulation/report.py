@@ -40,6 +40,7 @@ def as_json(found: Emulation) -> dict[str, Any]:
             for name, item, given, fitted in zip(names, found.recorded, found.given_rms, found.fitted_rms, strict=True)
         ],
         "cross_design_m": {"rows": names, "columns": names, "rms": [list(row) for row in found.cross]} if found.cross else None,
+        "clocks": list(found.clocks),
         "noise_m": found.noise,
         "directions": {
             "known_to_10_percent": found.telling.known,
@@ -136,6 +137,7 @@ def report_html(found: Emulation, picture: str) -> str:
         f"<p>Search: {found.question.method}; weight of speeds (lambda): {found.question.weight:g}; {found.runs} runs.</p>",
         "<h2>How well it follows</h2>", _html_table(_fit_rows(found)),
     ]  # fmt: skip
+    parts += [f"<p>{html.escape(sentence)}</p>" for sentence in found.clocks]
     if found.changes:
         parts.append(f"<p>Structure changed: {html.escape(', '.join(change.title for change in found.changes))}.</p>")
     if found.cross:

@@ -99,6 +99,8 @@ def main() -> None:
     """Run the campaign and print its table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--machines", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0, help="number of the first machine")
+    parser.add_argument("--only", choices=("undesigned", "designed"), help="one of both ways")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, required=True)
     asked = parser.parse_args()
@@ -109,19 +111,20 @@ def main() -> None:
         "undesigned": {name: shipped(name) for name in ("staircase", "three_speeds")},
         "designed": {f"designed_{number}": program for number, program in enumerate(designed, 1)},
     }
-    results = []
-    for number in range(asked.machines):
-        folder = out / f"machine_{number:02d}"
-        result: dict[str, Any] = {"machine": number}
+    if asked.only:
+        ways = {asked.only: ways[asked.only]}
+    for number in range(asked.first, asked.first + asked.machines):
         for way, fitted in ways.items():
-            kept = folder / f"{way}.json"
+            kept = out / f"machine_{number:02d}" / f"{way}.json"
             if not kept.is_file():
-                told = emulated(folder / way, 1000 * asked.seed + number, fitted, registry, asked.seed)
+                told = emulated(kept.parent / way, 1000 * asked.seed + number, fitted, registry, asked.seed)
                 kept.write_text(json.dumps(told, indent=2), encoding="utf-8")
-            result[way] = json.loads(kept.read_text(encoding="utf-8"))
-        results.append(result)
-        print(json.dumps(result), flush=True)
-        print("\n".join(table(results)), flush=True)
+            print(number, way, kept.read_text(encoding="utf-8"), flush=True)
+    results = [
+        {way: json.loads((folder / f"{way}.json").read_text(encoding="utf-8")) for way in ways if (folder / f"{way}.json").is_file()}
+        for folder in sorted(out.glob("machine_*"))
+    ]
+    print("\n".join(table(results)), flush=True)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 For each case ``lathesim experiment`` gets the rivals and writes a program; a machine made by another integrator runs it; ``lathesim
 diagnose`` gets the recording and is held against the seal. Beside it today's way: the exercise of the lesson, repeated until it decides.
-What is in DIR already is not run again; the table is printed after every case.
+What is in DIR already is not run again; the table at the end is that of all cases in DIR.
 """
 
 from __future__ import annotations
@@ -111,6 +111,7 @@ def main() -> None:
     """Run the campaign and print its table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=80)
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--at-most", default="8 s")
     parser.add_argument("--programs", type=int, default=40)
@@ -118,16 +119,15 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     asked = parser.parse_args()
     registry = load_registry(installed=False)
-    results = []
-    for number, tie in enumerate(schedule(asked.seed, tuple(asked.rigs.split(",")))[: asked.cases]):
-        folder = asked.out.resolve() / f"case_{number:03d}"
+    out = asked.out.resolve()
+    for number, tie in list(enumerate(schedule(asked.seed, tuple(asked.rigs.split(",")))))[asked.first : asked.first + asked.cases]:
+        folder = out / f"case_{number:03d}"
         kept = folder / "result.json"
         if not kept.is_file():
             result = one_case(tie, 1000 * asked.seed + number, folder, registry, asked.at_most, asked.programs)
             kept.write_text(json.dumps(result, indent=2), encoding="utf-8")
-        results.append(json.loads(kept.read_text(encoding="utf-8")))
-        print(json.dumps(results[-1]), flush=True)
-        print("\n".join(table(results)), flush=True)
+        print(kept.read_text(encoding="utf-8"), flush=True)
+    print("\n".join(table([json.loads(kept.read_text(encoding="utf-8")) for kept in sorted(out.glob("case_*/result.json"))])), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,123 @@
+"""Designs against what one would run without them: ``python -m tests.experiments.designs``.
+
+1. The closed controller of lesson 16 at 10 Hz within 22 s: the designed program against 100 undesigned ones.
+2. Three rivals on lesson 12: processor time of a design with 100 programs, all of them runs of one plan.
+3. What each step of a design is good for: programs chosen without it, judged with all steps.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.experiments.design.discrimination import Conditions, worths
+from lathesim.experiments.design.experiment import Wish, design_experiment
+from lathesim.experiments.design.families import Candidate
+from lathesim.experiments.design.precision import PrecisionBench, design_for_precision
+from lathesim.experiments.design.program_text import Move
+from lathesim.experiments.design.rivals import named_between
+from lathesim.experiments.design.room import Room, room_of
+from lathesim.experiments.emulation.free_values import free_values
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.recording_mapping import mapping_of
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import Registry, load_registry
+
+CLOSED, AXIS = "16_a_controller_that_tells_nothing", "12_what_is_wrong_with_this_machine"
+WITHIN = 22.0
+THREE = "Backlash@x_axis,PreslidingFriction@x_axis,CoulombFriction@x_axis"
+TWO = "TransportDelay@x_drive,CurrentLoopLag@x_drive"
+LEFT_OUT = ("nothing", "average", "refit", "price", "floor")
+
+
+def undesigned(random: np.random.Generator, room: Room) -> Candidate:
+    """Return 20 s of strokes of both axes there and back, of lengths and speeds that one would try, and 1 s of rest."""
+    lengths = random.choice([0, 1, 2])
+    ways = ((0.5e-3, 2e-3, 6e-3), (2e-3, 10e-3, 30e-3), (5e-3, 20e-3))[int(lengths)]
+    speed, pause = float(random.choice([0.02, 0.05, 0.1])), float(random.choice([0.0, random.uniform(0.0, 0.15)]))
+    moves, seconds = [], 0.0
+    while seconds < 20.0:
+        axis = room.axes[int(random.integers(2))]
+        way = float(random.choice(ways)) * float(random.choice([-1.0, 1.0]))
+        for end in (axis.start + way, axis.start):
+            moves.append(Move({axis.letter: end}, speed))
+            seconds += abs(way) / speed
+        if pause > 0.0:
+            moves.append(Move(rest=pause))
+            seconds += pause
+    return Candidate("strokes that nobody designed", (*moves, Move(rest=1.0)), seconds + 1.0)
+
+
+def precision(registry: Registry, count: int, seed: int) -> list[str]:
+    """Return how a designed program does against undesigned ones."""
+    lesson = load_lesson(CLOSED)
+    wish = Wish(WITHIN, seed=seed, rate=10.0)
+    found = design_for_precision(lesson, ["all"], registry, wish, "D", None, lambda text: None)
+    prepared = prepare(lesson, registry)
+    free = free_values(lesson, prepared.plan, (), 4.0)
+    room, channels = room_of(prepared), mapping_of(lesson, prepared.machinery).targets("compare")
+    bench = PrecisionBench(prepared, room, free, channels, found.noise, found.rate, replace(wish, draws=1), "D", None)
+    random = np.random.default_rng(seed)
+    programs = [bench.lay(undesigned(random, room)) for _ in range(count)]
+    values = [bench.value(program) for program in programs]
+    best = programs[int(np.argmax(values))]
+    return [
+        f"designed: {found.program.seconds:.1f} s, ln det {bench.value(found.program):.1f}, {found.told.known} directions known to 10 %",
+        f"best of {count} undesigned: {best.seconds:.1f} s, ln det {max(values):.1f} (median {np.median(values):.1f}), "
+        f"{bench.told(best).known} directions",
+    ]
+
+
+def three_rivals(registry: Registry, seed: int) -> list[str]:
+    """Return what a design for three rivals takes."""
+    lesson, named = load_lesson(AXIS), named_between(THREE)
+    design_experiment(lesson, named, registry, Wish(6.5, 4, draws=1, seed=seed))  # compiles
+    before = resource.getrusage(resource.RUSAGE_SELF)
+    found = design_experiment(lesson, named, registry, Wish(8.0, seed=seed))
+    after = resource.getrusage(resource.RUSAGE_SELF)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return [
+        f"three rivals, {len(found.tried)} programs, {found.runs} runs of one plan: {used:.0f} s of processor time once compiled; "
+        f"chance {found.worth.chance:.2f}"
+    ]
+
+
+def ablations(registry: Registry, count: int, seed: int, between: str) -> list[str]:
+    """Return for each step left out the program that is chosen, judged with all steps."""
+    lesson, named, lines = load_lesson(AXIS), named_between(between), []
+    for name in LEFT_OUT:
+        conditions = Conditions(*(name != step for step in LEFT_OUT[1:]))
+        found = design_experiment(lesson, named, registry, Wish(12.0, count, seed=seed, conditions=conditions))
+        judged = worths(found.scene, [found.program], found.floors, 3, Conditions(), 8)[0]
+        far = float(min(np.minimum(judged.apart[a, b], judged.apart[b, a]).min() for a in range(len(named)) for b in range(a)))
+        lines.append(
+            f"without {name:8} {found.program.seconds:5.1f} s, said {found.worth.chance:.2f}, worth {judged.score:+.3f}: chance "
+            f"{judged.chance:.2f}, T {far:.3g}; {found.program.candidate.title}"
+        )
+    return lines
+
+
+def main() -> None:
+    """Print the three parts."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--part", type=int, action="append", choices=(1, 2, 3))
+    parser.add_argument("--programs", type=int, default=100, help="undesigned programs, and programs tried for an ablation")
+    parser.add_argument("--between", default=TWO, help="rivals of the ablations")
+    parser.add_argument("--seed", type=int, default=1)
+    asked = parser.parse_args()
+    registry = load_registry(installed=False)
+    for part in asked.part or (1, 2, 3):
+        if part == 1:
+            lines = precision(registry, asked.programs, asked.seed)
+        elif part == 2:
+            lines = three_rivals(registry, asked.seed)
+        else:
+            lines = ablations(registry, asked.programs, asked.seed, asked.between)
+        print("\n".join(lines), flush=True)
+
+
+if __name__ == "__main__":
+    main()
