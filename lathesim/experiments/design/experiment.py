@@ -153,7 +153,7 @@ def _score(worth: Worth, conditions: Conditions) -> float:
 def _told_by(
     scene: Scene, program: Laid, worth: Worth, floors: FloatArray
 ) -> tuple[tuple[tuple[str, str, float], ...], FloatArray, FloatArray]:
-    """Return T of each pair (the smaller way round, median over draws: T spans decades), the share of each channel in it, and what each rival reads."""
+    """Return T of each pair (the smaller way round, median over draws), the share of each channel, and what each rival reads."""
     rows = np.array([scene.values(rival, rival.sizes[len(rival.sizes) // 2]) for rival in scene.rivals])
     traces = scene.readings([program], [rows])[0]
     weight = scene.weight(program, floors)
