@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.live.recording.record_mapping import lesson_signals
 from lathesim.live.sources.samples import Block, Signal
 from lathesim.live.watching.background_diagnosis import Window, diagnose_window
 from lathesim.live.watching.watch import Alarm
@@ -84,7 +85,6 @@ def _verdict(case: Case, values: FloatArray, first: Event, signals: tuple[Signal
 
 def units(machine: str) -> tuple[str, ...]:
     """Return the SI units of a machine's stream."""
-    ready = prepared(machine)
     drive, compare = channels(machine)
-    mapped = {**ready.case.lesson.settings.recordings.drive, **ready.case.lesson.settings.recordings.compare}  # type: ignore[union-attr]
-    return tuple(str(mapped[name].unit) for name in (*drive, *compare))
+    known = {signal.name: signal.unit for signal in lesson_signals(prepared(machine))}
+    return tuple(known[name] for name in (*drive, *compare))
