@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy.fft import irfft, rfft
 
 from lathesim.engine.assembly import FloatArray
@@ -63,15 +64,11 @@ def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Miss
         for row, state in enumerate(states)
         if (part := _pushed(plan, state))
         and np.any(impulse_responses[row, channel])
-        and _speaks_loudest(impulse_responses[row], channel, experiment.sensed.seen_floors)
+        and _speaks_loudest(impulse_responses[row], channel, experiment.sensed.seen_floors, _telling(experiment, part))
     ]
     if not moved or not shapes.differences:
         return Missing(name, plan.unit(experiment.sensed.channels[channel]), residual)
     row, part = max(moved, key=lambda item: float(np.abs(impulse_responses[item[0], channel]).max()))
-    showing = _showing(experiment, part)
-    if showing and name not in showing:
-        # the motion shows better elsewhere: what is off here is the channel's own, a drive that gives another force than it says
-        return Missing(name, plan.unit(experiment.sensed.channels[channel]), residual)
     period = experiment.sensed.period
     response, error = impulse_responses[row, channel], residual
     for _ in range(shapes.differences):
@@ -87,11 +84,20 @@ def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Miss
     return Missing(f"{part}.{ports['effort']}", unit, np.asarray(-inertia * irfft(rate, n=len(residual))), mean_is_known=False)
 
 
-def _speaks_loudest(impulse_responses: FloatArray, channel: int, floors: FloatArray) -> bool:
-    """Return whether no other channel shows a state (channels, samples) better: a current tells of a force through the voltage that the
-    motion induces, and next to nothing beside an encoder."""
-    loudness = np.abs(impulse_responses).max(axis=1) / floors
-    return bool(loudness[channel] >= loudness.max())
+def _speaks_loudest(impulse_responses: FloatArray, channel: int, floors: FloatArray, telling: npt.NDArray[np.bool_]) -> bool:
+    """Return whether no other channel that can tell of a force (``telling``) shows a state (channels, samples) better."""
+    loudness = np.where(telling, np.abs(impulse_responses).max(axis=1) / floors, 0.0)
+    return bool(telling[channel] and loudness[channel] >= loudness.max())
+
+
+def _telling(experiment: Experiment, part: str) -> npt.NDArray[np.bool_]:
+    """Return which channels can tell of a force on a part (channels,): those that show its place or speed, any where none does.
+
+    A current answers to the voltage that the motion induces, loudly where a tachometer closes a loop. Beside an encoder, what is off there
+    is the channel's own: a drive that gives another force than it says.
+    """
+    showing = _showing(experiment, part)
+    return np.array([not showing or name in showing for name in experiment.machine.compare])
 
 
 def _showing(experiment: Experiment, part: str) -> list[str]:

@@ -17,9 +17,14 @@ class VerdictLimits:
         "derived",
         "the smallest probability that n replicates can show is 1/(n + 1): 50 show one below false_alarms",
     )  # fmt: skip
+    finer_steps: Limit = Limit(
+        4.0, "1", "so many steps of a replicate make one of the lesson's: a real machine makes none, and its residual shows the lesson's",
+        "derived", "the error of a step of fourth order falls to 1/256",
+    )  # fmt: skip
     false_alarms: Limit = Limit(
         0.02, "probability",
-        "a narrow band, or coherence with the command, is a doubt where the fitted model shows as much less often than this",
+        "a narrow band, coherence with the command, what goes with the motion, or a difference of two sensors is a doubt where the fitted "
+        "model shows as much less often than this",
         "derived",
         "the declared rate for all tests together, by the maximum over tests (Westfall, Young 1993, section 2.3)",
     )  # fmt: skip

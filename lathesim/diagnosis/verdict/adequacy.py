@@ -21,8 +21,8 @@ from lathesim.diagnosis.selection.refusal import is_much_of_it
 from lathesim.diagnosis.verdict.judged import Judged, SensorsApart, Unsized, ValueOff
 from lathesim.diagnosis.verdict.limit_cycles import off_by_chance
 from lathesim.diagnosis.verdict.ranking import removed_in_band
-from lathesim.diagnosis.verdict.replicate_check import BAND, COHERENCE, calibrated_doubts
-from lathesim.diagnosis.verdict.residual_tests import OTHER_FORM, not_adequate, residual_tests
+from lathesim.diagnosis.verdict.replicate_check import calibrated_doubts
+from lathesim.diagnosis.verdict.residual_tests import CALIBRATED, OTHER_FORM, not_adequate, residual_tests
 from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, half_intervals_from_neutral
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.experiment import Experiment
@@ -130,13 +130,11 @@ def _coherent(experiment: Experiment, validation: Experiment, found: SearchResul
 
 
 def _with_replicates(judged: Judged, experiment: Experiment, validation: Experiment, found: SearchResult, method: Method) -> Judged:
-    """Return the same with the probabilities of its bands and coherences under the fitted model; nothing is simulated without them."""
-    asked = {(BAND, band.channel) for band in judged.bands} | {(COHERENCE, one.channel) for one in judged.coherent}
+    """Return the same with the probabilities of its statistics under the fitted model; nothing is simulated where no test fails that is
+    held against them."""
+    asked = any(test.name in CALIBRATED and not test.passed for test in residual_tests(judged, method))
     doubts = calibrated_doubts(experiment, validation, found.model, method) if asked else None
-    if doubts is None:
-        return judged
-    probabilities = {key: doubts.probability.get(key, 0.0) for key in asked}
-    return replace(judged, probabilities=probabilities, replicates=doubts.replicates)
+    return judged if doubts is None else replace(judged, probabilities=doubts.probability, replicates=doubts.replicates)
 
 
 def _drawn(experiment: Experiment, candidates: Sequence[Candidate], values: Mapping[str, float], method: Method) -> str:

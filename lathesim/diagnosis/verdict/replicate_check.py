@@ -12,13 +12,17 @@ H. Stern, Statistica Sinica 6 (1996), 733-807 (the check itself).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from lathesim.diagnosis.location.command_coherence import coherent_share
+from lathesim.diagnosis.location.dependence import bars
 from lathesim.diagnosis.location.missing_force import missing_signal
+from lathesim.diagnosis.location.missing_share import missing_share
 from lathesim.diagnosis.location.narrow_band import band_strength
+from lathesim.diagnosis.location.operating_conditions import of_one_variable
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import noise_of
@@ -27,8 +31,10 @@ from lathesim.identification.records.fit import Fitted
 from lathesim.identification.records.model import Model
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.replicates import Load, Replicates, replicates
+from lathesim.identification.signal.analysis import root_mean_square
 
 BAND, COHERENCE = "narrow band", "coherence with the command"
+DEPENDENCE, SENSORS = "dependence on the motion", "redundant sensors"
 Statistics = dict[tuple[str, str], float]
 """Kind of test and channel -> its statistic."""
 
@@ -42,18 +48,20 @@ class CalibratedDoubts:
 
 
 def calibrated_doubts(experiment: Experiment, validation: Experiment, model: Model, method: Method = STANDARD) -> CalibratedDoubts | None:
-    """Return the probabilities of narrow bands and of coherence with the command under a model; none where it cannot be simulated."""
-    number = int(method.verdict.replicates)
+    """Return the probabilities under a model of narrow bands, of coherence with the command, of what goes with the motion, and of sensors
+    that differ; none where it cannot be simulated."""
+    number, finer = int(method.verdict.replicates), float(method.verdict.finer_steps)
     fits = ((experiment, model.fitted), (validation, model.validation_fit))
     made = [
-        replicates(one, model.candidates, fitted.by_name, _loads(one, fitted), number, seed)
+        replicates(one, model.candidates, fitted.by_name, _loads(one, fitted), number, seed, _noise(one, fitted), finer)
         for seed, (one, fitted) in enumerate(fits)
     ]  # fmt: skip
     count = min(len(one.drawn) for one in made)
     if count < number:
         return None
-    recorded = _statistics((made[0].own, made[1].own), made, method)
-    drawn = [_statistics((first, second), made, method) for first, second in zip(made[0].drawn, made[1].drawn, strict=True)]
+    fitted = model.fitted, model.validation_fit
+    recorded = _statistics((made[0].own, made[1].own), made, fitted, method)
+    drawn = [_statistics((first, second), made, fitted, method) for first, second in zip(made[0].drawn, made[1].drawn, strict=True)]
     return CalibratedDoubts(adjusted(recorded, drawn), count)
 
 
@@ -67,12 +75,14 @@ def adjusted(recorded: Statistics, drawn: list[Statistics]) -> dict[tuple[str, s
     return {name: float(1 + np.count_nonzero(largest >= score)) / (1 + len(drawn)) for name, score in scores.items()}
 
 
-def _statistics(pair: tuple[Experiment, Experiment], made: list[Replicates], method: Method) -> Statistics:
+def _statistics(pair: tuple[Experiment, Experiment], made: list[Replicates], fitted: tuple[Fitted, Fitted], method: Method) -> Statistics:
     """Return the statistics of a recording and its validation, or of a replicate of both."""
     found: Statistics = {}
-    for one, of in zip(pair, made, strict=True):
+    left: list[Fitted] = []
+    for one, of, known in zip(pair, made, fitted, strict=True):
         residual = one.sensed.one({name: of.values[name] for name in one.sensed.settable(of.values)})
         noise = noise_of(residual, of.own.sensed.noise_shapes(of.values))
+        left.append(replace(known, residual=residual, noise=noise))
         controllers = {part.name for part in one.machine.assembly.parts if decides(part.component)}
         for row, channel in enumerate(one.machine.compare):
             if channel.partition(".")[0] in controllers:
@@ -81,23 +91,67 @@ def _statistics(pair: tuple[Experiment, Experiment], made: list[Replicates], met
             found[BAND, channel] = max(found.get((BAND, channel), 0.0), strength)
     for channel, share in coherent_share(pair, (made[0].values, made[1].values)).items():
         found[COHERENCE, channel] = share
+    return found | _motion_and_sensors(pair, (left[0], left[1]), effects=bool(made[0].own.candidates), method=method)
+
+
+def _motion_and_sensors(pair: tuple[Experiment, Experiment], left: tuple[Fitted, Fitted], *, effects: bool, method: Method) -> Statistics:
+    """Return how much of what acts is missing behind each channel and goes with the motion, on the second experiment as learned on the
+    first, and how far redundant sensors differ there, in resolutions."""
+    found: Statistics = {}
+    explained: dict[str, float] = {}
+    for bar in bars(pair[0], left[0], pair[1], left[1], method=method):
+        if not effects or of_one_variable(bar.variable):
+            explained[bar.channel] = max(explained.get(bar.channel, 0.0), bar.share)
+    for row, channel in enumerate(pair[1].machine.compare):
+        share, _ = missing_share(pair[1], left[1], row)
+        found[DEPENDENCE, channel] = share * float(np.sqrt(explained.get(channel, 0.0))) if np.isfinite(share) else 0.0
+    for sight in (sight for sight in pair[1].sensed.redundant_sensors if not sight.rate):
+        apart = root_mean_square(left[1].residual[sight.row])
+        found[SENSORS, pair[1].machine.compare[sight.row]] = apart / pair[1].sensed.seen_floors[sight.row]
     return found
+
+
+def _noise(experiment: Experiment, fitted: Fitted) -> dict[str, float]:
+    """Return the noise of each channel, one standard deviation: what a fit leaves from one sample to the next, at most the floor.
+
+    The floor is what the recorded values themselves change from one sample to the next, and holds what the loop makes of its counts.
+    """
+    steps = np.sqrt(np.nanmean(np.square(np.diff(fitted.residual, axis=1)), axis=1) / 2.0)
+    return {name: min(experiment.floors[name], float(step)) for name, step in zip(experiment.machine.compare, steps, strict=True)}
 
 
 def _loads(experiment: Experiment, fitted: Fitted) -> list[Load]:
     """Return what acts beside the drives as far as it is missing: as large, and as slow, as what the fit leaves at each moving part."""
     found: dict[str, Load] = {}
+    shapes = experiment.sensed.noise_shapes(fitted.by_name)
     for row, name in enumerate(experiment.machine.compare):
         missing = missing_signal(experiment, fitted, row)
         if missing.at == name or missing.at in found:
             continue
-        values = missing.values - float(np.mean(missing.values))
-        found[missing.at] = Load(missing.at, float(np.std(values)), _corner(values, experiment.sensed.period))
+        found[missing.at] = Load(missing.at, *first_order_noise(missing.values, experiment.sensed.period, shapes[row].band))
     return list(found.values())
 
 
-def _corner(values: FloatArray, period: float) -> float:
-    """Return the corner of first-order noise whose next sample is as alike as that of some values (samples,) [Hz]."""
-    power = float(values @ values)
-    alike = float(values[1:] @ values[:-1]) / power if power > 0.0 else 0.0
-    return float(-np.log(np.clip(alike, 1e-6, 1.0 - 1e-6)) / (2.0 * np.pi * period))
+def first_order_noise(values: FloatArray, period: float, band: int) -> tuple[float, float]:
+    """Return standard deviation and corner [Hz] of the first-order noise whose spectrum is most likely that of some values (samples,), of
+    which only the first ``band`` lines are known.
+
+    A load goes on above the band in which a motion shows it, and its power there is found from its shape below. Source: P. Whittle, Arkiv
+    for Matematik 2 (1953), 423-434 (likelihood of a spectrum).
+    """
+    power = np.abs(np.fft.rfft(values))[1 : max(band, 3)] ** 2 / len(values)
+    if not np.any(power > 0.0):
+        return 0.0, 1.0 / period
+    angle = 2.0 * np.pi * np.arange(1, 1 + len(power)) / len(values)
+
+    def shape(logarithm: float) -> FloatArray:
+        kept = np.exp(-2.0 * np.pi * np.exp(logarithm) * period)
+        return np.asarray((1.0 - kept * kept) / np.abs(1.0 - kept * np.exp(-1j * angle)) ** 2)
+
+    def unlikely(logarithm: float) -> float:
+        lines = shape(logarithm)
+        return float(np.log(np.mean(power / lines)) + np.mean(np.log(lines)))
+
+    lowest, highest = np.log(angle[0] / (2.0 * np.pi * period)), np.log(0.5 / period)
+    found = float(minimize_scalar(unlikely, bounds=(lowest, highest), method="bounded").x)
+    return float(np.sqrt(np.mean(power / shape(found)))), float(np.exp(found))

@@ -12,10 +12,18 @@ from lathesim.diagnosis.records.diagnosis import MissingSignal, VariableBar, wit
 from lathesim.diagnosis.records.residual_test import Condition, Criterion, ResidualTest, all_of, held
 from lathesim.diagnosis.selection.laboratory import IMPLAUSIBLE
 from lathesim.diagnosis.verdict.judged import Judged, Unsized, ValueOff, counted, of_forces, ratio, relative_error, structured_share
-from lathesim.diagnosis.verdict.replicate_check import BAND, COHERENCE
+from lathesim.diagnosis.verdict.replicate_check import BAND, COHERENCE, DEPENDENCE, SENSORS
 from lathesim.identification.estimation.estimates import CONFIDENCE
 
 OTHER_FORM = "form of what is left"
+CALIBRATED = (
+    "narrow band",
+    "coherent with the command",
+    "force follows the motion",
+    "small force follows the motion",
+    "redundant sensors agree",
+)
+"""Tests that are held against replicates where they fail."""
 Test = Callable[[Judged, Method], Iterator[ResidualTest]]
 
 
@@ -35,7 +43,10 @@ def force_follows_motion(judged: Judged, method: Method) -> Iterator[ResidualTes
             held(ratio(fit.after, fit.floor), ">=", method.shared.alike),
         )
         yield ResidualTest(
-            "force follows the motion", channel, Criterion((follows, no_noise)), f"{left}, and goes with {bar.variable}" if bar else left
+            "force follows the motion",
+            channel,
+            Criterion((follows, no_noise, *_no_chance(judged, DEPENDENCE, channel, method))),
+            f"{left}, and goes with {bar.variable}" if bar else left,
         )
 
 
@@ -168,7 +179,8 @@ def sensors_apart(judged: Judged, method: Method) -> Iterator[ResidualTest]:
     """Two sensors of one motion differ by far more than both can resolve: no load does that."""
     for pair in judged.sensors if _nothing_found(judged) else ():
         sentence = f"{pair.channels[0]} and {pair.channels[1]} differ by {pair.size} (root mean square)"
-        criterion = all_of(held(pair.resolutions, ">", method.verdict.sensors_apart))
+        far = (held(pair.resolutions, ">", method.verdict.sensors_apart),)
+        criterion = Criterion((far, *_no_chance(judged, SENSORS, pair.channels[0], method)))
         yield ResidualTest("redundant sensors agree", pair.channels[0], criterion, sentence)
 
 
@@ -184,9 +196,12 @@ def small_force_follows_motion(judged: Judged, method: Method) -> Iterator[Resid
         yield ResidualTest(
             "small force follows the motion",
             channel,
-            all_of(
-                held(bar.after, ">", method.shared.larger_part),
-                held(share, ">=", method.verdict.follows_motion, share * relative_error(missing.after)),
+            Criterion(
+                (
+                    (held(bar.after, ">", method.shared.larger_part),),
+                    (held(share, ">=", method.verdict.follows_motion, share * relative_error(missing.after)),),
+                    *_no_chance(judged, DEPENDENCE, channel, method),
+                )
             ),
             f"{missing.share_after:.1%} of what acts at {missing.at} is still missing, and goes with {bar.variable}",
         )
@@ -301,6 +316,13 @@ def _beyond_replicates(judged: Judged, kind: str, channel: str, share: float, le
         return all_of(held(share, ">", least)) if share > least else Criterion()
     error = math.sqrt(probability * (1.0 - probability) / (1 + judged.replicates))
     return all_of(held(probability, "<=", method.verdict.false_alarms, error))
+
+
+def _no_chance(judged: Judged, kind: str, channel: str, method: Method) -> Iterator[tuple[Condition, ...]]:
+    """Return the clause by which no replicate of the fitted model shows as much; none where none was simulated."""
+    if (probability := judged.probabilities.get((kind, channel))) is not None:
+        error = math.sqrt(probability * (1.0 - probability) / (1 + judged.replicates))
+        yield (held(probability, "<=", method.verdict.false_alarms, error),)
 
 
 def _left_of_form(missing: MissingSignal, bar: VariableBar | None, method: Method) -> float | None:

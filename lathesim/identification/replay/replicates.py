@@ -71,14 +71,23 @@ class Replicates:
 
 
 def replicates(
-    experiment: Experiment, candidates: Iterable[Candidate], values: Mapping[str, float], loads: Iterable[Load], number: int, seed: int = 0
+    experiment: Experiment,
+    candidates: Iterable[Candidate],
+    values: Mapping[str, float],
+    loads: Iterable[Load],
+    number: int,
+    seed: int = 0,
+    noise: Mapping[str, float] | None = None,
+    finer: float = 1.0,
 ) -> Replicates:
     """Return so many replicates of a recording from the model with ``candidates`` at ``values`` (``part.parameter`` or ``part.state``).
 
-    Sensors get the noise that the recording shows beyond their rounding; what acts beside the drive are ``loads``.
+    Sensors get the ``noise`` (channel -> standard deviation with rounding, by default the floor of the recording) beyond their rounding;
+    what acts beside the drive are ``loads``. So many ``finer`` steps make one of the lesson's.
     """
     plain = _with_effects_alone(experiment, candidates)
-    noisy = wire(_noisy(plain, loads))
+    beyond = {name: _beyond_rounding(experiment, name, (noise or experiment.floors)[name]) for name in experiment.machine.compare}
+    noisy = wire(_noisy(plain, loads, beyond, finer))
     names = [name for name in plain.own.settable(values) if name in noisy.parameters or name in noisy.states]
     row = np.array([[values[name] for name in names]], dtype=float)
     positions = [noisy.channels.index(channel) for channel in plain.own.channels]
@@ -88,7 +97,7 @@ def replicates(
         pick = lambda record: record[positions, :: plain.own.every].copy()  # noqa: E731 - one expression, named for the reader
         simulated = Batch(noisy, samples, seed=1 + place + number * seed, threads=1).run(names, row, pick)[0]
         if np.isfinite(simulated).all():
-            drawn.append(replace(plain, record=_as_recorded(plain, simulated, np.random.default_rng([seed, place]))))
+            drawn.append(replace(plain, record=_as_recorded(plain, simulated, beyond, np.random.default_rng([seed, place]))))
     return Replicates(plain, tuple(drawn), {name: values[name] for name in names})
 
 
@@ -102,7 +111,7 @@ def _with_effects_alone(experiment: Experiment, candidates: Iterable[Candidate])
     return replace(experiment, candidates=tuple(chosen), with_candidates=assembly)
 
 
-def _noisy(experiment: Experiment, loads: Iterable[Load]) -> Assembly:
+def _noisy(experiment: Experiment, loads: Iterable[Load], noise: Mapping[str, float], finer: float) -> Assembly:
     """Return the assembly of the closed loop with noise before its sensors and beside its drives."""
     assembly = experiment.own.plan.assembly
     known = {part.name: part for part in assembly.parts}
@@ -111,7 +120,7 @@ def _noisy(experiment: Experiment, loads: Iterable[Load]) -> Assembly:
         part = known[name.partition(".")[0]]
         measured = part.component.ports.get("measured", "")
         if part.component.ports.get("reading") == name.partition(".")[2] and measured and "drive" not in part.component.ports:
-            places[f"{part.name}.{measured}"] = (_beyond_rounding(experiment, name), 1e6)
+            places[f"{part.name}.{measured}"] = (noise[name], 1e6)
     parts, wires = list(assembly.parts), {item.target: item for item in assembly.wires}
     for target, (deviation, corner) in places.items():
         host, _, item = target.partition(".")
@@ -120,16 +129,16 @@ def _noisy(experiment: Experiment, loads: Iterable[Load]) -> Assembly:
         fed = wires.get(target) or Wire(target, constant=declared.default or 0.0)
         parts.append(Part(name, DrawnNoise.with_units({"signal": declared.unit}), {"deviation": deviation, "corner": corner}))
         wires |= {f"{name}.incoming": replace(fed, target=f"{name}.incoming"), target: Wire(target, f"{name}.outgoing")}
-    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()), step=assembly.step / finer)
 
 
-def _beyond_rounding(experiment: Experiment, name: str) -> float:
+def _beyond_rounding(experiment: Experiment, name: str, noise: float) -> float:
     """Return the noise of a channel beyond what its resolution rounds, one standard deviation."""
     rounding = experiment.machine.resolution.get(name, 0.0) / math.sqrt(12.0)
-    return math.sqrt(max(experiment.floors[name] ** 2 - rounding**2, 0.0))
+    return math.sqrt(max(noise**2 - rounding**2, 0.0))
 
 
-def _as_recorded(experiment: Experiment, simulated: FloatArray, rng: np.random.Generator) -> Record:
+def _as_recorded(experiment: Experiment, simulated: FloatArray, noise: Mapping[str, float], rng: np.random.Generator) -> Record:
     """Return a replicate as a logger writes it: what no sensor of the machine reads has the noise and the steps of its channel."""
     record = experiment.record
     parts = {part.name: part.component for part in experiment.machine.assembly.parts}
@@ -137,7 +146,7 @@ def _as_recorded(experiment: Experiment, simulated: FloatArray, rng: np.random.G
         values, step = simulated[row], experiment.machine.resolution.get(name, 0.0)
         ports = parts[name.partition(".")[0]].ports
         if "measured" not in ports:
-            values = values + _beyond_rounding(experiment, name) * rng.standard_normal(len(values))
+            values = values + noise[name] * rng.standard_normal(len(values))
             values = step * np.round(values / step) if step > 0.0 else values
         record = record.with_channel(name, record.unit(name), values)
     return record
