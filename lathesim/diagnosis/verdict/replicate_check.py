@@ -52,8 +52,9 @@ def calibrated_doubts(experiment: Experiment, validation: Experiment, model: Mod
     that differ; none where it cannot be simulated."""
     number, finer = int(method.verdict.replicates), float(method.verdict.finer_steps)
     fits = ((experiment, model.fitted), (validation, model.validation_fit))
+    told = _told_by_motion((experiment, validation), (model.fitted, model.validation_fit), effects=bool(model.candidates), method=method)
     made = [
-        replicates(one, model.candidates, fitted.by_name, _loads(one, fitted), number, seed, _noise(one, fitted), finer)
+        replicates(one, model.candidates, fitted.by_name, _loads(one, fitted, told), number, seed, _noise(one, fitted), finer)
         for seed, (one, fitted) in enumerate(fits)
     ]  # fmt: skip
     count = min(len(one.drawn) for one in made)
@@ -62,17 +63,30 @@ def calibrated_doubts(experiment: Experiment, validation: Experiment, model: Mod
     fitted = model.fitted, model.validation_fit
     recorded = _statistics((made[0].own, made[1].own), made, fitted, method)
     drawn = [_statistics((first, second), made, fitted, method) for first, second in zip(made[0].drawn, made[1].drawn, strict=True)]
-    return CalibratedDoubts(adjusted(recorded, drawn), count)
+    return CalibratedDoubts(adjusted(recorded, drawn, method), count)
 
 
-def adjusted(recorded: Statistics, drawn: list[Statistics]) -> dict[tuple[str, str], float]:
-    """Return the adjusted probability of each statistic by the maximum over all of them."""
+def adjusted(recorded: Statistics, drawn: list[Statistics], method: Method = STANDARD) -> dict[tuple[str, str], float]:
+    """Return the adjusted probability of each statistic by the maximum over all of them.
+
+    Each of them, the recording too, is standardised by all others, as what is alike for a sound machine has to be treated alike: with the
+    recording by the replicates and these by themselves, two alarms in a hundred became five. The spread is that of the upper half, else a
+    statistic with a long tail would be the largest of all most of the time.
+    """
     names = list(recorded)
-    table = np.array([[one[name] for name in names] for one in drawn])
-    middle, spread = table.mean(axis=0), np.maximum(table.std(axis=0), 1e-12 + 1e-6 * np.abs(table.mean(axis=0)))
-    largest = ((table - middle) / spread).max(axis=1)
-    scores = {name: (recorded[name] - middle[place]) / spread[place] for place, name in enumerate(names)}
-    return {name: float(1 + np.count_nonzero(largest >= score)) / (1 + len(drawn)) for name, score in scores.items()}
+    table = np.array([[one[name] for name in names] for one in (recorded, *drawn)])
+    scores = np.array([_standardised(row, np.delete(table, place, axis=0), method) for place, row in enumerate(table)])
+    largest = scores[1:].max(axis=1)
+    return {name: float(1 + np.count_nonzero(largest >= score)) / len(table) for name, score in zip(names, scores[0], strict=True)}
+
+
+def _standardised(row: FloatArray, others: FloatArray, method: Method) -> FloatArray:
+    """Return how far statistics (statistics,) lie above the median of others (rows, statistics), in spreads of their upper half; what is
+    less than the integration steps make counts as no spread: a statistic that is mostly nothing would else be infinitely far out."""
+    middle = np.median(others, axis=0)
+    above = np.maximum(others - middle, 0.0)
+    spread = np.maximum(np.sqrt(2.0 * np.mean(above**2, axis=0)), method.location.integration_error)
+    return np.asarray((row - middle) / spread)
 
 
 def _statistics(pair: tuple[Experiment, Experiment], made: list[Replicates], fitted: tuple[Fitted, Fitted], method: Method) -> Statistics:
@@ -98,10 +112,7 @@ def _motion_and_sensors(pair: tuple[Experiment, Experiment], left: tuple[Fitted,
     """Return how much of what acts is missing behind each channel and goes with the motion, on the second experiment as learned on the
     first, and how far redundant sensors differ there, in resolutions."""
     found: Statistics = {}
-    explained: dict[str, float] = {}
-    for bar in bars(pair[0], left[0], pair[1], left[1], method=method):
-        if not effects or of_one_variable(bar.variable):
-            explained[bar.channel] = max(explained.get(bar.channel, 0.0), bar.share)
+    explained = _told_by_motion(pair, left, effects=effects, method=method)
     for row, channel in enumerate(pair[1].machine.compare):
         share, _ = missing_share(pair[1], left[1], row)
         found[DEPENDENCE, channel] = share * float(np.sqrt(explained.get(channel, 0.0))) if np.isfinite(share) else 0.0
@@ -109,6 +120,15 @@ def _motion_and_sensors(pair: tuple[Experiment, Experiment], left: tuple[Fitted,
         apart = root_mean_square(left[1].residual[sight.row])
         found[SENSORS, pair[1].machine.compare[sight.row]] = apart / pair[1].sensed.seen_floors[sight.row]
     return found
+
+
+def _told_by_motion(pair: tuple[Experiment, Experiment], left: tuple[Fitted, Fitted], *, effects: bool, method: Method) -> dict[str, float]:
+    """Return the share of what is missing behind each channel that the variable tells which tells most."""
+    explained: dict[str, float] = {}
+    for bar in bars(pair[0], left[0], pair[1], left[1], method=method):
+        if not effects or of_one_variable(bar.variable):
+            explained[bar.channel] = max(explained.get(bar.channel, 0.0), bar.share)
+    return explained
 
 
 def _noise(experiment: Experiment, fitted: Fitted) -> dict[str, float]:
@@ -120,15 +140,17 @@ def _noise(experiment: Experiment, fitted: Fitted) -> dict[str, float]:
     return {name: min(experiment.floors[name], float(step)) for name, step in zip(experiment.machine.compare, steps, strict=True)}
 
 
-def _loads(experiment: Experiment, fitted: Fitted) -> list[Load]:
-    """Return what acts beside the drives as far as it is missing: as large, and as slow, as what the fit leaves at each moving part."""
+def _loads(experiment: Experiment, fitted: Fitted, told: Mapping[str, float]) -> list[Load]:
+    """Return what acts beside the drives as far as it is missing: as large, and as slow, as what the fit leaves at each moving part, less
+    the share that the motion has ``told`` (channel -> share): a load goes with nothing."""
     found: dict[str, Load] = {}
     shapes = experiment.sensed.noise_shapes(fitted.by_name)
     for row, name in enumerate(experiment.machine.compare):
         missing = missing_signal(experiment, fitted, row)
         if missing.at == name or missing.at in found:
             continue
-        found[missing.at] = Load(missing.at, *first_order_noise(missing.values, experiment.sensed.period, shapes[row].band))
+        deviation, corner = first_order_noise(missing.values, experiment.sensed.period, shapes[row].band)
+        found[missing.at] = Load(missing.at, deviation * float(np.sqrt(max(1.0 - told.get(name, 0.0), 0.0))), corner)
     return list(found.values())
 
 
