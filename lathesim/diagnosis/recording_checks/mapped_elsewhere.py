@@ -1,4 +1,4 @@
-"""Columns that belong elsewhere than the lesson maps them: on the other side of a converter, in counts, with the sign turned round.
+"""Columns that belong elsewhere than the lesson maps them: behind a converter, in counts, with the other sign, some rows later.
 
 A converter leaves what lies on its levels as it is. A column that its law does not change was recorded behind it, whatever the lesson says.
 Where a column would have to be rounded first to be what the replayed converter gives, it was recorded before it.
@@ -9,11 +9,13 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from lathesim.component import DiscreteState, Law, Output, Parameter
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.recording_checks.unexplained_command import unexplained_share
 from lathesim.engine.assembly import FloatArray, Part
 from lathesim.identification.machine.roles import decides
 from lathesim.identification.replay.closed_loop import SETTLING
@@ -30,6 +32,7 @@ def mapped_elsewhere(experiment: Experiment, values: Mapping[str, float], method
         or (_before_converter(experiment, simulated, method) if simulated is not None else "")
         or _in_counts(experiment, method)
         or (_turned_round(experiment, simulated, method) if simulated is not None else "")
+        or (_rows_shifted(experiment, values, method) if simulated is not None else "")
     )
 
 
@@ -135,3 +138,37 @@ def _turned_round(experiment: Experiment, simulated: FloatArray, method: Method)
     if len(turned) != 1:
         return ""
     return f"{turned[0]} has the other sign than what the machine makes. Write scale: -1 for its column."
+
+
+def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: Method) -> str:
+    """Return the sentence for a column that was written some whole rows late or early: a command is arithmetic, and follows from what its
+    controller was given with that column moved, be it the command itself."""
+    limits = method.recording_checks
+    furthest = int(limits.shift_looked_for)
+    wires = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
+    for row, share in unexplained_share(experiment, values):
+        command = experiment.machine.compare[row]
+        controller = command.partition(".")[0]
+        targets = [name for name in dict.fromkeys((*experiment.machine.drive, *wires)) if name.partition(".")[0] == controller]
+        fed = dict.fromkeys(name for target in targets for name in (target, wires.get(target, "")) if name in experiment.record)
+        if not limits.clock_unexplained < share:
+            continue
+        shifts = [(name, rows) for name in (command, *fed) for rows in range(-furthest, furthest + 1) if rows]
+        left = {one: dict(unexplained_share(_moved(experiment, *one), values))[row] for one in shifts}
+        best = min(left, key=lambda one: left[one], default=None)
+        if best is not None and left[best] < limits.follows * share:
+            name, rows = best
+            how, period = ("late", "earlier") if rows > 0 else ("early", "later"), 1e3 * experiment.machine.assembly.sample_period
+            number = f"{abs(rows)} sample{'s' if abs(rows) > 1 else ''}"
+            return (
+                f"{name} is {number} ({abs(rows) * period:.3g} ms) {how[0]}: with its rows moved {how[1]} by that {command} follows from "
+                f"what its controller was given, as recorded {share:.1%} of it does not (ChannelTimeShift)."
+            )
+    return ""
+
+
+def _moved(experiment: Experiment, name: str, rows: int) -> Experiment:
+    """Return the same recording with a column read so many rows ahead, the ends held."""
+    column = experiment.record.channels[name]
+    place = np.clip(np.arange(len(column.values)) + rows, 0, len(column.values) - 1)
+    return replace(experiment, record=experiment.record.with_channel(name, column.unit, column.values[place]))

@@ -12,7 +12,7 @@ from lathesim.diagnosis.recording_checks.mapped_elsewhere import mapped_elsewher
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.record import Record
-from tests.diagnosis.controlled_axis import CURRENT, POSITION, VOLTAGE, controlled_axis
+from tests.diagnosis.controlled_axis import CURRENT, POSITION, REFERENCE, VOLTAGE, controlled_axis
 
 BEHIND = "x_dac.voltage"
 
@@ -85,3 +85,22 @@ def test_a_sign_that_is_turned_round(axis: tuple[Machine, Record]) -> None:
     turned = record.with_channel(CURRENT, "A", -record[CURRENT])
     sentence = "x_drive.current has the other sign than what the machine makes. Write scale: -1 for its column."
     assert mapped_elsewhere(made(machine, turned), {}) == sentence
+
+
+@pytest.mark.parametrize(
+    ("channel", "rows", "told"),
+    [
+        (POSITION, 1, "x_encoder.position is 1 sample (1 ms) late: with its rows moved earlier"),
+        (REFERENCE, 1, "x_controller.reference is 1 sample (1 ms) late: with its rows moved earlier"),
+        (VOLTAGE, 1, "x_controller.voltage"),
+        (POSITION, -2, "x_encoder.position is 2 samples (2 ms) early: with its rows moved later"),
+    ],
+    ids=["position", "reference", "command", "early"],
+)
+def test_rows_that_are_shifted(axis: tuple[Machine, Record], channel: str, rows: int, told: str) -> None:
+    """Far less than a fifth of the command does not follow: it is arithmetic, and tells one sample."""
+    machine, record = axis
+    shifted = record.with_channel(channel, record.unit(channel), np.roll(record[channel], rows))
+    sentence = mapped_elsewhere(made(machine, shifted), {})
+    assert told in sentence
+    assert sentence.endswith("(ChannelTimeShift).")
