@@ -22,8 +22,8 @@ from lathesim.diagnosis.location.dependence import bars
 from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.missing_share import missing_share
 from lathesim.diagnosis.location.narrow_band import band_strength
-from lathesim.diagnosis.location.operating_conditions import of_one_variable
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.records.condition import Kind
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import noise_of
 from lathesim.identification.machine.roles import decides
@@ -126,7 +126,7 @@ def _told_by_motion(pair: tuple[Experiment, Experiment], left: tuple[Fitted, Fit
     """Return the share of what is missing behind each channel that the variable tells which tells most."""
     explained: dict[str, float] = {}
     for bar in bars(pair[0], left[0], pair[1], left[1], method=method):
-        if not effects or of_one_variable(bar.variable):
+        if not effects or bar.kind is not Kind.TOGETHER:
             explained[bar.channel] = max(explained.get(bar.channel, 0.0), bar.share)
     return explained
 
