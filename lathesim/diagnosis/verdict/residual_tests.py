@@ -23,7 +23,7 @@ CALIBRATED = (
     "small force follows the motion",
     "redundant sensors agree",
 )
-"""Tests that are held against replicates where they fail."""
+"""Tests that are held against replicates where they fail: all without effects, beside effects the first."""
 Test = Callable[[Judged, Method], Iterator[ResidualTest]]
 
 
@@ -319,8 +319,9 @@ def _beyond_replicates(judged: Judged, kind: str, channel: str, share: float, le
 
 
 def _no_chance(judged: Judged, kind: str, channel: str, method: Method) -> Iterator[tuple[Condition, ...]]:
-    """Return the clause by which no replicate of the fitted model shows as much; none where none was simulated."""
-    if (probability := judged.probabilities.get((kind, channel))) is not None:
+    """Return the clause by which no replicate of the fitted model shows as much; none where none was simulated, nor beside effects: of
+    what is left there much is the error of their form, which no replicate knows."""
+    if not judged.effects and (probability := judged.probabilities.get((kind, channel))) is not None:
         error = math.sqrt(probability * (1.0 - probability) / (1 + judged.replicates))
         yield (held(probability, "<=", method.verdict.false_alarms, error),)
 
