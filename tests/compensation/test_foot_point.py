@@ -103,6 +103,7 @@ def test_at_an_outer_corner_the_foot_point_is_the_corner() -> None:
     assert (-0.001 + deviation * normal_x, 0.011 + deviation * normal_z) == pytest.approx((0.0, 0.01), abs=1e-15)
 
 
+@pytest.mark.slow
 def test_cross_coupling_on_the_foot_point_halves_what_the_tangent_leaves() -> None:
     lesson, registry = load_lesson("18_contour_control"), load_registry()
     largest = {}

@@ -143,6 +143,7 @@ def test_a_recording_that_does_not_overlap_the_program_names_nothing(capsys, tmp
     refused(said, "1000", "2 s")
 
 
+@pytest.mark.slow
 def test_a_validation_file_of_another_machine_names_nothing(capsys, tmp_path):
     time, force, place = pushed_table()
     _, _, other = pushed_table(mass=400.0, viscous=30.0)

@@ -88,6 +88,7 @@ def test_distance_since_reversal_has_the_sign_of_the_motion() -> None:
     assert travelled[[10, -1]] == pytest.approx([1.0, -0.5])
 
 
+@pytest.mark.slow
 def test_grey_box_of_an_axis_runs_as_the_axis_of_the_truth_does() -> None:
     """With other steps, and friction and lag in both."""
     physics = AxisPhysics(coulomb=20.0, inductance_time=3e-3, velocity_gain=250.0, position_gain=20.0, converter_bits=32.0)

@@ -93,6 +93,7 @@ def test_unknown_program_is_refused(capsys: pytest.CaptureFixture[str], tmp_path
     assert "'stairs' is neither a variant of the lesson nor a part program." in done.err
 
 
+@pytest.mark.slow
 def test_clock_that_runs_apart_is_told(capsys: pytest.CaptureFixture[str], short: Path, tmp_path: Path) -> None:
     rows = np.loadtxt(short, delimiter=",", skiprows=1)
     rows[:, 0] *= 1.02

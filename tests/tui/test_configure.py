@@ -206,6 +206,7 @@ async def test_the_tool_point_of_an_assembly_is_put_together(tmp_path: Path) -> 
         assert "A bar: 1 part." in words_of(app.export_screenshot())
 
 
+@pytest.mark.slow
 async def test_a_program_is_explained_line_by_line_chosen_and_made_from_a_form() -> None:
     async with opened() as (app, pilot):
         await pilot.press("f4")

@@ -62,6 +62,7 @@ async def test_a_plug_in_is_broken_told_mended_loaded_again_and_run(workspace: P
         assert app.workbench.runs[-1].record().status == "complete"
 
 
+@pytest.mark.slow
 async def test_a_plug_in_that_fails_while_it_runs_is_told_and_the_app_goes_on(workspace: Path) -> None:
     law = """
     @staticmethod

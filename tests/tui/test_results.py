@@ -101,6 +101,7 @@ async def test_the_cursor_tells_values_with_units() -> None:
         assert words.rstrip().endswith("m")
 
 
+@pytest.mark.slow
 async def test_every_view_is_drawn_and_its_figure_saved() -> None:
     async with opened() as (app, pilot):
         await run_to_end(app, pilot)

@@ -116,6 +116,7 @@ async def test_a_screen_looks_as_it_did(screen: str) -> None:
     assert words_of(await shown(screen)) == (GOLDENS / f"{screen}.txt").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 async def test_every_screen_is_drawn_without_colours_on_a_dark_and_a_light_theme(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NO_COLOR", "1")
     async with opened(size=(80, 24)) as (app, pilot):
@@ -148,6 +149,7 @@ async def test_a_lesson_is_opened_run_and_its_results_seen_with_the_mouse_alone(
         assert app.workbench.runs[0].path.parent.name == opened_lesson
 
 
+@pytest.mark.slow
 async def test_a_screen_survives_a_tiny_terminal_and_comes_back() -> None:
     async with opened(size=(80, 24)) as (app, pilot):
         for key in ("f1", "f3", "f4", "f6", "f7", "f8"):

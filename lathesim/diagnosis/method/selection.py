@@ -39,7 +39,13 @@ class SelectionLimits:
     rival: Limit = Limit(
         0.8, "share of the best",
         "what scores, gains or explains this share of the best is its rival; two recordings agree where each gains this share of the other",
-        "assumed", KEPT.format("eleven", "0.6", "0.9"),
+        "assumed", KEPT.format("ten", "0.6", "0.9"),
+    )  # fmt: skip
+    look_alike: Limit = Limit(
+        0.9, "share of the best",
+        "what scores this share of the best, and the best this of it, may be the same to the channels: it is fitted beside it",
+        "assumed",
+        "0.8 fits more candidates, and names lags of three force channels of a real turning cut in the place of a drift",
     )  # fmt: skip
     almost_all: Limit = Limit(
         0.95, "share of error",

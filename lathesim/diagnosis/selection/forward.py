@@ -361,8 +361,9 @@ def _rivals(
     known, together = {trial.candidate.part for trial in tried}, {item.candidate.part for item in ranked}
     promised = next(item.gain for item in ranked if item.candidate.part == best.candidate.part)
     others = [item for item in screened if item.candidate.part not in known]
-    near, most = method.selection.rival, method.selection.most_rivals
-    alike = [item for item in others if item.candidate.part in together and near * promised < item.gain < promised / near][:most]
+    near, most = method.selection.look_alike, method.selection.most_rivals
+    alike = [item for item in others if item.candidate.part in together and near * promised < item.gain < promised / near]
+    alike = sorted(alike, key=lambda item: abs(item.gain - promised))[:most]
     implausible = is_implausible(found.model.fitted, method=method)
     least = method.selection.hopeless if implausible else method.shared.larger_part
     alike += [item for item in others if item not in alike and _is_relative(item.candidate, best.candidate, item.gain > least * promised)]
