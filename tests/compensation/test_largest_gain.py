@@ -64,6 +64,7 @@ def test_an_answer_that_does_not_die_out_gives_no_gain(tmp_path: Path) -> None:
     assert largest_gains(lap) == (None, None)
 
 
+@pytest.mark.slow
 def test_remedy_tells_the_largest_gain_of_a_late_loop(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     delay = {"value": 1e-3, "unit": "s", "low": 0.98e-3, "high": 1.02e-3}
     named: dict[str, object] = {

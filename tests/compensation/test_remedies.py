@@ -81,6 +81,7 @@ def test_shaper_and_table_leave_what_the_formulas_say() -> None:
     assert np.max(np.abs(left)) == pytest.approx(5e-6 * (1.0 - np.cos(np.pi * 0.1)), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_friction_is_taken_away_and_the_promise_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     concealed = ["conceal", AXIS, "--effect", "CoulombFriction:level=20 N@x_axis", "--seed", "3", "--out", str(tmp_path / "case")]
     assert run_command_line(concealed) == 0
@@ -115,7 +116,13 @@ def test_friction_is_taken_away_and_the_promise_is_kept(tmp_path: Path, capsys: 
     [
         ("Backlash", "x_scale", {"width": (10e-6, "m")}, "BacklashShift"),
         pytest.param("CumulativePitchError", "x_scale", {"slope": (1e-4, "1")}, "PitchTable", marks=pytest.mark.slow),
-        ("EncoderEccentricity", "x_encoder", {"amplitude": (3e-6, "m"), "turn": (0.008, "m"), "phase": (0.3, "rad")}, "ReadingTable"),
+        pytest.param(
+            "EncoderEccentricity",
+            "x_encoder",
+            {"amplitude": (3e-6, "m"), "turn": (0.008, "m"), "phase": (0.3, "rad")},
+            "ReadingTable",
+            marks=pytest.mark.slow,
+        ),
         pytest.param("AmplifierDeadZone", "x_dac", {"half_width": (0.1, "V")}, "InverseDeadZone", marks=pytest.mark.slow),
         pytest.param("TransportDelay", "x_dac", {"delay": (1e-3, "s")}, "MotionFeedforward", marks=pytest.mark.slow),
         pytest.param("ForceOffset", "x_axis", {"offset": (40.0, "N")}, "CommandBias", marks=pytest.mark.slow),
@@ -320,6 +327,7 @@ def test_without_the_model_of_the_loop_the_pulse_comes_at_the_wrong_time(tmp_pat
     assert removed_again(tmp_path / "model", hidden, found) > early + 0.03
 
 
+@pytest.mark.slow
 def test_a_circle_is_promised_quadrant_by_quadrant(tmp_path: Path) -> None:
     lesson = load_lesson("21_mend_this_machine")
     own = lesson.text.partition("variants:")[0]

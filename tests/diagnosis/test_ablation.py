@@ -63,6 +63,7 @@ def restless(seed: int) -> Record:
     return recording(Hidden(law=lambda v, q, t: float(noise[int(t / PERIOD)])), seed=seed)
 
 
+@pytest.mark.slow
 def test_without_the_null_a_slow_disturbance_passes_for_missing_physics() -> None:
     """It takes away next to nothing on the recording that judges, so it is at least not named with confidence."""
     assert answered(restless(3), restless(4)).verdict in ("no_mismatch", "parameters_only")

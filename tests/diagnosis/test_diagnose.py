@@ -137,6 +137,7 @@ def test_a_named_model_that_is_not_adequate_says_why(monkeypatch: pytest.MonkeyP
     assert diagnosis(Hidden(dry=8.0)).shortfall == ""
 
 
+@pytest.mark.slow
 def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is asked beside others only: a friction stays, an offset whose interval holds nothing goes, and nothing speaks against that."""
     two = Hidden(dry=8.0, law=offset)
@@ -152,6 +153,7 @@ def test_an_effect_whose_size_may_be_nothing_goes_where_the_rest_is_a_whole_answ
     assert {effect.effect for effect in kept.effects} == {"CoulombFriction", "ForceOffset"}
 
 
+@pytest.mark.slow
 def test_effects_that_take_nothing_away_of_the_judge_go_where_nothing_else_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is believed and of no use on the judging recording was a load of the other one."""
     monkeypatch.setattr(pruning, "explains_nothing", lambda *given, **_: False)

@@ -152,7 +152,7 @@ def test_a_gain_and_the_scale_of_mass_and_friction_are_one_thing() -> None:
     assert found.baseline["x_axis.mass"].refit_with == pytest.approx(MASS / 0.96, rel=1e-3)
 
 
-@pytest.mark.parametrize("factor", [2.0, 25.4])
+@pytest.mark.parametrize("factor", [pytest.param(2.0, marks=pytest.mark.slow), 25.4])
 def test_a_channel_in_another_unit_names_no_physics(factor: float) -> None:
     records = [recording(seed=seed) for seed in (1, 2)]
     wrong = [record.with_channel(POSITION, "m", factor * record[POSITION]) for record in records]

@@ -147,6 +147,7 @@ def test_the_axes_stand_at_a_retraction() -> None:
     assert retime(out_and_back, same_limits(1, 0.02, 0.05)).duration == pytest.approx(2 * 5.4, rel=1e-4)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(
     st.lists(st.tuples(st.floats(-1.0, 1.0), st.floats(-1e-3, 1e-3)), min_size=1, max_size=12),

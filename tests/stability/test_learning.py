@@ -129,6 +129,7 @@ def test_what_one_overhang_taught_is_where_another_begins(
     assert "there is no such file" in call(capsys, "cuts", "short.yaml", "--prior", "none.json").err
 
 
+@pytest.mark.slow
 def test_the_game_answers_cuts_and_plays_beside(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
