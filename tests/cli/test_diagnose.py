@@ -165,6 +165,7 @@ def test_a_request_to_terminate_keeps_what_is_known(
     assert signal.getsignal(signal.SIGTERM) is not signal.default_int_handler
 
 
+@pytest.mark.slow
 def test_a_search_ends_after_the_time_it_is_given(rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
     said = diagnosed(capsys, rubbing, "--no-report", "--at-most", "0 s")
     assert said.code == 0

@@ -56,6 +56,7 @@ def test_tap_fit_and_predict(capsys: Capture) -> None:
     assert [row["width_m"] for row in predicted["rows"]] == pytest.approx(wanted, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_measured_response_is_taken_as_it_is(capsys: Capture) -> None:
     frequency = np.linspace(0.5, 1500.0, 3000)
     plain = ToolPoint(MODES.modes, (1.0, 1.0))

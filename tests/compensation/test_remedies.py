@@ -182,6 +182,7 @@ def test_a_diagnosis_at_fault_gets_one_sentence(data: Any, told: str, tmp_path: 
     assert len(error.strip().splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_a_tied_or_inadequate_diagnosis_says_what_may_not_be_claimed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = diagnosis(("ForceOffset", "x_axis", {"offset": (40.0, "N")}), verdict="tied", adequate=False)
     found["effects"][0]["tied_with"] = ["ConverterOffset"]

@@ -172,6 +172,7 @@ def interpolated(registry: Registry, period: str, **values: str) -> Record:
     return run_prepared(prepare(lesson_from_text(text, lesson.path), registry, "staircase"), engine="compiled")
 
 
+@pytest.mark.slow
 def test_jerk_limited_interpolator_is_the_mean_of_ramps_whatever_the_sample_period(registry: Registry) -> None:
     time = np.arange(0.0, 2.5, 1e-5)
     level = np.where(time < 0.02, 0.15 * time**2, 0.15 * 0.02**2 + 6e-3 * (time - 0.02))

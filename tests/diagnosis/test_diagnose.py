@@ -101,6 +101,7 @@ def test_two_effects_are_named_together() -> None:
     assert sizes == pytest.approx({"CoulombFriction": 8.0, "ForceOffset": 6.0}, rel=0.1)
 
 
+@pytest.mark.slow
 def test_what_is_in_no_catalogue_is_not_given_a_name() -> None:
     found = diagnosis(Hidden(law=outside))
     assert (found.verdict, found.adequate, found.insert) == ("unknown", False, ())

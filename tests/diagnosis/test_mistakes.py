@@ -135,6 +135,7 @@ def test_what_the_baseline_absorbs_is_given_back_and_shown() -> None:
     assert viscous.refit_with == pytest.approx(VISCOUS, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_friction_is_never_below_zero() -> None:
     """A table that is pushed on in the direction in which it moves is no table with a negative friction."""
     hidden = Hidden(law=lambda v, q, t: float(-8.0 * np.tanh(v / 1e-3)))

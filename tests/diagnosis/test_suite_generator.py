@@ -83,7 +83,7 @@ def test_cut_of_the_truth_is_that_of_the_lesson(tmp_path: Path) -> None:
     assert all(size < 1.1 for size in residuals_in_floors(made, tmp_path).values())
 
 
-@pytest.mark.parametrize("key", ["coulomb", "backlash", "edge_force", "tacho_filter"])
+@pytest.mark.parametrize("key", ["coulomb", pytest.param("backlash", marks=pytest.mark.slow), "edge_force", "tacho_filter"])
 def test_hidden_effect_shows_as_large_as_the_truth_says(key: str, tmp_path: Path) -> None:
     maker = {"edge_force": make_cutting_case, "tacho_filter": make_spindle_case}.get(key, make_axis_case)
     made = maker(np.random.default_rng(3), [DRAWS[key]], "single")

@@ -72,6 +72,7 @@ def few_programs(monkeypatch: pytest.MonkeyPatch) -> Lesson:
     return load_lesson(LESSON)
 
 
+@pytest.mark.slow
 def test_tied_diagnosis_names_the_program_that_is_written(few_programs: Lesson, tmp_path: Path) -> None:
     heard: list[str] = []
     registry = load_registry(installed=False)

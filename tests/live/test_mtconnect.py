@@ -174,6 +174,7 @@ def test_unavailable_is_said_once_when_the_source_is_lost() -> None:
     ]
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(-1000, 1000), max_size=50))
 def test_time_stamps_never_go_backwards_and_numbers_rise_by_one(milliseconds: list[int]) -> None:
     buffer = agent(20).buffer

@@ -152,6 +152,7 @@ async def test_the_default_stands_in_the_unit_of_the_value() -> None:
         assert (screen.entry.text, screen.entry.default) == ("0.449 V/mm", "0.2245 V/mm")
 
 
+@pytest.mark.slow
 async def test_the_lobes_of_a_lesson_are_drawn_and_a_lesson_without_them_is_told() -> None:
     async with opened("15_stability_lobes") as (app, pilot):
         await pilot.press("f4")
@@ -238,6 +239,7 @@ async def test_a_program_is_explained_line_by_line_chosen_and_made_from_a_form()
         assert "--program part_programs/cut.nc" in app.workbench.command()
 
 
+@pytest.mark.slow
 async def test_the_simulation_is_set_and_loaded_again() -> None:
     async with opened() as (app, pilot):
         await pilot.press("f4")

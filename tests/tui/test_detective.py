@@ -152,6 +152,7 @@ async def test_what_is_no_recording_is_told_in_a_sentence() -> None:
         assert isinstance(app.screen, DetectiveScreen)
 
 
+@pytest.mark.slow
 async def test_a_class_gets_a_folder_each_and_the_answer_is_revealed_from_its_own() -> None:
     async with opened(LESSON) as (app, pilot):
         await pilot.press("f7")

@@ -75,6 +75,7 @@ def test_a_suggestion_is_read_from_the_words_of_a_lesson() -> None:
     assert not suggestion("Compare I with II.", ("I", "II")).can_be_set
 
 
+@pytest.mark.slow
 async def test_help_shows_keys_chapters_and_the_page_of_an_effect() -> None:
     async with opened() as (app, pilot):
         await pilot.press("f1")
@@ -116,6 +117,7 @@ async def test_the_palette_finds_lessons_channels_parameters_components_effects_
         await until(pilot, lambda: bool(app.screen.query("#length")), "the form")
 
 
+@pytest.mark.slow
 async def test_the_palette_finds_a_channel_and_plots_it() -> None:
     async with opened() as (app, pilot):
         await pilot.press("ctrl+p")

@@ -74,6 +74,7 @@ async def test_the_records_of_two_students_are_laid_over_each_other() -> None:
         assert sorted(columns) == ["anna/001", "ben/001", "metric"]
 
 
+@pytest.mark.slow
 async def test_a_file_that_cannot_be_written_is_told_and_the_rest_goes_on() -> None:
     assert run_command_line(["run", "01_contour_error", "--variant", "I", "--out", "old.h5", "--no-plots"]) == 0
     async with opened("old.h5") as (app, pilot):
