@@ -85,7 +85,7 @@ NOTED = {
 
 
 def design(searched: np.ndarray) -> dict[str, float]:
-    """Give the parameters [SI] that numbers from 0 to 1 stand for, rounded to three digits as a person would order them."""
+    """Return the parameters [SI] that numbers from 0 to 1 stand for, rounded to three digits as a person would order them."""
     low, high = (np.log(np.array(ends)) for ends in zip(*SEARCHED.values(), strict=True))
     value = dict(zip(SEARCHED, np.exp(low + searched * (high - low)), strict=True))
     spindle = value["spindle speed"] * PROGRAMMED_SPEED * 1.05 / RANGE
@@ -130,7 +130,7 @@ class Project:
         return {name: Measured(name, number, self.metrics[name].unit) for name, number in zip(self.metrics, member.metrics, strict=True)}
 
     def merit(self, searched: np.ndarray) -> float:
-        """Give the performance index, and ten times by what share the limits are broken on top."""
+        """Return the performance index, and ten times by what share the limits are broken on top."""
         found = self.measured(design(searched))
         if not found:
             return 100.0
@@ -143,7 +143,7 @@ class Project:
 
 
 def search(project: Project, rounds: int) -> dict[str, float]:
-    """Give the best design that so many rounds find, the same at every call."""
+    """Return the best design that so many rounds find, the same at every call."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         result = differential_evolution(
             project.merit, [(0.0, 1.0)] * len(SEARCHED), maxiter=rounds, popsize=6, seed=3, init="sobol", polish=False,
@@ -153,7 +153,7 @@ def search(project: Project, rounds: int) -> dict[str, float]:
 
 
 def told(project: Project, values: dict[str, float]) -> str:
-    """Give the design as a command, its cost, time and index, and how each limit is kept."""
+    """Return the design as a command, its cost, time and index, and how each limit is kept."""
     from lathesim.cli.lessons.run_tables import goals_text
 
     found = project.measured(values)
@@ -165,7 +165,7 @@ def told(project: Project, values: dict[str, float]) -> str:
 
 
 def as_text(project: Project, values: dict[str, float]) -> dict[str, str]:
-    """Give the values with their units."""
+    """Return the values with their units."""
     shown = {"V/m": "V/mm", "m/(s*V)": "mm/(s*V)", "m/s": "mm/s", "m": "um"}
     texts = {}
     for name, value in values.items():
@@ -176,7 +176,7 @@ def as_text(project: Project, values: dict[str, float]) -> dict[str, str]:
 
 
 def noted(project: Project) -> dict[str, float]:
-    """Give the design of the notes in SI."""
+    """Return the design of the notes in SI."""
     return {name: quantity(text, project.prepared.plan.unit(name)) for name, text in NOTED.items()}
 
 

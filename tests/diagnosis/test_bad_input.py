@@ -36,7 +36,7 @@ PROGRAM = "G21 G90 G94 G18\nG01 X4.0 F1200\nX1.0\nX13.0 F3000\nX0.0\nM02\n"
 
 
 def pushed_table(mass=95.1089, viscous=203.5034, samples=2000):
-    """Give time [s], force [N] and place [mm] of a mass under a force, by exact steps of the linear equation."""
+    """Return time [s], force [N] and place [mm] of a mass under a force, by exact steps of the linear equation."""
     time = np.arange(samples) * 1e-3
     force = 60.0 * np.sin(2.0 * np.pi * 1.5 * time) + 25.0 * np.sign(np.sin(2.0 * np.pi * 0.7 * time))
     decay = np.exp(-viscous / mass * 1e-3)
@@ -77,7 +77,7 @@ def refused(said, *words):
 
 
 def unnamed(said, verdict):
-    """Give the answer, checked to be the verdict and to name no effect."""
+    """Return the answer, checked to be the verdict and to name no effect."""
     assert said.code == 0, said.err
     answer = json.loads(said.out)
     assert answer["verdict"] == verdict

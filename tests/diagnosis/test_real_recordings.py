@@ -14,7 +14,7 @@ DATA = SHARED / "data"
 
 
 def diagnosed(capsys, tmp_path, lesson, recording):
-    """Give the JSON of a diagnosis made with the command."""
+    """Return the JSON of a diagnosis made with the command."""
     said = call(capsys, "diagnose", LESSONS / lesson, DATA / recording, "--no-report", "--json", "-", "--out", tmp_path)
     assert said.code == 0, said.err
     return json.loads(said.out)

@@ -67,7 +67,7 @@ class Workbench:
         return self._registry
 
     def listen(self, listener: Callable[[str], None]) -> Callable[[], None]:
-        """Tell ``listener`` what changed from now on; returns what ends that."""
+        """Return what ends the telling of changes to ``listener``, which begins now."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
 

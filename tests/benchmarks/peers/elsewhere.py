@@ -34,7 +34,7 @@ def python_with(package: str) -> str | None:
 
 
 def missing(package: str) -> str:
-    """Say why a package cannot be measured here, empty where it can."""
+    """Return why a package cannot be measured here, empty where it can."""
     if python_with(package) is not None:
         return ""
     return f"{package} is not installed here, nor in the Python that {VARIABLE} names"
