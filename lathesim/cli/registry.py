@@ -25,7 +25,7 @@ plugins_option = click.option(
 
 def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Registry:
     """Return the registry with the user's plug-in folders and that of the workspace; tell each plug-in at fault in one line."""
-    from lathesim.engine.compile_notice import tell_compiling_to
+    from lathesim.engine.compiling.compile_notice import tell_compiling_to
 
     tell_compiling_to(_told_once())
     registry = load_with_workspace(plugin_folders)

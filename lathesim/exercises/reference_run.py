@@ -15,8 +15,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from lathesim.engine.assembly import Assembly
-from lathesim.engine.fuse import FusedModule, fuse
-from lathesim.engine.run import run
+from lathesim.engine.fusing.fuse import FusedModule, fuse
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.record import Record
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.component import Input, Output
-from lathesim.components.recorded_signal import RecordedSignal
+from lathesim.components.references.recorded_signal import RecordedSignal
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
-from lathesim.engine.batch import Batch
-from lathesim.engine.run import run
+from lathesim.engine.running.batch import Batch
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import WiringError
 

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lathesim.analysis.metric import Measured, measure
-from lathesim.analysis.nothing_cut import nothing_cut
+from lathesim.analysis.metrics.metric import Measured, measure
+from lathesim.analysis.part.nothing_cut import nothing_cut
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.lessons.lesson import find_lesson
 from lathesim.lessons.promises import check_goals

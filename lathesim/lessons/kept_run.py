@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
-from lathesim.analysis.metric import Measurements, measure
-from lathesim.analysis.nothing_cut import nothing_cut
-from lathesim.engine.run import Sink
+from lathesim.analysis.metrics.metric import Measurements, measure
+from lathesim.analysis.part.nothing_cut import nothing_cut
+from lathesim.engine.running.run import Sink
 from lathesim.errors import RecordError, SimulationError
 from lathesim.lessons.grading import GoalResult, judge
 from lathesim.lessons.run_warnings import run_warnings

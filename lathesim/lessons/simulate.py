@@ -27,7 +27,7 @@ from lathesim.lessons.schema import LessonSettings
 from lathesim.plugins import Registry
 
 if TYPE_CHECKING:
-    from lathesim.engine.run import Sink
+    from lathesim.engine.running.run import Sink
     from lathesim.record import Record
 
 
@@ -146,7 +146,7 @@ def run_prepared(
 
     ``onlooker`` sees each recorded block while the run goes on, and ``largest_block`` bounds its samples.
     """
-    from lathesim.engine.run import run
+    from lathesim.engine.running.run import run
 
     settings = prepared.case.lesson.settings
     driven = list(settings.recordings.drive) if settings.recordings is not None else []

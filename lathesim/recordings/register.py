@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lathesim.recordings import delimited_text, halsampler, hdf5_file, labview, matlab, matlab73, own_record
+from lathesim.recordings.formats import delimited_text, halsampler, hdf5_file, labview, matlab, matlab73, own_record
 from lathesim.recordings.reader import Reader
 
 

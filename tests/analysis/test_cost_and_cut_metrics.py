@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from lathesim.analysis.cost_metrics import COST_METRICS
-from lathesim.analysis.metric import measure
-from lathesim.analysis.metrics import METRICS
-from lathesim.analysis.surface import roughness_along
-from lathesim.analysis.sweep_figure import SweepAxis, sweep_figure
+from lathesim.analysis.figures.sweep_figure import SweepAxis, sweep_figure
+from lathesim.analysis.metrics.cost_metrics import COST_METRICS
+from lathesim.analysis.metrics.metric import measure
+from lathesim.analysis.metrics.turning_metrics import METRICS
+from lathesim.analysis.part.surface import roughness_along
 from lathesim.errors import RecordError
 from lathesim.record import Channel, Record
 

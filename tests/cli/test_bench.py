@@ -12,7 +12,7 @@ from lathesim.cli.speed import bench_rows, bench_scale, bench_table1
 from lathesim.cli.speed.bench_axes import axes_plan
 from lathesim.cli.speed.bench_rows import Row, Skipped
 from lathesim.cli.speed.bench_scale import Hour, Series
-from lathesim.engine.run import run
+from lathesim.engine.running.run import run
 from tests.cli.command import call
 
 

@@ -8,15 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lathesim.components.ad_converter import ADConverter
-from lathesim.components.contour_error import ContourError
-from lathesim.components.cross_coupling_controller import CrossCouplingController
-from lathesim.components.da_converter import DAConverter, nearest_level
-from lathesim.components.linear_encoder import LinearEncoder
-from lathesim.components.position_controller import PositionController
-from lathesim.components.recorded_signal import RecordedSignal
-from lathesim.components.spindle_controller import SpindleController
-from lathesim.components.tachometer import Tachometer
+from lathesim.components.converters.ad_converter import ADConverter
+from lathesim.components.converters.da_converter import DAConverter, nearest_level
+from lathesim.components.references.recorded_signal import RecordedSignal
+from lathesim.components.sensors.linear_encoder import LinearEncoder
+from lathesim.components.sensors.tachometer import Tachometer
+from lathesim.components.servo_control.contour_error import ContourError
+from lathesim.components.servo_control.cross_coupling_controller import CrossCouplingController
+from lathesim.components.servo_control.position_controller import PositionController
+from lathesim.components.servo_control.spindle_controller import SpindleController
 from tests.components.paths import Walk
 
 

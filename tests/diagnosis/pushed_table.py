@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.components.force_axis import ForceAxis
-from lathesim.components.linear_encoder import LinearEncoder
+from lathesim.components.axes.force_axis import ForceAxis
+from lathesim.components.sensors.linear_encoder import LinearEncoder
 from lathesim.effects.effect import Effect
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.motor_ripple import TorqueRipple

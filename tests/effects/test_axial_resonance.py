@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lathesim.components.force_axis import ForceAxis
-from lathesim.components.linear_encoder import LinearEncoder
+from lathesim.components.axes.force_axis import ForceAxis
+from lathesim.components.sensors.linear_encoder import LinearEncoder
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.effects.structure import AxialResonance
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.run import run
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay.open_loop import sense
 from lathesim.lessons.insertion import insert_effect

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from lathesim.components.force_axis import ForceAxis
+from lathesim.components.axes.force_axis import ForceAxis
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.run import run
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay.recorded_parts import HeldSignal
 from lathesim.lessons.insertion import insert_effect

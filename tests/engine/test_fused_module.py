@@ -11,11 +11,11 @@ import pytest
 from lathesim.cli.speed.bench_axes import axes_plan
 from lathesim.component import Component, Output, State
 from lathesim.engine.assembly import Assembly, Part
-from lathesim.engine.batch import Batch
-from lathesim.engine.fuse import fuse
-from lathesim.engine.module_cache import module_path, quick_module
-from lathesim.engine.noise import draw_noise
-from lathesim.engine.run import run
+from lathesim.engine.compiling.module_cache import module_path, quick_module
+from lathesim.engine.fusing.fuse import fuse
+from lathesim.engine.running.batch import Batch
+from lathesim.engine.running.noise import draw_noise
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import ComponentError
 from tests.engine import small_machine

@@ -7,7 +7,7 @@ import textwrap
 
 import pytest
 
-from lathesim.engine.law_in_place import body_in_place
+from lathesim.engine.fusing.law_in_place import body_in_place
 
 LAW = """
 def law(depth, speed):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from lathesim.engine.plain_step import plain_step, stage_table
+from lathesim.engine.fusing.plain_step import plain_step, stage_table
 
 STEP = """
 for substep in range(steps):

@@ -12,12 +12,12 @@ from lathesim.cli.speed.bench_axes import axes_plan
 from lathesim.cli.speed.bench_work import SEED, lathe_plan
 from lathesim.component import Component, DiscreteState, Input, Output
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.fuse import fuse
-from lathesim.engine.module_cache import plain_module, quick_module
-from lathesim.engine.noise import draw_noise
-from lathesim.engine.plain_text import PLAIN_FORMAT, plain_text
-from lathesim.engine.run import run
-from lathesim.engine.run_arrays import start_arrays
+from lathesim.engine.compiling.module_cache import plain_module, quick_module
+from lathesim.engine.fusing.fuse import fuse
+from lathesim.engine.fusing.plain_text import PLAIN_FORMAT, plain_text
+from lathesim.engine.running.noise import draw_noise
+from lathesim.engine.running.run import run
+from lathesim.engine.running.run_arrays import start_arrays
 from lathesim.engine.wiring import Plan, wire
 from tests.engine.small_machine import PARTS, WIRES, loop
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from lathesim.component import Component, Input, Output, Parameter, State
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.fuse import fuse
-from lathesim.engine.run import run
-from lathesim.engine.step_text import shortened
+from lathesim.engine.fusing.fuse import fuse
+from lathesim.engine.fusing.step_text import shortened
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from tests.engine.small_machine import Axis, loop
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.engine.fuse import FusedModule
+from lathesim.engine.fusing.fuse import FusedModule
 from lathesim.errors import LatheSimError, LessonError, RecordingError
 from lathesim.exercises.class_folder import answer_place, publish
 from lathesim.exercises.conceal import Concealed, NotSeenError, Situation, conceal

@@ -6,8 +6,8 @@ from types import ModuleType
 
 import pytest
 
-from lathesim.analysis.cost_metrics import weighed
-from lathesim.components.lathe_design import BASE_COST, axis_cost, encoder_cost, spindle_cost, tachometer_cost
+from lathesim.analysis.metrics.cost_metrics import weighed
+from lathesim.components.economy.lathe_design import BASE_COST, axis_cost, encoder_cost, spindle_cost, tachometer_cost
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.shipped import shipped_folder
 from tests.lessons.lesson_runs import Runs
@@ -116,7 +116,7 @@ def search() -> ModuleType:
 
 @pytest.mark.parametrize("seed", [7, 8, 9])
 def test_the_design_of_the_notes_beats_the_best_published_one_within_all_limits(seed: int, search: ModuleType, runs: Runs) -> None:
-    from lathesim.analysis.metric import measure
+    from lathesim.analysis.metrics.metric import measure
     from lathesim.lessons.grading import judge
     from lathesim.lessons.lesson import find_program
 

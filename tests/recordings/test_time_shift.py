@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.recordings.time_shift import motion_shift
+from lathesim.recordings.faults.time_shift import motion_shift
 
 SAMPLES = np.arange(4000.0)
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lathesim.engine.run import run
+from lathesim.engine.running.run import run
 from lathesim.stability.limits.delay_equations import turning
 from lathesim.stability.limits.frequency_limit import limit_at
 from lathesim.stability.limits.growth import growth, milling_rig, rig

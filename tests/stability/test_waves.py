@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.analysis.metric import MissingChannelError, NoValueError
-from lathesim.analysis.waves import wave_roughness, waves_figure, waves_on_part
-from lathesim.engine.run import run
+from lathesim.analysis.metrics.metric import MissingChannelError, NoValueError
+from lathesim.analysis.part.waves import wave_roughness, waves_figure, waves_on_part
+from lathesim.engine.running.run import run
 from lathesim.record import Record
 from lathesim.stability.limits.growth import rig
 from lathesim.stability.tool_point.modes import Mode, ToolPoint

@@ -33,8 +33,8 @@ def circle(
     Told are the circular deviation G (two concentric circles hold the path), the hysteresis H (largest difference between the directions),
     the radial deviation F from the programmed circle, and what leaves the quadrants: where an axis turns round.
     """
-    from lathesim.analysis.circular_test import quadrant_peaks
     from lathesim.analysis.display_unit import shown_with_unit
+    from lathesim.analysis.metrics.circular_test import quadrant_peaks
     from lathesim.cli.working import working
     from lathesim.compensation.circular_runs import circular_test
     from lathesim.lessons.lesson import load_lesson
@@ -45,8 +45,8 @@ def circle(
     with working(shown=not as_json) as tell:
         test = circular_test(prepared, contributions=not no_contributions, tell=tell)
     if save is not None:
-        from lathesim.analysis.circle_figure import circle_figure
-        from lathesim.analysis.plots import save_figure
+        from lathesim.analysis.figures.circle_figure import circle_figure
+        from lathesim.analysis.figures.plots import save_figure
 
         save_figure(circle_figure(f"{loaded.title}{f', {variant}' if variant else ''}", test.ways), save)
     if as_json:

@@ -82,7 +82,7 @@ def _promises(lesson: Lesson, recording: Path, registry: Registry) -> list[Kept]
 
 
 def _drawn(comparison: Comparison, path: Path) -> Path:
-    from lathesim.analysis.plots import save_figure
+    from lathesim.analysis.figures.plots import save_figure
     from lathesim.diagnosis.comparison.compare_figure import compare_figure
     from lathesim.errors import RecordError
 

@@ -34,7 +34,7 @@ def wiring(
     loaded = load_lesson(lesson)
     prepared = prepare(loaded, registry, variant, read_settings(settings), program=find_program_file(program, loaded.path.parent))
     if form == "source":
-        from lathesim.engine.fuse import fuse
+        from lathesim.engine.fusing.fuse import fuse
 
         click.echo(fuse(prepared.plan).source)
     else:

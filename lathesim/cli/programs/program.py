@@ -120,8 +120,8 @@ def _write(interpreted: Program, place: Path) -> None:
 
 
 def _draw(interpreted: Program, figure: Path) -> None:
-    from lathesim.analysis.plots import save_figure
-    from lathesim.analysis.program_figure import program_figure
+    from lathesim.analysis.figures.plots import save_figure
+    from lathesim.analysis.figures.program_figure import program_figure
 
     save_figure(program_figure(Path(interpreted.name).name, [_points(move) for move in interpreted.moves if move.kind != "dwell"]), figure)
     click.echo(f"drew {figure}", err=True)

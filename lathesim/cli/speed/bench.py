@@ -98,8 +98,8 @@ def _scale(work: Work, as_json: bool, quick: bool, save: Path | None) -> int:
 
 
 def _draw(series: Sequence[Any], place: Path) -> Path:
-    from lathesim.analysis.plots import save_figure
-    from lathesim.analysis.scale_plot import scale_figure
+    from lathesim.analysis.figures.plots import save_figure
+    from lathesim.analysis.figures.scale_plot import scale_figure
 
     place.parent.mkdir(parents=True, exist_ok=True)
     save_figure(scale_figure({item.name: (item.sizes, item.seconds, item.slope) for item in series}), place)

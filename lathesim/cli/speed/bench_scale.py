@@ -83,7 +83,7 @@ def _changed(part: Any, table: Any) -> Any:
     if "path" in part.tables:
         return dataclasses.replace(part, tables={**part.tables, "path": table})
     if part.name == "process_controller":
-        from lathesim.components.programmed_feed import ProgrammedFeed
+        from lathesim.components.process_control.programmed_feed import ProgrammedFeed
 
         return dataclasses.replace(part, component=ProgrammedFeed.with_units({"signal": "N"}), parameters={})
     return part
@@ -95,10 +95,10 @@ def scale_series(work: Work, rounds: int, *, quick: bool, tell: Tell) -> list[Se
     Plain, every axis costs what its operations cost. Compiled, one axis keeps the processor waiting for the result before (subtract,
     divide, multiply, add: 25 cycles a stage); the next three are computed in that time, and cost next to nothing.
     """
-    from lathesim.engine.batch import Batch
-    from lathesim.engine.fuse import fuse
-    from lathesim.engine.module_cache import compiled_machine
-    from lathesim.engine.run import run
+    from lathesim.engine.compiling.module_cache import compiled_machine
+    from lathesim.engine.fusing.fuse import fuse
+    from lathesim.engine.running.batch import Batch
+    from lathesim.engine.running.run import run
 
     found = []
     plans = {number: axes_plan(number) for number in AXES}
@@ -144,7 +144,7 @@ def _series(name: str, calls: dict[float, Callable[[], Any]], rounds: int, tell:
 
 def thread_gain(work: Work, rounds: int, tell: Tell) -> float:
     """Return how many times faster two threads are than one, by the clock: the median over pairs of batches, one after the other."""
-    from lathesim.engine.batch import Batch
+    from lathesim.engine.running.batch import Batch
 
     values = _values(work, 100)
     batches = [Batch(work.plan, work.samples, seed=SEED, threads=threads) for threads in (1, 2)]
@@ -186,7 +186,7 @@ def _child(what: str) -> str:
 
 
 def _hour_here() -> str:
-    from lathesim.engine.run import run
+    from lathesim.engine.running.run import run
     from lathesim.record import Channel
     from lathesim.record_writer import RecordWriter
 
@@ -215,7 +215,7 @@ class _Nowhere:
 
 
 def _batch_here(runs: int) -> str:
-    from lathesim.engine.batch import Batch
+    from lathesim.engine.running.batch import Batch
 
     plan = lathe_plan()
     value = plan.parameter_values[plan.parameters[_PARAMETER]]

@@ -56,8 +56,8 @@ class Mean:
 
 def table1(draws: int, tell: Tell) -> list[Mean]:
     """Return the means of all cases over ``draws`` draws, each of six factors between 0.99 and 1.01."""
-    from lathesim.analysis.metric import measure
-    from lathesim.engine.run import run
+    from lathesim.analysis.metrics.metric import measure
+    from lathesim.engine.running.run import run
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
     from lathesim.plugins import load_registry

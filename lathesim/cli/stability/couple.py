@@ -54,8 +54,8 @@ def _tip(loaded: Assembly, asked: Any, as_json: bool, save: Path | None) -> None
     if is_uncertain(loaded):
         band = np.quantile(np.abs(tip_draws(loaded, asked)), [0.025, 0.975], axis=0)
     if save is not None:
-        from lathesim.analysis.plots import save_figure
-        from lathesim.analysis.response_figure import response_figure
+        from lathesim.analysis.figures.plots import save_figure
+        from lathesim.analysis.figures.response_figure import response_figure
 
         save_figure(response_figure(loaded.title, asked, tips[:, 0, 0], band=band), save)
     if as_json:

@@ -40,8 +40,8 @@ def tap(
     place = out or Path("lathesim_runs") / loaded.name / "tap.csv"
     write_response(found.response, place)
     if save is not None:
-        from lathesim.analysis.plots import save_figure
-        from lathesim.analysis.response_figure import response_figure
+        from lathesim.analysis.figures.plots import save_figure
+        from lathesim.analysis.figures.response_figure import response_figure
 
         response = found.response
         save_figure(

@@ -13,8 +13,8 @@ from lathesim.effects.offset_and_gain import ConverterResolution
 from lathesim.effects.remedies.learned import LearnedCorrection
 from lathesim.effects.remedies.remedy import Remedy
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.batch import Batch
-from lathesim.engine.run import run
+from lathesim.engine.running.batch import Batch
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.machine.position_loops import Loop, level_of, one_or_more, resolution_of

@@ -14,8 +14,8 @@ from lathesim.component import Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedies.remedy import Remedy
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.batch import Batch
-from lathesim.engine.run import run
+from lathesim.engine.running.batch import Batch
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.machine.position_loops import Loop, one_or_more

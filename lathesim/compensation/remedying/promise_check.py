@@ -13,7 +13,7 @@ from lathesim.compensation.remedying.promise import RECORDED
 from lathesim.compensation.remedying.written import ANSWER_FILE, SCHEMA
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedies.remedy import Remedy
-from lathesim.engine.run import run
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.machine.position_loops import loops_of

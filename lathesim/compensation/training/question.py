@@ -12,7 +12,7 @@ from lathesim.compensation.training.network import Shape
 from lathesim.compensation.training.score import Score, slopes, total
 from lathesim.component import Table
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.batch import Batch
+from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError, WiringError
 from lathesim.lessons.lesson import Lesson

@@ -5,8 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 from lathesim.component import DiscreteState, Memory, Parameter
-from lathesim.components.constant_acceleration_interpolator import ramp_speed, ramp_time, ramp_way
-from lathesim.components.interpolator import ConstantVelocityInterpolator, next_row, takes_time, wanted_speed, x_on_path, z_on_path
+from lathesim.components.references.constant_acceleration_interpolator import ramp_speed, ramp_time, ramp_way
+from lathesim.components.references.interpolator import (
+    ConstantVelocityInterpolator,
+    next_row,
+    takes_time,
+    wanted_speed,
+    x_on_path,
+    z_on_path,
+)
 from lathesim.path_columns import DWELL, DWELL_PAUSE, KIND, LENGTH
 
 _CELLS = 2048

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from lathesim.engine.assembly import Assembly, FloatArray
-from lathesim.engine.batch import Batch
+from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.experiments.design.families import Candidate
 from lathesim.experiments.design.laying import Laid, lay_candidate

@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.component import Component, DiscreteState, Input, Noise, Output, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
-from lathesim.engine.batch import Batch
+from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.lessons.lesson import Lesson
 from lathesim.units import conversion

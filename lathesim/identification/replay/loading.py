@@ -20,7 +20,7 @@ from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 from lathesim.record import Record
-from lathesim.recordings.faults import recording_faults
+from lathesim.recordings.faults.recording_faults import recording_faults
 from lathesim.recordings.finding import Finding
 from lathesim.recordings.mapping import MappedRecording, map_recording
 from lathesim.recordings.reading import read_recording

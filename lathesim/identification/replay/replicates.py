@@ -16,7 +16,7 @@ import numpy as np
 
 from lathesim.component import Component, DiscreteState, Input, Noise, Output, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
-from lathesim.engine.batch import Batch
+from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.experiment import Experiment

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 import lathesim
-from lathesim.analysis.metric import Measurements, measure
+from lathesim.analysis.metrics.metric import Measurements, measure
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.batch import Batch
-from lathesim.engine.fuse import fuse
-from lathesim.engine.run_arrays import start_arrays
+from lathesim.engine.fusing.fuse import fuse
+from lathesim.engine.running.batch import Batch
+from lathesim.engine.running.run_arrays import start_arrays
 from lathesim.errors import LatheSimError
 from lathesim.lessons.simulate import Prepared
 from lathesim.record import Channel, Record

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lathesim.analysis.nothing_cut import RawStock
+from lathesim.analysis.part.nothing_cut import RawStock
 from lathesim.record import FloatArray
 
 _CELLS = 2000
@@ -13,8 +13,9 @@ _CELLS = 2000
 class CarvedStock:
     """Radius over z of a stock that is cut sample by sample; it may be followed forwards, and backwards from the start again.
 
-    The rules are those of :class:`lathesim.components.stock.Stock`: the tip runs straight from sample to sample, rapid or not, and every
-    cell it passes is cut to its radius; feeding towards the axis the edge takes along what stands towards the free end. Left out: the nose.
+    The rules are those of :class:`lathesim.components.cutting.stock.Stock`. The tip runs straight from sample to sample, rapid or not, and
+    every cell it passes is cut to its radius. Feeding towards the axis, the edge takes along what stands towards the free end. Left out:
+    the nose.
     """
 
     def __init__(self, stock: RawStock) -> None:

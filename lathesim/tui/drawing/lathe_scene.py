@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lathesim.analysis.metric import find_channel
-from lathesim.analysis.nothing_cut import RawStock
+from lathesim.analysis.metrics.metric import find_channel
+from lathesim.analysis.part.nothing_cut import RawStock
 from lathesim.record import FloatArray, Record
 from lathesim.tui.drawing.carved_stock import CarvedStock
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.metric import find_channel
+from lathesim.analysis.metrics.metric import find_channel
 from lathesim.record import Record
 
 NONE = "-"

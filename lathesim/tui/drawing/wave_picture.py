@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lathesim.analysis.waves import Waves
+from lathesim.analysis.part.waves import Waves
 from lathesim.tui.drawing.braille import BRAILLE, braille_codes, trace
 from lathesim.tui.drawing.lathe_picture import ACTUAL, LABEL, NOTHING, REFERENCE, Picture
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lathesim.analysis.metric import find_channel
+from lathesim.analysis.metrics.metric import find_channel
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray, Record
 

@@ -12,7 +12,7 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widget import Widget
 from textual.widgets import Label, ProgressBar, Select, Static
 
-from lathesim.analysis.metric import find_channel
+from lathesim.analysis.metrics.metric import find_channel
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.drawing.lathe_scene import LatheScene, Motion, scene_of_case, scene_of_record

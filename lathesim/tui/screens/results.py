@@ -18,7 +18,7 @@ from textual.widgets import DataTable, Input, Label, SelectionList, Static
 from textual.widgets.selection_list import Selection
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.metric import Measurements, find_channel, measure
+from lathesim.analysis.metrics.metric import Measurements, find_channel, measure
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.model.overlay import contact, overlaid, value_at
@@ -299,7 +299,7 @@ class ResultsScreen(WorkbenchScreen):
             return
         runs = self._records()
         try:
-            from lathesim.analysis.plots import save_figure
+            from lathesim.analysis.figures.plots import save_figure
 
             save_figure(self._figure(runs), name)
         except LatheSimError as error:
@@ -310,9 +310,9 @@ class ResultsScreen(WorkbenchScreen):
         self.notify(f"The figure is in {name}.", markup=False)
 
     def _figure(self, runs: list[tuple[str, Record]]) -> Any:
-        from lathesim.analysis.plots import channels_figure, contour_error_figure, path_figure
-        from lathesim.analysis.surface import surface_figure
-        from lathesim.analysis.waves import waves_figure
+        from lathesim.analysis.figures.plots import channels_figure, contour_error_figure, path_figure
+        from lathesim.analysis.part.surface import surface_figure
+        from lathesim.analysis.part.waves import waves_figure
 
         if self._view == TIME:
             found = overlaid(runs, self._channels)
@@ -387,7 +387,7 @@ def _path_lines(runs: list[tuple[str, Record]]) -> list[Line]:
 
 
 def _wave_lines(runs: list[tuple[str, Record]]) -> list[Line]:
-    from lathesim.analysis.waves import waves_on_part
+    from lathesim.analysis.part.waves import waves_on_part
 
     lines = []
     for title, record in runs:
@@ -400,7 +400,7 @@ def _wave_lines(runs: list[tuple[str, Record]]) -> list[Line]:
 
 
 def _surface_lines(runs: list[tuple[str, Record]]) -> list[Line]:
-    from lathesim.analysis.surface import roughness_along
+    from lathesim.analysis.part.surface import roughness_along
 
     lines = []
     for title, record in runs:

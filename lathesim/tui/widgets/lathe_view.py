@@ -76,7 +76,7 @@ class LatheView(Widget):
         """Return the end of the part with its waves, None where the machine cuts none."""
         if self._scene.record is None:
             return None
-        from lathesim.analysis.waves import waves_on_part
+        from lathesim.analysis.part.waves import waves_on_part
         from lathesim.tui.drawing.wave_picture import draw_waves
 
         try:

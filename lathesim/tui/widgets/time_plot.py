@@ -23,7 +23,7 @@ from textual_plot.axis_formatter import NumericAxisFormatter
 from textual_plot.plot_widget import Legend, LinePlot
 
 from lathesim.analysis.display_unit import display_unit
-from lathesim.analysis.metric import find_channel
+from lathesim.analysis.metrics.metric import find_channel
 from lathesim.record import FloatArray, Record
 from lathesim.tui.drawing.axis_ticks import axis_ticks, even_axis, labels_of
 from lathesim.tui.drawing.braille import BRAILLE, braille_codes, trace

@@ -19,7 +19,7 @@ from lathesim.effects.presliding import PreslidingFriction
 from lathesim.effects.sensor_filter import SensorFilter
 from lathesim.effects.spindle_error import Runout, Unbalance
 from lathesim.engine.assembly import Assembly, Wire
-from lathesim.engine.run import run
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.lessons.insertion import insert_effect

@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lathesim.components.ad_converter import ADConverter
-from lathesim.components.da_converter import DAConverter
-from lathesim.components.empirical_axis import EmpiricalAxis
-from lathesim.components.empirical_spindle import EmpiricalSpindle
-from lathesim.components.linear_encoder import LinearEncoder
-from lathesim.components.spindle_controller import SpindleController
-from lathesim.components.tachometer import Tachometer
+from lathesim.components.axes.empirical_axis import EmpiricalAxis
+from lathesim.components.converters.ad_converter import ADConverter
+from lathesim.components.converters.da_converter import DAConverter
+from lathesim.components.sensors.linear_encoder import LinearEncoder
+from lathesim.components.sensors.tachometer import Tachometer
+from lathesim.components.servo_control.spindle_controller import SpindleController
+from lathesim.components.spindles.empirical_spindle import EmpiricalSpindle
 from lathesim.diagnosis.location.missing_force import passed_through
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
 from lathesim.diagnosis.records.diagnosis import ChannelFit
 from lathesim.diagnosis.verdict.limit_cycles import off_by_chance
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.run import run
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay import experiment as problem
 from lathesim.identification.replay.converter_rounding import plain_replay

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from lathesim.components.linear_encoder import LinearEncoder
+from lathesim.components.sensors.linear_encoder import LinearEncoder
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ConverterOffset, ScaleFactorError
 from lathesim.effects.play import Backlash
@@ -13,7 +13,7 @@ from lathesim.effects.screw_error import CumulativePitchError
 from lathesim.effects.spindle_error import Runout
 from lathesim.effects.time_shift import ChannelTimeShift
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.run import run
+from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay.open_loop import cut, drive, look, seen, sense, sensed_share
 from lathesim.lessons.insertion import insert_effect

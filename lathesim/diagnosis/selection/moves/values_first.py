@@ -21,7 +21,7 @@ from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import with_start
 from lathesim.identification.records.model import Model
 from lathesim.identification.replay.experiment import POSSIBLE, baseline_free
-from lathesim.recordings.known_factors import known_factor
+from lathesim.recordings.faults.known_factors import known_factor
 
 
 def values_first(laboratory: Laboratory, found: SearchResult, method: Method) -> SearchResult:

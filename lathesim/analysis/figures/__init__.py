@@ -1,0 +1,1 @@
+"""Figures: the only files outside the diagnosis that draw with matplotlib."""

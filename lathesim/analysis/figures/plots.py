@@ -1,0 +1,297 @@
+"""Figures of records: path, contour error, channels over time, simulation against recording. The only user of matplotlib.
+
+Each function gives a matplotlib Figure; :func:`save_figure` writes it. Units are those a machinist reads, with X as a radius.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.analysis.figures.figure_file import write_figure
+from lathesim.analysis.figures.figure_style import (
+    ALERT,
+    CONTACT,
+    CYCLE,
+    INK,
+    MATERIAL,
+    MEASURED,
+    QUIET,
+    REFERENCE,
+    RESIDUAL,
+    SIMULATED,
+    STOCK,
+    common_unit,
+    dress,
+    label,
+    legend,
+    new_figure,
+    shade,
+    thinned,
+)
+from lathesim.analysis.metrics.metric import find_channel
+from lathesim.analysis.metrics.turning_metrics import CONTACT as CONTACT_CHANNELS
+from lathesim.analysis.metrics.turning_metrics import CONTOUR_ERROR
+from lathesim.analysis.part.part_shape import part_shape
+from lathesim.errors import RecordError, nearest
+from lathesim.record import FloatArray, Record
+
+FORMATS = (".png", ".svg", ".pdf")
+_LABEL = 16
+"""Letters of a quantity that fit beside a low panel."""
+_PATH = ("interpolator.x_reference", "interpolator.z_reference", "x_axis.position", "z_axis.position")
+
+
+def save_figure(figure: Any, path: str | Path) -> None:
+    """Write a figure as PNG, SVG or PDF, by the ending of the name. Raises :class:`RecordError` where it cannot be written."""
+    place = Path(path)
+    if place.suffix.lower() not in FORMATS:
+        raise RecordError(f"a figure cannot be saved as '{place.suffix}'.", place=str(place), remedy="Use .png, .svg or .pdf.")
+    try:
+        write_figure(figure, place)
+    except OSError as error:
+        reason = str(error.strerror or error)
+        raise RecordError(f"the figure cannot be written: {reason}.", place=str(place), remedy="Choose another folder.") from error
+
+
+def path_figure(record: Record, title: str = "") -> Any:
+    """Draw the path in the plane of Z and X (a radius): reference, actual path, and the part before and after."""
+    figure = new_figure(8.0, 4.2)
+    draw_path(figure.subplots(), record, title or "Tool path")
+    return figure
+
+
+def draw_path(panel: Any, record: Record, title: str = "") -> None:
+    """Draw the path into a panel. Raises :class:`RecordError` where the record holds no path."""
+    missing = [name for name in _PATH if name not in record]
+    if missing:
+        raise RecordError(f"the path cannot be drawn: the record has no channel '{missing[0]}'.")
+    x_reference, z_reference, x, z = (record[name] * 1e3 for name in _PATH)
+    shape = part_shape(record)
+    if shape is not None:
+        panel.fill_between(shape.z * 1e3, shape.radius * 1e3, shape.stock_radius * 1e3, color=STOCK, linewidth=0, label="cut away")
+        panel.fill_between(shape.z * 1e3, 0.0, shape.radius * 1e3, color=MATERIAL, linewidth=0, label="part")
+        panel.plot(shape.z * 1e3, shape.radius * 1e3, color=QUIET, linewidth=0.8)
+    panel.plot(z_reference, x_reference, color=REFERENCE, linewidth=1.0, linestyle=(0, (4, 2)), label="reference")
+    feeding = find_channel(record, "interpolator.cutting_block")
+    if feeding is None:
+        panel.plot(z, x, color=SIMULATED, linewidth=1.3, label="actual")
+    else:
+        cutting = record[feeding] > 0.5
+        panel.plot(np.where(cutting, z, np.nan), np.where(cutting, x, np.nan), color=SIMULATED, linewidth=1.5, label="actual, feed")
+        moving = ~cutting | ~np.roll(cutting, 1)
+        panel.plot(np.where(moving, z, np.nan), np.where(moving, x, np.nan), color=MEASURED, linewidth=1.0, label="actual, rapid")
+    panel.axhline(0.0, color=QUIET, linewidth=0.8, linestyle=(0, (8, 2, 2, 2)))
+    panel.set_aspect("equal", adjustable="datalim")
+    dress(panel, label("X, radius", "mm"), label("Z", "mm"))
+    panel.set_title(title, loc="left", pad=20.0, fontsize=10, color=INK, fontweight="bold")  # above the legend, which is wide here
+    legend(panel)
+
+
+def contour_error_figure(record: Record, title: str = "") -> Any:
+    """Draw the contour error over time, contact shaded, the largest error in contact marked."""
+    figure = new_figure(8.0, 3.2)
+    draw_contour_error(figure.subplots(), record, title or "Contour error")
+    return figure
+
+
+def draw_contour_error(panel: Any, record: Record, title: str = "") -> None:
+    """Draw the contour error into a panel."""
+    name = find_channel(record, *CONTOUR_ERROR)
+    if name is None:
+        raise RecordError("the contour error cannot be drawn: the record has no channel 'contour.contour_error'.")
+    error, time = record[name], record.time
+    contact = find_channel(record, *CONTACT_CHANNELS)
+    shown = error
+    if contact is not None and (record[contact] > 0.5).any():
+        touching = record[contact] > 0.5
+        shade(panel, time, touching, CONTACT, "in contact")
+        shown = error[touching]
+        peak = int(np.flatnonzero(touching)[np.abs(shown).argmax()])
+    else:
+        peak = int(np.abs(error).argmax()) if len(error) else -1
+    factor, unit = common_unit([shown * 10.0], record.unit(name))
+    panel.plot(*thinned(time, error / factor), color=SIMULATED, linewidth=1.1)
+    dress(panel, label("contour error", unit), label("time", "s"), title)
+    if peak >= 0:
+        bound = 1.35 * float(np.abs(shown).max()) / factor or 1.0
+        panel.set_ylim(-bound, bound)
+        panel.plot([time[peak]], [error[peak] / factor], marker="o", markersize=5, color=ALERT, linestyle="none", zorder=5)
+        right = time[peak] > 0.5 * (time[0] + time[-1])
+        panel.annotate(
+            shown_with_unit(abs(float(error[peak])), record.unit(name), 3).replace("um", "µm"),
+            (time[peak], error[peak] / factor),
+            xytext=(-8 if right else 8, 5 if error[peak] > 0 else -11),
+            textcoords="offset points",
+            ha="right" if right else "left",
+            fontsize=9,
+            color=ALERT,
+        )
+    legend(panel)
+
+
+def channels_figure(record: Record, names: Sequence[str], title: str = "") -> Any:
+    """Draw channels over time, one panel a unit and size, so that signals of one kind can be compared.
+
+    Raises :class:`RecordError` with the nearest name for a channel that is not there.
+    """
+    panels = grouped(record, names)
+    figure = new_figure(8.0, 0.9 + 1.9 * len(panels))
+    drawn = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    contact = find_channel(record, *CONTACT_CHANNELS)
+    colors = {name: CYCLE[number % len(CYCLE)] for number, name in enumerate(names)}
+    for panel, members in zip(drawn, panels, strict=True):
+        if contact is not None:
+            shade(panel, record.time, record[contact] > 0.5)
+        _draw_group(panel, record, members, colors)
+    if title:
+        figure.suptitle(title, fontsize=11, color=INK, x=0.01, ha="left", fontweight="bold")
+    drawn[-1].set_xlabel(label("time", "s"), fontsize=9, color=INK)
+    return figure
+
+
+def grouped(record: Record, names: Sequence[str]) -> list[list[str]]:
+    """Put channels of one unit and comparable size (within a factor of 20) into one panel, at most four; the order is kept."""
+    groups: list[list[str]] = []
+    sizes: list[float] = []
+    for name in names:
+        values = record[name]
+        finite = values[np.isfinite(values)]
+        size = float(np.abs(finite).max()) if len(finite) else 0.0
+        for number, group in enumerate(groups):
+            alike = record.unit(group[0]) == record.unit(name) and len(group) < 4
+            if alike and (min(size, sizes[number]) * 20.0 >= max(size, sizes[number])):
+                group.append(name)
+                break
+        else:
+            groups.append([name])
+            sizes.append(size)
+    return groups
+
+
+def _draw_group(panel: Any, record: Record, names: Sequence[str], colors: Mapping[str, str]) -> None:
+    factor, unit = common_unit([record[name] for name in names], record.unit(names[0]))
+    stepped = all(record.unit(name) == "V" for name in names)
+    for name in names:
+        time, values = thinned(record.time, record[name] / factor)
+        panel.plot(time, values, color=colors[name], linewidth=1.0, label=name, drawstyle="steps-post" if stepped else "default")
+    items = {name.rpartition(".")[2].replace("_", " ") for name in names}
+    quantity = items.pop() if len(items) == 1 else ""
+    dress(panel, label(quantity if len(quantity) <= _LABEL else "", unit).strip() or quantity)
+    legend(panel)
+
+
+def voltages_figure(record: Record, title: str = "") -> Any:
+    """Draw the voltages that the converters give to the drives, a panel each."""
+    names = [name for name in record if name.endswith("_dac.voltage")] or [name for name in record if record.unit(name) == "V"]
+    if not names:
+        raise RecordError("the voltages cannot be drawn: the record has no channel in volts.")
+    figure = new_figure(8.0, 0.9 + 1.6 * len(names))
+    drawn = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for number, (panel, name) in enumerate(zip(drawn, names, strict=True)):
+        _draw_group(panel, record, [name], {name: CYCLE[number % len(CYCLE)]})
+    drawn[0].set_title(title or "Voltages", fontsize=10, color=INK, loc="left", fontweight="bold", pad=6)
+    drawn[-1].set_xlabel(label("time", "s"), fontsize=9, color=INK)
+    return figure
+
+
+def overview_figure(record: Record, title: str = "") -> Any:
+    """Draw what matters of a run on one page: path, contour error, axis voltages, cutting force; what the record lacks is left out."""
+    path = all(name in record for name in _PATH)
+    strips: list[list[str]] = [[name for name in ("x_dac.voltage", "z_dac.voltage") if name in record]]
+    strips += [[name for name in (find_channel(record, "cutting_force.cutting_force", ".cutting_force", ".main_force"),) if name]]
+    strips = [names for names in strips if names]
+    contour = find_channel(record, *CONTOUR_ERROR) is not None
+    if not path and not contour and not strips:
+        return channels_figure(record, list(record)[:8], title)
+    heights = [2.4] * path + [1.3] * contour + [1.1] * len(strips)
+    figure = new_figure(8.0, 1.0 + 1.35 * sum(heights))
+    panels = list(np.atleast_1d(figure.subplots(len(heights), 1, gridspec_kw={"height_ratios": heights})))
+    if title:
+        figure.suptitle(title, fontsize=11, color=INK, x=0.01, ha="left", fontweight="bold")
+    rest = list(panels)
+    if path:
+        draw_path(rest.pop(0), record, "Tool path")
+    timed = rest
+    if contour:
+        draw_contour_error(rest[0], record, "Contour error")
+        rest[0].set_xlabel("")
+        rest = rest[1:]
+    for panel, names in zip(rest, strips, strict=True):
+        _draw_group(panel, record, names, {name: CYCLE[number] for number, name in enumerate(names)})
+    for panel in timed[1:]:
+        panel.sharex(timed[0])
+    if timed:
+        timed[-1].set_xlabel(label("time", "s"), fontsize=9, color=INK)
+    return figure
+
+
+def compare_figure(
+    simulated: Record,
+    measured: Record,
+    names: Sequence[str] | None = None,
+    *,
+    floors: Mapping[str, float] | None = None,
+    title: str = "",
+) -> Any:
+    """Draw simulation over recording, and below each channel the residual with the band of its noise floor (SI, by channel name).
+
+    ``names``: the channels both have, where it is left out. The recording's instants are used; the simulation is joined by lines.
+    Raises :class:`RecordError` where the two share no channel or no time.
+    """
+    chosen = list(names) if names is not None else [name for name in measured if name in simulated]
+    if not chosen:
+        raise RecordError("simulation and recording have no channel in common.", remedy=_hint(simulated, measured))
+    figure = new_figure(8.0, 0.9 + 3.1 * len(chosen))
+    ratios = [2.0, 1.1] * len(chosen)
+    panels = figure.subplots(2 * len(chosen), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": ratios})[:, 0]
+    for number, name in enumerate(chosen):
+        _draw_overlay(panels[2 * number], panels[2 * number + 1], simulated, measured, name, (floors or {}).get(name))
+    if title:
+        figure.suptitle(title, fontsize=11, color=INK, x=0.01, ha="left", fontweight="bold")
+    panels[-1].set_xlabel(label("time", "s"), fontsize=9, color=INK)
+    return figure
+
+
+def residual_of(simulated: Record, measured: Record, name: str) -> tuple[FloatArray, FloatArray]:
+    """Return the instants that both cover [s] and recording minus simulation there, in the SI unit of the channel."""
+    times, values = measured.time, measured[name]
+    given = simulated[name]
+    if not len(simulated) or not len(measured) or times[0] > simulated.time[-1] or times[-1] < simulated.time[0]:
+        raise RecordError(f"simulation and recording of {name} do not overlap in time.")
+    inside = (times >= simulated.time[0]) & (times <= simulated.time[-1])
+    return times[inside], values[inside] - np.interp(times[inside], simulated.time, given)
+
+
+def _draw_overlay(upper: Any, lower: Any, simulated: Record, measured: Record, name: str, floor: float | None) -> None:
+    times, residual = residual_of(simulated, measured, name)
+    factor, unit = common_unit([simulated[name], measured[name]], simulated.unit(name))
+    upper.plot(*thinned(measured.time, measured[name] / factor), color=MEASURED, linewidth=1.6, label="recording")
+    upper.plot(*thinned(simulated.time, simulated[name] / factor), color=SIMULATED, linewidth=1.0, label="simulation")
+    dress(upper, label("", unit).strip(), "", name)
+    legend(upper)
+    small, small_unit = common_unit([residual * 3.0], simulated.unit(name))
+    if floor:
+        lower.axhspan(-floor / small, floor / small, color=MATERIAL, linewidth=0, label="noise floor")
+    lower.plot(
+        *thinned(times, residual / small), color=RESIDUAL, linewidth=0.9, label=f"residual, rms {_rms(residual, simulated.unit(name))}"
+    )
+    dress(lower, label("", small_unit).strip())
+    legend(lower)
+
+
+def _rms(residual: FloatArray, unit: str) -> str:
+    finite = residual[np.isfinite(residual)]
+    return shown_with_unit(float(np.sqrt(np.mean(finite * finite))) if len(finite) else float("nan"), unit, 3).replace("um", "µm")
+
+
+def _hint(simulated: Record, measured: Record) -> str:
+    for name in measured:
+        hint = nearest(name, simulated)
+        if hint:
+            return f"The recording has '{name}'. {hint}"
+    return ""

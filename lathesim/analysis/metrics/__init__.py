@@ -1,0 +1,1 @@
+"""Metrics: a record in, a number in SI out."""

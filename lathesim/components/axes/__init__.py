@@ -1,0 +1,1 @@
+"""Feed axes: a command in, a position out."""

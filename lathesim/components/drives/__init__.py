@@ -1,0 +1,1 @@
+"""Amplifiers, and what all motors have in common."""

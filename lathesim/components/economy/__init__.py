@@ -1,0 +1,1 @@
+"""What a lathe and a turned part cost."""

@@ -1,0 +1,1 @@
+"""Controllers of the cutting process: they choose the feed from the force."""

@@ -1,0 +1,1 @@
+"""References: where each axis shall be, from a part program or a recording."""

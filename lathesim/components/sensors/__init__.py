@@ -1,0 +1,1 @@
+"""Sensors: what a controller or a recorder sees of a quantity."""

@@ -1,0 +1,1 @@
+"""Controllers of axes and spindles, and the contour error that couples them."""

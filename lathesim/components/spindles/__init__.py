@@ -1,0 +1,1 @@
+"""Spindles: a command in, a speed and an angle out."""

@@ -1,0 +1,1 @@
+"""From the text of a module to machine code, and the cache of both."""

@@ -1,0 +1,181 @@
+"""Loading a fused module, plain or compiled; both are made from the same text, in files named by its digest.
+
+As the name is the digest of everything the module is made of, a changed part, helper or constant makes a new file and the machine code
+beside it is never stale. The laws are compiled from files of their own, which all machines share: a changed part compiles only itself
+and the wiring.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import gc
+import hashlib
+import importlib.util
+import sys
+import types
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from lathesim.cache_folder import cache_folder, keep
+from lathesim.engine.compiling.compile_notice import say
+from lathesim.engine.compiling.machine_code import CompiledMachine, is_kept, load_code, make_code
+from lathesim.engine.fusing.fuse import FusedModule
+from lathesim.engine.fusing.law_source import Piece
+from lathesim.engine.fusing.plain_text import PLAIN_FORMAT, plain_text
+from lathesim.errors import SimulationError
+
+_WIRING_TIME, _LINE_TIME, _LAW_TIME = 0.6, 0.0025, 0.07
+"""Seconds it takes to load the compiler, to compile a line of wiring and a law; about 1.5 times what a quiet core of 2.5 GHz takes."""
+
+_MANY_LINES = 700
+"""Lines of wiring from which like parts are computed side by side: 20 axes then take two thirds of the time, and 2 would take 6 % more."""
+
+
+def module_path(fused: FusedModule) -> Path:
+    """Return the file of a fused module, written when it is not there (or not what it should be)."""
+    return keep(f"machine_{fused.digest}.py", fused.source.encode())
+
+
+def is_compiled(fused: FusedModule) -> bool:
+    """Return whether machine code of the module lies in the cache."""
+    return fused.digest in _MACHINES or is_kept(fused)
+
+
+def compile_time(fused: FusedModule) -> float:
+    """Return about how long the module takes to compile [s]; a law that another machine has in common with it is not compiled again."""
+    folder = cache_folder() / "__pycache__"
+    new = sum(not any(folder.glob(f"law_{piece.digest}.*.nbi")) for piece in fused.pieces)
+    return _WIRING_TIME + _LINE_TIME * _lines(fused) + _LAW_TIME * new
+
+
+def _lines(fused: FusedModule) -> int:
+    """Count the lines of a machine's wiring."""
+    return fused.source.count("\n", fused.source.find("def run_block("))
+
+
+def _load(path: Path, name: str) -> types.ModuleType:
+    specification = importlib.util.spec_from_file_location(name, path)
+    assert specification is not None and specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    sys.modules[specification.name] = module
+    specification.loader.exec_module(module)
+    return module
+
+
+@functools.lru_cache(maxsize=64)
+def plain_module(fused: FusedModule) -> Any:
+    """Return the module as plain Python, its text as it stands: for ``rates``, and to find where a run broke."""
+    return _load(module_path(fused), f"lathesim_plain_{fused.digest}")
+
+
+@functools.lru_cache(maxsize=64)
+def quick_module(fused: FusedModule) -> Any:
+    """Return the module's ``run_block`` as plain Python runs it fastest; rewritten once, or from the cache where it is whole there."""
+    name = f"quick_{fused.digest}.{PLAIN_FORMAT}.py"
+    with contextlib.suppress(OSError, UnicodeDecodeError):
+        head, _, text = (cache_folder() / name).read_text(encoding="utf-8").partition("\n")
+        if head == _seal(text):
+            return _load(cache_folder() / name, f"lathesim_quick_{fused.digest}")
+    text = plain_text(fused.source)
+    return _load(keep(name, f"{_seal(text)}\n{text}".encode()), f"lathesim_quick_{fused.digest}")
+
+
+def _seal(text: str) -> str:
+    return f"# {hashlib.sha256(text.encode()).hexdigest()}"
+
+
+_MACHINES: dict[str, CompiledMachine] = {}
+
+
+def compiled_machine(fused: FusedModule) -> CompiledMachine:
+    """Return the module's ``run_block`` as machine code, from the cache where it is warm; whoever listens is told that it is compiled.
+
+    Raises :class:`SimulationError` where a law cannot be compiled.
+    """
+    if fused.digest not in _MACHINES:
+        machine = load_code(fused)
+        if machine is None:
+            say(f"Compiling once, about {max(1.0, compile_time(fused)):.0f} s.")
+            machine = _compiled(fused)
+        _MACHINES[fused.digest] = machine
+    return _MACHINES[fused.digest]
+
+
+def _compiled(fused: FusedModule) -> CompiledMachine:
+    """Compile a module (no fast mathematics)."""
+    from numba.core.errors import NumbaError, UnsupportedBytecodeError
+
+    from lathesim.engine.compiling.array_access import block_signature, matrix, put, take, vector
+    from lathesim.engine.compiling.block_compiler import BlockCompiler
+
+    module: Any = _load(module_path(fused), f"lathesim_compiled_{fused.digest}")
+    given = {**compiled_laws(fused), "vector": vector, "matrix": matrix, "take": take, "put": put, "keep": put}
+    for name, function in given.items():
+        setattr(module, name, function)
+    signature = block_signature()
+    block = _compiler(cache=False, pipeline_class=BlockCompiler)(module.run_block)
+    with _at_compiling(side_by_side=_lines(fused) > _MANY_LINES):
+        try:
+            block.compile(signature)
+        except (NumbaError, UnsupportedBytecodeError):
+            block = _compiler(cache=False)(module.run_block)  # which takes longer, and lets a variable change its type
+            try:
+                block.compile(signature)
+            except (NumbaError, UnsupportedBytecodeError) as error:
+                raise _refusal(fused, error) from error
+    (compiled,) = block.overloads.values()
+    symbol = compiled.fndesc.llvm_func_name
+    made = make_code(fused, block.inspect_llvm(signature.args), symbol)
+    return made or CompiledMachine(compiled.library.get_pointer_to_function(symbol), block)
+
+
+@contextlib.contextmanager
+def _at_compiling(side_by_side: bool) -> Iterator[None]:
+    """Set Python and the compiler up; ``side_by_side`` has it compute like parts several at a time, each with the bits it has alone."""
+    import numba
+
+    collecting, vectorising = gc.isenabled(), numba.config.SLP_VECTORIZE
+    gc.disable()  # what a compiler makes it keeps; looking for garbage in it takes a tenth of the time
+    numba.config.SLP_VECTORIZE = int(side_by_side)
+    try:
+        yield
+    finally:
+        numba.config.SLP_VECTORIZE = vectorising
+        if collecting:
+            gc.enable()
+
+
+def compiled_laws(fused: FusedModule) -> dict[str, Any]:
+    """Return the laws of a module, each made ready to be compiled (or taken from the cache) when the machine calls it."""
+    laws: dict[str, Any] = {}
+    for piece in fused.pieces:
+        laws[piece.name] = _compiled_law(piece, tuple(laws[name] for name in piece.uses))
+    return laws
+
+
+_LAWS: dict[str, Any] = {}
+
+
+def _compiled_law(piece: Piece, used: tuple[Any, ...]) -> Any:
+    if piece.digest not in _LAWS:
+        module = _load(keep(f"law_{piece.digest}.py", piece.text.encode()), f"lathesim_law_{piece.digest}")
+        for name, law in zip(piece.uses, used, strict=True):
+            setattr(module, name, law)
+        _LAWS[piece.digest] = _compiler(cache=True)(getattr(module, piece.name))
+    return _LAWS[piece.digest]
+
+
+def _compiler(cache: bool, **more: Any) -> Any:
+    """Return the compiler; what it makes is called from machine code only, and never has to be fit to be called from Python."""
+    import numba
+
+    return numba.njit(cache=cache, error_model="numpy", boundscheck=False, no_cfunc_wrapper=True, no_cpython_wrapper=True, **more)
+
+
+def _refusal(fused: FusedModule, error: Exception) -> SimulationError:
+    lines = [line.strip() for line in str(error).splitlines() if line.strip() and "nopython mode" not in line]
+    law = next((piece.name for piece in fused.pieces if piece.name in str(error) or piece.digest in str(error)), "the wiring")
+    reason = (lines or [type(error).__name__])[0].partition(" Raised from")[0].rstrip(".")
+    return SimulationError(f"{law} cannot be compiled: {reason}.", remedy="Use floats and math only, or run with --plain.")

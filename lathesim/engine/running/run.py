@@ -1,0 +1,241 @@
+"""``run``: a plan to a Record, in blocks, with progress and STOP; what was computed is kept however the run ends."""
+
+from __future__ import annotations
+
+import platform
+import struct
+import threading
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+import lathesim
+from lathesim.engine.assembly import FloatArray
+from lathesim.engine.compiling.compile_notice import say
+from lathesim.engine.compiling.machine_code import CompiledMachine
+from lathesim.engine.compiling.module_cache import compile_time, compiled_machine, is_compiled, quick_module
+from lathesim.engine.fusing.fuse import FusedModule, fuse
+from lathesim.engine.running.endless import LawRunsOnError, Watch, may_run_on
+from lathesim.engine.running.failure import describe_failure
+from lathesim.engine.running.noise import draw_noise
+from lathesim.engine.running.recorded_values import RecordedValues
+from lathesim.engine.running.run_arrays import RunArrays, start_arrays
+from lathesim.engine.running.stability import check_step
+from lathesim.engine.wiring import Plan
+from lathesim.errors import SimulationError
+from lathesim.record import Channel, Record
+
+ENGINES = ("auto", "plain", "compiled")
+_WORTH = 1.5
+_WORTH_IF_OFTEN = 0.05
+"""How many times longer than compiling the rest of a plain run must take for ``auto`` to compile; less where many runs follow."""
+_BLOCK_TIME = 0.1
+_FIRST_BLOCK = {"plain": 256, "compiled": 4096}
+"""Samples of the first block; later ones are made to last about ``_BLOCK_TIME`` seconds."""
+_BLOCK_NUMBERS = 2**17
+"""Recorded numbers of a block at most: 1 MB, which stays near the processor while the block is looked through and kept."""
+_SMALLEST_BLOCK = 64
+"""Samples of a block that shrinks because it took long; below, the cost of a call counts."""
+_LONGEST_WITHOUT_END = 36000.0
+"""Simulated seconds after which a run that has neither a duration nor come to its end is ended."""
+
+
+class Sink(Protocol):
+    """Takes the recorded blocks of a long run, so that memory stays bounded."""
+
+    def write(self, time: FloatArray, values: FloatArray) -> None:
+        """Take the times (samples,) and values (channels, samples) of the next block."""
+
+
+@dataclass
+class _Progress:
+    expected: int
+    worth: float = _WORTH
+    largest: int = _BLOCK_NUMBERS
+    first: int = 0
+    finished: bool = False
+    status: str = "complete"
+    engine: str = "plain"
+    scratch: FloatArray = field(default_factory=lambda: np.empty(0))
+    """Room for the record of a block, used again by the next: new memory costs more than what is written to it."""
+
+
+@dataclass
+class _Destination:
+    """Where the recorded blocks go: to the sink or else into memory, and past the onlooker."""
+
+    recorded: RecordedValues
+    sink: Sink | None
+    onlooker: Sink | None
+    period: float
+
+    def add(self, state: _Progress, values: FloatArray) -> None:
+        """Take the next block, shape (channels, samples)."""
+        count = values.shape[1]
+        if self.sink is None:
+            self.recorded.add(values)
+        if self.sink is not None or self.onlooker is not None:
+            time, block = (state.first + np.arange(count)) * self.period, np.array(values, order="C")
+            for taker in (self.sink, self.onlooker):
+                if taker is not None:
+                    taker.write(time, block)
+        state.first += count
+
+
+def run(
+    plan: Plan,
+    *,
+    duration: float | None = None,
+    seed: int = 0,
+    engine: str = "auto",
+    overrides: Mapping[str, float] | None = None,
+    progress: Callable[[float], None] | None = None,
+    stop: threading.Event | None = None,
+    sink: Sink | None = None,
+    check_stability: bool = True,
+    expected_time: float | None = None,
+    often: bool = False,
+    onlooker: Sink | None = None,
+    largest_block: int | None = None,
+) -> Record:
+    """Run a plan and give its Record.
+
+    ``duration`` [s] bounds the run; without it the run ends when the machine's ``finish`` output rises. ``overrides`` maps
+    ``part.parameter`` and ``part.state`` to other values [SI]. ``progress`` is told the simulated time after each block; ``stop`` ends the
+    run after the current block, or out of a law that does not end, and Ctrl-C does the same. With a ``sink`` the values go there and the
+    Record holds none. An ``onlooker`` sees each block as well, which the Record keeps all the same; ``largest_block`` [samples] sets how
+    often. An onlooker that takes its time slows the run.
+
+    ``engine`` "auto" takes machine code where it is at hand, and compiles only where the rest of the run, judged by ``expected_time`` [s],
+    would take longer plain; sooner where the machine is to be run ``often``. A machine that cannot be compiled runs plain, and whoever
+    listens to the compiler is told why.
+
+    Raises :class:`SimulationError` when a law breaks, with the data up to then in its ``record``.
+    """
+    if engine not in ENGINES:
+        raise SimulationError(f"there is no engine '{engine}'.", remedy=f"Choose {', '.join(ENGINES)}.")
+    if duration is None and not plan.assembly.finish:
+        raise SimulationError("the run has no end.", remedy="Give a duration, or name the output that ends it.")
+    started = clock.perf_counter()
+    arrays = start_arrays(plan, overrides)
+    if check_stability:
+        check_step(plan, arrays)
+    period = plan.assembly.sample_period
+    last = round((duration if duration is not None else _LONGEST_WITHOUT_END) / period) + 1
+    fused = fuse(plan)
+    recorded = RecordedValues(len(plan.channels), last if duration is not None and sink is None else 0)
+    expected = round(expected_time / period) if duration is None and expected_time is not None else last if duration is not None else 0
+    state = _Progress(expected, worth=_WORTH_IF_OFTEN if often else _WORTH, largest=largest_block or _BLOCK_NUMBERS)
+    kept = _Destination(recorded, sink, onlooker, period)
+    failure = ""
+    with Watch(plan, stop) as watch:
+        try:
+            failure = _advance(plan, fused, arrays, state, last, seed, engine, kept, progress, stop, watch)
+        except (KeyboardInterrupt, LawRunsOnError) as stopped:
+            failure = watch.verdict(stopped, state.first * period)
+            state.status = f"failed: {failure}" if failure else "stopped"
+    if not state.finished and state.status == "complete" and duration is None:
+        state.status = f"stopped: no end after {_LONGEST_WITHOUT_END:g} s"
+    record = _record(plan, recorded.values, state, seed, clock.perf_counter() - started)
+    if failure:
+        raise SimulationError(failure, remedy="The data up to then are kept.", record=record)
+    return record
+
+
+def _advance(
+    plan: Plan, fused: FusedModule, arrays: RunArrays, state: _Progress, last: int, seed: int, engine: str, kept: _Destination,
+    progress: Callable[[float], None] | None, stop: threading.Event | None, watch: Watch,
+) -> str:  # fmt: skip
+    """Run block after block; give the sentence about what broke, empty where nothing did."""
+    module: Any = None
+    live = arrays
+    may_compile = engine == "compiled" or (engine == "auto" and not may_run_on(plan))
+    if may_compile and (engine == "compiled" or is_compiled(fused)):
+        module, may_compile = _machine_code(fused, state), False
+    if state.engine == "plain":
+        module, live = quick_module(fused), arrays.as_lists()
+    period = plan.assembly.sample_period
+    largest = min(max(_SMALLEST_BLOCK, _BLOCK_NUMBERS // max(1, len(plan.channels))), state.largest)
+    size = min(_FIRST_BLOCK[state.engine], last, largest)
+    begun_at = clock.perf_counter()
+    while state.first < last and not state.finished:
+        if stop is not None and stop.is_set():
+            state.status = "stopped"
+            break
+        if may_compile and state.first and _is_worth_compiling(fused, state, clock.perf_counter() - begun_at):
+            module, may_compile = _machine_code(fused, state) or module, False
+            live = live.as_arrays() if state.engine == "compiled" else live
+        count = min(size, last - state.first)
+        noise = draw_noise(plan.noises, seed, state.first, count)
+        before = live.copy()
+        begun = watch.block_begun = clock.perf_counter()
+        done, values, broken = _one_block(plan, module, live, state, count, noise)
+        if broken or not np.isfinite(values).all():
+            sentence, time = describe_failure(plan, state.first, count, before, noise.tolist())
+            good = max(0, min(done if not broken else count, int(time / period) - state.first + 1))
+            broken_at = np.flatnonzero(~np.isfinite(values).all(axis=0))
+            kept.add(state, values[:, : min([good, *broken_at[:1]])])
+            state.status = f"failed: {sentence}"
+            return sentence
+        kept.add(state, values)
+        if progress is not None:
+            progress(state.first * period)
+        spent = clock.perf_counter() - begun
+        size = int(min(largest, max(_SMALLEST_BLOCK, size * (2.0 if spent < _BLOCK_TIME / 2 else 1.0 if spent < _BLOCK_TIME * 2 else 0.5))))
+    return ""
+
+
+def _machine_code(fused: FusedModule, state: _Progress) -> CompiledMachine | None:
+    """Return the machine compiled; where it cannot be, say so."""
+    try:
+        machine = compiled_machine(fused)
+    except SimulationError as error:
+        say(f"{error.fact} The run is plain, some fifty times slower.")
+        return None
+    state.engine = "compiled"
+    return machine
+
+
+def _is_worth_compiling(fused: FusedModule, state: _Progress, spent: float) -> bool:
+    """Hold the rest of a plain run against compiling; a run of unknown length is taken to be half done."""
+    rest = spent * (state.expected / state.first - 1.0) if state.expected > state.first else spent
+    return rest > state.worth * compile_time(fused)
+
+
+def _one_block(plan: Plan, module: Any, live: RunArrays, state: _Progress, count: int, noise: FloatArray) -> tuple[int, FloatArray, bool]:
+    compiled = state.engine == "compiled"
+    size = count * len(plan.channels)
+    if len(state.scratch) < size:
+        state.scratch = np.empty(size)
+    record = state.scratch[:size]
+    record[:] = 0.0
+    assembly = plan.assembly
+    try:
+        done = module.run_block(
+            state.first, count, assembly.sample_period, assembly.step, plan.steps_per_sample, live.parameters, live.states, live.discrete,
+            live.memories, live.tables, noise if compiled else noise.tolist(), record,
+        )  # fmt: skip
+    except (ArithmeticError, ValueError, TypeError, IndexError, struct.error):
+        return count, record.reshape(count, -1).T, True
+    state.finished, done = done < 0, abs(done)
+    return done, record.reshape(count, -1)[:done].T, False
+
+
+def _record(plan: Plan, values: FloatArray, state: _Progress, seed: int, wall_time: float) -> Record:
+    period = plan.assembly.sample_period
+    channels = {name: Channel(name, plan.unit(name), row, plan.doc(name)) for name, row in zip(plan.channels, values, strict=True)}
+    meta: dict[str, str | float | int] = {
+        "seed": seed,
+        "engine": state.engine,
+        "status": state.status,
+        "sample_period": period,
+        "step": plan.assembly.step,
+        "wall_time": wall_time,
+        "lathesim": lathesim.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+    }
+    return Record(np.arange(values.shape[1], dtype=np.float64) * period, channels, meta)

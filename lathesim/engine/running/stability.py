@@ -1,0 +1,78 @@
+"""Whether the RK4 step is short enough for the machine: its fastest eigenvalue against the region of stability.
+
+RK4 multiplies a mode of eigenvalue L by R(hL) = 1 + hL + (hL)^2/2 + (hL)^3/6 + (hL)^4/24 in each step h; a decaying mode needs
+abs(R) <= 1. Source: Hairer and Wanner, Solving Ordinary Differential Equations II, section IV.2. The machine is linearised at its start
+with the sampled parts at rest; a part that grows faster while it runs is not seen here.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lathesim.engine.compiling.module_cache import plain_module
+from lathesim.engine.fusing.fuse import fuse
+from lathesim.engine.running.run_arrays import RunArrays
+from lathesim.engine.wiring import Plan
+from lathesim.errors import WiringError
+
+
+def check_step(plan: Plan, arrays: RunArrays) -> None:
+    """Refuse a step that is too long (:class:`WiringError`), naming the part that swings and the largest good step."""
+    values_seen = (arrays.parameters.tobytes(), arrays.states.tobytes(), arrays.discrete.tobytes())
+    if not plan.states or plan.kept.get("step checked for") == values_seen:
+        return
+    values, vectors = np.linalg.eig(jacobian(plan, arrays))
+    step = plan.assembly.step
+    decaying = values.real < 0.0
+    if not decaying.any():
+        return
+    growth = np.where(decaying, np.abs(amplification(values * step)), 0.0)
+    worst = int(np.argmax(growth))
+    if growth[worst] <= 1.0 + 1e-9:
+        plan.kept["step checked for"] = values_seen
+        return
+    good = step
+    while np.abs(amplification(values[decaying] * good)).max() > 1.0:
+        good *= 0.97
+    name = list(plan.states)[int(np.argmax(np.abs(vectors[:, worst])))].partition(".")[0]
+    rate = abs(values[worst])
+    text = f"{rate / 1e3:.3g} krad/s" if rate >= 1e3 else f"{rate:.3g} rad/s"
+    raise WiringError(
+        f"The step of {step * 1e6:.4g} us is too long: {name} swings at {text}.", remedy=f"Use {_round_down(good * 1e6)} us or less."
+    )
+
+
+def amplification(product: np.ndarray) -> np.ndarray:
+    """Return R(hL) of classical RK4 for the products of step and eigenvalue."""
+    return 1.0 + product * (1.0 + product / 2.0 * (1.0 + product / 3.0 * (1.0 + product / 4.0)))
+
+
+def jacobian(plan: Plan, arrays: RunArrays) -> np.ndarray:
+    """Return the derivative of the rates with respect to the states [1/s, scaled by the states' units], by central differences."""
+    module = plain_module(fuse(plan))
+    given = arrays.as_lists()
+    count = len(plan.states)
+    result = np.zeros((count, count))
+    assembly = plan.assembly
+
+    def rates(states: list[float]) -> np.ndarray:
+        out = [0.0] * count
+        module.rates(
+            0.0, assembly.sample_period, assembly.step, given.parameters, states, given.discrete, given.memories, given.tables, out
+        )
+        return np.array(out)
+
+    for column in range(count):
+        width = 1e-7 * max(1.0, abs(given.states[column]))
+        high, low = list(given.states), list(given.states)
+        high[column] += width
+        low[column] -= width
+        result[:, column] = (rates(high) - rates(low)) / (2.0 * width)
+    return np.where(np.isfinite(result), result, 0.0)
+
+
+def _round_down(number: float) -> str:
+    digits = 1 - math.floor(math.log10(number))
+    return f"{math.floor(number * 10**digits) / 10**digits:g}"

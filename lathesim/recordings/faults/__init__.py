@@ -1,0 +1,1 @@
+"""Faults of a recording that show in itself, without any simulation."""

@@ -1,0 +1,245 @@
+"""Values that stay where they are while the machine moves: frozen channels and clipped ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lathesim.recordings.faults.common_motion import MOTION_UNITS, Pair
+from lathesim.recordings.faults.recorded_channel import RecordedChannel, runs_of
+from lathesim.recordings.finding import Finding
+
+_BEFORE = 10
+"""Samples before a step in which a motion, differentiated, shows nothing of it yet."""
+_LONG = 30
+"""A channel is called frozen after this many equal samples at least."""
+_COUNTS = 2.0
+"""Of its smallest steps: what a channel may stand behind its partner that goes on."""
+_DITHER = 3.5
+"""Of its smallest steps: what a channel that stands still goes to and fro."""
+_READ = ("A", "N", "N*m")
+_REPEATED, _TURNING = 0.5, 0.2
+"""Share of the samples that repeat the one before, at the most, and of those at which a channel turns round, at the least, in noise."""
+_GRAZES, _GRAZED = 3, 10
+"""Samples for which noise grazes a level, and how often it does where it is cut off there."""
+_FULL_SCALE = (7, 24)
+"""Bits of converters whose largest and smallest numbers are known when they are seen."""
+_OFF = 0.02
+"""How far, in its steps, the end of a converter may be off."""
+_STANDING = 120
+"""Samples without noise at one end from which on a force that is measured is cut off there."""
+
+
+def frozen_channels(channels: list[RecordedChannel], found_pairs: list[Pair], period: float) -> list[Finding]:
+    """Find stretches in which a channel repeats one value while the machine goes on, as a logger leaves them that lost its source."""
+    findings = []
+    for channel in channels:
+        if channel.constant or channel.unit == "1":
+            continue
+        begins, ends = runs_of(channel.steps == 0.0)
+        lengths = ends - begins + 1
+        long = lengths >= max(_LONG, 8.0 * _usual_run(lengths))
+        stuck = [
+            (int(begin), int(end) + 1)
+            for begin, end in zip(begins[long], ends[long], strict=True)
+            if _is_frozen(channel, int(begin), int(end) + 1, channels, found_pairs)
+        ]
+        if stuck:
+            begin, end = max(stuck, key=lambda run: run[1] - run[0])
+            more = f", the longest of {len(stuck)} such stretches" if len(stuck) > 1 else ""
+            when = f"{begin * period:.6g} to {(end - 1) * period:.6g} s"
+            fact = f"it is frozen at {channel.values[begin]:.6g} {channel.unit} from {when}{more}"
+            findings.append(Finding("frozen", channel.name, fact, "leave this stretch out, or record again", True))
+    return findings
+
+
+def _usual_run(lengths: npt.NDArray[np.int64]) -> float:
+    """Return the length of the runs in which most samples lie that repeat at all, without the longest few."""
+    if len(lengths) < 10:
+        return 0.0
+    ordered = np.sort(lengths)[:-5]
+    reached = np.cumsum(ordered) / max(float(ordered.sum()), 1.0)
+    return float(ordered[int(np.searchsorted(reached, 0.5))])
+
+
+def _is_frozen(channel: RecordedChannel, begin: int, end: int, channels: list[RecordedChannel], found_pairs: list[Pair]) -> bool:
+    """Return whether a run of equal values, samples ``begin`` to ``end`` - 1, cannot be the machine's own rest."""
+    value = channel.values[begin]
+    extreme = value in (channel.values.max(), channel.values.min())
+    if extreme and np.count_nonzero(channel.values == value) > 1.5 * (end - begin):
+        return False
+    for pair in found_pairs:
+        if channel in (pair.first, pair.second) and abs(pair.correlation) > 0.9:
+            if _leaves_partner(pair, channel, begin, end) and not (channel is pair.second and _is_stepped(pair, end)):
+                return True
+            if channel.unit in ("m", "rad"):
+                return False
+    if channel.driven:
+        return False
+    others = [other for other in channels if other is not channel]
+    if value in (0.0, channel.values.max(), channel.values.min()) or not _stops_on_its_way(channel, begin):
+        return False
+    if _jumps_at_end(channel, begin, end):
+        return any(_moves(other, begin, end) for other in others if other.group == channel.group or other.driven)
+    if _all_stand_still(others, begin, end):
+        return False
+    return _noise_is_gone(channel, begin, end) and any(_alive(other, begin, end) for other in others if not other.driven)
+
+
+def _all_stand_still(channels: list[RecordedChannel], begin: int, end: int) -> bool:
+    """Return whether the machine stands still: its command and all of its places repeat one value each. A controller then gives the same
+    voltage all the time, while a table sticks within one count and a current is as noisy as ever."""
+    shown = [channel for channel in channels if channel.driven or channel.unit in ("m", "rad")]
+    if all(channel.driven for channel in shown):
+        return False
+    # a second sensor, which closes no loop, may be as noisy as ever
+    room = [0.0 if channel.driven else _DITHER * _count(channel) for channel in shown]
+    return all(np.ptp(channel.values[begin:end]) <= most for channel, most in zip(shown, room, strict=True))
+
+
+def _leaves_partner(pair: Pair, channel: RecordedChannel, begin: int, end: int) -> bool:
+    """Return whether the partner goes on while the channel stands, and the channel then catches up in one step."""
+    if channel is pair.second:
+        gone = np.abs(np.ptp(pair.expected[begin:end])) * abs(pair.slope)
+    elif channel.unit == pair.second.unit:
+        gone = np.abs(np.ptp(pair.second.values[begin:end])) / max(abs(pair.slope), 1e-300)
+    else:
+        return False
+    if gone < max(0.003 * channel.span, _COUNTS * _count(channel)) or end + 20 >= len(channel.values):
+        return False
+    step, after = abs(channel.steps[end - 1]), float(np.abs(channel.steps[end + 1 : end + 20]).max())
+    return _jumps_at_end(channel, begin, end) or bool(step > 8.0 * after + 10.0 * channel.roughness)
+
+
+def _is_stepped(pair: Pair, end: int) -> bool:
+    """Return whether a command, the second of a pair, goes by a step to another value, sample ``end``, while the motion still does what it
+    said before: a spindle's speed is commanded so. Of one that was frozen the motion is there already."""
+    command = pair.second
+    if not command.driven or end >= len(command.values):
+        return False
+    motion = pair.slope * (pair.expected[max(end - _BEFORE, 0)] - pair.expected.mean()) + command.values.mean()
+    return bool(abs(motion - command.values[end - 1]) < abs(motion - command.values[end]))
+
+
+def _count(channel: RecordedChannel) -> float:
+    """Return the smallest step a channel makes: while its partner goes no further, it may well stand."""
+    moving = np.abs(channel.steps[channel.steps != 0.0])
+    return float(moving.min()) if len(moving) else 0.0
+
+
+def _moves(channel: RecordedChannel, begin: int, end: int) -> bool:
+    inside = channel.values[begin:end]
+    return not channel.constant and float(np.ptp(inside)) > 0.05 * channel.span + 6.0 * channel.roughness
+
+
+def _stops_on_its_way(channel: RecordedChannel, begin: int) -> bool:
+    """Return whether a channel changes up to the begin of a run and enters it without a jump; a cut that ends leaves its force by one."""
+    before = channel.steps[max(begin - 20, 0) : begin]
+    moving = len(before) == 20 and float(np.mean(before == 0.0)) < 0.2
+    return moving and float(np.abs(before[-3:]).max()) <= channel.usual_step
+
+
+def _jumps_at_end(channel: RecordedChannel, begin: int, end: int) -> bool:
+    """Return whether the channel leaves the run by a step that it makes nowhere else in motion."""
+    if end >= len(channel.values):
+        return False
+    step = abs(channel.values[end] - channel.values[end - 1])
+    return bool(step > 5.0 * channel.usual_step and step > 10.0 * channel.roughness)
+
+
+def _alive(channel: RecordedChannel, begin: int, end: int) -> bool:
+    """Return whether a channel changes from sample to sample all through a stretch."""
+    return float(np.mean(channel.steps[begin : end - 1] == 0.0)) < 0.3
+
+
+def _noise_is_gone(channel: RecordedChannel, begin: int, end: int) -> bool:
+    """Return whether a channel whose samples are hardly ever equal repeats one value all through a long run; a place may well rest."""
+    if channel.unit in ("m", "rad"):
+        return False
+    around = np.concatenate([channel.steps[max(begin - 200, 0) : begin], channel.steps[end - 1 : end + 199]])
+    turns = float(np.mean(around[1:] * around[:-1] < 0.0)) if len(around) > 100 else 0.0
+    return turns > 0.3 and float(np.mean(around == 0.0)) < 0.3 and end - begin >= 2 * _LONG
+
+
+def clipped_channels(found_pairs: list[Pair], period: float) -> list[Finding]:
+    """Find measured motion with flat tops at one level beyond which its partner goes on."""
+    findings: list[Finding] = []
+    for pair in found_pairs:
+        channel = pair.second
+        if channel.driven or channel.unit not in MOTION_UNITS or pair.correlation < 0.5 or channel.unit != pair.first.unit:
+            continue
+        if any(finding.channel == channel.name for finding in findings):
+            continue
+        inner = (channel.values > channel.values.min()) & (channel.values < channel.values.max())
+        if np.count_nonzero(inner) < 50:
+            continue
+        slope, constant = np.polyfit(pair.expected[inner], channel.values[inner], 1)
+        beyond = slope * pair.expected + constant
+        spread = float(np.quantile(np.abs(channel.values[inner] - beyond[inner]), 0.99))
+        for level, sign in ((channel.values.max(), 1.0), (channel.values.min(), -1.0)):
+            flat = channel.values == level
+            over = sign * (beyond - level)
+            if np.count_nonzero(flat) >= _LONG and np.median(over[flat]) > max(0.01 * channel.span, 2.0 * spread) and _flat_runs(flat):
+                begin, end = (int(edge[np.argmax(runs_of(flat)[1] - runs_of(flat)[0])]) for edge in runs_of(flat))
+                side = "above" if sign > 0.0 else "below"
+                fact = (
+                    f"it is clipped {side} {level:.6g} {channel.unit}: {np.count_nonzero(flat)} samples stand there, the longest run from "
+                    f"{begin * period:.6g} to {(end - 1) * period:.6g} s, while {pair.first.name} goes on"
+                )
+                findings.append(Finding("clipped", channel.name, fact, "widen the range of the instrument and record again", True))
+                break
+    return findings
+
+
+def clipped_readings(channels: list[RecordedChannel]) -> list[Finding]:
+    """Find currents and forces whose noise ends at one level: a drive at its limit is read with the noise of its sensor, a range that is
+    too small is not, and where the reading comes near it the noise is cut off sample by sample. A force that is no controller's may also
+    jump right beyond its range, as a cut begins."""
+    findings = []
+    commanded = {channel.part for channel in channels if channel.driven}
+    for channel in (item for item in channels if item.unit in _READ and not item.driven and not item.constant):
+        jumps = channel.unit == "N" and channel.part not in commanded
+        ends = (float(channel.values.max()), float(channel.values.min()))
+        levels = [level for level in ends if level != 0.0 and _cuts_noise(channel, level, jumps=jumps)] or _full_scale(channel, ends)
+        if levels:
+            stand = int(np.count_nonzero(np.isin(channel.values, levels)))
+            where = " and ".join(f"{level:.6g}" for level in levels)
+            count = f"{stand} of {len(channel.values)} samples stand there"
+            fact = f"it is clipped at {where} {channel.unit}: {count}, without the noise of the rest"
+            findings.append(Finding("clipped", channel.name, fact, "widen the range of the instrument and record again", True))
+    return findings
+
+
+def _full_scale(channel: RecordedChannel, ends: tuple[float, float]) -> list[float]:
+    """Return both ends of a channel where it stands long at each and they are the ends of a converter, counted in its steps: 2^n - 1 and
+    -2^n."""
+    gaps = np.diff(np.unique(channel.values))
+    count = float(gaps.min(initial=np.inf))
+    powers = 2.0 ** np.arange(*_FULL_SCALE)
+    if not np.isfinite(count) or not np.any(np.abs(ends[0] / count + 1.0 - powers) < _OFF) or abs(ends[0] + count + ends[1]) > _OFF * count:
+        return []
+    return list(ends) if all(_longest(channel.values == end) >= _LONG for end in ends) else []
+
+
+def _longest(flat: npt.NDArray[np.bool_]) -> int:
+    begins, ends = runs_of(flat)
+    return int((ends - begins).max(initial=0))
+
+
+def _cuts_noise(channel: RecordedChannel, level: float, *, jumps: bool) -> bool:
+    """Return whether the noise of a channel ends at a level: where it grazes it, or, if it ``jumps`` there, in one very long run."""
+    flat = channel.values == level
+    if np.count_nonzero(flat) < _LONG:
+        return False
+    begins, ends = runs_of(flat)
+    lengths = ends - begins
+    inside = ~(flat[1:] | flat[:-1])
+    steps = channel.steps[: len(inside)][inside]
+    noisy = len(steps) > 2 * _LONG and np.mean(steps == 0.0) < _REPEATED and np.mean(steps[1:] * steps[:-1] < 0.0) > _TURNING
+    grazed = np.count_nonzero(lengths <= _GRAZES) >= _GRAZED
+    return bool(noisy and lengths.max() >= _LONG and (grazed or (jumps and lengths.max() >= _STANDING)))
+
+
+def _flat_runs(flat: npt.NDArray[np.bool_]) -> bool:
+    begins, ends = runs_of(flat)
+    return bool(np.max(ends - begins) >= _LONG)

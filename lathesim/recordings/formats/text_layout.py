@@ -1,0 +1,146 @@
+"""How a text table is written, found from its first lines: what separates cells, which comma is meant, where names and units stand."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lathesim.recordings.formats.number_rows import NUMBER, STAMP, RowFormat
+from lathesim.recordings.raw_table import is_unit, plain_unit, split_unit, unique_names
+
+_NUMBER = re.compile(NUMBER)
+_WHEN = re.compile(STAMP.decode() + r"Z?")
+_FORMS = (("\t", False), (";", False), (",", False), ("\t", True), (";", True), ("", False), ("", True))
+_LOOKED_AT = 60
+
+
+@dataclass(frozen=True)
+class TextLayout:
+    """Where the rows begin (lines to skip) and how they are written, and the names and units of the cells."""
+
+    skip: int
+    form: RowFormat
+    names: list[str]
+    units: list[str]
+    numeric: list[bool]
+    """For each cell whether it holds numbers, as far as the first rows show."""
+    named: bool
+
+
+def find_layout(lines: Sequence[str]) -> TextLayout | None:
+    """Return the layout of a text table from its first lines, or None where there is no table of numbers in it."""
+    filled = [(number, line) for number, line in enumerate(lines) if line.strip() and line[0] not in "#%"]
+    sample = [line for _, line in filled[-_LOOKED_AT:]]
+    if not sample:
+        return None
+    delimiter, comma, width = _written(sample)
+    if width == 0:
+        return None
+    first = _first_row(filled, delimiter, comma, width)
+    if first is None:
+        return None
+    above = [line for number, line in filled if number < first]
+    if delimiter == "," and width == 2 and above and "," not in above[-1]:
+        delimiter, comma, width = ";", True, 1
+    rows = [cells(line, delimiter) for number, line in filled if number >= first][:_LOOKED_AT]
+    rows = [row for row in rows if len(row) == width]
+    names, units, named = _names(lines[:first], delimiter, width)
+    inside = comma or (delimiter == "," and any('"' in line for line in sample))
+    numeric = [_numeric_share([row[cell] for row in rows], inside) > 0.0 for cell in range(width)]
+    stamps = next((cell for cell in range(width) if rows and _WHEN.fullmatch(rows[0][cell])), None)
+    if stamps is not None:
+        numeric[stamps] = True
+        units[stamps] = "s"
+    return TextLayout(first, RowFormat(delimiter, comma, width, stamps), unique_names(names), units, numeric, named)
+
+
+def cells(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line, without quotes and surrounding blanks."""
+    if not delimiter:
+        return line.split()
+    if '"' in line:
+        import csv
+
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+    return [cell.strip() for cell in line.split(delimiter)]
+
+
+def _written(sample: Sequence[str]) -> tuple[str, bool, int]:
+    best, found = 0.0, ("", False, 0)
+    quoted = any('"' in line for line in sample)
+    for delimiter, comma in _FORMS:
+        rows = [cells(line, delimiter) for line in sample]
+        width, often = Counter(len(row) for row in rows).most_common(1)[0]
+        if width < 2:
+            continue
+        share = _numeric_share([cell for row in rows for cell in row], comma or (quoted and delimiter == ","))
+        score = share * often / len(rows)
+        if score > best + 1e-9:
+            best, found = score, (delimiter, comma, width)
+    if best >= 0.3:
+        return found
+    for comma in (False, True):
+        if _numeric_share([line.strip().strip('"') for line in sample], comma) > 0.5:
+            return ";", comma, 1
+    return "", False, 0
+
+
+def _numeric_share(texts: Sequence[str], comma: bool) -> float:
+    """Return the share of the cells that are not empty which are numbers."""
+    given = [text for text in texts if text]
+    return sum(is_number(text, comma) for text in given) / len(given) if given else 0.0
+
+
+def is_number(text: str, comma: bool = False) -> bool:
+    """Return whether a cell is a number, a date with time, or TRUE or FALSE."""
+    plain = text.strip().strip('"')
+    if comma:
+        plain = plain.replace(",", ".")
+    return _NUMBER.fullmatch(plain) is not None or plain.lower() in ("true", "false") or _WHEN.fullmatch(plain) is not None
+
+
+def _first_row(filled: Sequence[tuple[int, str]], delimiter: str, comma: bool, width: int) -> int | None:
+    for number, line in filled:
+        row = cells(line, delimiter)
+        given = [cell for cell in row if cell]
+        quoted = delimiter == "," and '"' in line
+        if len(row) == width and given and 2 * sum(is_number(cell, comma or quoted) for cell in given) >= len(given):
+            return number
+    return None
+
+
+def _names(above: Sequence[str], delimiter: str, width: int) -> tuple[list[str], list[str], bool]:
+    """Return names and units from the lines above the rows: a row of names, perhaps one of units below it, or a comment line."""
+    full = [row for line in above if line.strip() and line[0] not in "#%" and _fits(row := cells(line, delimiter), width)]
+    if not full:
+        notes = [line.lstrip("#% ") for line in above if line[:1] in ("#", "%")]
+        full = [row for line in notes[-1:] if _fits(row := cells(line, delimiter), width)]
+    if not full:
+        return [f"column_{place}" for place in range(1, width + 1)], [""] * width, False
+    units = [""] * width
+    names = full[-1]
+    if len(full) > 1 and _are_units(full[-1]):
+        names, units = full[-2], [_unit_cell(text) for text in _filled_up(full[-1], width)]
+    pairs = [split_unit(name) for name in _filled_up(names, width)]
+    return [name for name, _ in pairs], [own or unit for (_, own), unit in zip(pairs, units, strict=True)], True
+
+
+def _fits(row: Sequence[str], width: int) -> bool:
+    """Return whether a line of text can name the cells of a row: as many cells, but for empty or unused ones at the end."""
+    return abs(len(row) - width) <= 1 and 2 * sum(bool(cell) for cell in row) >= width
+
+
+def _filled_up(row: Sequence[str], width: int) -> list[str]:
+    return [*row[:width], *[""] * (width - len(row))]
+
+
+def _are_units(row: Sequence[str]) -> bool:
+    given = [text for text in (_unit_cell(cell) for cell in row) if text]
+    bracketed = all(cell[0] + cell[-1] in ("[]", "()") for cell in row if cell)
+    return bracketed or (bool(given) and 2 * sum(is_unit(text) for text in given) > len(given))
+
+
+def _unit_cell(text: str) -> str:
+    return plain_unit(text.strip("[]() ")) if text else ""
