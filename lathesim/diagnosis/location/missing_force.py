@@ -7,18 +7,21 @@ missing signal explained there is the bar of that variable. A variable that expl
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy.fft import irfft, rfft
 
+from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan
 from lathesim.identification.machine.roles import is_of_machine, is_signal
 from lathesim.identification.noise.noise_model import taper
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.replay.initial_state import line_of
 from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.replay.open_loop import as_recorded
 from lathesim.identification.replay.simulator import IMPULSE
@@ -60,7 +63,7 @@ def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Miss
     shapes = experiment.sensed.noise_shapes(fitted.by_name)[channel]
     states, impulse_responses, _ = experiment.sensed.impulse_responses(as_recorded(fitted.by_name))
     moved = [
-        (row, part)
+        (row, state)
         for row, state in enumerate(states)
         if (part := _pushed(plan, state))
         and np.any(impulse_responses[row, channel])
@@ -68,7 +71,7 @@ def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Miss
     ]
     if not moved or not shapes.differences:
         return Missing(name, plan.unit(experiment.sensed.channels[channel]), residual)
-    row, part = max(moved, key=lambda item: float(np.abs(impulse_responses[item[0], channel]).max()))
+    row, state = max(moved, key=lambda item: float(np.abs(impulse_responses[item[0], channel]).max()))
     period = experiment.sensed.period
     response, error = impulse_responses[row, channel], residual
     for _ in range(shapes.differences):
@@ -78,10 +81,11 @@ def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Miss
     kept = slice(0, min(shapes.band, len(transformed)))
     answers = np.abs(gain[kept]) > _DEAF * np.abs(gain).max(initial=0.0)
     rate[kept] = np.divide(transformed[kept], gain[kept], out=np.zeros_like(gain[kept]), where=answers)
-    ports = plan.parts[part].component.ports
-    inertia = fitted.by_name.get(f"{part}.{ports['inertia']}", _value(plan, f"{part}.{ports['inertia']}")) if "inertia" in ports else 1.0
-    unit = plan.unit(f"{part}.{ports['effort']}") if "inertia" in ports else "m/s^2"
-    return Missing(f"{part}.{ports['effort']}", unit, np.asarray(-inertia * irfft(rate, n=len(residual))), mean_is_known=False)
+    part = state.partition(".")[0]
+    inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports
+    unit = plan.unit(f"{part}.{ports['effort']}") if inertia else "m/s^2"
+    acceleration = _flow_of(plan, state) * irfft(rate, n=len(residual))
+    return Missing(f"{part}.{ports['effort']}", unit, np.asarray(-(inertia or 1.0) * acceleration), mean_is_known=False)
 
 
 def _speaks_loudest(impulse_responses: FloatArray, channel: int, floors: FloatArray, telling: npt.NDArray[np.bool_]) -> bool:
@@ -110,17 +114,33 @@ def _showing(experiment: Experiment, part: str) -> list[str]:
 
 
 def _pushed(plan: Plan, state: str) -> str:
-    """Return the part whose velocity a state is, where a force can be missing; else an empty text."""
+    """Return the part whose velocity a state tells, where a force can be missing; else an empty text."""
+    name = state.partition(".")[0]
+    return name if {"effort", "flow"} <= set(plan.parts[name].component.ports) and _flow_of(plan, state) else ""
+
+
+def _flow_of(plan: Plan, state: str) -> float:
+    """Return the velocity of a part for one unit of a state: 1 where the state is that velocity, the way of a screw for a speed of its
+    motor, 0 for a state that is none."""
     name, _, item = state.partition(".")
-    component = plan.parts[name].component
-    ports = component.ports
-    if "effort" not in ports or "flow" not in ports:
-        return ""
-    return name if component.declarations[ports["flow"]].unit == component.declarations[item].unit else ""
+    part = plan.parts[name]
+    flow, declared = part.component.ports["flow"], part.component.declarations
+    line = line_of(part, flow, item)
+    return line[1] if line is not None and not line[0] else float(line is None and declared[flow].unit == declared[item].unit)
 
 
-def _value(plan: Plan, name: str) -> float:
-    return plan.parameter_values[plan.parameters[name]] if name in plan.parameters else 1.0
+def _inertia(plan: Plan, name: str, values: Mapping[str, float]) -> float:
+    """Return what a force on a part moves, as a mass or an inertia at its place: a value of the part, or one that follows from its values;
+    0 where the part has none."""
+    component, given = plan.parts[name].component, plan.parameter_values
+    item = component.ports.get("inertia", "")
+    known = {one: values.get(f"{name}.{one}", given[plan.parameters[f"{name}.{one}"]]) for one in component.declared(Parameter)
+             if f"{name}.{one}" in plan.parameters}  # fmt: skip
+    if not item or item in known:
+        return known.get(item, 0.0)
+    law = component.law_of(item)
+    found = component.laws[law](*(known.get(one, 0.0) for one in component.arguments[law]))
+    return float(found[component.output_laws()[law].index(item)] if isinstance(found, tuple) else found)
 
 
 def places(experiment: Experiment, fitted: Fitted) -> list[Place]:

@@ -10,6 +10,7 @@ import numpy as np
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.unexplained_command import shown_commands, unexplained_share
 from lathesim.engine.assembly import Assembly
+from lathesim.identification.machine.roles import closes_a_loop, decides
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
@@ -39,6 +40,7 @@ def of_another_period(experiment: Experiment, values: Mapping[str, float], metho
 def _beside_the_lesson(experiment: Experiment, values: Mapping[str, float], method: Method) -> str:
     """Return a sentence where the time column and the lesson's period differ by more than two clocks do, unless a command speaks for the
     time column: it follows from what its controller was given with that only."""
+    # of an open loop the converter that holds its voltage keeps the time, and no command tells which clock is right
     period, clock = 1e3 * experiment.machine.assembly.sample_period, experiment.machine.clock
     decides_every, how = period / experiment.machine.decisions, "fast" if clock > 1.0 else "slow"
     times = f"every {decides_every / clock:.4g} ms, and by the recording's clock every {decides_every:.4g} ms: that runs"
@@ -53,7 +55,10 @@ def _beside_the_lesson(experiment: Experiment, values: Mapping[str, float], meth
             )
         if as_told > limits.clock_unexplained and as_recorded < limits.left_by_shift * as_told:
             return ""
+    parts = experiment.machine.assembly.parts
+    open_loop = not any(closes_a_loop(part) for part in parts)
     shown = [controller for controller, _ in shown_commands(experiment)]
+    shown += [part.name for part in parts if open_loop and decides(part.component)]
     if not shown:
         return ""
     return (

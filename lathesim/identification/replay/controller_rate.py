@@ -14,7 +14,7 @@ import numpy as np
 from scipy.interpolate import Akima1DInterpolator
 
 from lathesim.engine.assembly import Assembly, FloatArray, Part
-from lathesim.identification.machine.roles import closes_a_loop
+from lathesim.identification.machine.roles import closes_a_loop, decides
 from lathesim.identification.replay.recorded_parts import HeldSignal, LinearSignal, SplineTerm
 
 MOST = 10
@@ -36,12 +36,12 @@ def decisions_for_each(period: float, assembly: Assembly) -> int:
 
 
 def clock_beside(period: float, assembly: Assembly) -> float:
-    """Return how many times as long as the lesson says the periods of its controllers are by the recording's clock, where that holds
-    each or every k-th of their decisions; 1 where it is no further off than a clock, or holds something else."""
+    """Return how many times as long as the lesson says the periods of its controllers and converters are by the recording's clock, where
+    that holds each or every k-th of their decisions; 1 where it is no further off than a clock, or holds something else."""
     ratio = period / assembly.sample_period
     beside = ratio / max(1, round(ratio))
     alike = _CLOCK < abs(beside - 1.0) < _WHOLE
-    return beside if alike and any(closes_a_loop(part) for part in assembly.parts) else 1.0
+    return beside if alike and any(decides(part.component) for part in assembly.parts) else 1.0
 
 
 def at_controllers_rate(assembly: Assembly, decisions: int) -> Assembly:

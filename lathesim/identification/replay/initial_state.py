@@ -29,14 +29,14 @@ def start_from(part: Part, state: str, motion: Mapping[str, FloatArray]) -> tupl
         if values is not None:
             return float(values[0]), _SPREAD * float(np.std(values)) + 1e-12
     for output in shown:
-        values, line = motion.get(f"{part.name}.{output}"), _line(part, output, state)
+        values, line = motion.get(f"{part.name}.{output}"), line_of(part, output, state)
         if values is not None and line is not None:
             constant, slope = line
             return (float(values[0]) - constant) / slope, _SPREAD * float(np.std(values)) / abs(slope) + 1e-12
     return None
 
 
-def _line(part: Part, output: str, state: str) -> tuple[float, float] | None:
+def line_of(part: Part, output: str, state: str) -> tuple[float, float] | None:
     """Return a and b of an output that is a + b times a state and nothing else that moves; none of any other one."""
     component = part.component
     law = component.law_of(output)

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lathesim.components.converters.da_converter import DAConverter
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
 from lathesim.diagnosis.recording_checks.exchanged_channels import exchanged_with, swapped
 from lathesim.diagnosis.recording_checks.mistaken_unit import in_another_unit, wrong_unit
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.effects.offset_and_gain import ScaleFactorError
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Part, Wire
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.identification.replay.controller_rate import clock_beside
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
@@ -24,7 +25,7 @@ from lathesim.identification.replay.validation_split import parted
 from lathesim.record import Record
 from tests.diagnosis.controlled_axis import CURRENT, POSITION, REFERENCE, VOLTAGE, controlled_axis
 from tests.diagnosis.one_cut import cut_machine, cut_record
-from tests.diagnosis.pushed_table import machine
+from tests.diagnosis.pushed_table import machine, recording
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +78,17 @@ def test_the_current_of_a_drive_tells_of_a_clock_too(tmp_path: Path) -> None:
     off = replace(off, machine=replace(off.machine, clock=1.005))
     assert of_another_period(off, {}).startswith("x_controller decides every 1 ms, and by the recording's clock every 1.005 ms")
     assert of_another_period(replace(experiment, machine=replace(experiment.machine, clock=1.005)), {}) == ""
+
+
+def test_of_an_open_loop_the_converter_keeps_the_time() -> None:
+    """No command tells which clock is right, and what follows is a speed that is off by as much as the clock."""
+    table = machine()
+    wires = (*table.assembly.wires, Wire("dac.command", constant=0.0))
+    held = replace(table.assembly, parts=(*table.assembly.parts, Part("dac", DAConverter)), wires=wires)
+    (experiment,) = build_experiments(replace(table, assembly=held), [("run.csv", recording(count=500))], [])
+    assert clock_beside(1.003 * held.sample_period, held) == pytest.approx(1.003)
+    sentence = of_another_period(replace(experiment, machine=replace(experiment.machine, clock=1.003)), {})
+    assert sentence.startswith("dac decides every ") and "No command tells which of the two is right" in sentence
 
 
 @pytest.mark.parametrize(("factor", "clock"), [(1.0001, 1.0), (1.25, 1.0), (2.01, 1.005), (0.995, 0.995)])

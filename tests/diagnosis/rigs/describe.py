@@ -70,7 +70,7 @@ def _other(axis: str) -> str:
 
 
 def _ms(seconds: float) -> str:
-    return f"{1e3 * seconds:.6g} ms"
+    return f"{1e3 * seconds:.10g} ms"
 
 
 def _step(rig: Rig, p: Physics) -> float:

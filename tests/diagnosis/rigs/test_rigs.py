@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.diagnosis.location.missing_force import missing_signal
+from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.replay.experiment import build_experiments
 from lathesim.identification.replay.loading import read_for
 from lathesim.lessons.lesson import load_lesson
@@ -97,3 +99,19 @@ def test_descriptions_of_a_rig_are_the_same_machine(rig: str, tmp_path: Path) ->
         moved = float(np.std(values))
         apart = float(np.sqrt(np.mean((values - motor_side[name]) ** 2)))
         assert apart < 0.02 * moved, name
+
+
+@pytest.mark.parametrize("rig", ["gear_pid_1k"])
+def test_the_same_force_is_missing_in_every_description(rig: str, tmp_path: Path) -> None:
+    """Behind the encoder a force is missing on the table, whether the part that moves is the table or the motor with all behind it."""
+    case = next(case for case in schedule(1, {"single": 12}) if case.rig.name == rig and case.keys == ("gravity",))
+    forces = []
+    for folder in write_case(case, tmp_path)[:2]:
+        prepared = prepare(load_lesson(folder / "lesson.yaml"), load_registry())
+        machine, recorded = read_for(prepared, folder / "fit.csv", load_registry())
+        (experiment,) = build_experiments(machine, [("fit.csv", recorded.record)], ())
+        fitted = fit(experiment.sensed, experiment.start_states(experiment.sensed.plan), {}, rounds=1)
+        forces.append(missing_signal(experiment, fitted, machine.compare.index("x_encoder.position")))
+    assert [(force.at.partition(".")[0], force.unit) for force in forces] == [("x_axis", "N")] * 2
+    apart, size = (float(np.sqrt(np.mean(values**2))) for values in (forces[0].values - forces[1].values, forces[0].values))
+    assert apart < 0.02 * size
