@@ -12,7 +12,8 @@ from lathesim.diagnosis.recording_checks.checks import against_commands, found_b
 from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw, another_law
 from lathesim.diagnosis.recording_checks.controller_value import controller_value, with_commands_followed
 from lathesim.diagnosis.recording_checks.exchanged_channels import exchanged_with
-from lathesim.diagnosis.recording_checks.mapped_elsewhere import mapped_elsewhere
+from lathesim.diagnosis.recording_checks.mapping.another_place import of_another_place
+from lathesim.diagnosis.recording_checks.mapping.mapped_elsewhere import mapped_elsewhere
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.diagnosis.records.added_signal import UnrecordedInput
@@ -68,7 +69,7 @@ def prepare(question: Question) -> Prepared:
     experiments, whole, name = _experiments(question)
     findings = tuple(dict.fromkeys((*findings, *(zero for one in experiments for zero in sensor_zeros(one, method=method)))))
     prepared = Prepared(question, findings, (), tuple(experiments), whole, name)
-    for check in (exchanged_with, mapped_elsewhere):
+    for check in (exchanged_with, mapped_elsewhere, of_another_place):
         if faults := found_by((check,), [(one, as_given(one)) for one in experiments], method):
             return replace(prepared, faults=faults)
     given = with_commands_followed(prepared.experiment, as_given(prepared.experiment))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lathesim.component import Parameter
-from lathesim.diagnosis.recording_checks.mapped_elsewhere import mapped_elsewhere
+from lathesim.diagnosis.recording_checks.mapping.mapped_elsewhere import mapped_elsewhere
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.record import Record

@@ -1,0 +1,1 @@
+"""Columns that the lesson maps to another place than they are of."""
