@@ -10,9 +10,10 @@ import pytest
 
 from lathesim.errors import LatheSimError
 from lathesim.stability.tool_point.choose_modes import find_modes
-from lathesim.stability.tool_point.estimate_response import TapEstimate, estimate_response
+from lathesim.stability.tool_point.estimate_response import TapEstimate, estimate_response, judged_hits
 from lathesim.stability.tool_point.frequency_response import FrequencyResponse
 from lathesim.stability.tool_point.modes import Mode, ToolPoint
+from lathesim.stability.tool_point.noise_weights import weights_of_mean
 from lathesim.stability.tool_point.read_response import read_response
 from lathesim.stability.tool_point.tap import TapSettings, tap
 from lathesim.stability.tool_point.tap_lesson import tap_until_good
@@ -55,6 +56,23 @@ def test_double_hits_are_found_and_made_again() -> None:
     assert [bool(hit.reason) for hit in found.hits] == list(record.truth)
     again = tap_until_good(THREE, settings, 3)
     assert sum(not hit.reason for hit in again.hits) >= 5
+
+
+@pytest.mark.parametrize("contact", [8e-5, 1.5e-4])
+def test_ringing_of_the_filter_after_a_short_contact_is_no_double_hit(contact: float) -> None:
+    record = tap(THREE, TapSettings(hits=6, length=0.1, contact=contact, double_hits=0.5), 2)
+    assert 0 < sum(record.truth) < 6
+    assert [bool(hit.reason) for hit in judged_hits(record)] == list(record.truth)
+
+
+def test_noise_of_the_force_is_known_where_it_lies_beside_the_pulse(tapped: TapEstimate) -> None:
+    response = tapped.response
+    true = THREE.receptance(response.frequency)
+    assert response.hits is not None
+    assert 0.0 < response.pulse_lead < 0.5 * response.pulse_length  # the filter's tail is behind the pulse
+    weights = weights_of_mean(response, response.hits, len(response.hits), true)
+    misfit = weights.misfit(response.receptance_values - true) / (2.0 * len(true))
+    assert misfit == pytest.approx(1.0, abs=0.12)
 
 
 def test_an_overload_is_told() -> None:

@@ -9,6 +9,7 @@ damping. Source: D. J. Ewins, Modal Testing (2000), chapter 3. Left out: noise t
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +22,7 @@ from lathesim.stability.tool_point.frequency_response import Complex, FrequencyR
 from lathesim.stability.tool_point.tap import TapRecord
 
 SECOND_PULSE = 0.04
-"""Share of the first pulse from which a later one counts as a double hit; filters ring by less."""
+"""Share of the first pulse from which a later one counts as a double hit."""
 NOISE_LEVELS = 8.0
 """Standard deviations of the noise that a second pulse has to stand out by."""
 _FLAT_TOP = 3
@@ -94,7 +95,8 @@ def estimate_response(record: TapRecord) -> TapEstimate:
         record.quantity,
         rate,
         max(end - begin for begin, end in pulses) / record.rate,
-        noise / record.rate,
+        _lead(forces, pulses) / record.rate,
+        noise / math.sqrt(record.rate),
         "tap test",
         tuple(f"hit {hit.number} is left out: {hit.reason}" for hit in hits if hit.reason),
     )
@@ -134,7 +136,11 @@ def _noise(signal: FloatArray) -> float:
 
 
 def _second_pulse(force: FloatArray, top: int, level: float) -> int | None:
-    """Return where a second pulse has its top, none where there is none; the first one has to have ended in between."""
+    """Return where a second pulse has its top, none where there is none; the first one has to have ended in between.
+
+    The filter of a data logger rings after a short contact: each swing is smaller than the one to the other side before it. A further hit
+    pushes the force up by more than it swung down before.
+    """
     after = np.flatnonzero(force[top:] < level)
     before = np.flatnonzero(force[: top + 1] < level)
     if not len(after) or not len(before):
@@ -142,8 +148,11 @@ def _second_pulse(force: FloatArray, top: int, level: float) -> int | None:
     end, begin = top + int(after[0]), int(before[-1])
     rest = force[end:].copy()
     early = force[:begin]
-    if len(rest) and rest.max() > level:
-        return end + int(np.argmax(rest))
+    swings = [0, *(np.flatnonzero(np.diff(np.signbit(rest))) + 1).tolist(), len(rest)]
+    highest = [(int(np.argmax(np.abs(rest[a:b]))) + a) for a, b in itertools.pairwise(swings) if b > a]
+    for before_it, at in itertools.pairwise([0, *highest]):
+        if rest[at] > max(level, -rest[before_it]):
+            return end + at
     return int(np.argmax(early)) if len(early) and early.max() > level else None
 
 
@@ -154,6 +163,13 @@ def _pulse(force: FloatArray) -> tuple[int, int]:
     loud = np.flatnonzero(np.abs(force) > max(6.0 * noise, 1e-5 * force[top]))
     around = loud[np.abs(loud - top) < max(64, int(0.02 * len(force)))]
     return max(0, int(around[0]) - _MARGIN), min(len(force), int(around[-1]) + 1 + _MARGIN)
+
+
+def _lead(forces: FloatArray, pulses: list[tuple[int, int]]) -> float:
+    """Return how many samples before the middle of its pulse each hit is kept from, in the mean."""
+    places = np.arange(forces.shape[1])
+    middles = [float(places @ row) / float(row.sum()) for row in forces]
+    return float(np.mean([middle - begin for middle, (begin, _) in zip(middles, pulses, strict=True)]))
 
 
 def _zero(record: TapRecord, good: list[int]) -> FloatArray:

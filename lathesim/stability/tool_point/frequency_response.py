@@ -47,8 +47,9 @@ class FrequencyResponse:
 
     ``coherence`` (lines,) from 0 to 1 where it is known. ``hits`` (hits, lines) are the responses of single hits, where they were kept, and
     ``forces`` (lines,) the mean spectrum of the force, for weighting. ``window_rate`` [1/s] is the decay of an exponential window over
-    force and response, by which all poles stand to the left. ``force_noise`` [N*s] is the standard deviation that the noise of each sample
-    of the force leaves in its spectrum, over the ``pulse_length`` [s] that was kept of each hit. ``quantity`` says what was measured.
+    force and response, by which all poles stand to the left. ``force_noise`` [N*sqrt(s)] is the root of the density of the noise of the
+    force, of which the ``pulse_length`` [s] around each hit was kept; it began ``pulse_lead`` [s] before the middle of the pulse.
+    ``quantity`` says what was measured.
     """
 
     frequency: FloatArray
@@ -59,6 +60,7 @@ class FrequencyResponse:
     quantity: Quantity = "receptance"
     window_rate: float = 0.0
     pulse_length: float = 0.0
+    pulse_lead: float = 0.0
     force_noise: float = 0.0
     title: str = ""
     findings: tuple[str, ...] = field(default=())
@@ -72,8 +74,13 @@ class FrequencyResponse:
 
     @property
     def notes(self) -> str:
-        """What a file keeps beside the numbers: ``window_rate 0.3; pulse_length 0.006; force_noise 4e-05``."""
-        values = {"window_rate": self.window_rate, "pulse_length": self.pulse_length, "force_noise": self.force_noise}
+        """What a file keeps beside the numbers: ``window_rate 0.3; pulse_length 0.006; pulse_lead 0.002; force_density 0.0044``."""
+        values = {
+            "window_rate": self.window_rate,
+            "pulse_length": self.pulse_length,
+            "pulse_lead": self.pulse_lead,
+            "force_density": self.force_noise,
+        }
         return "; ".join(f"{name} {value:.9g}" for name, value in values.items() if value)
 
     @property

@@ -2,7 +2,8 @@
 
 The noise of the response channel is independent from line to line; its size is learned from how single hits differ. The noise of the force
 is smooth in frequency, as only the short pulse is kept: it multiplies the response by 1 + sum_t g_t exp(-j w t)/|F| with one g for each
-sample of the pulse. Both together are a covariance D + A A^T, whose inverse root is applied by the singular vectors of A.
+sample that is kept, t from the middle of the pulse. Both together are a covariance D + A A^T, whose inverse root is applied by the singular
+vectors of A.
 """
 
 from __future__ import annotations
@@ -75,8 +76,7 @@ def weights_of_mean(response: FrequencyResponse, hits: Complex, count: int, shap
 def _response_noise(scatter: FloatArray, strength: FloatArray, response: FrequencyResponse) -> FloatArray:
     """Return the noise of the response channel alone, by the scatter less what the noise of the force explains; smooth over frequency."""
     assert response.forces is not None
-    samples = max(1.0, response.pulse_length * response.frequency[-1] / BAND)
-    by_force = (strength * response.force_noise / response.forces) ** 2 * samples
+    by_force = (strength * response.force_noise / response.forces) ** 2 * response.pulse_length
     quiet = by_force < 0.3 * np.median(scatter)
     if np.count_nonzero(quiet) < 8:
         return running_mean(np.maximum(scatter - by_force, 0.05 * scatter))
@@ -88,11 +88,10 @@ def _response_noise(scatter: FloatArray, strength: FloatArray, response: Frequen
 def _force_directions(response: FrequencyResponse, mean: Complex, deviation: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     """Return the directions of the noise of the force and the share to take from each."""
     assert response.forces is not None
-    rate = response.frequency[-1] / BAND
-    samples = max(1, round(response.pulse_length * rate))
-    used = min(samples, _LARGEST_BASIS)
-    lags = np.linspace(-0.5, 0.5, used) * response.pulse_length
-    size = response.force_noise * np.sqrt(samples / used / count)
+    used = min(max(1, round(response.pulse_length * response.frequency[-1] / BAND)), _LARGEST_BASIS)
+    # noise turns the response by its distance from the middle of the pulse: the filter's tail makes the part behind it the longer one
+    lags = (np.arange(used) + 0.5) / used * response.pulse_length - response.pulse_lead
+    size = response.force_noise * np.sqrt(response.pulse_length / used / count)
     columns = (mean / response.forces * size / deviation)[:, None] * np.exp(-2j * np.pi * np.outer(response.frequency, lags))
     stacked = np.ascontiguousarray(columns.T).view(np.float64)
     _, sizes, right = np.linalg.svd(stacked, full_matrices=False)

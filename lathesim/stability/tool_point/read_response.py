@@ -27,7 +27,7 @@ NUMERATORS: dict[int, Quantity] = {8: "receptance", 11: "mobility", 12: "acceler
 """Specific data type of the ordinate -> what a response over force is."""
 HIT = "hit "
 """How the title of a response of a single hit begins."""
-NOTE = re.compile(r"(window_rate|pulse_length|force_noise) ([-+.\deE]+)")
+NOTE = re.compile(r"(window_rate|pulse_length|pulse_lead|force_density) ([-+.\deE]+)")
 _SAID = "Say what it is, as in --quantity accelerance --unit g/N."
 _FREQUENCY = ("frequency", "freq", "f", "hz", "frequencies", "f_hz", "freq_hz")
 _REAL = ("real", "re", "real_part")
@@ -105,7 +105,7 @@ def _response(
     single = None if hits is None else np.stack([to_receptance(frequency, row, *known)[1] for row in hits])
     kept = None if coherence is None else coherence[1:] if dropped else coherence
     spectrum = None if forces is None else forces[1:] if dropped else forces
-    notes: dict[str, Any] = {name: float(value) for name, value in NOTE.findall(title)}
+    notes: dict[str, Any] = {name.replace("force_density", "force_noise"): float(value) for name, value in NOTE.findall(title)}
     return FrequencyResponse(f, h, kept, single, spectrum, known[0], title=title, **notes)
 
 

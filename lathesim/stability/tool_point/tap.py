@@ -18,8 +18,9 @@ from lathesim.record import FloatArray
 from lathesim.stability.tool_point.frequency_response import Quantity
 from lathesim.stability.tool_point.modes import ToolPoint
 
-_STEPS = 8
-"""RK4 steps of a sample: a mode at a quarter of the sample rate swings right within 1e-4."""
+_FEWEST_STEPS, _MOST_STEPS = 8, 32
+_ANGLE_OF_A_STEP = 0.04
+"""Angle [rad] that the fastest mode turns in an RK4 step a: its frequency is then right within a^4/120 = 2e-8, less than noise hides."""
 _BAND = 0.2
 """Corner of the filters over the sample rate."""
 START = 0.01
@@ -111,4 +112,10 @@ def _plan(tool: ToolPoint, settings: TapSettings) -> Plan:
         wires.append(Wire("sensor.measured", f"{last}.{output}"))
     period = 1.0 / settings.rate
     recorded = ("load_cell.reading", "sensor.reading")
-    return wire(Assembly(tuple(parts), tuple(wires), period, period / _STEPS, record=recorded))
+    return wire(Assembly(tuple(parts), tuple(wires), period, period / _steps(tool, settings), record=recorded))
+
+
+def _steps(tool: ToolPoint, settings: TapSettings) -> int:
+    """Return the RK4 steps of a sample."""
+    fastest = 2.0 * math.pi * max(mode.frequency for mode in tool.modes) / settings.rate
+    return min(max(math.ceil(fastest / _ANGLE_OF_A_STEP), _FEWEST_STEPS), _MOST_STEPS)

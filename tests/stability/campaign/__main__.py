@@ -19,7 +19,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.stability.campaign", description="Measure the stability part on many cases.")
     parser.add_argument("campaign", choices=("taps", "chatter", "learning", "cutting"))
     parser.add_argument("--cases", type=int, help="how many cases of each kind")
-    parser.add_argument("--first", type=int, default=0, help="number of the first cut: rigs and cuts are drawn by their number")
+    parser.add_argument("--first", type=int, default=0, help="number of the first case: each is drawn by its number")
     parser.add_argument(
         "--half", choices=("tuning", "test"), default="test", help="rigs to derive limits on, or rigs that are only measured"
     )
@@ -37,11 +37,11 @@ def main() -> None:
     if asked.campaign == "learning":
         from tests.stability.campaign import learning
 
-        learning.run(asked.cases or 50, path)
+        learning.run(range(asked.first, asked.first + (asked.cases or 50)), path)
     if asked.campaign == "taps":
         from tests.stability.campaign import taps
 
-        taps.run(asked.cases or 100, path)
+        taps.run(range(asked.first, asked.first + (asked.cases or 100)), path)
 
 
 if __name__ == "__main__":

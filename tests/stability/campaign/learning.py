@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -179,13 +180,13 @@ def calibration_error(said: Any, true: Any, bins: int = 10) -> float:
     )
 
 
-def run(machines: int, path: Path) -> None:
+def run(machines: Sequence[int], path: Path) -> None:
     """Measure so many machines with each learner and print the table."""
     groups = ("heard", "mute", "grid", "second", "process", "network")
     rows = {}
     for group in groups:
-        count = min(machines, 20) if group == "second" else machines
-        rows[group] = collected(path, ((group, number) for number in range(count)), measured)
+        asked = machines[:20] if group == "second" else machines
+        rows[group] = collected(path, ((group, number) for number in asked), measured)
     titles = {"heard": "map, chatter frequency told", "mute": "map, not told", "process": "Gaussian process", "network": "network 6-6"}
     print(
         f"{'share of machines that reach':<32}"

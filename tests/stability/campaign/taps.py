@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -42,11 +43,11 @@ def measured(group: str, number: int) -> dict[str, Any]:
     return {"modes": len(found.modes), "estimates": rows}
 
 
-def run(draws: int, path: Path) -> None:
+def run(draws: Sequence[int], path: Path) -> None:
     """Measure so many draws of each kind and print what they show."""
-    hits = collected(path, (("hits", number) for number in range(draws)), measured)
-    three = collected(path, (("three", number) for number in range(draws)), measured)
-    pair = collected(path, (("pair", number) for number in range(draws)), measured)
+    hits = collected(path, (("hits", number) for number in draws), measured)
+    three = collected(path, (("three", number) for number in draws), measured)
+    pair = collected(path, (("pair", number) for number in draws), measured)
     told = np.concatenate([row["told"] for row in hits]).astype(bool)
     true = np.concatenate([row["true"] for row in hits]).astype(bool)
     print(f"double hits: {np.sum(told & true)} of {np.sum(true)} found; {np.sum(told & ~true)} of {np.sum(~true)} single hits left out")
