@@ -37,6 +37,7 @@ from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_validatio
 from lathesim.diagnosis.reporting.remarks import implausible_values, not_determined, not_shown, still_missing, unseen_forms, value_instead
 from lathesim.diagnosis.selection.laboratory import Laboratory, judged_score
 from lathesim.diagnosis.verdict.adequacy import Adequacy, adequacy
+from lathesim.diagnosis.verdict.deciding_channel import deciding_channel
 from lathesim.diagnosis.verdict.decision import decide, sentence_of
 from lathesim.diagnosis.verdict.grounds import gathered
 from lathesim.diagnosis.verdict.ranking import RankedEffect, rank_effects, removed_share
@@ -152,7 +153,9 @@ def _effects(outcome: _Outcome, ranked: Sequence[RankedEffect], values: Estimate
     """Return the effects as they are reported: of those that are named what the recordings determine, of others no more than is surely
     explained."""
     found, validation = outcome.found, outcome.prepared.validation
-    effects = tuple(reported(item, values, outcome.prepared.experiment) for item in ranked)
+    experiment, method = outcome.prepared.experiment, outcome.method
+    channels = [deciding_channel(experiment, found, item, method) if outcome.names else None for item in ranked]
+    effects = tuple(reported(item, values, experiment, str(one or "")) for item, one in zip(ranked, channels, strict=True))
     if outcome.names:
         candidates = [item.candidate for item in ranked]
         effects = tuple(without_undetermined(effects, candidates, validation, found, values.values(), method=outcome.method))

@@ -15,8 +15,9 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.experiment import Experiment
 
 
-def reported(item: RankedEffect, values: Estimates, experiment: Experiment) -> FoundEffect:
-    """Return what is told of an effect; a parameter is not determined where its error is large beside itself and its usual size."""
+def reported(item: RankedEffect, values: Estimates, experiment: Experiment, channel: str = "") -> FoundEffect:
+    """Return what is told of an effect; a parameter is not determined where its error is large beside itself and its usual size. Where it
+    is tied, a sentence on the ``channel`` that would tell stands before the motion that would."""
     candidate = item.candidate
     parameters, undetermined = {}, []
     for name, scale in zip(candidate.parameters, np.abs(candidate.points).max(axis=0, initial=0.0), strict=True):
@@ -37,6 +38,8 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment) -> F
     tied = tuple(dict.fromkeys(other.name if other.name != candidate.name else f"{other.name} at {other.at}" for other in others))
     unseen = next((other.effect.experiment for other in item.unseen), None)
     separating = candidate.effect.experiment if tied or undetermined else unseen
+    if tied and channel:
+        separating = f"{channel} {separating or ''}".strip()
     return FoundEffect(
         candidate.name,
         candidate.at,
