@@ -241,7 +241,7 @@ def _values_moved(experiment: Experiment, found: SearchResult, given: dict[str, 
     error, refitted = laboratory.error(experiment, as_given), found.baseline.error
     gain = found.baseline.score.motion - judged_score(experiment, as_given).motion
     moved = float(np.max((error - refitted) / error))
-    return all_of(held(gain, ">", method.margin, np.sqrt(2.0 * max(gain, 0.0))), held(moved, ">", method.verdict.values_moved))
+    return all_of(held(gain, ">", method.margin, np.sqrt(2.0 * max(gain, 0.0))), held(moved, ">", method.share_of_all))
 
 
 def _not_of_the_lesson(experiment: Experiment, found: SearchResult) -> list[Free]:

@@ -214,7 +214,7 @@ def _start(candidate: Candidate, item: _Response, method: Method = STANDARD) -> 
 def is_limit(candidate: Candidate, method: Method = STANDARD) -> np.ndarray:
     """Return for each parameter whether it vanishes far beyond its usual sizes, as a limit does: then there is nothing to scale."""
     usual = np.abs(candidate.points).max(axis=0, initial=0.0)
-    return np.asarray(np.abs(candidate.neutral) > method.candidates.limit_far_beyond * usual)
+    return np.asarray(np.abs(candidate.neutral) > method.largest_size * usual)
 
 
 def _basis(tried: Sequence[_Response]) -> FloatArray:

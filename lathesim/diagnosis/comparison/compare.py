@@ -37,9 +37,6 @@ from lathesim.plugins import Registry
 from lathesim.units import convertible
 
 SCHEMA = "lathesim-compare/1"
-OFF = 3.0
-"""Floors above which a channel, or a part in the replay, counts as off."""
-
 _WINDOWS = 50
 """Stretches of a recording of which the worst is told."""
 
@@ -126,6 +123,11 @@ class Comparison:
     method: Method = STANDARD
 
     @property
+    def off(self) -> float:
+        """Noise floors above which a channel, or a part in the replay, counts as off."""
+        return self.method.reporting.near_floor
+
+    @property
     def suspects(self) -> tuple[str, ...]:
         """The parts that the replay turns red, that in which most of what acts is missing first."""
         found: list[str] = []
@@ -146,18 +148,18 @@ class Comparison:
 
     @property
     def _off(self) -> list[Replayed]:
-        far = [item for item in self.replayed if item.over_floor > OFF and item.parts]
+        far = [item for item in self.replayed if item.over_floor > self.off and item.parts]
         return [item for item in far if item.unit not in FORCES or not item.share < self.method.location.integration_error]
 
     @property
     def within_floors(self) -> bool:
         """Whether the lesson's own simulation is hardly off in any channel."""
-        return all(item.over_floor <= OFF for item in self.channels)
+        return all(item.over_floor <= self.off for item in self.channels)
 
     @property
     def adds_up(self) -> bool:
         """Whether a channel is off though no part is: what is next to nothing in each of them adds up where nothing recorded holds it."""
-        return not self.suspects and any(item.over_floor > OFF for item in self.channels)
+        return not self.suspects and any(item.over_floor > self.off for item in self.channels)
 
     def _read_by(self, part: str) -> str:
         """Return what several readings of one sensor have in common where they are off: what they measure."""
@@ -174,7 +176,7 @@ def compare(lesson: str, machine: Machine, recorded: Recorded, method: Method = 
     """Return the comparison of a recording with a machine."""
     first, second, experiment = parted(machine, recorded.name, recorded.record, ())
     fitted, *pieces = [_started(item) for item in (experiment, first, second)]
-    channels, replayed = _channels(experiment, fitted), _replayed(experiment, fitted)
+    channels, replayed = _channels(experiment, fitted), _replayed(experiment, fitted, method=method)
     faults = (*(str(item) for item in recorded.faults), *at_odds(experiment, {}, method=method))
     findings = (*(str(item) for item in recorded.findings), *sensor_zeros(experiment, method=method), *faults)
     wires = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in machine.assembly.wires if wire.source]
@@ -241,7 +243,7 @@ def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(finite**2))) if len(finite) else math.nan
 
 
-def _replayed(experiment: Experiment, fitted: Fitted) -> tuple[Replayed, ...]:
+def _replayed(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> tuple[Replayed, ...]:
     rows = {name: row for row, name in enumerate(experiment.machine.compare)}
     found = []
     for place in places(experiment, fitted):
@@ -249,7 +251,8 @@ def _replayed(experiment: Experiment, fitted: Fitted) -> tuple[Replayed, ...]:
         missing = missing_signal(experiment, fitted, row)
         share, _ = missing_share(experiment, fitted, row)
         found.append(Replayed(place.channel, place.parts, place.over_floor, missing.at, missing.unit, _rms(missing.values), share))
-    return tuple(sorted(found, key=lambda item: (item.over_floor <= OFF, -item.share if math.isfinite(item.share) else 0.0)))
+    near = method.reporting.near_floor
+    return tuple(sorted(found, key=lambda item: (item.over_floor <= near, -item.share if math.isfinite(item.share) else 0.0)))
 
 
 def _depends_on(first: Experiment, fitted: Fitted, second: Experiment, judged: Fitted, method: Method = STANDARD) -> tuple[Dependence, ...]:
@@ -260,7 +263,7 @@ def _depends_on(first: Experiment, fitted: Fitted, second: Experiment, judged: F
     for bar in found:
         least = max(
             method.discovery.worth,
-            method.comparison.beyond_time * by_time.get(bar.channel, 0.0) if bar.variable != "time" else 0.0,
+            method.shared.hardly_more * by_time.get(bar.channel, 0.0) if bar.variable != "time" else 0.0,
         )
         if bar.share > least:
             tallest.setdefault(bar.variable, Dependence(bar.channel, bar.variable, bar.share))

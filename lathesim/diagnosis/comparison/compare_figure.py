@@ -24,7 +24,7 @@ from lathesim.analysis.figures.figure_style import (
     new_figure,
     thinned,
 )
-from lathesim.diagnosis.comparison.compare import OFF, ChannelLines, ChannelResidual, Comparison, Dependence
+from lathesim.diagnosis.comparison.compare import ChannelLines, ChannelResidual, Comparison, Dependence
 from lathesim.diagnosis.comparison.compare_text import line_text
 from lathesim.identification.signal.order_spectrum import Spectrum
 
@@ -49,7 +49,7 @@ def compare_figure(comparison: Comparison) -> Any:
         left_part, right_part = figure, None
     panels = left_part.subplots(2 * len(shown), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": [1.5, 1.0] * len(shown)})[:, 0]
     for place, item in enumerate(shown):
-        _draw_channel(panels[2 * place], panels[2 * place + 1], item)
+        _draw_channel(panels[2 * place], panels[2 * place + 1], item, comparison.off)
     panels[-1].set_xlabel(label("time", "s"), fontsize=9, color=INK)
     title = f"{comparison.lesson} against {comparison.recording}"
     figure.suptitle(title, fontsize=11, color=INK, x=0.01, ha="left", fontweight="bold")
@@ -70,7 +70,7 @@ def _chosen(worst: ChannelLines) -> list[Spectrum]:
     return [item for item in worst.spectra if item.variable == "time"] + ways[: _MOST["spectra"] - 1]
 
 
-def _draw_channel(upper: Any, lower: Any, item: ChannelResidual) -> None:
+def _draw_channel(upper: Any, lower: Any, item: ChannelResidual, off: float) -> None:
     factor, unit = common_unit([item.recorded, item.simulated], item.unit)
     upper.plot(*thinned(item.time, item.recorded / factor), color=MEASURED, linewidth=1.8, label="recorded")
     upper.plot(*thinned(item.time, item.simulated / factor), color=SIMULATED, linewidth=1.0, label="simulated")
@@ -83,7 +83,7 @@ def _draw_channel(upper: Any, lower: Any, item: ChannelResidual) -> None:
     dress(lower, label("residual", unit))
     lower.text(
         1.0, 1.02, f"{item.over_floor:.3g} floors", transform=lower.transAxes, ha="right", va="bottom", fontsize=8.5,
-        color=ALERT if item.over_floor > OFF else QUIET,
+        color=ALERT if item.over_floor > off else QUIET,
     )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.diagnosis.comparison.compare import OFF, Comparison
+from lathesim.diagnosis.comparison.compare import Comparison
 from lathesim.identification.signal.order_spectrum import Line
 
 _NEAREST = 4
@@ -37,7 +37,7 @@ def mismatch_sentences(comparison: Comparison) -> list[str]:
     if not sits:
         return ["No part is off by itself."]
     if comparison.within_floors:
-        within = f"Nothing is wrong that this shows: the lesson's own simulation is within {OFF:g} floors."
+        within = f"Nothing is wrong that this shows: the lesson's own simulation is within {comparison.off:g} floors."
         return [f"{within} What little is left sits in {sits}."]
     because = "a load that nobody measured, or another of its uncertain values, may be all of it."
     return [f"The mismatch sits in {sits}. Values are as the lesson has them: {because}"]

@@ -62,7 +62,7 @@ def next_to_nothing(signals: Sequence[MissingSignal], method: Method = STANDARD)
     what is missing in a reading."""
     for missing in signals:
         before, after = missing.sizes
-        if missing.unit not in FORCES and after < method.location.unexplained_share * before:
+        if missing.unit not in FORCES and after < method.selection.almost_all * before:
             return False
         if missing.unit in FORCES and not missing.share_before**2 - missing.share_after**2 < method.location.integration_error**2:
             return False

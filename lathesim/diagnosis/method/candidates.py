@@ -29,10 +29,6 @@ class CandidateLimits:
     )  # fmt: skip
     several_repeat: Limit = Limit(3.0, "periods", "each of several waves tried at once must repeat this often")
     most_lost: Limit = Limit(0.3, "share of speed", "the largest load may cost at most this share of the largest speed")
-    limit_far_beyond: Limit = Limit(
-        100.0, "times the typical range",
-        "a neutral value this far beyond the typical range marks a limit, whose response does not scale",
-    )  # fmt: skip
 
     # where a search begins: no answer depends on these but by what is found from there
     strongest_lines: int = 1

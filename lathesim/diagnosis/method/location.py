@@ -27,10 +27,6 @@ class LocationLimits:
         "derived",
         "with dozens of scores, one of twenty exceeds the largest of 19 draws by chance alone; twice as much leaves room",
     )  # fmt: skip
-    unexplained_share: Limit = Limit(
-        0.95, "share of missing force",
-        "effects that leave more than this of what was missing behind a channel explain nothing there",
-    )  # fmt: skip
     integration_error: Limit = Limit(
         0.002, "share of acting force",
         "a missing force below this share is the error of the integration steps",

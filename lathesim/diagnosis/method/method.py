@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lathesim.diagnosis.method.candidates import CandidateLimits
-from lathesim.diagnosis.method.comparison import ComparisonLimits
 from lathesim.diagnosis.method.discovery import DiscoveryLimits
 from lathesim.diagnosis.method.limit import Limit
 from lathesim.diagnosis.method.location import LocationLimits
@@ -30,7 +29,6 @@ class Method:
     selection: SelectionLimits = SelectionLimits()
     verdict: VerdictLimits = VerdictLimits()
     discovery: DiscoveryLimits = DiscoveryLimits()
-    comparison: ComparisonLimits = ComparisonLimits()
     reporting: ReportingLimits = ReportingLimits()
 
     # what a search may spend
@@ -58,11 +56,9 @@ class Method:
     """Whether the largest gain among candidates under the null counts against an effect."""
     smallest_move: float = Limit(1.0, "effect-to-residual ratio", "an effect must move a channel by this beside what stays unexplained")
     small_move: float = Limit(0.3, "effect-to-residual ratio", "the same where the effect explains almost all of the error")
-    most_degradation: float = Limit(1.5, "times the residual", "an effect may make a channel of the closed-loop simulation worse by this")
     share_of_all: float = Limit(0.03, "share of error", "an effect must explain this of all the error")
     share_of_rest: float = Limit(0.15, "share of residual", "and this of what the other effects leave")
     nearly_all_of_rest: float = Limit(0.6, "share of residual", "or this of what the others leave, however little of all that is")
-    left_by_refined: float = Limit(0.25, "share of residual", "a generalised effect may leave this of what the simple one leaves")
 
     # which sizes are plausible
     largest_size: float = Limit(

@@ -12,15 +12,9 @@ class ReportingLimits:
     """Limits of what the report names, and plain values of what it mentions: these decide no answer."""
 
     comparable_part: Limit = Limit(0.2, "share of the largest", "a part that misses at least this share is suspected beside the first one")
-    clearly_more: Limit = Limit(0.02, "share of missing force", "a less simple variable is named where it explains this much more")
     most_variables: int = 4
     """Variables that are named at most."""
-    near_floor: float = 3.0
-    """Noise floors up to which a channel is said to be at its floor."""
-    left_out_worse: Limit = Limit(
-        1.02, "times the residual",
-        "a parameter that is not determined is left out where no channel gets worse by more than this",
-    )  # fmt: skip
+    near_floor: Limit = Limit(3.0, "noise floors", "a channel above this is off, and below it at its floor")
     remark_share: float = 0.0005
     """Share of the acting force below which what is missing is not mentioned."""
     remark_unexplained: float = 0.05

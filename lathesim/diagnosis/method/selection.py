@@ -25,7 +25,7 @@ class SelectionLimits:
     )  # fmt: skip
     significant: Limit = Limit(
         3.0, "standard errors",
-        "a parameter is there above this, and has moved by more than its slopes hold for",
+        "a parameter is there above this, and has moved by more than its slopes hold for; a reading is beyond its usual spread",
         "derived",
         "a normal deviate exceeds 3 with a probability of 0.27 %",
     )  # fmt: skip
@@ -41,15 +41,9 @@ class SelectionLimits:
         "what scores, gains or explains this share of the best is its rival; two recordings agree where each gains this share of the other",
         "assumed", KEPT.format("ten", "0.6", "0.9"),
     )  # fmt: skip
-    look_alike: Limit = Limit(
-        0.9, "share of the best",
-        "what scores this share of the best, and the best this of it, may be the same to the channels: it is fitted beside it",
-        "assumed",
-        "0.8 fits more candidates, and names lags of three force channels of a real turning cut in the place of a drift",
-    )  # fmt: skip
     almost_all: Limit = Limit(
         0.95, "share of error",
-        "what explains this explains almost all",
+        "what explains this explains almost all; effects that leave more than this explain nothing",
         "assumed", KEPT.format("six", "0.90", "0.98"),
     )  # fmt: skip
     most_rivals: int = 3
@@ -71,10 +65,6 @@ class SelectionLimits:
     unexplained_power: Limit = Limit(40.0, "whitened power", "above this a channel still has an unexplained residual")
     increase_elsewhere: Limit = Limit(0.1, "share of decrease", "largest increase allowed in other channels")
     simulated_motion_left: Limit = Limit(0.15, "share of error", "frictions sense the simulated motion where it leaves less than this")
-    degrades: Limit = Limit(
-        1.05, "times the residual",
-        "an effect that makes the closed-loop simulation worse is compared with others, a model that does so in every channel rejected",
-    )  # fmt: skip
 
     # values of the lesson
     implausible_penalty: Limit = Limit(

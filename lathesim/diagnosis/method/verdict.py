@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from lathesim.diagnosis.method.limit import Limit
@@ -11,12 +12,12 @@ from lathesim.diagnosis.method.limit import Limit
 class VerdictLimits:
     """Limits of tests of what is left, and the decision."""
 
-    replicates: Limit = Limit(
-        50.0, "simulations",
-        "so many replicates of the fitted model are simulated where a test of what is left fails",
-        "derived",
-        "the smallest probability that n replicates can show is 1/(n + 1): 50 show one below false_alarms",
-    )  # fmt: skip
+    @property
+    def replicates(self) -> int:
+        """Replicates of the fitted model that are simulated where a test of what is left fails: n of them show a probability of 1/(n + 1)
+        at the least, which has to be below ``false_alarms``."""
+        return math.ceil(1.0 / self.false_alarms)
+
     finer_steps: Limit = Limit(
         4.0, "1", "so many steps of a replicate make one of the lesson's: a real machine makes none, and its residual shows the lesson's",
         "derived", "the error of a step of fourth order falls to 1/256",
@@ -32,7 +33,6 @@ class VerdictLimits:
         0.05, "share of size",
         "an interval that comes this near the neutral value leaves the size undetermined",
     )  # fmt: skip
-    values_moved: Limit = Limit(0.05, "share of error", "a refit of the baseline must explain this share for its values to be called off")
     sensors_apart: Limit = Limit(20.0, "resolutions", "redundant sensors may differ by this without a reason, as by their interpolation")
     adequate: Limit = Limit(
         0.025, "share of acting force",

@@ -130,11 +130,7 @@ def _step(power: FloatArray, method: Method = STANDARD) -> tuple[float, tuple[in
     place = float(np.mean([other for other, rows, error in steps if rows == pair and error <= method.shared.alike * left]))
     steady = min(float(np.sum(power[line, np.arange(_BLOCKS)])) for line in _lines(len(power)))
     constant = float(np.min(np.sum(power, axis=1)))
-    return (
-        (place, pair)
-        if pair[0] != pair[1] and left < min(method.recording_checks.change_left * constant, method.recording_checks.left_by_shift * steady)
-        else None
-    )
+    return (place, pair) if pair[0] != pair[1] and left < method.shared.left_by_cause * min(constant, steady) else None
 
 
 def _steps(power: FloatArray) -> Iterator[tuple[int, tuple[int, int], float]]:

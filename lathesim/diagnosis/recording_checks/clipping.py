@@ -51,7 +51,4 @@ def _goes_beyond(recorded: np.ndarray, simulated: np.ndarray, level: float, side
         return False
     usual = float(np.quantile(np.abs(recorded - simulated)[inside], method.shared.nearly_all))
     beyond = side * (simulated - recorded)[flat]
-    return (
-        float(np.mean(beyond > 0.0)) > method.shared.nearly_all
-        and float(np.median(beyond)) > method.recording_checks.clipped_beyond * usual
-    )
+    return float(np.mean(beyond > 0.0)) > method.shared.nearly_all and float(np.median(beyond)) > method.selection.significant * usual

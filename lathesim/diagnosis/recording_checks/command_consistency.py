@@ -88,7 +88,7 @@ def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int,
             method="bounded",
             options={"xatol": 0.01, "maxiter": 25},
         )
-        if found.fun < method.recording_checks.left_by_shift * share:
+        if found.fun < method.shared.left_by_cause * share:
             how = "later" if found.x < 0.0 else "earlier"
             late = f"{abs(found.x) * period * 1e3:.3g} ms ({abs(found.x):.2g} samples)"
             return (
@@ -126,9 +126,7 @@ def _other_zero(experiment: Experiment, values: Mapping[str, float], row: int, s
     first = residual(0.0)[begin:]
     slope = (residual(step)[begin:] - first) / step
     more = -float(slope @ first) / max(float(slope @ slope), 1e-300)
-    if root_mean_square(residual(more)[begin:]) > min(
-        method.recording_checks.follows * size, method.recording_checks.left_by_shift * share * size
-    ):
+    if root_mean_square(residual(more)[begin:]) > min(method.recording_checks.follows * size, method.shared.left_by_cause * share * size):
         return ""
     shown = shown_with_unit(zero + more, experiment.record.channels[target].unit, 3)
     return (

@@ -54,7 +54,7 @@ def another_law(experiment: Experiment, validation: Experiment, values: Mapping[
             learned, scored = (one.sensed.one(values)[row] for one in (experiment, validation))
             share = regressed_share(here, learned, there, scored)
             size = float(np.std(scored) / max(float(np.std(np.nan_to_num(validation.sensed.recorded[row]))), 1e-300)) * np.sqrt(share)
-            if share > method.shared.larger_part and size > method.recording_checks.law_of_command:
+            if share > method.shared.larger_part and size > method.recording_checks.worth_of_command:
                 at_once = slice(0, 2 * len(references))
                 found.append(
                     AnotherLaw(

@@ -35,7 +35,7 @@ def controller_value(
     best: tuple[float, ControllerValue] | None = None
     for row, share in unexplained_share(experiment, values):
         command = experiment.machine.compare[row]
-        if share < method.recording_checks.value_asked:
+        if share < method.recording_checks.worth_of_command:
             continue
         for name, given in _values_of(experiment, command.partition(".")[0]):
 
@@ -44,10 +44,10 @@ def controller_value(
 
             furthest = math.log(method.recording_checks.value_factor)
             found = minimize_scalar(left, bounds=(-furthest, furthest), method="bounded", options={"xatol": 1e-4, "maxiter": _STEPS})
-            better = found.fun < min(method.recording_checks.value_left * share, method.recording_checks.unexplained_command) and (
+            better = found.fun < min(method.shared.left_by_cause * share, method.recording_checks.unexplained_command) and (
                 best is None or found.fun < best[0]
             )
-            if better and left(found.x, of=validation) < method.recording_checks.value_left * left(0.0, of=validation):
+            if better and left(found.x, of=validation) < method.shared.left_by_cause * left(0.0, of=validation):
                 unit = experiment.sensed.plan.unit(name)
                 best = float(found.fun), ControllerValue(name, unit, given, given * math.exp(found.x), command, share)
     return _settled(best[1], (experiment, validation), values, method=method) if best else None

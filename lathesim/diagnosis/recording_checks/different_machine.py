@@ -20,10 +20,10 @@ def another_machine(model: Model, experiment: Experiment, validation: Experiment
     With values of its own it is explained nearly, with those of the other recording it is not, and the values lie further apart than the
     lesson's uncertainties allow. Where its own values explain little, something else is wrong, and nothing is said here.
     """
-    if not np.any(_sizes(model.validation_fit) > method.recording_checks.machine_worse * _sizes(model.fitted)):
+    if not np.any(_sizes(model.validation_fit) > method.shared.alike * _sizes(model.fitted)):
         return ""
     own = _by_itself(model, validation)
-    if not np.any(_sizes(own) < method.recording_checks.change_left * _sizes(model.validation_fit)):
+    if not np.any(_sizes(own) < method.shared.left_by_cause * _sizes(model.validation_fit)):
         return ""
     first = _by_itself(model, experiment)
     for name, deviation in validation.machine.uncertain.items():

@@ -23,7 +23,7 @@ def in_another_unit(experiment: Experiment, values: Mapping[str, float], method:
     recorded = np.nan_to_num(experiment.sensed.recorded)[:, begin:]
     simulated = recorded - np.nan_to_num(experiment.sensed.one(values))[:, begin:]
     factors = [float(one @ other) / max(float(other @ other), 1e-300) for one, other in zip(recorded, simulated, strict=True)]
-    off = [row for row, factor in enumerate(factors) if not is_within(factor, method.recording_checks.gain_high)]
+    off = [row for row, factor in enumerate(factors) if not is_within(factor, method.shared.alike)]
     if len(off) != 1 or len(factors) == 1 or experiment.record.unit(experiment.machine.compare[off[0]]) not in FORCES:
         return ""
     (row,) = off
@@ -44,10 +44,9 @@ def wrong_unit(candidates: Iterable[Candidate], values: Mapping[str, float], met
     for candidate in candidates:
         for name, neutral in zip(candidate.parameters, candidate.neutral, strict=True):
             factor = values.get(name, 1.0)
-            if neutral == 1.0 and abs(factor + 1.0) < method.recording_checks.sign_turned:
+            if neutral == 1.0 and abs(factor + 1.0) < method.recording_checks.unit_near:
                 return f"{candidate.at} reads {factor:.4g} times what the machine does: its sign is turned round."
-            usual = is_within(abs(factor), method.recording_checks.gain_high)
-            if neutral == 1.0 and not usual and (unit := known_factor(factor)):
+            if neutral == 1.0 and (unit := known_factor(factor)):
                 return f"{candidate.at} reads {factor:.4g} times what the machine does, which is the factor of a mistaken unit: {unit}."
     return ""
 

@@ -48,12 +48,12 @@ def _beside_the_lesson(experiment: Experiment, values: Mapping[str, float], meth
     for controller, row in shown_commands(experiment):
         as_recorded, as_told = (_beyond_floor(experiment, factor, values, row) for factor in (1.0, 1.0 / clock))
         name = experiment.machine.compare[row]
-        if as_recorded > limits.clock_unexplained and as_told < min(limits.follows, limits.left_by_shift * as_recorded):
+        if as_recorded > limits.clock_unexplained and as_told < min(limits.follows, method.shared.left_by_cause * as_recorded):
             return (
                 f"{controller} decides {times} {abs(clock - 1.0):.2%} {how}. With the lesson's period {name} follows from what its "
                 f"controller was given, with the recorded one {as_recorded:.1%} of it does not."
             )
-        if as_told > limits.clock_unexplained and as_recorded < limits.left_by_shift * as_told:
+        if as_told > limits.clock_unexplained and as_recorded < method.shared.left_by_cause * as_told:
             return ""
     parts = experiment.machine.assembly.parts
     open_loop = not any(closes_a_loop(part) for part in parts)

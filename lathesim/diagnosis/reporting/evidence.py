@@ -146,6 +146,6 @@ def strongest_variables(
     chosen: list[str] = []
     for name in sorted(shares, key=lambda name: (kinds[name], -shares[name])):
         simpler = max((shares[other] for other in chosen), default=0.0)
-        if shares[name] > method.shared.dependence and (kinds[name].is_motion or shares[name] > simpler + method.reporting.clearly_more):
+        if shares[name] > method.shared.dependence and (kinds[name].is_motion or shares[name] > simpler + method.discovery.worth):
             chosen.append(name)
     return tuple([*narrow, *sorted(chosen, key=lambda name: -shares[name])][: method.reporting.most_variables])

@@ -107,7 +107,7 @@ def _is_not_missed(
         assert isinstance(declared, Parameter)
         neutral[f"{candidate.part}.{name}"] = candidate.effect.neutral.get(name, declared.default)
     sizes = [_residual_sizes(validation, found, {**values, **changed}) for changed in ({}, neutral)]
-    return bool(np.all(sizes[1] <= method.reporting.left_out_worse * sizes[0]))
+    return bool(np.all(sizes[1] <= method.shared.hardly_more * sizes[0]))
 
 
 def _residual_sizes(validation: Experiment, found: SearchResult, values: Mapping[str, float]) -> np.ndarray:

@@ -55,7 +55,7 @@ def _leaves_hardly_more(trial: Trial, other: Trial, method: Method) -> bool:
 def replaces(trial: Trial, simple: Candidate, method: Method) -> bool:
     """Return whether a refined form is so much better than a simple one that this one has to go."""
     more = max(len(trial.candidate.parameters) - len(simple.parameters), 1)
-    return trial.share_of_all > method.share_of_all or 1.0 - trial.share_of_rest < method.left_by_refined / more
+    return trial.share_of_all > method.share_of_all or 1.0 - trial.share_of_rest < method.shared.left_by_cause / more
 
 
 def merit(trial: Trial, method: Method) -> float:
@@ -76,7 +76,7 @@ def credible_if_it_moves(trial: Trial, method: Method, null_maximum: float) -> b
     judged = compare_models(gains, method, effects=1, parameters=len(trial.candidate.parameters), null_maximum=null_maximum).better
     much = trial.share_of_all > method.share_of_all and trial.share_of_rest > method.share_of_rest
     worth = much or trial.share_of_rest > method.nearly_all_of_rest or trial.restores_plausibility
-    worth = worth and trial.closed_loop_degradation < method.most_degradation
+    worth = worth and trial.closed_loop_degradation < method.shared.alike
     if trial.candidate.effect.identification.size_of_recording:
         # what may be another one on each recording takes a part of any wander
         worth = worth and trial.share_of_rest > method.nearly_all_of_rest

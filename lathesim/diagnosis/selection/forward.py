@@ -218,7 +218,7 @@ def _without_degradation(good: Sequence[Trial], method: Method = STANDARD) -> li
     return [
         trial
         for trial in good
-        if trial.closed_loop_degradation < method.selection.degrades or kept < method.selection.rival * trial.share_of_rest
+        if trial.closed_loop_degradation < method.shared.hardly_more or kept < method.selection.rival * trial.share_of_rest
     ]
 
 
@@ -361,7 +361,7 @@ def _rivals(
     known, together = {trial.candidate.part for trial in tried}, {item.candidate.part for item in ranked}
     promised = next(item.gain for item in ranked if item.candidate.part == best.candidate.part)
     others = [item for item in screened if item.candidate.part not in known]
-    near, most = method.selection.look_alike, method.selection.most_rivals
+    near, most = method.shared.nearly_all, method.selection.most_rivals
     alike = [item for item in others if item.candidate.part in together and near * promised < item.gain < promised / near]
     alike = sorted(alike, key=lambda item: abs(item.gain - promised))[:most]
     implausible = is_implausible(found.model.fitted, method=method)

@@ -57,7 +57,7 @@ def acceptance(trial: Trial, method: Method, null_maximum: float) -> Criterion:
     clauses: list[tuple[Condition, ...]] = [
         (Condition(trial.gain - null_maximum, ">", least, "margin", "nats", _gain_error(trial.gain, parameters)),),
         (held(trial.validation_gain, ">", validated, _gain_error(trial.validation_gain, parameters)),),
-        (held(trial.closed_loop_degradation, "<", method.most_degradation),),
+        (held(trial.closed_loop_degradation, "<", method.shared.alike),),
     ]
     if not trial.restores_plausibility:
         nearly_all = held(trial.share_of_rest, ">", method.nearly_all_of_rest)

@@ -50,7 +50,7 @@ class CalibratedDoubts:
 def calibrated_doubts(experiment: Experiment, validation: Experiment, model: Model, method: Method = STANDARD) -> CalibratedDoubts | None:
     """Return the probabilities under a model of narrow bands, of coherence with the command, of what goes with the motion, and of sensors
     that differ; none where it cannot be simulated."""
-    number, finer = int(method.verdict.replicates), float(method.verdict.finer_steps)
+    number, finer = method.verdict.replicates, float(method.verdict.finer_steps)
     fits = ((experiment, model.fitted), (validation, model.validation_fit))
     told = _told_by_motion((experiment, validation), (model.fitted, model.validation_fit), effects=bool(model.candidates), method=method)
     made = [

@@ -89,7 +89,7 @@ def another_form(judged: Judged, method: Method) -> Iterator[ResidualTest]:
 def controller_laws(judged: Judged, method: Method) -> Iterator[ResidualTest]:
     """A controller has another law than the lesson's."""
     for law in judged.laws:
-        yield ResidualTest("controller law", law.channel, all_of(held(law.share, ">", method.recording_checks.law_of_command)), str(law))
+        yield ResidualTest("controller law", law.channel, all_of(held(law.share, ">", method.recording_checks.worth_of_command)), str(law))
 
 
 def removes_nothing(judged: Judged, method: Method) -> Iterator[ResidualTest]:
@@ -213,7 +213,7 @@ def every_channel_worse(judged: Judged, method: Method) -> Iterator[ResidualTest
     Without anything that feeds back a simulation drifts with whatever nobody modelled, and is not asked.
     """
     if judged.effects and judged.feeds_back and judged.fit:
-        worse = [held(ratio(item.after, item.before), ">", method.selection.degrades) for item in judged.fit.values()]
+        worse = [held(ratio(item.after, item.before), ">", method.shared.hardly_more) for item in judged.fit.values()]
         sentence = "with it the lesson's own simulation is further off in every channel"
         yield ResidualTest("closed loop not worse", "", all_of(*worse), sentence, "discredits")
 
@@ -334,7 +334,7 @@ def _left_of_form(missing: MissingSignal, bar: VariableBar | None, method: Metho
     before, after = (float(np.sqrt(np.mean(np.square(values)))) for values in (missing.before, missing.after))
     follows = math.sqrt(bar.after)
     stepping = of_forces(missing) and missing.share_after * follows < method.location.integration_error
-    return after / before * follows if 0.0 < after < method.location.unexplained_share * before and not stepping else None
+    return after / before * follows if 0.0 < after < method.selection.almost_all * before and not stepping else None
 
 
 def _at_small_over_large_load(missing: MissingSignal) -> float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.method import STANDARD
 from lathesim.diagnosis.selection.laboratory import Laboratory
 from lathesim.diagnosis.verdict.replicate_check import BAND, DEPENDENCE, adjusted, calibrated_doubts, first_order_noise
 from lathesim.effects.friction import CoulombFriction
@@ -17,7 +17,7 @@ from lathesim.identification.replay.experiment import Experiment, baseline_free
 from lathesim.identification.replay.replicates import Load, replicates
 from tests.diagnosis.pushed_table import FORCE, POSITION, Hidden, experiments, machine, recording
 
-FEWER = replace(STANDARD, verdict=replace(STANDARD.verdict, replicates=STANDARD.verdict.replicates.times(0.4)))
+FEWER = replace(STANDARD, verdict=replace(STANDARD.verdict, false_alarms=STANDARD.verdict.false_alarms.times(2.5)))
 """Twenty replicates, of which the smallest probability is 1/21."""
 SQUEAL = Hidden(law=lambda v, q, t: 4.0 * float(np.sin(2.0 * np.pi * 70.0 * t)))
 
@@ -46,10 +46,9 @@ def test_replicates_are_the_machine_run_again_with_other_noise() -> None:
 
 @pytest.mark.parametrize(("hidden", "stands"), [(Hidden(), False), (SQUEAL, True)], ids=["sound", "squeal"])
 def test_a_squeal_is_a_doubt_and_noise_is_none(hidden: Hidden, stands: bool) -> None:
-    method: Method = replace(FEWER, verdict=replace(FEWER.verdict, false_alarms=FEWER.verdict.false_alarms.times(2.5)))
-    doubts = calibrated_doubts(*fitted(hidden), method=method)
+    doubts = calibrated_doubts(*fitted(hidden), method=FEWER)
     assert doubts is not None and doubts.replicates == 20
-    assert (doubts.probability[BAND, POSITION] <= method.verdict.false_alarms) is stands
+    assert (doubts.probability[BAND, POSITION] <= FEWER.verdict.false_alarms) is stands
 
 
 def test_many_tests_raise_no_more_false_alarms_than_one() -> None:

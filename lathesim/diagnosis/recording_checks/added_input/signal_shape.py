@@ -28,7 +28,7 @@ def shape_of(values: FloatArray, period: float, unit: str, method: Method = STAN
     mended."""
     limits = method.recording_checks
     largest = float(np.max(np.abs(values), initial=0.0))
-    on = np.abs(values) > limits.signal_off * largest
+    on = np.abs(values) > limits.little_off * largest
     if largest == 0.0 or not on.any():
         return Shape("", (), 0.0)
     first, last = int(np.argmax(on)), len(on) - int(np.argmax(on[::-1]))
@@ -47,7 +47,7 @@ def _steps(values: FloatArray, period: float, unit: str, limits: CheckLimits) ->
     pairs = list(itertools.pairwise(bounds))
     levels = np.array([float(np.median(values[begin:end])) for begin, end in pairs])
     left = np.concatenate([values[begin:end] - level for (begin, end), level in zip(pairs, levels, strict=True)])
-    on = np.abs(levels) > limits.signal_off * float(np.max(np.abs(levels)))
+    on = np.abs(levels) > limits.little_off * float(np.max(np.abs(levels)))
     stretches = tuple((begin * period, end * period) for (begin, end), is_on in zip(pairs, on, strict=True) if is_on)
     return Shape(_levels_in_words(pairs, levels, on, period, unit, limits), stretches, _explained(values, left))
 
@@ -66,7 +66,7 @@ def _levels_in_words(
 
 def _span(values: FloatArray, unit: str, limits: CheckLimits) -> str:
     low, high = float(np.min(values)), float(np.max(values))
-    if high - low <= limits.signal_off * max(abs(low), abs(high)):
+    if high - low <= limits.little_off * max(abs(low), abs(high)):
         return shown_with_unit(float(np.median(values)), unit, 3)
     return f"{shown_with_unit(low, unit, 3)} to {shown_with_unit(high, unit, 3)}"
 

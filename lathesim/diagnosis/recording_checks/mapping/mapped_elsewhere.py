@@ -121,7 +121,7 @@ def _in_counts(experiment: Experiment, method: Method) -> str:
         if not count or not spacing or spacing < count / OFF_GRID or not followed:
             continue
         span, asked = float(np.ptp(column)) * count / spacing, max(float(np.ptp(np.nan_to_num(one))) for one in followed)
-        if asked / method.recording_checks.counts_high < span < method.recording_checks.counts_high * asked:
+        if asked / method.shared.alike < span < method.shared.alike * asked:
             return f"{name} holds whole counts of the encoder, each worth {count:.4g} {unit}. Write unit: counts for its column."
     return ""
 
@@ -133,7 +133,7 @@ def _turned_round(experiment: Experiment, simulated: FloatArray, method: Method)
     turned = []
     for name, one, other in zip(experiment.machine.compare, recorded, made, strict=True):
         factor = float(one @ other) / max(float(other @ other), 1e-300)
-        if factor < 0.0 and root_mean_square(one - factor * other) < method.recording_checks.turned_left * root_mean_square(one):
+        if factor < 0.0 and root_mean_square(one - factor * other) < method.shared.left_by_cause * root_mean_square(one):
             turned.append(name)
     if len(turned) != 1:
         return ""

@@ -18,7 +18,7 @@ from lathesim.diagnosis.selection.forward import grow, last_of
 from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible
 from lathesim.diagnosis.selection.moves.implausible_value import against, factor_of, merit_of, of_a_machine
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.fit import with_start
+from lathesim.identification.records.fit import Fitted, with_start
 from lathesim.identification.records.model import Model
 from lathesim.identification.replay.experiment import POSSIBLE, baseline_free
 from lathesim.recordings.faults.known_factors import known_factor
@@ -32,7 +32,7 @@ def values_first(laboratory: Laboratory, found: SearchResult, method: Method) ->
         return found
     laboratory.progress("asking whether values further off than declared are all there is to it")
     loose = _loosened(laboratory, baseline, method)
-    off = _off(loose, experiment.machine.uncertain)
+    off = _off(loose.fitted, experiment.machine.uncertain)
     if (
         not off
         or _at_a_bound(loose, off, method)
@@ -60,26 +60,26 @@ def _loosened(laboratory: Laboratory, baseline: Model, method: Method) -> Model:
     held as the lesson declares them: of a force constant and a mass a motion shows the ratio, and a mass that is held where it is not
     would take the constant along with it.
     """
-    loose, off = _fitted_loosely(laboratory, baseline, (), method), []
-    while further := [name for name in _off(loose, laboratory.experiment.machine.uncertain) if name not in off]:
+    fitted, off = _fitted_loosely(laboratory, baseline.fitted, (), method), []
+    while further := [name for name in _off(fitted, laboratory.experiment.machine.uncertain) if name not in off]:
         off.append(further[0])
-        loose = _fitted_loosely(laboratory, baseline, off, method)
-    return loose
+        fitted = _fitted_loosely(laboratory, fitted, off, method)
+    return laboratory.settled(laboratory.model((), fitted))
 
 
-def _fitted_loosely(laboratory: Laboratory, baseline: Model, off: Collection[str], method: Method) -> Model:
-    """Return the model without effects whose values may be further off: those that are ``off`` are not held, the others as declared; all
-    are held less firmly where none is known to be off."""
+def _fitted_loosely(laboratory: Laboratory, before: Fitted, off: Collection[str], method: Method) -> Fitted:
+    """Return the lesson fitted from where another fit ended, with values that may be further off: those that are ``off`` are not held, the
+    others as declared; all are held less firmly where none is known to be off."""
     experiment = laboratory.experiment
     values = [of_a_machine(item, method) for item in baseline_free(experiment.machine, method.selection.value_wider)]
     if off:
         declared = experiment.machine.uncertain
         values = [replace(item, uncertainty=inf if item.name in off else declared[item.name]) for item in values]
-    starts = [
-        replace(item, start=baseline.fitted.by_name.get(item.name, item.start)) for item in experiment.start_states(experiment.sensed.plan)
-    ]
-    fitted = fit(experiment.sensed, [*values, *starts], baseline.fitted.constant, rounds=4)
-    return laboratory.settled(laboratory.model((), fitted))
+    # a value that is held begins where it is declared: along a mixture that no motion shows a descent would end early
+    held = {item.name for item in values} - set(off)
+    free = [*values, *experiment.start_states(experiment.sensed.plan)]
+    free = [replace(item, start=before.by_name.get(item.name, item.start)) if item.name not in held else item for item in free]
+    return fit(experiment.sensed, free, before.constant, rounds=2, slopes="kept")
 
 
 def _factor_instead(laboratory: Laboratory, baseline: Model, loose: Model, method: Method) -> str:
@@ -119,9 +119,9 @@ def _is_a_common_factor(loose: Model, names: Collection[str], uncertain: Mapping
     return is_one and bool(known_factor(exp(0.5 * (least + most))))
 
 
-def _off(loose: Model, uncertain: Mapping[str, float]) -> list[str]:
+def _off(loose: Fitted, uncertain: Mapping[str, float]) -> list[str]:
     """Return the values beyond what the lesson holds possible, the furthest first."""
-    values = loose.fitted.by_name
-    given = {item.name: item.given for item in loose.fitted.free}
+    values = loose.by_name
+    given = {item.name: item.given for item in loose.free}
     away = {name: abs(values[name] - given[name]) / deviation for name, deviation in uncertain.items() if name in values}
     return sorted((name for name, deviations in away.items() if deviations > POSSIBLE), key=lambda name: -away[name])
