@@ -53,5 +53,5 @@ def _on_penalty_alone(method: Method, numbers: int) -> Method:
     nothing = -math.inf
     return replace(
         method, margin=0.0, per_parameter=0.5 * math.log(numbers), against_null_maximum=False, smallest_move=nothing,
-        share_of_all=nothing, share_of_rest=nothing, most_degradation=math.inf, largest_size=math.inf,
+        share_of_all=nothing, share_of_rest=nothing, despite_degradation=True, largest_size=math.inf,
     )  # fmt: skip

@@ -24,8 +24,6 @@ from lathesim.identification.replay.open_loop import drive, seen
 from lathesim.identification.signal.resolution import channel_floor
 from lathesim.record import Record
 
-_TINY = 1e-300
-"""What keeps a comparison with a channel that stands still from being one with zero."""
 SEEN = 5.0
 """Floors by which an effect of drawn size must move a channel."""
 _TOO_LARGE = 3.0
@@ -204,7 +202,7 @@ def _is_broken(machine: Machine, columns: Sequence[LoggedColumn], without: Recor
     for column, channel in zip(columns, machine.channels, strict=True):
         count = min(len(without), len(record))
         change = float(np.sqrt(np.mean((record[channel][:count] - without[channel][:count]) ** 2)))
-        if column.role == "compare" and change > _TOO_LARGE * float(np.std(without[channel])) + _TINY:
+        if column.role == "compare" and change > _TOO_LARGE * float(np.std(without[channel])) + np.finfo(float).tiny:
             return True
     return False
 

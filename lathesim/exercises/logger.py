@@ -12,14 +12,13 @@ import numpy as np
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.errors import LessonError
+from lathesim.identification.signal.rounding import SLOPE_ROUNDING
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.schema import RecordedSignal
 from lathesim.units import si_factor
 
 _ROUND_STEPS = (1.0, 2.0, 5.0)
-_ROUNDED_UP = 1.0 + 1e-9
-"""A step that is one of these but for its last digits is that one."""
 LOGGER_BITS = 16
 """Bits of the logger of a channel whose resolution nobody gives (assumed)."""
 TIME = "time"
@@ -76,7 +75,7 @@ class LoggedColumn:
 def _round_step(step: float) -> float:
     """Return the 1, 2 or 5 times a power of ten at or below ``step``."""
     power = 10.0 ** math.floor(math.log10(step))
-    return max(power * factor for factor in _ROUND_STEPS if power * factor <= step * _ROUNDED_UP)
+    return max(power * factor for factor in _ROUND_STEPS if power * factor <= step * (1.0 + SLOPE_ROUNDING))
 
 
 def logged_columns(lesson: Lesson, assembly: Assembly, signals: Mapping[str, FloatArray]) -> list[LoggedColumn]:

@@ -39,10 +39,6 @@ _PHASES = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
 _MOST_BINS = 1 << 18
 
 
-_ALONG_ALL = (1.0, 1.5, 2.0, 3.0)
-"""Waves in the whole way that are tried besides: so few are no line of a periodogram, and its trend takes a part of them."""
-
-
 @dataclass(frozen=True)
 class _Wave:
     """A candidate that repeats over a place: which of its parameters says how long it is, and which how large."""
@@ -137,7 +133,7 @@ def _lengths(spectra: Sequence[tuple[FloatArray, FloatArray]], wave: _Wave, plac
     beyond, usual = method.candidates.beyond_typical, float(wave.candidate.usual[wave.column])
     low, high = _range_of_lengths(wave, place, method)
     lengths = [length for spectrum in spectra for length in _strongest(*spectrum, low / beyond, high * beyond, method=method)]
-    return lengths + [length for length in float(np.ptp(place)) / np.array(_ALONG_ALL) if low < length < usual]
+    return lengths + [length for length in float(np.ptp(place)) / np.array(method.candidates.waves_along_all) if low < length < usual]
 
 
 def _points_of(wave: _Wave, size: str, lengths: Sequence[float]) -> list[FloatArray]:

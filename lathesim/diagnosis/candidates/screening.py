@@ -16,7 +16,7 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.execution.threads import together
-from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records.candidate import FAR_BEYOND, Candidate
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.simulator import Simulator
 
@@ -24,8 +24,8 @@ _NO_RESPONSE = 1e-6
 """Whitened power of a response below which a candidate moves no channel."""
 _SAME_RESPONSE = 1e-6
 """Share of the largest eigenvalue below which responses say nothing new."""
-_DEPENDENT, _TINY = 1e-10, 1e-300
-"""Share of the largest pivot below which a sensitivity depends on the others; what keeps a division from zero."""
+_DEPENDENT = 1e-10
+"""Share of the largest pivot below which a sensitivity depends on the others."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,6 @@ class Screening:
     null_maximum: float
 
 
-_DRAWS = 20
 _FEWEST_PHASES = 3
 _TURNS = 72
 
@@ -61,7 +60,7 @@ def screen(
     largest of 20 such draws is given.
     """
     absorb = _Absorber(simulator, fitted)
-    draws = absorb.draws(_DRAWS)
+    draws = absorb.draws(method.candidates.null_draws)
 
     def one(candidate: Candidate) -> tuple[Screened, float] | None:
         """Return what one candidate scores, and the null maximum with it; none where it moves no channel."""
@@ -201,9 +200,7 @@ def _start(candidate: Candidate, item: _Response, method: Method = STANDARD) -> 
     size = float(np.clip(abs(share), 0.02, 20.0))
     if share < 0.0 and bool((candidate.low < 0.0).any()) and not _phases(candidate):
         size = -size
-    away = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(
-        candidate, method=method
-    )
+    away = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(candidate)
     scaled = np.where(away, candidate.neutral + (point - candidate.neutral) * size, point)
     if share < 0.0:
         # a wave of negative size is the same wave half a turn on
@@ -211,10 +208,10 @@ def _start(candidate: Candidate, item: _Response, method: Method = STANDARD) -> 
     return np.clip(scaled, candidate.low, candidate.high)
 
 
-def is_limit(candidate: Candidate, method: Method = STANDARD) -> np.ndarray:
+def is_limit(candidate: Candidate) -> np.ndarray:
     """Return for each parameter whether it vanishes far beyond its usual sizes, as a limit does: then there is nothing to scale."""
     usual = np.abs(candidate.points).max(axis=0, initial=0.0)
-    return np.asarray(np.abs(candidate.neutral) > method.largest_size * usual)
+    return np.asarray(np.abs(candidate.neutral) > FAR_BEYOND * usual)
 
 
 def _basis(tried: Sequence[_Response]) -> FloatArray:
@@ -247,7 +244,7 @@ class _Absorber:
             moves = np.minimum(fitted.values - low, high - fitted.values) > _AT_END * scale
             stacked = (np.vstack([white.T.astype(float), np.diag(precision)]) * scale)[:, moves]
             q, r = np.linalg.qr(stacked)
-            good = np.abs(np.diag(r)) > _DEPENDENT * np.abs(np.diag(r)).max(initial=_TINY)
+            good = np.abs(np.diag(r)) > _DEPENDENT * np.abs(np.diag(r)).max(initial=np.finfo(float).tiny)
             self._stacked = np.ascontiguousarray(q[:, good].T, dtype=_SINGLE)
         self._extra = len(fitted.free) if white is not None else 0
         # what holds the baseline away from its given values is evidence too: a candidate may take that strain away

@@ -17,15 +17,6 @@ from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import behind, strongest_jumps
 from lathesim.units import convertible
 
-_FREQUENCIES = 10
-_SMALL_AND_LARGE = (0.3, 0.85)
-"""Quantiles of the usual values of a resonance."""
-
-_REACHED = (0.995, 0.98, 0.95, 0.85)
-"""Shares of the samples in which a command is below where a limit is looked for ..."""
-_OF_LARGEST = (0.9, 0.75, 0.6, 0.45)
-"""... and shares of its largest value: a command in steps is at its largest for long."""
-
 
 def starting_points(
     experiment: Experiment, fitted: Fitted, candidates: list[Candidate], method: Method = STANDARD
@@ -96,9 +87,9 @@ def _frequency_points(experiment: Experiment, candidates: Sequence[Candidate], m
         column = candidate.parameters.index(resonance)
         low, high = float(candidate.least[column]), min(float(candidate.usual[column]), fastest)
         if high > low:
-            usual = np.quantile(candidate.points, _SMALL_AND_LARGE, axis=0)
-            points = np.repeat(usual, _FREQUENCIES, axis=0)
-            points[:, column] = np.tile(np.geomspace(low, high, _FREQUENCIES), len(usual))
+            usual = np.quantile(candidate.points, method.candidates.usual_quantiles, axis=0)
+            points = np.repeat(usual, method.candidates.resonances, axis=0)
+            points[:, column] = np.tile(np.geomspace(low, high, method.candidates.resonances), len(usual))
             found[candidate.part] = np.clip(points, candidate.low, candidate.high)
     return found
 
@@ -109,7 +100,7 @@ def limit_points(experiment: Experiment, candidates: Sequence[Candidate], method
     found: dict[str, FloatArray] = {}
     channels, sources = experiment.sensed.plan.channels, commands(experiment.sensed.plan.assembly)
     for candidate in candidates:
-        limits, source = np.flatnonzero(is_limit(candidate, method=method)), sources.get(candidate.at, "")
+        limits, source = np.flatnonzero(is_limit(candidate)), sources.get(candidate.at, "")
         if candidate.effect.site != "drive" or len(limits) != 1 or len(candidate.parameters) != 1 or source not in channels:
             continue
         command = np.nan_to_num(experiment.sensed.channel([], [], channels.index(source)))
@@ -117,6 +108,8 @@ def limit_points(experiment: Experiment, candidates: Sequence[Candidate], method
             # a limit of the rate
             command = np.diff(command) / experiment.machine.assembly.sample_period
         size = np.abs(command)
-        reached = np.r_[np.quantile(size, _REACHED), np.array(_OF_LARGEST) * size.max(initial=0.0)]
+        reached = np.r_[
+            np.quantile(size, method.candidates.limits_reached), np.array(method.candidates.limits_of_largest) * size.max(initial=0.0)
+        ]
         found[candidate.part] = np.clip(np.unique(reached[reached > 0.0])[::-1, None], candidate.low, candidate.high)
     return found

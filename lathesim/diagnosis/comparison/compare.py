@@ -19,6 +19,7 @@ from lathesim.diagnosis.location.dependence import bars
 from lathesim.diagnosis.location.missing_force import missing_signal, places
 from lathesim.diagnosis.location.missing_share import FORCES, missing_share
 from lathesim.diagnosis.location.operating_conditions import direction_of, variables
+from lathesim.diagnosis.location.order_spectrum import Line, Spectrum, lines_of
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.checks import at_odds
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
@@ -30,7 +31,6 @@ from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Experiment, Machine
 from lathesim.identification.replay.loading import Recorded, read_for
 from lathesim.identification.replay.validation_split import parted
-from lathesim.identification.signal.order_spectrum import Line, Spectrum, lines_of
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
@@ -39,8 +39,6 @@ from lathesim.units import convertible
 SCHEMA = "lathesim-compare/1"
 _WINDOWS = 50
 """Stretches of a recording of which the worst is told."""
-
-_MOST_BARS = 8
 
 
 @dataclass(frozen=True)
@@ -267,7 +265,7 @@ def _depends_on(first: Experiment, fitted: Fitted, second: Experiment, judged: F
         )
         if bar.share > least:
             tallest.setdefault(bar.variable, Dependence(bar.channel, bar.variable, bar.share))
-    return tuple(tallest.values())[:_MOST_BARS]
+    return tuple(tallest.values())[: method.reporting.most_bars]
 
 
 def _spectra(
@@ -284,7 +282,7 @@ def _spectra(
         if np.isfinite(residual).all():
             parts = list(made_by.get(item.channel, ()))
             nearest = sorted(ways, key=lambda way: parts.index(host) if (host := way.partition(" of ")[2]) in parts else len(parts))
-            lines, spectra = lines_of(residual, {"time": ways["time"], **{way: ways[way] for way in nearest}}, motions)
+            lines, spectra = lines_of(residual, {"time": ways["time"], **{way: ways[way] for way in nearest}}, motions, method)
             found.append(ChannelLines(item.channel, tuple(lines), tuple(spectra)))
     return tuple(found)
 

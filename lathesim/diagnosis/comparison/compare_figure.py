@@ -26,7 +26,7 @@ from lathesim.analysis.figures.figure_style import (
 )
 from lathesim.diagnosis.comparison.compare import ChannelLines, ChannelResidual, Comparison, Dependence
 from lathesim.diagnosis.comparison.compare_text import line_text
-from lathesim.identification.signal.order_spectrum import Spectrum
+from lathesim.diagnosis.location.order_spectrum import Spectrum
 
 _MOST = {"channels": 3, "spectra": 2, "bars": 6}
 _HEIGHTS = {"titles": 1.0, "channel": 2.3, "spectrum": 1.7, "bar": 0.34, "frame": 1.0}

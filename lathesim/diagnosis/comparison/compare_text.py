@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.comparison.compare import Comparison
-from lathesim.identification.signal.order_spectrum import Line
+from lathesim.diagnosis.location.order_spectrum import Line
 
 _NEAREST = 4
 """Parts of a chain that are told."""

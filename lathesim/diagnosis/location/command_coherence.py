@@ -63,7 +63,7 @@ def command_coherence(
     found = []
     for row, channel in enumerate(learned_on.machine.compare):
         over = float(np.std(left[1][row])) / scored_on.floors[channel]
-        if over < method.location.coherence_over_floor or decides(parts[channel.partition(".")[0]]):
+        if over < method.shared.plainly_off or decides(parts[channel.partition(".")[0]]):
             continue
         for driven in learned_on.machine.drive:
             asked = [_jerked(experiment.record[driven]) for experiment in experiments]

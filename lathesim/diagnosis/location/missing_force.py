@@ -25,9 +25,7 @@ from lathesim.identification.replay.initial_state import line_of
 from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.replay.open_loop import as_recorded
 from lathesim.identification.replay.simulator import IMPULSE
-
-_DEAF = 1e-9
-"""Share of the largest response below which a frequency of a channel says nothing of what pushed."""
+from lathesim.identification.signal.rounding import SLOPE_ROUNDING
 
 
 @dataclass(frozen=True)
@@ -79,7 +77,7 @@ def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Miss
     transformed, gain = rfft(error * taper(len(error))), rfft(response) * period / IMPULSE
     rate = np.zeros_like(transformed)
     kept = slice(0, min(shapes.band, len(transformed)))
-    answers = np.abs(gain[kept]) > _DEAF * np.abs(gain).max(initial=0.0)
+    answers = np.abs(gain[kept]) > SLOPE_ROUNDING * np.abs(gain).max(initial=0.0)
     rate[kept] = np.divide(transformed[kept], gain[kept], out=np.zeros_like(gain[kept]), where=answers)
     part = state.partition(".")[0]
     inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports

@@ -21,16 +21,8 @@ from lathesim.identification.noise.noise_model import NoiseModel, spectrum
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 
-_WIDTHS = (7, 41)
-"""Frequencies over which the power is averaged: of a hum, and of one that wanders."""
-_AROUND = 60
-"""The average is held against the median of so many widths ..."""
-_NEAR = 6
-"""... and added up over so many widths on either side of a peak."""
 _MEDIAN = math.log(2.0)
 """Median of the power of noise whose mean is one."""
-_PROMINENT = (12.0, 4.0)
-"""Times the median that each average must reach."""
 
 
 _TOP = 0.1
@@ -51,9 +43,9 @@ def _edges(above: FloatArray, peak: int, width: int, method: Method = STANDARD) 
     return int(below[-1]) + 1 if len(below) else 0, int(beyond[0]) - 1 if len(beyond) else len(above) - 1
 
 
-def _prominence(power: FloatArray, width: int) -> FloatArray:
+def _prominence(power: FloatArray, width: int, method: Method = STANDARD) -> FloatArray:
     """Return by how many times the power (frequencies,), averaged over ``width`` frequencies, is above the median around it."""
-    around = median_filter(power, size=_AROUND * width + 1, mode="nearest") / _MEDIAN
+    around = median_filter(power, size=method.location.band_around * width + 1, mode="nearest") / _MEDIAN
     found: FloatArray = uniform_filter1d(power / np.maximum(around, 1e-300), width)
     return found
 
@@ -62,7 +54,9 @@ def _is_driven(experiment: Experiment, peak: int, width: int, method: Method = S
     """Return whether the machine is asked to move at a frequency: what is left there may be of the motion."""
     near = slice(max(0, peak - width), peak + width + 1)
     drives = (np.diff(np.nan_to_num(experiment.record[name])) for name in experiment.machine.drive)
-    return any(bool(np.any(_prominence(np.abs(spectrum(drive)) ** 2, width)[near] > method.location.band_driven)) for drive in drives)
+    return any(
+        bool(np.any(_prominence(np.abs(spectrum(drive)) ** 2, width, method)[near] > method.location.band_prominent)) for drive in drives
+    )
 
 
 @dataclass(frozen=True)
@@ -96,10 +90,12 @@ def band_strength(residual: FloatArray, model: NoiseModel, method: Method = STAN
     """Return by how much the strongest band of a residual (samples,) stands out, over what it must reach to be looked at."""
     power = np.abs(spectrum(residual, model.differences, model.window)) ** 2 / model.power
     strongest = 0.0
-    for width, prominent in zip(_WIDTHS, _PROMINENT, strict=True):
-        if len(power) < 2 * _AROUND * width or not np.any(power):
+    for width, prominent in method.location.bands:
+        if len(power) < 2 * method.location.band_around * width or not np.any(power):
             break
-        prominence = _prominence(power, width)[int(method.location.band_least_cycles) : int(method.location.band_highest * len(power))]
+        prominence = _prominence(power, width, method)[
+            int(method.location.band_least_cycles) : int(method.location.band_highest * len(power))
+        ]
         strongest = max(strongest, float(np.max(prominence, initial=0.0)) / prominent)
     return strongest
 
@@ -113,15 +109,15 @@ def narrow_bands(experiment: Experiment, fitted: Fitted, method: Method = STANDA
         if decides(parts[name.partition(".")[0]]):
             continue
         power = np.abs(spectrum(fitted.residual[row], model.differences, model.window)) ** 2 / model.power
-        for width, prominent in zip(_WIDTHS, _PROMINENT, strict=True):
-            if len(power) < 2 * _AROUND * width or not np.any(power):
+        for width, prominent in method.location.bands:
+            if len(power) < 2 * method.location.band_around * width or not np.any(power):
                 break
-            around = median_filter(power, size=_AROUND * width + 1, mode="nearest") / _MEDIAN
-            prominence = _prominence(power, width)
+            around = median_filter(power, size=method.location.band_around * width + 1, mode="nearest") / _MEDIAN
+            prominence = _prominence(power, width, method)
             prominence[: width // 2] = 0.0
             prominence[int(method.location.band_highest * len(prominence)) :] = 0.0
             peak = int(np.argmax(prominence))
-            near = slice(max(0, peak - _NEAR * width), peak + _NEAR * width + 1)
+            near = slice(max(0, peak - method.location.band_near * width), peak + method.location.band_near * width + 1)
             share = float(np.sum(power[near]) / np.sum(power))
             raw = np.abs(spectrum(fitted.residual[row])) ** 2
             is_most = (

@@ -8,10 +8,10 @@ import numpy as np
 
 from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.operating_conditions import turns
+from lathesim.diagnosis.location.order_spectrum import Line, lines_of
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal.order_spectrum import Line, lines_of
 
 
 def turn_lines(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> list[tuple[str, str, int, Line]]:
@@ -22,7 +22,7 @@ def turn_lines(experiment: Experiment, fitted: Fitted, method: Method = STANDARD
             left = missing_signal(experiment, fitted, row).values[inside]
             steady = slice(len(left) // 10, None)
             trend = np.polynomial.Polynomial.fit(angle[inside][steady], left[steady], 3)
-            lines, _ = lines_of(left[steady] - trend(angle[inside][steady]), {"angle": ("rad", angle[inside][steady])})
+            lines, _ = lines_of(left[steady] - trend(angle[inside][steady]), {"angle": ("rad", angle[inside][steady])}, method=method)
             for line in lines:
                 order = 2.0 * math.pi * line.frequency
                 if round(order) >= 1 and abs(order - round(order)) < method.location.whole_order * round(order):

@@ -45,6 +45,18 @@ class CandidateLimits:
     """Factor by which a wavelength may lie outside the typical range."""
     slow_steps: float = 0.25
     """Quantile of the ways from one sample to the next that stands for slow motion."""
+    waves_along_all: tuple[float, ...] = (1.0, 1.5, 2.0, 3.0)
+    """Waves in the whole way that are tried besides: so few are no line of a periodogram, and its trend takes a part of them."""
+    resonances: int = 10
+    """Frequencies of a resonance that are tried."""
+    usual_quantiles: tuple[float, ...] = (0.3, 0.85)
+    """Quantiles of the usual values of a resonance that are tried: a small one and a large one."""
+    limits_reached: tuple[float, ...] = (0.995, 0.98, 0.95, 0.85)
+    """Shares of the samples in which a command is below where a limit is looked for ..."""
+    limits_of_largest: tuple[float, ...] = (0.9, 0.75, 0.6, 0.45)
+    """... and shares of its largest value: a command in steps is at its largest for long."""
+    null_draws: int = 20
+    """Draws of noise from which the null maximum is taken."""
     fastest_resonance: float = 0.2
     """Frequency up to which a resonance is looked for [cycles a sample]."""
     latest_reading: float = 0.1

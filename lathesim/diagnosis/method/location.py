@@ -17,10 +17,6 @@ class LocationLimits:
         "calibrated",
         "on sound machines no share was coherent; on one with a table on a spring 0.87 was",
     )  # fmt: skip
-    coherence_over_floor: Limit = Limit(
-        8.0, "noise floors",
-        "coherence is tested where a channel is off by more than this: integration steps are coherent with the command as well",
-    )  # fmt: skip
     beyond_chance: Limit = Limit(
         2.0, "times the largest of 19 draws",
         "a dependence score counts above this",
@@ -44,7 +40,17 @@ class LocationLimits:
     band_edge: float = 0.1
     """Share of the top power below which a band is said to end."""
     band_least_cycles: Limit = Limit(60, "cycles in a recording", "the strongest band below this is the motion's own or a slow drift")
-    band_driven: Limit = Limit(12.0, "times the local median", "a drive this strong at a frequency is what swings there")
+    band_prominent: Limit = Limit(
+        12.0, "times the local median",
+        "a hum stands out above this, and a drive that does so at its frequency is what swings there",
+    )  # fmt: skip
+    wide_band_prominent: Limit = Limit(4.0, "times the local median", "a hum that wanders stands out above this")
+    band_widths: tuple[int, int] = (7, 41)
+    """Frequencies over which the power is averaged: of a hum, and of one that wanders."""
+    band_around: int = 60
+    """Widths over which the local median of the power is taken."""
+    band_near: int = 6
+    """Widths on either side of a peak over which a band is added up."""
     band_of_floor: Limit = Limit(0.5, "resolutions", "a band must move its channel by this much")
     band_of_step: Limit = Limit(
         0.41, "resolutions, rms",
@@ -54,9 +60,24 @@ class LocationLimits:
     )  # fmt: skip
     band_highest: float = 0.9
     """Share of the resolved frequencies up to which bands are looked for: above it a difference of two samples rings by itself."""
+    line_prominent: Limit = Limit(6.0, "times the local median", "an amplitude of a residual is a line above this")
+    line_share: Limit = Limit(0.02, "share of residual", "a line must hold this much of the mean square")
+    line_turns: Limit = Limit(10.0, "repetitions", "what repeats less often within a recording is a trend and no line")
+    rhythm: Limit = Limit(
+        0.003, "share of motion", "a line is the rhythm of a motion that holds this much of its mean square at that frequency"
+    )
+    once_a_sample: Limit = Limit(0.05, "repetitions", "a way from sample to sample this near whole repetitions makes them")
+    held_speed: Limit = Limit(0.2, "share of way", "a line that repeats once a sample on more than this is noise at a held speed")
+    most_lines: int = 4
+    """Lines of a residual that are told at most."""
     standstill: Limit = Limit(0.02, "share of top speed", "a part slower than this stands still")
     commanded_standstill: Limit = Limit(0.001, "share of top speed", "a motion without sensor noise stands still below this")
     whole_order: Limit = Limit(
         0.03, "orders",
         "an order this near a whole number is one: a speed that is given, not recorded, is known to a few per cent",
     )  # fmt: skip
+
+    @property
+    def bands(self) -> tuple[tuple[int, float], ...]:
+        """Each width over which the power is averaged, with the prominence that it asks."""
+        return tuple(zip(self.band_widths, (self.band_prominent, self.wide_band_prominent), strict=True))

@@ -71,6 +71,9 @@ class Method:
     despite_implausible_values: bool = False
     """Whether implausible values of the lesson are no reason to doubt an effect, as another one may yet restore them."""
 
+    despite_degradation: bool = False
+    """Whether a closed-loop simulation that gets worse is no reason to refuse an effect."""
+
     def affords(self, runs: int, candidates: int) -> bool:
         """Return whether a search among so many candidates may go on after so many runs."""
         return runs <= max(self.most_runs, candidates * self.runs_a_candidate)

@@ -13,7 +13,6 @@ class CheckLimits:
 
     change_of_delay: int = 25
     """Samples by which a channel that becomes late or early is looked for."""
-    jump: Limit = Limit(10.0, "noise floors", "a jump of a sensor beside a second one, or a difference of two zeros, counts above this")
     little_off: Limit = Limit(
         0.1, "share",
         "what is off by less than this share of itself, or of what it was, is off by little: a mended fault may leave it, a signal is off",
@@ -46,6 +45,8 @@ class CheckLimits:
         "derived",
         "a command is arithmetic and follows to its last digit; a controller's memory from before the recording leaves less than this",
     )  # fmt: skip
+    clock_factors: tuple[float, ...] = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
+    """Factors between the true period and the recorded one that are tried: clocks of other devices, and seconds for milliseconds."""
     unexplained_command: Limit = Limit(
         0.2, "share of command",
         "a command of which more than this does not follow from its inputs contradicts the recording",

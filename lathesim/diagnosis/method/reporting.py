@@ -12,6 +12,12 @@ class ReportingLimits:
     """Limits of what the report names, and plain values of what it mentions: these decide no answer."""
 
     comparable_part: Limit = Limit(0.2, "share of the largest", "a part that misses at least this share is suspected beside the first one")
+    most_bars: int = 8
+    """Variables of which a bar is drawn at most."""
+    most_rows: int = 6
+    """Channels, and effects that were tried, in a table of the page at most."""
+    most_drawings: int = 2
+    """Drawings of channels on the page at most."""
     most_variables: int = 4
     """Variables that are named at most."""
     near_floor: Limit = Limit(3.0, "noise floors", "a channel above this is off, and below it at its floor")

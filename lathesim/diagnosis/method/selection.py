@@ -46,6 +46,16 @@ class SelectionLimits:
         "what explains this explains almost all; effects that leave more than this explain nothing",
         "assumed", KEPT.format("six", "0.90", "0.98"),
     )  # fmt: skip
+    sizes_tried: tuple[float, ...] = (1.0, 0.5, 0.2, 0.05)
+    """Shares of the size that screening gives an effect from which a fit may begin."""
+    stiffer_tried: tuple[float, ...] = (2.0, 4.0, 8.0)
+    """Times its stiffness from which a fit of a stiff effect may begin."""
+    slopes_afresh: int = 2
+    """How often slopes are taken afresh in a trial."""
+    settled: float = 1.0
+    """Gain below which a further round of fitting is not done [nats]."""
+    fine: float = 1e-5
+    """Share of the cost below which a step of a trial ends it."""
     most_rivals: int = 3
     """Rivals, simpler relatives, restarts and rejections of one model at most: what a search may spend."""
 

@@ -27,4 +27,9 @@ class SharedLimits:
     )  # fmt: skip
     alike: Limit = Limit(1.5, "1", "a size is clearly larger than another one above this ratio, and hardly larger below it")
     hardly_more: Limit = Limit(1.05, "1", "a size is no larger than another one, and an error no worse, below this ratio")
+    plainly_off: Limit = Limit(
+        8.0, "noise floors", "a channel, a jump or a zero is plainly off above this: integration steps leave less",
+        "assumed",
+        "in the place of 8 and 10",
+    )  # fmt: skip
     dependence: Limit = Limit(0.1, "share of missing force", "a variable that explains less than this is none that the force depends on")

@@ -72,10 +72,7 @@ def jumped_midway(experiment: Experiment, fitted: Fitted, method: Method = STAND
         instant, size = strongest_jumps(residual, experiment.sensed.period)[0]
         stepped = np.where(np.arange(len(residual)) * experiment.sensed.period < instant, 0.0, size)
         left = float(np.var(residual - stepped)) / max(float(np.var(residual)), 1e-300)
-        if (
-            abs(size) > method.recording_checks.jump * experiment.sensed.seen_floors[sight.row]
-            and left < method.recording_checks.little_off
-        ):
+        if abs(size) > method.shared.plainly_off * experiment.sensed.seen_floors[sight.row] and left < method.recording_checks.little_off:
             names = [experiment.machine.compare[row] for row in (sight.row, sight.first)]
             shown = shown_with_unit(abs(size), experiment.sensed.plan.unit(experiment.sensed.channels[sight.row]), 3)
             return (
@@ -104,7 +101,7 @@ def _moves_otherwise(experiment: Experiment, fitted: Fitted, row: int, method: M
     happened to the machine."""
     others = np.delete(np.nan_to_num(fitted.residual), row, axis=0)
     floors = np.delete(experiment.sensed.seen_floors, row)
-    return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * (method.recording_checks.jump * floors) ** 2))
+    return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * (method.shared.plainly_off * floors) ** 2))
 
 
 def _when(experiment: Experiment, place: float) -> float:

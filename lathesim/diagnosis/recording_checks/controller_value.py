@@ -22,9 +22,6 @@ from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Free
 from lathesim.identification.replay.experiment import Experiment, baseline_free
 
-_STEPS = 40
-_SCALE = 0.1
-
 
 def controller_value(
     experiment: Experiment, validation: Experiment, values: Mapping[str, float], method: Method = STANDARD
@@ -43,7 +40,7 @@ def controller_value(
                 return dict(unexplained_share(of, {**values, name: given * math.exp(logarithm)}))[row]
 
             furthest = math.log(method.recording_checks.value_factor)
-            found = minimize_scalar(left, bounds=(-furthest, furthest), method="bounded", options={"xatol": 1e-4, "maxiter": _STEPS})
+            found = minimize_scalar(left, bounds=(-furthest, furthest), method="bounded", options={"xatol": 1e-4})
             better = found.fun < min(method.shared.left_by_cause * share, method.recording_checks.unexplained_command) and (
                 best is None or found.fun < best[0]
             )
@@ -71,7 +68,7 @@ def _settled(
     free = Free(
         found.name,
         found.value,
-        _SCALE * found.value,
+        method.recording_checks.little_off * found.value,
         low=found.value / method.recording_checks.value_factor,
         high=found.value * method.recording_checks.value_factor,
     )

@@ -16,9 +16,6 @@ from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
 from lathesim.record import Record
 
-_PERIODS = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
-"""Factors between the true period and the recorded one: clocks of other devices, and seconds for milliseconds."""
-
 
 def of_another_period(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
     """Return a sentence where a recorded command follows from what its controller was given with another sample period only; empty where it
@@ -28,7 +25,7 @@ def of_another_period(experiment: Experiment, values: Mapping[str, float], metho
         return told
     for row, share in unexplained_share(experiment, values) if experiment.machine.replay else ():
         name = experiment.machine.compare[row]
-        for factor in _PERIODS if share > method.recording_checks.unexplained_command else ():
+        for factor in method.recording_checks.clock_factors if share > method.recording_checks.unexplained_command else ():
             if _unexplained_at(experiment, factor, values, row) < method.recording_checks.follows:
                 return (
                     f"With a sample period of {factor * period:.4g} ms {name} follows from what its controller was given, with "

@@ -14,7 +14,7 @@ def sensor_zeros(experiment: Experiment, method: Method = STANDARD) -> list[str]
     told = []
     for row, (first, apart) in experiment.sensed.zeros().items():
         spread = float(np.std(experiment.sensed.seen[row][np.isfinite(experiment.sensed.seen[row])]))
-        if abs(apart) > method.recording_checks.jump * max(spread, float(experiment.sensed.seen_floors[row])):
+        if abs(apart) > method.shared.plainly_off * max(spread, float(experiment.sensed.seen_floors[row])):
             name, other = experiment.machine.compare[row], experiment.machine.compare[first]
             shown = shown_with_unit(abs(apart), experiment.sensed.plan.unit(experiment.sensed.channels[row]), 3)
             told.append(f"{name} has its zero {shown} beside that of {other}; taken for no error of either.")

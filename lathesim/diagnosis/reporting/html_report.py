@@ -42,8 +42,6 @@ _WORDS = {
     "unknown": "Unknown",
     "recording_fault": "Fault of the recording",
 }
-_BARS, _TRIED, _DRAWINGS, _MISSING, _CHANNELS = 7, 6, 2, 1, 6
-"""How many of each stand on the page: the largest."""
 _STRIP_BEGIN, _STRIP_LENGTH = 40.0, 640.0
 _LEAST_MARK = 1.5
 
@@ -73,7 +71,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
     modelled = bool(diagnosis.effects or diagnosis.discovered)
     changed = modelled or diagnosis.verdict == "parameters_only"
     order = _by_size(diagnosis.fit)
-    changes = [_change(name, diagnosis.fit[name]) for name in order[:_CHANNELS]]
+    changes = [_change(name, diagnosis.fit[name]) for name in order[: method.reporting.most_rows]]
     return {
         "verdict": diagnosis.verdict,
         "verdict_word": _WORDS[diagnosis.verdict],
@@ -92,15 +90,15 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "diagram": wiring_diagram(_own(diagnosis.evidence.wires), _suspects(diagnosis)),
         "suspects": _suspects(diagnosis),
         "strip": _strip(diagnosis),
-        "bars": _bars(diagnosis.evidence.bars, changed),
+        "bars": _bars(diagnosis.evidence.bars, changed, method),
         "bars_in": max(diagnosis.evidence.bars, key=lambda bar: bar.before).channel if diagnosis.evidence.bars else "",
         "bars_after": changed,
-        "tried": _tried(diagnosis),
+        "tried": _tried(diagnosis, method),
         "rule": diagnosis.rule,
         "history": _history(diagnosis),
         "tests": _tests(diagnosis),
         "stability": stability_lines(diagnosis),
-        "tried_more": max(0, len(diagnosis.evidence.tried) - _TRIED),
+        "tried_more": max(0, len(diagnosis.evidence.tried) - method.reporting.most_rows),
         "sure": _sure(diagnosis),
         "judged": f"on {diagnosis.validation}" if diagnosis.validation else "",
         "changed": changed,
@@ -111,7 +109,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
              "removed": _removed(item.share_before, item.share_after)}
             for item in _missing(diagnosis) if changed
         ],
-        "drawings": _drawings(diagnosis, order),
+        "drawings": _drawings(diagnosis, order, method),
         "baseline": [_baseline(name, item, modelled, method=method) for name, item in diagnosis.baseline.items()],
         "left": list(diagnosis.left),
         "not_told": list(diagnosis.not_told),
@@ -228,12 +226,12 @@ def _ticks(begin: float, end: float) -> list[tuple[float, str]]:
     return [(place, f"{place:.10g}" + (" s" if position == len(places) - 1 else "")) for position, place in enumerate(places)]
 
 
-def _bars(bars: Sequence[VariableBar], changed: bool) -> list[dict[str, Any]]:
+def _bars(bars: Sequence[VariableBar], changed: bool, method: Method) -> list[dict[str, Any]]:
     tallest: dict[str, VariableBar] = {}
     for bar in bars:
         if bar.variable not in tallest or bar.before > tallest[bar.variable].before:
             tallest[bar.variable] = bar
-    chosen = sorted(tallest.values(), key=lambda bar: -bar.before)[:_BARS]
+    chosen = sorted(tallest.values(), key=lambda bar: -bar.before)[: method.reporting.most_bars]
     return [
         {"variable": bar.variable, "channel": "" if bar.channel == chosen[0].channel else bar.channel, "before": _width(bar.before),
          "after": _width(bar.after) if changed and math.isfinite(bar.after) else None, "text": f"{_width(bar.before):.0f} %"}
@@ -281,11 +279,11 @@ def _digits(value: float) -> str:
     return f"{value:.3g}" if math.isfinite(value) else NOTHING
 
 
-def _tried(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+def _tried(diagnosis: Diagnosis, method: Method) -> list[dict[str, Any]]:
     ordered = sorted(diagnosis.evidence.tried, key=lambda item: -item[2] if math.isfinite(item[2]) else math.inf)
     return [
         {"name": name, "gain": number(gain, 0), "held_out": number(held, 0), "found": _is_found(name, diagnosis)}
-        for name, gain, held in ordered[:_TRIED]
+        for name, gain, held in ordered[: method.reporting.most_rows]
     ]
 
 
@@ -336,10 +334,10 @@ def _removed(before: float, after: float) -> str:
 def _missing(diagnosis: Diagnosis) -> list[MissingSignal]:
     """Return the missing force (or signal) to be shown: the one that is largest beside what acts there."""
     known = [item for item in diagnosis.evidence.missing if len(item.time) > 1 and np.isfinite(item.before).any()]
-    return sorted(known, key=lambda item: -item.share_before if math.isfinite(item.share_before) else 0.0)[:_MISSING]
+    return sorted(known, key=lambda item: -item.share_before if math.isfinite(item.share_before) else 0.0)[:1]
 
 
-def _drawings(diagnosis: Diagnosis, order: Sequence[str]) -> list[Any]:
+def _drawings(diagnosis: Diagnosis, order: Sequence[str], method: Method) -> list[Any]:
     """Return the two figures of the page: the worst channel and what is missing, or two channels where no force is."""
     from markupsafe import Markup
 
@@ -348,7 +346,7 @@ def _drawings(diagnosis: Diagnosis, order: Sequence[str]) -> list[Any]:
     evidence, windows = diagnosis.evidence, diagnosis.location.windows
     missing = _missing(diagnosis)
     rank = {name: place for place, name in enumerate(order)}
-    traces = sorted(evidence.traces, key=lambda item: rank.get(item.channel, len(rank)))[: _DRAWINGS - len(missing)]
+    traces = sorted(evidence.traces, key=lambda item: rank.get(item.channel, len(rank)))[: method.reporting.most_drawings - len(missing)]
     width = HALF if len(traces) + len(missing) > 1 else WHOLE
     drawn = []
     for place, trace in enumerate(traces):

@@ -76,7 +76,7 @@ def credible_if_it_moves(trial: Trial, method: Method, null_maximum: float) -> b
     judged = compare_models(gains, method, effects=1, parameters=len(trial.candidate.parameters), null_maximum=null_maximum).better
     much = trial.share_of_all > method.share_of_all and trial.share_of_rest > method.share_of_rest
     worth = much or trial.share_of_rest > method.nearly_all_of_rest or trial.restores_plausibility
-    worth = worth and trial.closed_loop_degradation < method.shared.alike
+    worth = worth and (trial.closed_loop_degradation < method.shared.alike or method.despite_degradation)
     if trial.candidate.effect.identification.size_of_recording:
         # what may be another one on each recording takes a part of any wander
         worth = worth and trial.share_of_rest > method.nearly_all_of_rest

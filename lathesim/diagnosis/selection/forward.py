@@ -342,7 +342,7 @@ def _may_add(item: Screened, explained: float, near: float) -> bool:
 
 def _starts(item: Screened, method: Method = STANDARD) -> Sequence[FloatArray]:
     """Return the starting values of a fit: of an effect that is linear in its one size, one is enough."""
-    return item.starts[: 1 if len(item.candidate.parameters) == 1 and not is_limit(item.candidate, method=method).any() else 2]
+    return item.starts[: 1 if len(item.candidate.parameters) == 1 and not is_limit(item.candidate).any() else 2]
 
 
 def _rivals(

@@ -24,16 +24,6 @@ from lathesim.identification.replay.experiment import POSSIBLE, Experiment
 IMPLAUSIBLE = 0.98 * POSSIBLE
 """Declared standard deviations above which a value of the lesson is implausible: it would go further if it might."""
 
-_SETTLED = 1.0
-"""Nats that a further round of fitting must gain for another one."""
-_FINE = 1e-5
-
-_SIZES = (1.0, 0.5, 0.2, 0.05)
-"""Shares of the size that screening gives an effect from which a fit may begin."""
-_STIFFER = (2.0, 4.0, 8.0)
-_MOST_AFRESH = 2
-"""How often slopes are taken afresh in a trial."""
-
 
 @dataclass(frozen=True)
 class _Fit:
@@ -110,17 +100,27 @@ class Laboratory:
         error, floor = self._error(experiment, before)
         return float(np.max((error - self.error(experiment, after))[::2] / (error + floor)[::2]))
 
+    @property
+    def _settled(self) -> float:
+        return self.method.selection.settled
+
     def settled(self, model: Model) -> Model:
         """Return a model fitted from where it stands until nothing moves any more, with all slopes taken afresh."""
         full_band, constant = is_full_band(model.candidates), model.fitted.constant
-        settled = fit(self.experiment.sensed, model.free, constant, rounds=2, full_band=full_band, settle=_SETTLED)
+        settled = fit(self.experiment.sensed, model.free, constant, rounds=2, full_band=full_band, settle=self._settled)
         if moved := between_samples(self.experiment, settled, model.candidates, full_band=full_band):
-            settled = fit(self.experiment.sensed, moved, constant, rounds=2, full_band=full_band, settle=_SETTLED)
+            settled = fit(self.experiment.sensed, moved, constant, rounds=2, full_band=full_band, settle=self._settled)
         settled = self.with_better_motion(settled, model.candidates)
         if is_implausible(settled, method=self.method):
             # a slow load that nobody measured draws values with it where noise is held to be white
             slow = fit(
-                self.experiment.sensed, with_start(settled), settled.constant, rounds=2, full_band=full_band, settle=_SETTLED, coloured=True
+                self.experiment.sensed,
+                with_start(settled),
+                settled.constant,
+                rounds=2,
+                full_band=full_band,
+                settle=self._settled,
+                coloured=True,
             )
             settled = settled if is_implausible(slow, method=self.method) else self._with_white_noise(slow, full_band=full_band)
         return self.model(model.candidates, settled)
@@ -151,7 +151,7 @@ class Laboratory:
         # a rough fit decides where it is clear of the limit by a factor of two
         if share(rough) < 0.5 * limit if with_simulated_motion else share(rough) > 2.0 * limit:
             return fitted
-        other = fit(self.experiment.sensed, with_start(rough), constant, rounds=2, full_band=full_band, settle=_SETTLED)
+        other = fit(self.experiment.sensed, with_start(rough), constant, rounds=2, full_band=full_band, settle=self._settled)
         if (share(other) < limit) == with_simulated_motion:
             return fitted
         return other if with_simulated_motion or self._holds_there_too(fitted, other, motion) else fitted
@@ -185,13 +185,12 @@ class Laboratory:
     ) -> FloatArray:
         """Return starting values with the effect as large as it does best there, everything else as it was: what screening made of a
         response to a usual size may swing a machine far beyond anything that was recorded, from where a fit hardly finds back."""
-        sizes = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(
-            candidate, method=self.method
-        )
-        points = [np.where(sizes, candidate.neutral + share * (start - candidate.neutral), start) for share in _SIZES]
+        limits = self.method.selection
+        sizes = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(candidate)
+        points = [np.where(sizes, candidate.neutral + share * (start - candidate.neutral), start) for share in limits.sizes_tried]
         # a light table on a soft spring is further away, not nearer: what vanishes there is a spring that is stiff
         stiffer = np.array([name == f"{candidate.part}.{candidate.effect.identification.resonance}" for name in candidate.parameters])
-        points += [np.minimum(np.where(stiffer, factor * start, start), candidate.high) for factor in _STIFFER if stiffer.any()]
+        points += [np.minimum(np.where(stiffer, factor * start, start), candidate.high) for factor in limits.stiffer_tried if stiffer.any()]
         names = [*constant, *(item.name for item in free), *candidate.parameters]
         rows = np.array([[*constant.values(), *(item.start for item in free), *point] for point in points])
         powers = [
@@ -216,7 +215,7 @@ class Laboratory:
         explained the share of the error that screening ``expected``, the others are not fitted. ``sensed`` lets frictions sense the
         simulated motion: one of the first micrometres is lost in the rounding of a recorded one.
         """
-        candidates = (*kept, candidate)
+        candidates, sensed = (*kept, candidate), self.experiment.sensed
         full_band = is_full_band(candidates)
         constant = {**before.fitted.constant, **(self.experiment.simulated_motion_of(candidates) if with_simulated_motion else {})}
         best = self._from_best_start(before, candidate, free, starts, constant, promised, full_band=full_band)
@@ -224,19 +223,12 @@ class Laboratory:
         implausible_before = is_implausible(before.fitted, method=self.method)
         if implausible_before:
             # what the effect explains had implausible the values of the machine: from there a fit may not find its way back
-            other = fit(
-                self.experiment.sensed,
-                _at_given_values(with_start(best)),
-                constant,
-                rounds=2,
-                full_band=full_band,
-                tolerance=_FINE,
-                slopes="kept",
-            )
+            given, fine = _at_given_values(with_start(best)), self.method.selection.fine
+            other = fit(sensed, given, constant, rounds=2, full_band=full_band, tolerance=fine, slopes="kept")
             best = max((best, other), key=lambda fitted: fitted.score)
         gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
         if gain <= self.least_gain and self._removed(before, best) > self.method.shared.larger_part:
-            best = fit(self.experiment.sensed, with_start(best), constant, rounds=2, full_band=full_band, settle=_SETTLED, slopes="kept")
+            best = fit(sensed, with_start(best), constant, rounds=2, full_band=full_band, settle=self._settled, slopes="kept")
             gain = judged_score(self.experiment, best).above(before.score, full_band=is_full_band((*before.candidates, candidate)))
         restores_plausibility = (
             implausible_before
@@ -289,7 +281,7 @@ class Laboratory:
     ) -> Fitted:
         """Return a fit with its slopes taken anew, where a value moved so far that those of the model before hold no longer."""
         nearby = before.fitted
-        for _ in range(_MOST_AFRESH):
+        for _ in range(self.method.selection.slopes_afresh):
             if not _far(nearby, best, self.method):
                 break
             # the slopes taken over hold no longer: without them two forms of one thing would end in different places of a valley
@@ -302,7 +294,7 @@ class Laboratory:
                 constant,
                 rounds=2,
                 full_band=full_band,
-                tolerance=_FINE,
+                tolerance=self.method.selection.fine,
                 known=known,
                 slopes="kept",
             )

@@ -13,13 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from lathesim.identification.estimation.covariance import SIGNIFICANT
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted, with_start
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.record import Record
-
-_BEYOND_NOISE = 3.0
-"""Standard errors of the second fit beyond which it differs from the first by more than its own noise."""
 
 
 def replay_bias(experiment: Experiment, fitted: Fitted, *, full_band: bool) -> Mapping[str, float]:
@@ -32,7 +30,7 @@ def replay_bias(experiment: Experiment, fitted: Fitted, *, full_band: bool) -> M
     found = {}
     for name in fitted.names:
         off = abs(second.by_name[name] - fitted.by_name[name])
-        found[name] = off if off > _BEYOND_NOISE * second.error_by_noise(name) else 0.0
+        found[name] = off if off > SIGNIFICANT * second.error_by_noise(name) else 0.0
     return found
 
 

@@ -21,29 +21,27 @@ import numpy as np
 from scipy.stats import t as student
 
 from lathesim.engine.assembly import FloatArray
+from lathesim.identification.signal.rounding import BEYOND, ROUNDING
 
+SIGNIFICANT = 3.0
+"""Standard errors by which a size differs from nothing, or two differ: a normal deviate exceeds them with 0.27 %."""
 _BLOCKS = 30
-_NOTHING_KNOWN = 1e-12
-"""Share of the information in the best known direction, values scaled alike, below which rounding is all there is."""
-_NO_INFORMATION = 1e-200
 _LARGEST = 20.0
 """Factor by which a standard error is at most made larger: from there on it says little more than that the form is wrong."""
 _FEWEST = 5.0
 """Factor by which an interval is at most wider because few blocks tell."""
-_LOST = 1e100
-"""Slopes above which a run was lost."""
 
 
 def covariance_of(information: FloatArray) -> FloatArray:
     """Return the covariance of an information matrix: a mixture of which nothing is known has a large variance; a value that nothing shows
     has none."""
     covariance = np.zeros_like(information)
-    shown = np.flatnonzero(np.diag(information) > _NO_INFORMATION)
+    shown = np.flatnonzero(np.diag(information) > np.finfo(float).tiny)
     if len(shown):
         there = np.ix_(shown, shown)
         size = np.sqrt(np.diag(information)[shown])
         values, vectors = np.linalg.eigh(information[there] / np.outer(size, size))
-        values = np.maximum(values, _NOTHING_KNOWN * float(values[-1]))
+        values = np.maximum(values, ROUNDING * float(values[-1]))
         covariance[there] = (vectors / values) @ vectors.T / np.outer(size, size)
     return covariance
 
@@ -57,7 +55,7 @@ def covariance_and_misfit(
     ``slopes`` (numbers, values) and ``residual`` (numbers,) are whitened, channel after channel of ``lengths`` numbers, real parts and then
     imaginary ones; ``known`` (values,) is what was known beforehand, one over its variance.
     """
-    slopes = np.where(np.abs(slopes) < _LOST, slopes, 0.0)
+    slopes = np.where(np.abs(slopes) < BEYOND, slopes, 0.0)
     information = slopes.T @ slopes + np.diag(known)
     covariance = covariance_of(information)
     if not len(information):

@@ -11,10 +11,10 @@ from scipy.stats import chi2, norm
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.bootstrap_bias import replay_bias
-from lathesim.identification.estimation.covariance import covariance_of
+from lathesim.identification.estimation.covariance import SIGNIFICANT, covariance_of
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import begun_anew
-from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records.candidate import FAR_BEYOND, Candidate
 from lathesim.identification.records.fit import Fitted, with_start
 from lathesim.identification.records.model import Model, is_full_band
 from lathesim.identification.replay.closed_loop import own_error
@@ -24,16 +24,11 @@ CONFIDENCE = 1.96 * 1.15
 """Standard errors in half a 95 % interval. On concealed cases of another program the standard errors were 1.15 times too small (of 105
 values 1.96 of them held 93, 1.15 times as much 101): laws, steps and samples are a little other than those of any machine. Source of such a
 correction: Kuleshov, Fenner, Ermon, Accurate Uncertainties for Deep Learning Using Calibrated Regression, ICML 2018 (recalibration)."""
-SIGNIFICANT = 3.0
-"""Standard errors by which a size must differ from nothing."""
 _LARGEST_INFLATION = 10.0
 _ERROR_RATIO = 1.2
 """Times the error of a simulation within which another one is as good."""
-_FAR_BEYOND = 100.0
-"""Times a limit that its neutral value is at least."""
 _HANG_TOGETHER = 0.1
 """Share of a standard error that is left where the other values of an effect are held, below which only a mixture of them is known."""
-_RAREST = 1e-300
 
 
 @dataclass(frozen=True)
@@ -158,7 +153,7 @@ def _apart(candidate: Candidate, names: Sequence[str], found: Mapping[str, Estim
     own = np.sqrt(np.maximum(np.diag(covariance)[places], 1e-300))
     away = np.array([found[name].value - neutral[name] for name in sizes]) / own
     square = away @ np.linalg.pinv(covariance[np.ix_(places, places)] / np.outer(own, own), hermitian=True) @ away
-    return float(norm.isf(0.5 * max(chi2.sf(square, len(sizes)), _RAREST)))
+    return float(norm.isf(0.5 * max(chi2.sf(square, len(sizes)), np.finfo(float).tiny)))
 
 
 def with_error_of_form(values: Estimates, candidates: Sequence[Candidate], share: float) -> Estimates:
@@ -296,7 +291,7 @@ def _sizes(candidate: Candidate, values: Estimates) -> list[tuple[float, float]]
 def _away(value: float, neutral: float) -> float:
     """Return how far a value is from where its effect vanishes; of a limit that does so far beyond all that acts, how large it is: one that
     may be twice as large or none at all is not known."""
-    return min(abs(value - neutral), abs(value)) if abs(neutral) > _FAR_BEYOND * abs(value) else abs(value - neutral)
+    return min(abs(value - neutral), abs(value)) if abs(neutral) > FAR_BEYOND * abs(value) else abs(value - neutral)
 
 
 def only_combination_identifiable(candidate: Candidate, values: Estimates) -> bool:

@@ -21,15 +21,14 @@ from lathesim.identification.estimation.covariance import covariance_and_misfit
 from lathesim.identification.noise.noise_model import NoiseModel, NoiseShapes, fit_noise_model, whitened_power
 from lathesim.identification.records.fit import Fitted, Free, known_beforehand
 from lathesim.identification.replay.simulator import Simulator
+from lathesim.identification.signal.rounding import ROUNDING
 
 _STEP = 3e-3
 _MOST_ROUNDS = 8
-_ITERATIONS = 12
 _DAMPINGS = (np.array([0.03, 3.0]), np.array([30.0, 1e3, 3e4, 1e6]))
 """Factors on the last damping: two are tried at once, the stronger ones where both fail."""
 _AS_FORETOLD = 0.1
 """Slopes are kept after a step whose gain differs by less than this share from what they foretold."""
-_RIDGE = 1e-12
 ROUGH = 1e-4
 """A descent that decides between models ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
 _LEAST_GAIN = 0.05
@@ -54,7 +53,7 @@ def fit(
     constant: Mapping[str, float] | None = None,
     *,
     rounds: int = 3,
-    iterations: int = _ITERATIONS,
+    iterations: int = 12,
     noise: Sequence[NoiseModel] | None = None,
     full_band: bool = False,
     tolerance: float = 1e-6,
@@ -255,7 +254,7 @@ class _Problem:
 
 def _bounded(matrix: FloatArray, slope: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Return the step s between two bounds with the least s'Ms/2 - s'g, by the active-set method of Stark and Parker."""
-    ridge = _RIDGE * max(float(np.diag(matrix).max()), 1e-300)
+    ridge = ROUNDING * max(float(np.diag(matrix).max()), 1e-300)
     root = np.linalg.cholesky(matrix + ridge * np.eye(len(matrix))).T
     goal = np.linalg.solve(root.T, slope)
     movable = high > low

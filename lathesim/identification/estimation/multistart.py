@@ -22,17 +22,17 @@ from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, nearest
+from lathesim.identification.estimation.covariance import SIGNIFICANT
 from lathesim.identification.estimation.replay_misfit import Misfit
 from lathesim.identification.noise.autoregressive import Whitening, no_whitening, whitening_of
+from lathesim.identification.signal.rounding import SLOPE_ROUNDING
 
 _STEP, _SHORTEST, _LONGEST = 2e-3, 1e-6, 0.05
 """First step of the differences, as a share of a parameter's scale, and the shares between which it is set anew."""
 _MOVED_FLOORS = 10.0
 """Floors by which a start must move a channel to count."""
-_SETTLED, _ROUNDING, _TINY = 1e-3, 1e-9, 1e-300
-"""Share of a scale below which a fit is settled; share of the largest singular value that is rounding; what keeps a division from zero."""
-_SAME_ERRORS = 3.0
-"""Standard errors within which two starts came to the same place."""
+_SETTLED = 1e-3
+"""Share of a scale below which a fit is settled."""
 _SEEN = 3.0
 """A step moves the channel that shows it best by this many floors (root mean square): more than rounding, less than curvature."""
 _SPREAD = 0.5
@@ -331,7 +331,7 @@ class _Problem:
         left, singular, right = np.linalg.svd(jacobian * size, full_matrices=False)
         del left
         noise = max(float(np.sqrt(misfit @ misfit / max(len(misfit) - len(values), 1))), 1e-12)
-        loose = singular <= max(noise / _LOOSE, _ROUNDING * float(singular.max(initial=0.0)))
+        loose = singular <= max(noise / _LOOSE, SLOPE_ROUNDING * float(singular.max(initial=0.0)))
         blurred = [[self.free[position].name for position in np.flatnonzero(np.square(row[: self.count]) > _PART)] for row in right[loose]]
         firm = right[~loose].T
         inverse = firm / singular[~loose] ** 2 @ firm.T
@@ -354,9 +354,9 @@ class _Problem:
         """Return whether two ends are the same fit: in what they leave, and in every value that is determined."""
         if end.cost > best.cost * (1.0 + _SAME):
             return False
-        firm = (errors > 0.0) & (errors < _LOOSE * np.maximum(np.abs(best.values), _TINY))
+        firm = (errors > 0.0) & (errors < _LOOSE * np.maximum(np.abs(best.values), np.finfo(float).tiny))
         firm[self.count :] = False
-        near = np.abs(end.values - best.values) <= np.maximum(_SAME * np.abs(best.values), _SAME_ERRORS * errors)
+        near = np.abs(end.values - best.values) <= np.maximum(_SAME * np.abs(best.values), SIGNIFICANT * errors)
         return bool(np.all(near[firm]))
 
 

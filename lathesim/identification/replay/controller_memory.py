@@ -21,6 +21,7 @@ from lathesim.component import DiscreteState, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.identification.machine.roles import decides, start_values
 from lathesim.identification.replay.simulator import Simulator
+from lathesim.identification.signal.rounding import SLOPE_ROUNDING
 
 _WORTH = 0.01
 """Share of a command that must not follow for its controller's memory to be asked for."""
@@ -33,8 +34,6 @@ _SHOWN = 0.01
 _BEGINNING, _FEWEST = 0.1, 200
 """Share of a recording, and samples at the least, in which the memory is looked for."""
 _TIMES = 3
-_FORGOTTEN = 1e-9
-"""Share of the largest slope below which a command does not answer to a memory."""
 
 
 def remembered_at_start(assembly: Assembly, compared: Sequence[str], replay: Simulator) -> dict[str, float]:
@@ -119,7 +118,7 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
     best = left(values[None])[0]
     for _ in range(_TIMES):
         slopes = np.array([_slope(left(values + _STEPS[:, None] * one) - best, _SHOWN * size) for one in np.eye(len(memories))])
-        answers = np.abs(slopes).max(axis=1) > _FORGOTTEN * np.abs(slopes).max(initial=0.0)
+        answers = np.abs(slopes).max(axis=1) > SLOPE_ROUNDING * np.abs(slopes).max(initial=0.0)
         scale = np.abs(slopes).max(axis=1, keepdims=True) + 1e-300
         moved = np.linalg.lstsq((slopes / scale)[answers].T, -best, rcond=1e-6)[0] / scale[answers, 0]
         tried = values.copy()

@@ -25,6 +25,7 @@ from lathesim.identification.replay.measured_motion import counted_motion, measu
 from lathesim.identification.replay.open_loop import cut, drive, follow, look, seen, sense, sensed_share
 from lathesim.identification.replay.simulator import RedundantSensor, Simulator
 from lathesim.identification.signal.resolution import channel_floor
+from lathesim.identification.signal.rounding import ROUNDING
 from lathesim.record import Record
 
 
@@ -51,9 +52,6 @@ class Machine:
 
 TELLING = ("in_cut", "angle", "flow")
 """Roles of the outputs that a mismatch may depend on."""
-
-
-_NEXT_TO_NOTHING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -131,7 +129,7 @@ class Experiment:
         """Return the way along which an effect repeats, as simulated (samples,); with next to nothing of it, as without any it idles."""
         channels = self.sensed.plan.channels
         sizes = [name for name in candidate.parameters if name.partition(".")[2] in candidate.effect.neutral]
-        nearly = [float(candidate.neutral[candidate.parameters.index(name)]) + _NEXT_TO_NOTHING for name in sizes]
+        nearly = [float(candidate.neutral[candidate.parameters.index(name)]) + ROUNDING for name in sizes]
         return self.sensed.channel(sizes, nearly, channels.index(f"{candidate.part}.{candidate.effect.identification.along}"))
 
     def _redundant_sensors(self, recorded: FloatArray) -> tuple[RedundantSensor, ...]:

@@ -8,10 +8,10 @@ import numpy as np
 
 from lathesim.component import Parameter, State
 from lathesim.engine.assembly import FloatArray, Part
+from lathesim.identification.signal.rounding import SLOPE_ROUNDING
 
 _SPREAD = 0.01
 """How far the smoothed recording may be off at its first sample, as a share of the motion's standard deviation (its end effect)."""
-_LINEAR = 1e-9
 
 
 def start_from(part: Part, state: str, motion: Mapping[str, FloatArray]) -> tuple[float, float] | None:
@@ -54,5 +54,5 @@ def line_of(part: Part, output: str, state: str) -> tuple[float, float] | None:
 
     at = [output_at(value, 0.0) for value in (0.0, 1.0, 2.0)]
     slope = at[1] - at[0]
-    straight = abs(at[2] - at[1] - slope) <= _LINEAR * abs(slope) and output_at(1.0, 1.0) == at[1]
+    straight = abs(at[2] - at[1] - slope) <= SLOPE_ROUNDING * abs(slope) and output_at(1.0, 1.0) == at[1]
     return (at[0], slope) if slope and straight else None

@@ -18,11 +18,10 @@ from lathesim.identification.execution.cache import Remembered
 from lathesim.identification.noise.noise_model import DIFFERENCED, RATE, WHITE, NoiseShapes, differences, noise_shapes, window_of
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.replay.open_loop import as_recorded
+from lathesim.identification.signal.rounding import BEYOND
 
 IMPULSE = 1e-3
 """Size of an impulse of a state, in the state's unit; the response is scaled by the noise that is fitted."""
-_BEYOND = 1e100
-"""Where a run whose numbers grow beyond all bounds is cut off before it is differenced and squared [SI]."""
 COUNTS = 0.5
 """Weight above which a sample counts."""
 _REMEMBERED = 8
@@ -55,7 +54,7 @@ class RedundantSensor:
 
 def _within_bounds(values: FloatArray) -> FloatArray:
     """Return what a run gave as far as it can be worked with: nothing where it gave no number, the bound beyond it."""
-    return np.clip(np.nan_to_num(values), -_BEYOND, _BEYOND)
+    return np.clip(np.nan_to_num(values), -BEYOND, BEYOND)
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +209,7 @@ class Simulator:
         with np.errstate(invalid="ignore", over="ignore"):
             impulse_responses = np.array([run - runs[0] for run in runs[1:]]).reshape(len(states), *runs[0].shape)
         impulse_responses[:, [sight.row for sight in self.redundant_sensors]] = 0.0
-        return states, np.where(np.abs(impulse_responses) < _BEYOND, impulse_responses, 0.0), runs[0]
+        return states, np.where(np.abs(impulse_responses) < BEYOND, impulse_responses, 0.0), runs[0]
 
     def _start(self, state: str) -> float:
         return self.plan.start_states[self.plan.states[state]]

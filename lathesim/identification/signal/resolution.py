@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
+from lathesim.identification.signal.rounding import ROUNDING
 
 _FEWEST_SAMPLES = 10
 """Samples below which no resolution is read off."""
@@ -15,8 +16,6 @@ _SINGLE_GAP = 1.5
 FEWEST_LEVELS = 20
 OFF_GRID = 0.02
 """How far, in spacings, a value may lie beside the grid: the recording's last digit."""
-_ROUNDED = 1e-12
-"""Share of the largest value by which two may differ where they are the same."""
 _FOURTH_DIFFERENCE = math.sqrt(70.0)
 """Standard deviation of the fourth difference of white noise of standard deviation one."""
 
@@ -41,7 +40,7 @@ def channel_floor(values: FloatArray, resolution: float = 0.0) -> float:
 def _levels(values: FloatArray) -> FloatArray:
     """Return the different values, those once that differ by how a computer rounds."""
     levels = np.unique(values)
-    return levels[np.r_[True, np.diff(levels) > _ROUNDED * float(np.max(np.abs(levels)))]] if len(levels) else levels
+    return levels[np.r_[True, np.diff(levels) > ROUNDING * float(np.max(np.abs(levels)))]] if len(levels) else levels
 
 
 def smallest_step(values: FloatArray) -> float:

@@ -13,13 +13,13 @@ from lathesim.diagnosis.comparison.compare import SCHEMA, Comparison, Dependence
 from lathesim.diagnosis.comparison.compare_figure import compare_figure
 from lathesim.diagnosis.comparison.compare_text import comparison_lines, line_text
 from lathesim.diagnosis.location.dependence import DependenceScore
+from lathesim.diagnosis.location.order_spectrum import Line, lines_of, spectrum_against
 from lathesim.errors import LessonError, RecordingError
 from lathesim.exercises.class_folder import answer_place, publish
 from lathesim.exercises.conceal import Situation, conceal
 from lathesim.exercises.hidden_effect import read_wish
 from lathesim.exercises.logger import logged_columns
 from lathesim.identification.replay.loading import Recorded
-from lathesim.identification.signal.order_spectrum import Line, lines_of, spectrum_against
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry, load_registry

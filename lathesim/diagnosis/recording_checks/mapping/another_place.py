@@ -87,12 +87,11 @@ def _made_by_another(experiment: Experiment, recorded: FloatArray, made: FloatAr
 
 def _times_a_factor(experiment: Experiment, values: Mapping[str, float], recorded: FloatArray, made: FloatArray, method: Method) -> str:
     """Return the sentence for a column that is what the machine makes times a factor which no sensor has."""
-    limits = method.recording_checks
     for row, name in enumerate(experiment.machine.compare):
         one, other = (column - np.mean(column) for column in (recorded[row], made[row]))
         factor = float(one @ other) / max(float(other @ other), 1e-300)
         beside = root_mean_square(one - factor * other)
-        if is_within(abs(factor), limits.gain_high) or not beside < limits.turned_left * root_mean_square(one):
+        if is_within(abs(factor), method.shared.alike) or not beside < method.shared.left_by_cause * root_mean_square(one):
             continue
         given = _given_to_controller(experiment, values, name, 1.0 / factor, method)
         factor = factor if given is None else 1.0 / given
@@ -125,7 +124,7 @@ def _given_to_controller(experiment: Experiment, values: Mapping[str, float], na
     first, shares = commands(factor)
     begin = int(SETTLING * first.sensed.samples)
     for row, share in as_recorded.items():
-        if not shares[row] < method.recording_checks.turned_left * share:
+        if not shares[row] < method.shared.left_by_cause * share:
             continue
         step = factor * 1e-3
         second, _ = commands(factor + step)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.comparison.compare_text import _chain
-from lathesim.identification.signal.order_spectrum import Line, _is_of_the_samples
+from lathesim.diagnosis.location.order_spectrum import Line, _is_of_the_samples
 
 STEP = 0.5e-3
 """Way from sample to sample where the axis is fast [m]."""

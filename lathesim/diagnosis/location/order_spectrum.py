@@ -20,26 +20,13 @@ import numpy as np
 from scipy.fft import rfft
 from scipy.ndimage import median_filter
 
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 
 _GRID = 1 << 15
 """Cells along the variable."""
 _PADDING = 2
-_PROMINENT = 6.0
-"""Times its surroundings' median that an amplitude must reach to be a line."""
-_WORTH = 0.02
-"""Share of the residual's mean square that a line must hold."""
-_LEAST_TURNS = 10.0
-"""Repetitions within the range of the variable below which it is a trend and no line."""
-_MOST = 4
 _STANDING = 1e-3
-_RHYTHM = 0.003
-"""Share of a motion's mean square at a line's frequency from which the line is that of the motion."""
-_AS_WELL = 0.9
-"""Share of what the strongest line against a way takes out that one against another way must take out to be as good: two axes that move
-together show it alike."""
-_ONCE, _HELD = 0.05, 0.2
-"""How far from whole repetitions a sample's way may be to make them, and the share of the way on which it does."""
 _SPREAD = 101
 """Neighbours whose median is the surroundings of an amplitude."""
 
@@ -102,7 +89,7 @@ def _highest(values: FloatArray, step: FloatArray, cells: int, span: float) -> f
 
 
 def lines_of(
-    residual: FloatArray, variables: Mapping[str, tuple[str, FloatArray]], motions: Sequence[FloatArray] = ()
+    residual: FloatArray, variables: Mapping[str, tuple[str, FloatArray]], motions: Sequence[FloatArray] = (), method: Method = STANDARD
 ) -> tuple[list[Line], list[Spectrum]]:
     """Return the lines of a residual, the strongest first, and its spectra; ``variables`` maps names to unit and values (samples,).
 
@@ -114,40 +101,41 @@ def lines_of(
     power = float(np.mean((residual - residual.mean()) ** 2))
     rest = residual - residual.mean()
     lines: list[Line] = []
-    for _ in range(2 * _MOST if power > 0.0 else 0):
-        tried = [_taken_out(rest, spectrum, variables[spectrum.variable][1], power) for spectrum in _spectra(rest, variables)]
-        found = [item for item in tried if item is not None and item[0].share > _WORTH]
+    for _ in range(2 * method.location.most_lines if power > 0.0 else 0):
+        tried = [_taken_out(rest, one, variables[one.variable][1], power, method) for one in _spectra(rest, variables)]
+        found = [item for item in tried if item is not None and item[0].share > method.location.line_share]
         if not found:
             break
-        line, rest = _first_of_the_strongest(found)
-        of_the_motion = line.variable == "time" and any(_has(motion, line, variables["time"][1]) for motion in motions)
-        if not (of_the_motion or _is_of_the_samples(line, variables[line.variable][1])):
+        line, rest = _first_of_the_strongest(found, method)
+        of_the_motion = line.variable == "time" and any(_has(motion, line, variables["time"][1], method) for motion in motions)
+        if not (of_the_motion or _is_of_the_samples(line, variables[line.variable][1], method)):
             lines.append(line)
-    return sorted(lines, key=lambda line: -line.share)[:_MOST], spectra
+    return sorted(lines, key=lambda line: -line.share)[: method.location.most_lines], spectra
 
 
-def _first_of_the_strongest(found: Sequence[tuple[Line, FloatArray]]) -> tuple[Line, FloatArray]:
+def _first_of_the_strongest(found: Sequence[tuple[Line, FloatArray]], method: Method) -> tuple[Line, FloatArray]:
     strongest = max(found, key=lambda item: item[0].share)
     if strongest[0].variable == "time":
         return strongest
     ways = (item for item in found if item[0].variable != "time")
-    return next(item for item in ways if item[0].share >= _AS_WELL * strongest[0].share)
+    return next(item for item in ways if item[0].share >= method.shared.nearly_all * strongest[0].share)
 
 
-def _is_of_the_samples(line: Line, values: FloatArray) -> bool:
+def _is_of_the_samples(line: Line, values: FloatArray, method: Method = STANDARD) -> bool:
     """Return whether a line repeats with the way from sample to sample, at a speed that is held long: noise there is alike once a
     sample."""
     step = np.abs(np.gradient(values))
     periods = line.frequency * step
-    once = (np.abs(periods - np.round(periods)) < _ONCE) & (periods > 1.0 - _ONCE)
-    return line.variable != "time" and float(step[once].sum()) > _HELD * float(step.sum())
+    near = method.location.once_a_sample
+    once = (np.abs(periods - np.round(periods)) < near) & (periods > 1.0 - near)
+    return line.variable != "time" and float(step[once].sum()) > method.location.held_speed * float(step.sum())
 
 
-def _has(motion: FloatArray, line: Line, time: FloatArray) -> bool:
+def _has(motion: FloatArray, line: Line, time: FloatArray, method: Method) -> bool:
     """Return whether a motion has a line of this frequency too."""
     centred = motion - motion.mean()
     size = abs(np.mean(centred * np.exp(-2j * math.pi * line.frequency * time)))
-    return bool(2.0 * size * size > _RHYTHM * float(np.mean(centred * centred)))
+    return bool(2.0 * size * size > method.location.rhythm * float(np.mean(centred * centred)))
 
 
 def _spectra(residual: FloatArray, variables: Mapping[str, tuple[str, FloatArray]]) -> list[Spectrum]:
@@ -155,9 +143,11 @@ def _spectra(residual: FloatArray, variables: Mapping[str, tuple[str, FloatArray
     return [spectrum for spectrum in found if spectrum is not None]
 
 
-def _taken_out(residual: FloatArray, spectrum: Spectrum, values: FloatArray, power: float) -> tuple[Line, FloatArray] | None:
+def _taken_out(
+    residual: FloatArray, spectrum: Spectrum, values: FloatArray, power: float, method: Method
+) -> tuple[Line, FloatArray] | None:
     """Return the strongest line of a spectrum, fitted by least squares, and the residual without it."""
-    place = _peak(spectrum)
+    place = _peak(spectrum, method)
     if place is None:
         return None
     frequency = _between(spectrum.frequency, spectrum.amplitude, place)
@@ -169,15 +159,15 @@ def _taken_out(residual: FloatArray, spectrum: Spectrum, values: FloatArray, pow
     return Line(spectrum.variable, spectrum.unit, frequency, float(np.hypot(*sizes)), share), rest
 
 
-def _peak(spectrum: Spectrum) -> int | None:
+def _peak(spectrum: Spectrum, method: Method) -> int | None:
     """Return the place of the strongest amplitude that stands out of its surroundings."""
     amplitude = spectrum.amplitude
-    first = int(_PADDING * _LEAST_TURNS)
+    first = int(_PADDING * method.location.line_turns)
     if len(amplitude) < 2 * first:
         return None
     around = median_filter(amplitude, size=_SPREAD, mode="nearest")
     inner = amplitude[1:-1]
-    stands_out = (inner >= amplitude[:-2]) & (inner > amplitude[2:]) & (inner > _PROMINENT * around[1:-1])
+    stands_out = (inner >= amplitude[:-2]) & (inner > amplitude[2:]) & (inner > method.location.line_prominent * around[1:-1])
     stands_out[: first - 1] = False
     return int(np.argmax(np.where(stands_out, inner, 0.0))) + 1 if stands_out.any() else None
 
