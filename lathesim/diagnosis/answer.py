@@ -16,6 +16,7 @@ from lathesim.diagnosis.location.spindle_orders import told, turn_lines
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.preparation import Prepared, as_measured, other_laws
 from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.recording_checks.checks import SLOW_LOG
 from lathesim.diagnosis.records.diagnosis import (
     NAMING,
     TOO_SLOW,
@@ -53,6 +54,7 @@ from lathesim.identification.execution.budget import Progress
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment
+from lathesim.recordings.finding import Finding
 
 
 @dataclass(frozen=True)
@@ -217,17 +219,16 @@ def _left(outcome: _Outcome) -> tuple[str, ...]:
     )
 
 
-def recording_fault(
-    question: Question, faults: Sequence[str], findings: tuple[str, ...], began: float, *, too_slow: bool = False
-) -> Diagnosis:
-    """Return the answer to recordings that are at fault, or ``too_slow`` for the controllers of the machine."""
+def recording_fault(question: Question, faults: Sequence[Finding], findings: tuple[str, ...], began: float) -> Diagnosis:
+    """Return the answer to recordings that are at fault, or too slow for the controllers of the machine."""
+    too_slow = faults[0].kind == SLOW_LOG
     return Diagnosis(
         "recording_fault",
         f"{TOO_SLOW if too_slow else VERDICTS['recording_fault']} {faults[0]}",
         question.lesson,
         question.fitted.name,
         question.validation.name if question.validation else question.fitted.name,
-        findings=tuple(dict.fromkeys((*findings, *faults))),
+        findings=tuple(dict.fromkeys((*findings, *(str(one) for one in faults)))),
         rule="a check of the recordings fails",
         wall_time=time.perf_counter() - began,
     )

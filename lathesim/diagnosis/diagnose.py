@@ -39,7 +39,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     began, progress = time.perf_counter(), tell or (lambda text: None)
     prepared = prepare(question)
     if prepared.faults:
-        return recording_fault(prepared.question, prepared.faults, prepared.findings, began, too_slow=prepared.too_slow)
+        return recording_fault(prepared.question, prepared.faults, prepared.findings, began)
     found = replace(search(prepared.experiment, prepared.validation, question.method, progress), controller=prepared.controller)
     if faults := against_model(prepared.experiments, found, question.method, two_files=question.validation is not None):
         return recording_fault(prepared.question, faults, prepared.findings, began)
@@ -52,7 +52,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     if found.complete and not answer.adequate:
         answer = _leaner_answer(prepared, found, answer, values, progress)
     if faults := of_a_slow_log(prepared.question.fitted.findings, prepared.question.machine, answer):
-        return recording_fault(prepared.question, faults, prepared.findings, began, too_slow=True)
+        return recording_fault(prepared.question, faults, prepared.findings, began)
     if prepared.doubts and not agrees(answer):
         return recording_fault(prepared.question, prepared.doubts, prepared.findings, began)
     answer = with_added_signals(answer, prepared.added)

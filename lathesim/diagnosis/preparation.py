@@ -8,13 +8,16 @@ from dataclasses import dataclass, replace
 from lathesim.diagnosis.candidates.eligibility import without_one_sided
 from lathesim.diagnosis.question import Question
 from lathesim.diagnosis.recording_checks.added_input.unrecorded_input import unrecorded_inputs, with_inputs, with_signals
-from lathesim.diagnosis.recording_checks.checks import against_commands, found_by, too_slow_for_commands
+from lathesim.diagnosis.recording_checks.checks import (
+    CHECKS_OF_CLOCK,
+    CHECKS_OF_MAPPING,
+    against_commands,
+    first_found,
+    found_by,
+    too_slow_for_commands,
+)
 from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw, another_law
 from lathesim.diagnosis.recording_checks.controller_value import controller_value, with_commands_followed
-from lathesim.diagnosis.recording_checks.exchanged_channels import exchanged_with
-from lathesim.diagnosis.recording_checks.mapping.another_place import of_another_place
-from lathesim.diagnosis.recording_checks.mapping.mapped_elsewhere import mapped_elsewhere
-from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.diagnosis.records.added_signal import UnrecordedInput
 from lathesim.diagnosis.records.controller_value import ControllerValue
@@ -24,6 +27,7 @@ from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment, baseline_free, build_experiments
 from lathesim.identification.replay.loading import Recorded
 from lathesim.identification.replay.validation_split import parted
+from lathesim.recordings.finding import Finding
 
 
 @dataclass(frozen=True)
@@ -32,20 +36,19 @@ class Prepared:
 
     ``whole`` is the experiment of the whole file where both recordings are parts of one. ``controller`` is a value that replaces the
     lesson's; ``question`` is the one with that value. With ``faults`` the recordings are not fit to be answered, and there are no
-    experiments where the reader found them; ``too_slow`` says that they only were not recorded often enough. ``added`` are signals that
-    nobody recorded and that the experiments know of; ``doubts`` are the faults that there are unless the rest of the machine agrees.
+    experiments where the reader found them. ``added`` are signals that nobody recorded and that the experiments know of; ``doubts`` are
+    the faults that there are unless the rest of the machine agrees.
     """
 
     question: Question
     findings: tuple[str, ...] = ()
-    faults: tuple[str, ...] = ()
+    faults: tuple[Finding, ...] = ()
     experiments: tuple[Experiment, ...] = ()
     whole: Experiment | None = None
     validation_name: str = ""
     controller: ControllerValue | None = None
-    too_slow: bool = False
     added: tuple[UnrecordedInput, ...] = ()
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Finding, ...] = ()
 
     @property
     def experiment(self) -> Experiment:
@@ -64,16 +67,15 @@ def prepare(question: Question) -> Prepared:
     The order matters: a wrong sample period is asked for before any value of a controller is doubted, as all of them would make up for it.
     """
     method, findings = question.method, _findings(question)
-    if faults := tuple(str(fault) for recorded in _recordings(question) for fault in recorded.faults):
+    if faults := tuple(fault for recorded in _recordings(question) for fault in recorded.faults):
         return Prepared(question, findings, faults)
     experiments, whole, name = _experiments(question)
     findings = tuple(dict.fromkeys((*findings, *(zero for one in experiments for zero in sensor_zeros(one, method=method)))))
     prepared = Prepared(question, findings, (), tuple(experiments), whole, name)
-    for check in (exchanged_with, mapped_elsewhere, of_another_place):
-        if faults := found_by((check,), [(one, as_given(one)) for one in experiments], method):
-            return replace(prepared, faults=faults)
+    if faults := first_found(CHECKS_OF_MAPPING, [(one, as_given(one)) for one in experiments], method):
+        return replace(prepared, faults=faults)
     given = with_commands_followed(prepared.experiment, as_given(prepared.experiment))
-    if faults := found_by((of_another_period,), [(one, given) for one in experiments], method):
+    if faults := found_by(CHECKS_OF_CLOCK, [(one, given) for one in experiments], method):
         return replace(prepared, faults=faults)
     if other := controller_value(prepared.experiment, prepared.validation, given, method=method):
         prepared = _with_controller_value(prepared, other)
@@ -94,7 +96,7 @@ def _against_commands(prepared: Prepared, given: Mapping[str, float]) -> Prepare
         doubts = against_commands(prepared.experiments, given, laws, method)
         return _with_inputs(prepared, given, added, doubts)
     slow = too_slow_for_commands(question.fitted.findings, question.machine.compare) if faults else ()
-    return replace(prepared, faults=slow or faults, too_slow=bool(slow))
+    return replace(prepared, faults=slow or faults)
 
 
 def _recordings(question: Question) -> list[Recorded]:
@@ -113,7 +115,7 @@ def _with_controller_value(prepared: Prepared, other: ControllerValue) -> Prepar
     return Prepared(question, (*prepared.findings, str(other)), (), tuple(experiments), whole, name, other)
 
 
-def _with_inputs(prepared: Prepared, given: Mapping[str, float], added: Sequence[UnrecordedInput], doubts: tuple[str, ...]) -> Prepared:
+def _with_inputs(prepared: Prepared, given: Mapping[str, float], added: Sequence[UnrecordedInput], doubts: tuple[Finding, ...]) -> Prepared:
     """Return the recordings with signals that nobody recorded as known inputs."""
     question, recorded = prepared.question, prepared.experiments if prepared.whole is None else (prepared.whole,)
     records = [with_signals(one, given, added) for one in recorded]

@@ -192,7 +192,7 @@ def test_what_a_controller_did_between_two_samples_is_no_missing_physics(
     slow = Finding(kind, "", "one sample every 2.5 ms, and x_controller decides every 1 ms", "")
     asked = ask("An axis", controlled, (Recorded("fit.csv", record, (slow,)),), EFFECTS)
     answer: Any = SimpleNamespace(verdict=verdict, location=SimpleNamespace(components=(suspect, "x_encoder")))
-    sentences = of_a_slow_log(asked.fitted.findings, asked.machine, answer)
+    sentences = [str(one) for one in of_a_slow_log(asked.fitted.findings, asked.machine, answer)]
     assert "".join(sentences).startswith("One sample every 2.5 ms, and x_controller decides every 1 ms: what nothing explains") == told
     assert bool(sentences) == told
 
@@ -256,6 +256,6 @@ def numbers(told: Any) -> list[float]:
 
 def test_commands_between_samples_far_apart_are_out_of_reach_and_not_wrong() -> None:
     slow = Finding("coarse", "", "one sample every 100 ms, and x_controller decides every 1 ms", "")
-    (sentence,) = too_slow_for_commands([slow], ["x_controller.voltage"])
-    assert sentence.startswith("One sample every 100 ms, and x_controller decides every 1 ms: samples so far apart cannot show")
+    (found,) = too_slow_for_commands([slow], ["x_controller.voltage"])
+    assert str(found).startswith("One sample every 100 ms, and x_controller decides every 1 ms: samples so far apart cannot show")
     assert too_slow_for_commands([replace(slow, kind="interpolated")], ["x_controller.voltage"]) == ()

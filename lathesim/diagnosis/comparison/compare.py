@@ -21,7 +21,7 @@ from lathesim.diagnosis.location.missing_share import FORCES, missing_share
 from lathesim.diagnosis.location.operating_conditions import direction_of, variables
 from lathesim.diagnosis.location.order_spectrum import Line, Spectrum, lines_of
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.recording_checks.checks import at_odds
+from lathesim.diagnosis.recording_checks.checks import CHECKS_OF_RECORDINGS, found_by
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.diagnosis.records.condition import Kind
 from lathesim.engine.assembly import FloatArray
@@ -175,7 +175,7 @@ def compare(lesson: str, machine: Machine, recorded: Recorded, method: Method = 
     first, second, experiment = parted(machine, recorded.name, recorded.record, ())
     fitted, *pieces = [_started(item) for item in (experiment, first, second)]
     channels, replayed = _channels(experiment, fitted), _replayed(experiment, fitted, method=method)
-    faults = (*(str(item) for item in recorded.faults), *at_odds(experiment, {}, method=method))
+    faults = (*(str(item) for item in recorded.faults), *(str(item) for item in found_by(CHECKS_OF_RECORDINGS, [(experiment, {})], method)))
     findings = (*(str(item) for item in recorded.findings), *sensor_zeros(experiment, method=method), *faults)
     wires = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in machine.assembly.wires if wire.source]
     return Comparison(
