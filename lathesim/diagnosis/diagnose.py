@@ -15,6 +15,7 @@ from lathesim.diagnosis.recording_checks.checks import against_model, of_a_slow_
 from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.selection.elimination import leave_out
 from lathesim.diagnosis.selection.laboratory import is_implausible
 from lathesim.diagnosis.selection.search import search
 from lathesim.diagnosis.verdict.added_signals import agrees, with_added_signals
@@ -51,6 +52,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     answer = _answer(prepared, found, values, progress)
     if found.complete and not answer.adequate:
         answer = _leaner_answer(prepared, found, answer, values, progress)
+        answer = _answer_without_effects(prepared, found, answer, progress)
     if faults := of_a_slow_log(prepared.question.fitted.findings, prepared.question.machine, answer):
         return recording_fault(prepared.question, faults, prepared.findings, began)
     if prepared.doubts and not agrees(answer):
@@ -74,6 +76,21 @@ def _leaner_answer(prepared: Prepared, found: SearchResult, answer: Diagnosis, v
     kept = estimates(without.model, prepared.experiment, prepared.validation, prepared.whole)
     other = _answer(prepared, without, kept, progress)
     return other if other.adequate and (useless or other.names) else answer
+
+
+def _answer_without_effects(prepared: Prepared, found: SearchResult, answer: Diagnosis, progress: Progress) -> Diagnosis:
+    """Return the answer without any effect where those that were taken in are no explanation, and nothing speaks against the lesson.
+
+    What speaks against effects, that they explain little or that their size may be nothing, is no reason to believe that physics is
+    missing: that rests on what the lesson leaves by itself.
+    """
+    if answer.verdict != "unknown" or not found.model.candidates:
+        return answer
+    progress("asking whether anything is missing without them")
+    without = leave_out(found, found.model.candidates, prepared.experiment, prepared.validation, progress, method=prepared.question.method)
+    kept = estimates(without.model, prepared.experiment, prepared.validation, prepared.whole)
+    other = _answer(prepared, without, kept, progress)
+    return other if other.adequate else answer
 
 
 def ask(

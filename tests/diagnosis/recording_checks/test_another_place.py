@@ -19,6 +19,8 @@ from lathesim.record import Record
 from tests.diagnosis.controlled_axis import CURRENT, POSITION, REFERENCE, VOLTAGE, controlled_axis
 from tests.diagnosis.rigs.cases import schedule, write_case
 
+COMMAND = "x_controller.voltage"
+
 
 @pytest.fixture(scope="module")
 def from_the_motor(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record, float]:
@@ -41,6 +43,13 @@ def scaled(record: Record, channel: str, factor: float) -> Record:
 def test_a_sound_recording_is_of_its_place(from_the_motor: tuple[Machine, Record, float]) -> None:
     machine, record, _ = from_the_motor
     assert told(machine, record) == ""
+
+
+def test_a_place_that_a_friction_holds_is_no_column_of_the_scale(from_the_motor: tuple[Machine, Record, float]) -> None:
+    """A replay without that friction drifts far from both, and the scale is held against the encoder."""
+    machine, record, _ = from_the_motor
+    pushed = record[COMMAND] + 0.3 * np.sign(np.gradient(record["x_encoder.position"]))
+    assert told(machine, record.with_channel(COMMAND, "V", pushed)) == ""
 
 
 @pytest.mark.parametrize(("unit", "name"), [(1.0, "radians"), (0.5 / np.pi, "turns")])

@@ -74,7 +74,9 @@ def _apart(column: FloatArray, other: FloatArray) -> float:
 
 def _made_by_another(experiment: Experiment, recorded: FloatArray, made: FloatArray, method: Method) -> str:
     """Return the sentence for a column that is what the machine makes in another channel of its unit, and nothing like its own."""
-    for row, other in itertools.permutations(range(len(recorded)), 2):
+    # a second sensor of one motion is held against the first, and shows what that recorded
+    again = {sight.row for sight in experiment.sensed.redundant_sensors}
+    for row, other in itertools.permutations([row for row in range(len(recorded)) if row not in again], 2):
         name, shown = (experiment.machine.compare[place] for place in (row, other))
         if experiment.record.unit(name) != experiment.record.unit(shown):
             continue
