@@ -28,7 +28,8 @@ SEEN = 5.0
 """Floors by which an effect of drawn size must move a channel."""
 _TOO_LARGE = 3.0
 """Standard deviations of a channel by which an effect of drawn size may move it: more is a broken machine."""
-_DRAWS = 25
+DRAWS = 25
+"""How often what cannot be seen is drawn again."""
 _LARGEST_DEVIATION = 2.0
 """Standard deviations within which the true values are drawn."""
 
@@ -167,7 +168,7 @@ def _sized(
     }
     sized: list[Hidden] = []
     for item in machine.hidden:
-        for _ in range(_DRAWS if item.drawn else 1):
+        for _ in range(DRAWS if item.drawn else 1):
             tried = drawn_values(item, rng)
             try:
                 record = machine.run({**baseline, **neutral, **tried.overrides}, 0)

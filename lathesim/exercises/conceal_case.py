@@ -15,7 +15,7 @@ from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LessonError
 from lathesim.exercises.class_folder import Published, answer_place, publish
-from lathesim.exercises.conceal import Concealed, NotSeenError, Situation, conceal
+from lathesim.exercises.conceal import DRAWS, Concealed, NotSeenError, Situation, conceal
 from lathesim.exercises.hidden_effect import Wish, random_wishes, read_wish
 from lathesim.exercises.logger import LoggedColumn, logged_columns
 from lathesim.identification.replay.loading import uncertainties
@@ -29,8 +29,6 @@ from lathesim.recordings.reading import read_recording
 Progress = Callable[[str], None]
 VALIDATION = "validation"
 """Variant of a lesson that is the situation of its second recording."""
-_SEEDS = 1 << 48
-_ATTEMPTS = 10
 
 
 def conceal_case(
@@ -54,7 +52,7 @@ def conceal_case(
     """
     place = answer_place(folder, answer)
     prepared = prepare(lesson, registry)
-    seed = secrets.randbelow(_SEEDS) if seed is None else seed
+    seed = secrets.randbits(48) if seed is None else seed
     signals = _signals(lesson, prepared, drive, registry) if drive is not None else {}
     columns = logged_columns(lesson, prepared.machinery, signals)
     effects = cast("dict[str, type[Effect]]", registry.effects)
@@ -77,12 +75,12 @@ def _drawn(
 ) -> Concealed:
     """Draw what is hidden, again where what was drawn cannot be seen."""
     compared = [column.target for column in columns if column.role == "compare"]
-    for attempt in range(_ATTEMPTS):
+    for attempt in range(DRAWS):
         wishes = random_wishes(prepared.machinery, effects.values(), compared, np.random.default_rng([seed, 0, attempt]))
         try:
             return made(wishes)
         except NotSeenError as error:
-            if attempt == _ATTEMPTS - 1:
+            if attempt == DRAWS - 1:
                 raise
             tell(f"Drawn again: {error.fact}")
     raise AssertionError("the last attempt gives or raises")

@@ -31,13 +31,6 @@ _ORDER = "order"
 _SIZES = ("amplitude", "ripple")
 _SHARE = "share"
 
-_SPREAD = 8
-"""Places of a padded periodogram on each side that belong to one line."""
-_SHORTEST_STRETCH, _STRETCHES = 64, 40
-_PHASES = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
-"""As few as tell the best one."""
-_MOST_BINS = 1 << 18
-
 
 @dataclass(frozen=True)
 class _Wave:
@@ -92,7 +85,7 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
             if key not in spectra:
                 shortest = _shortest(candidates, {name for name, (other, *_) in places.items() if other == host}, method=method)
                 times = _multiplied_with(experiment, candidate, factor, velocity, method)
-                spectra[key] = [_periodogram(place, kind, times, shortest) for kind in (signals, fast)]
+                spectra[key] = [_periodogram(place, kind, times, shortest, method) for kind in (signals, fast)]
             points += _points_of(wave, size, _lengths(spectra[key], wave, place, method))
         if points:
             # whole numbers a turn are tried besides
@@ -140,7 +133,7 @@ def _points_of(wave: _Wave, size: str, lengths: Sequence[float]) -> list[FloatAr
     """Return a starting point for each wavelength and phase, of the usual ``size``."""
     names, candidate, points = wave.names, wave.candidate, []
     for length in lengths:
-        for phase in _PHASES:
+        for phase in (third * 2.0 * math.pi / 3.0 for third in (0, 1, -1)):
             point = np.where(np.isin(names, ["phase", "second_phase"]), phase, candidate.neutral)
             point[wave.column] = 2.0 * math.pi / length if wave.length == _ORDER else length
             point[names.index(size)] = float(np.median(candidate.points[:, names.index(size)]))
@@ -246,10 +239,12 @@ def _shortest(candidates: list[Candidate], at: set[str], method: Method = STANDA
     return min(lengths, default=math.inf) / method.candidates.beyond_typical
 
 
-def _periodogram(place: FloatArray, signals: list[FloatArray], times: FloatArray | None, shortest: float) -> tuple[FloatArray, FloatArray]:
+def _periodogram(
+    place: FloatArray, signals: list[FloatArray], times: FloatArray | None, shortest: float, method: Method
+) -> tuple[FloatArray, FloatArray]:
     """Return waves per length and power, summed over the signals ``times`` a factor; the slowest trend over the place is taken out."""
     span = float(np.ptp(place))
-    bins = int(np.clip(6.0 * span / shortest, 256, _MOST_BINS)) if math.isfinite(shortest) else 4096
+    bins = int(np.clip(6.0 * span / shortest, 256, method.candidates.most_bins)) if math.isfinite(shortest) else 4096
     index = np.minimum(((place - place.min()) / span * bins).astype(np.int64), bins - 1)
     padded = next_fast_len(4 * bins, real=True)
     power = np.zeros(padded // 2 + 1)
@@ -268,26 +263,27 @@ def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float, me
     found: list[int] = []
     for strength, many in (
         (power, method.candidates.strongest_lines),
-        (power / np.maximum(_background(power), 1e-300), method.candidates.prominent_lines),
+        (power / np.maximum(_background(power, method), 1e-300), method.candidates.prominent_lines),
     ):
         left = np.where(inside, strength, 0.0)
         for other in found:
-            left[_beside(waves, other)] = 0.0
+            left[_beside(waves, other, method)] = 0.0
         for _ in range(many):
             if left.max(initial=0.0) > 0.0:
                 found.append(int(np.argmax(left)))
-                left[_beside(waves, found[-1])] = 0.0
+                left[_beside(waves, found[-1], method)] = 0.0
     return [float(1.0 / waves[place]) for place in found]
 
 
-def _beside(waves: FloatArray, place: int) -> slice:
+def _beside(waves: FloatArray, place: int, method: Method) -> slice:
     """Return the places that one line spreads over."""
-    return slice(max(0, place - _SPREAD), place + _SPREAD + 1)
+    spread = method.candidates.line_spread
+    return slice(max(0, place - spread), place + spread + 1)
 
 
-def _background(power: FloatArray) -> FloatArray:
+def _background(power: FloatArray, method: Method) -> FloatArray:
     """Return what a periodogram is around each wave: the median over stretches that grow with the wave number."""
-    edges = np.unique(np.r_[0, np.geomspace(_SHORTEST_STRETCH, len(power), _STRETCHES).astype(np.int64)])
+    edges = np.unique(np.r_[0, np.geomspace(method.candidates.shortest_stretch, len(power), method.candidates.stretches).astype(np.int64)])
     middles = [0.5 * (begin + end) for begin, end in itertools.pairwise(edges)]
     medians = [float(np.median(power[begin:end])) for begin, end in itertools.pairwise(edges)]
     return np.interp(np.arange(len(power)), middles, medians)

@@ -19,13 +19,12 @@ from lathesim.identification.execution.threads import together
 from lathesim.identification.records.candidate import FAR_BEYOND, Candidate
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.simulator import Simulator
+from lathesim.identification.signal.rounding import SLOPE_ROUNDING
 
-_NO_RESPONSE = 1e-6
-"""Whitened power of a response below which a candidate moves no channel."""
-_SAME_RESPONSE = 1e-6
-"""Share of the largest eigenvalue below which responses say nothing new."""
-_DEPENDENT = 1e-10
-"""Share of the largest pivot below which a sensitivity depends on the others."""
+_NOTHING = 1e-6
+"""Whitened power of a response, share of the largest eigenvalue, and scales from a bound below which there is nothing."""
+_FEWEST_PHASES, _TURNS = 3, 72
+"""Phases of a wave that must be tried for the best one between them to be known, and those among which it is looked for."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +35,6 @@ class Screening:
     null_maximum: float
 
 
-_FEWEST_PHASES = 3
-_TURNS = 72
-
-_AT_END = 1e-6
-"""Scales from a bound within which a value lies at it."""
 _SINGLE = np.float32
 """Screening ranks candidates: it needs no more digits, and half the memory takes half the time."""
 _Response = tuple[float, float, FloatArray, FloatArray]
@@ -132,7 +126,7 @@ def _responses(
     found = []
     for (point, _), response in zip(there, absorb.left([run for _, run in there]), strict=True):
         power = float(response @ response)
-        if np.isfinite(power) and power > _NO_RESPONSE:
+        if np.isfinite(power) and power > _NOTHING:
             share = float(response @ absorb.residual) / power
             found.append((0.5 * share * share * power, share, point, response))
     found += _at_best_phases(candidate, found, absorb.residual)
@@ -218,7 +212,7 @@ def _basis(tried: Sequence[_Response]) -> FloatArray:
     """Return orthonormal rows that span the responses of a candidate."""
     responses = np.stack([item[3] / np.sqrt(item[3] @ item[3]) for item in tried])
     values, vectors = np.linalg.eigh(responses @ responses.T)
-    good = values > _SAME_RESPONSE * values[-1]
+    good = values > _NOTHING * values[-1]
     return np.asarray((vectors[:, good] / np.sqrt(values[good])).T @ responses)
 
 
@@ -241,10 +235,10 @@ class _Absorber:
             scale = np.array([item.scale for item in fitted.free])
             # a value that is as far off as the lesson holds possible takes up no more
             low, high = np.array([item.low for item in fitted.free]), np.array([item.high for item in fitted.free])
-            moves = np.minimum(fitted.values - low, high - fitted.values) > _AT_END * scale
+            moves = np.minimum(fitted.values - low, high - fitted.values) > _NOTHING * scale
             stacked = (np.vstack([white.T.astype(float), np.diag(precision)]) * scale)[:, moves]
             q, r = np.linalg.qr(stacked)
-            good = np.abs(np.diag(r)) > _DEPENDENT * np.abs(np.diag(r)).max(initial=np.finfo(float).tiny)
+            good = np.abs(np.diag(r)) > SLOPE_ROUNDING * np.abs(np.diag(r)).max(initial=np.finfo(float).tiny)
             self._stacked = np.ascontiguousarray(q[:, good].T, dtype=_SINGLE)
         self._extra = len(fitted.free) if white is not None else 0
         # what holds the baseline away from its given values is evidence too: a candidate may take that strain away

@@ -37,8 +37,6 @@ from lathesim.plugins import Registry
 from lathesim.units import convertible
 
 SCHEMA = "lathesim-compare/1"
-_WINDOWS = 50
-"""Stretches of a recording of which the worst is told."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +172,7 @@ def compare(lesson: str, machine: Machine, recorded: Recorded, method: Method = 
     """Return the comparison of a recording with a machine."""
     first, second, experiment = parted(machine, recorded.name, recorded.record, ())
     fitted, *pieces = [_started(item) for item in (experiment, first, second)]
-    channels, replayed = _channels(experiment, fitted), _replayed(experiment, fitted, method=method)
+    channels, replayed = _channels(experiment, fitted, method=method), _replayed(experiment, fitted, method=method)
     faults = (*(str(item) for item in recorded.faults), *(str(item) for item in found_by(CHECKS_OF_RECORDINGS, [(experiment, {})], method)))
     findings = (*(str(item) for item in recorded.findings), *sensor_zeros(experiment, method=method), *faults)
     wires = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in machine.assembly.wires if wire.source]
@@ -211,7 +209,7 @@ def _is_a_velocity(unit: str) -> bool:
     return any(convertible(unit, velocity) for velocity in ("m/s", "rad/s"))
 
 
-def _channels(experiment: Experiment, fitted: Fitted) -> list[ChannelResidual]:
+def _channels(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> list[ChannelResidual]:
     """Return each channel of the recording beside the lesson's own simulation from the fitted start."""
     names = [name for name in fitted.by_name if name in experiment.own.plan.states]
     simulated = experiment.sensed.from_zero_of(experiment.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0])
@@ -222,14 +220,14 @@ def _channels(experiment: Experiment, fitted: Fitted) -> list[ChannelResidual]:
         recorded = experiment.own.recorded[row]
         residual = (recorded - simulated[row])[begin:]
         unit = experiment.own.plan.unit(experiment.own.channels[row])
-        worst = _worst_stretch(time[begin:], residual)
+        worst = _worst_stretch(time[begin:], residual, method)
         found.append(ChannelResidual(channel, unit, experiment.floors[channel], _rms(residual), worst, time, recorded, simulated[row]))
     return found
 
 
-def _worst_stretch(time: FloatArray, residual: FloatArray) -> tuple[float, float]:
+def _worst_stretch(time: FloatArray, residual: FloatArray, method: Method) -> tuple[float, float]:
     """Return the fiftieth of a recording in which the residual's mean square is largest."""
-    width = max(1, len(residual) // _WINDOWS)
+    width = max(1, len(residual) // method.reporting.windows)
     count = len(residual) // width
     power = np.where(np.isfinite(residual), residual**2, 0.0)[: count * width].reshape(count, width).mean(axis=1)
     place = int(np.argmax(power)) * width

@@ -9,9 +9,6 @@ from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.comparison.compare import Comparison
 from lathesim.diagnosis.location.order_spectrum import Line
 
-_NEAREST = 4
-"""Parts of a chain that are told."""
-
 
 def comparison_lines(comparison: Comparison) -> list[str]:
     """Return a comparison as a person reads it."""
@@ -55,14 +52,15 @@ def _replay_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [("channel", "made by", "missing at", "rms", "of what acts there")]
     for item in comparison.replayed:
         share = f"{item.share:.2%}" if item.share == item.share else "-"
-        rows.append((item.channel, _chain(item.parts), item.at, shown_with_unit(item.missing, item.unit, 3), share))
+        made_by = _chain(item.parts, comparison.method.reporting.nearest_parts)
+        rows.append((item.channel, made_by, item.at, shown_with_unit(item.missing, item.unit, 3), share))
     return rows
 
 
-def _chain(parts: Sequence[str]) -> str:
+def _chain(parts: Sequence[str], nearest: int) -> str:
     """Return the parts that make a channel, the nearest first; of a whole machine only these."""
-    more = len(parts) - _NEAREST
-    shown = " <- ".join(parts[:_NEAREST] if more > 1 else parts)
+    more = len(parts) - nearest
+    shown = " <- ".join(parts[:nearest] if more > 1 else parts)
     return f"{shown} <- {more} more" if more > 1 else shown
 
 

@@ -15,9 +15,6 @@ from scipy.signal import lombscargle
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 
-_WAVES = 400
-_MOST_POINTS = 4000
-
 
 @dataclass(frozen=True)
 class Column:
@@ -48,7 +45,7 @@ def groups_of(motion: Mapping[str, FloatArray], signal: FloatArray, method: Meth
     ]
     groups = [[column] for column in simple]
     for letter in ("q", "t"):
-        wave = strongest_wave(motion[letter], signal)
+        wave = strongest_wave(motion[letter], signal, method)
         if wave > 0.0:
             groups.append([_wave("sin", np.sin, wave, letter), _wave("cos", np.cos, wave, letter)])
     return groups
@@ -58,7 +55,7 @@ def _wave(name: str, function: Callable[[FloatArray], FloatArray], wave: float, 
     return Column(f"{name}({wave!r} * {letter})", "1", lambda m: np.asarray(function(wave * m[letter])))
 
 
-def strongest_wave(where: FloatArray, signal: FloatArray) -> float:
+def strongest_wave(where: FloatArray, signal: FloatArray, method: Method = STANDARD) -> float:
     """Return the angular frequency over ``where`` at which the signal is strongest [rad a unit], 0 where ``where`` does not move.
 
     Source: Lomb, Least-squares frequency analysis of unequally spaced data, Astrophysics and Space Science 39 (1976).
@@ -66,10 +63,10 @@ def strongest_wave(where: FloatArray, signal: FloatArray) -> float:
     span = float(np.ptp(where))
     if span <= 0.0:
         return 0.0
-    thin = slice(None, None, max(1, len(where) // _MOST_POINTS))
-    frequencies = 2.0 * np.pi / span * np.geomspace(1.5, 150.0, _WAVES)
+    thin = slice(None, None, max(1, len(where) // method.discovery.most_points))
+    frequencies = 2.0 * np.pi / span * np.geomspace(1.5, 150.0, method.discovery.waves)
     power = lombscargle(where[thin], signal[thin] - np.mean(signal[thin]), frequencies)
     best = int(np.argmax(power))
-    finer = np.linspace(frequencies[max(best - 1, 0)], frequencies[min(best + 1, _WAVES - 1)], 41)
+    finer = np.linspace(frequencies[max(best - 1, 0)], frequencies[min(best + 1, method.discovery.waves - 1)], 41)
     power = lombscargle(where[thin], signal[thin] - np.mean(signal[thin]), finer)
     return float(f"{finer[int(np.argmax(power))]:.6g}")

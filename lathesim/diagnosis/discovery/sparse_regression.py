@@ -32,9 +32,6 @@ from lathesim.identification.replay.open_loop import seen
 from lathesim.identification.replay.recorded_parts import SplineTerm
 from lathesim.lessons.insertion import Machinery, first_input
 
-_MOST_COLUMNS = 8
-
-
 _TERM = "discovered_term"
 
 
@@ -84,7 +81,7 @@ def _draft(
         trials = []
         for group in groups:
             columns = [*chosen, *group]
-            if len(columns) <= _MOST_COLUMNS:
+            if len(columns) <= method.discovery.most_columns:
                 tried = _columns(columns, motion, band, method=method), _columns(columns, other, band, method=method)
                 trials.append((*_explained(signal, scored, *tried, *taken), group))
         share, weights, group = max(trials, key=lambda trial: trial[0])
@@ -176,7 +173,7 @@ def _replayed(
     assert other is not None
     sizes = [max(float(np.sqrt(np.mean(column.values(motion) ** 2))), 1e-300) for column in draft.columns]
     both = ((experiment, motion), (validation, other))
-    first, second = (replace(item, with_candidates=_with_term(item.with_candidates, draft, moved, sizes)) for item, moved in both)
+    first, second = (replace(item, with_candidates=_with_term(item.with_candidates, draft, moved, sizes, method)) for item, moved in both)
     names = [f"{_TERM}.weight_{number}" for number in range(len(draft.columns))]
     starts = [float(amount * size) for amount, size in zip(draft.amounts, sizes, strict=True)]
     weights = [Free(name, start, max(abs(start), 1e-12)) for name, start in zip(names, starts, strict=True)]
@@ -209,9 +206,9 @@ def _domain(draft: _Draft, motion: Mapping[str, FloatArray]) -> tuple[Span, ...]
     return tuple(Span(name, units[name], *span) for name, span in ends.items())
 
 
-def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArray], sizes: Sequence[float]) -> Machinery:
+def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArray], sizes: Sequence[float], method: Method) -> Machinery:
     """Return the assembly with the draft's columns, each of root mean square one, added where something is missing."""
-    table = np.zeros((len(motion["t"]), _MOST_COLUMNS))
+    table = np.zeros((len(motion["t"]), method.discovery.most_columns))
     for number, (column, size) in enumerate(zip(draft.columns, sizes, strict=True)):
         values = column.values(motion) / size
         # a row holds over its sample: the value in its middle

@@ -12,8 +12,8 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.replay.simulator import COUNTS
 from lathesim.identification.signal.analysis import root_mean_square
+from lathesim.identification.signal.rounding import LARGER_PART
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def compared(experiment: Experiment, before: Mapping[str, float], after: Mapping
 
 def _counted(experiment: Experiment, values: FloatArray) -> FloatArray:
     """Return values (samples,) without those that do not count."""
-    return values if experiment.weights is None else np.where(experiment.weights > COUNTS, values, np.nan)
+    return values if experiment.weights is None else np.where(experiment.weights > LARGER_PART, values, np.nan)
 
 
 def _own_value(plan: Plan, name: str) -> float:

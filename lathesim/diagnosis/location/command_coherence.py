@@ -21,14 +21,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import decides
 from lathesim.identification.replay.closed_loop import own_run
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.replay.simulator import COUNTS
-
-_BLOCKS, _FEWEST = 20, 64
-"""Blocks of a recording, and the fewest samples of one."""
-
-
-_LEAST_LENGTHS = 4
-"""Lengths of a response that a recording must hold."""
+from lathesim.identification.signal.rounding import LARGER_PART
 
 
 @dataclass(frozen=True)
@@ -52,10 +45,10 @@ def command_coherence(
     count."""
     learned_on, scored_on = experiments
     if not learned_on.feeds_back or any(
-        experiment.weights is not None and np.any(experiment.weights < COUNTS) for experiment in experiments
+        experiment.weights is not None and np.any(experiment.weights < LARGER_PART) for experiment in experiments
     ):
         return None
-    length = _block(experiments)
+    length = _block(experiments, method)
     if not length:
         return None
     left = [_left(experiment, one, length) for experiment, one in zip(experiments, values, strict=True)]
@@ -73,18 +66,21 @@ def command_coherence(
     return best if best is not None and best.share > method.location.coherent_share else None
 
 
-def _block(experiments: tuple[Experiment, Experiment]) -> int:
+def _block(experiments: tuple[Experiment, Experiment], method: Method) -> int:
     """Return the samples of a block; 0 where a recording has room for fewer than four."""
     shortest = min(len(experiment.record) for experiment in experiments)
-    length = max(_FEWEST, shortest // _BLOCKS)
-    return length if shortest >= _LEAST_LENGTHS * length else 0
+    limits = method.location
+    length = max(limits.shortest_answer, shortest // limits.answers)
+    return length if shortest >= limits.least_answers * length else 0
 
 
-def coherent_share(experiments: tuple[Experiment, Experiment], values: tuple[Mapping[str, float], Mapping[str, float]]) -> dict[str, float]:
+def coherent_share(
+    experiments: tuple[Experiment, Experiment], values: tuple[Mapping[str, float], Mapping[str, float]], method: Method = STANDARD
+) -> dict[str, float]:
     """Return the largest share of what is left of each channel that answers to a driven input, learned on the first experiment and scored
     on the second; nothing where no controller holds the simulation."""
     learned_on = experiments[0]
-    length = _block(experiments)
+    length = _block(experiments, method)
     if not (learned_on.feeds_back and length):
         return {}
     left = [_left(experiment, one, length) for experiment, one in zip(experiments, values, strict=True)]

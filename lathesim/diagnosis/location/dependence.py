@@ -15,12 +15,11 @@ from lathesim.diagnosis.records.condition import Kind
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.replay.simulator import COUNTS
+from lathesim.identification.signal.rounding import LARGER_PART
 
 _BINS = 14
 
 _STRETCHES = 40
-_DRAWS = 19
 
 
 @dataclass(frozen=True)
@@ -64,7 +63,9 @@ def bars(
                     first, second = learned - usual, scored - usual
                 table = _Table.of(places_here, first, places_there, second, mean_is_known=mean_is_known)
                 gain, possible = table.explained(), table.possible
-                if gain < method.shared.dependence * possible and gain <= method.location.beyond_chance * table.by_chance():
+                if gain < method.shared.dependence * possible and gain <= method.location.beyond_chance * table.by_chance(
+                    method.location.chance_draws
+                ):
                     gain = 0.0
                 within = gain / possible if possible > 0.0 else 0.0
                 result.append(DependenceScore(channel, name, gain / power, within, variable.kind))
@@ -72,7 +73,7 @@ def bars(
 
 
 def _counted(experiment: Experiment) -> npt.NDArray[np.bool_]:
-    return np.ones(experiment.sensed.samples, dtype=bool) if experiment.weights is None else experiment.weights > COUNTS
+    return np.ones(experiment.sensed.samples, dtype=bool) if experiment.weights is None else experiment.weights > LARGER_PART
 
 
 def _only(where: Sequence[FloatArray], counted: npt.NDArray[np.bool_]) -> list[FloatArray]:
@@ -142,13 +143,14 @@ class _Table:
         """Return how much of the squares of what is scored the learned means explain."""
         return float(self._gains(np.ones((_STRETCHES, 1)))[0])
 
-    def by_chance(self) -> float:
-        """Return how much chance explains: the most that is explained where the sign of each stretch of what is learned is drawn anew.
+    def by_chance(self, draws: int) -> float:
+        """Return how much chance explains: the most that is explained in some ``draws`` of the sign of each stretch of what is
+        learned.
 
         Slow noise stays slow noise, and what depends on the variables averages out. Source: Shao, The dependent wild bootstrap, J. American
         Statistical Association 105 (2010).
         """
-        signs = np.random.Generator(np.random.Philox(0)).choice([-1.0, 1.0], size=(_DRAWS, _STRETCHES))
+        signs = np.random.Generator(np.random.Philox(0)).choice([-1.0, 1.0], size=(draws, _STRETCHES))
         return max(0.0, float(np.max(self._gains(signs.T))))
 
     def _gains(self, signs: FloatArray) -> FloatArray:

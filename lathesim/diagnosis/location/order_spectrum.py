@@ -26,7 +26,6 @@ from lathesim.engine.assembly import FloatArray
 _GRID = 1 << 15
 """Cells along the variable."""
 _PADDING = 2
-_STANDING = 1e-3
 _SPREAD = 101
 """Neighbours whose median is the surroundings of an amplitude."""
 
@@ -60,14 +59,14 @@ class Spectrum:
     amplitude: FloatArray
 
 
-def spectrum_against(residual: FloatArray, variable: str, unit: str, values: FloatArray) -> Spectrum | None:
+def spectrum_against(residual: FloatArray, variable: str, unit: str, values: FloatArray, method: Method = STANDARD) -> Spectrum | None:
     """Return the spectrum of a residual (samples,) against ``values`` (samples,) of a variable; none where it does not move."""
     low, high = float(np.min(values)), float(np.max(values))
     if not high > low:
         return None
     in_time = variable == "time"
     step = np.abs(np.gradient(values))
-    weight = np.ones_like(values) if in_time else np.where(step > _STANDING * step.max(), step, 0.0)
+    weight = np.ones_like(values) if in_time else np.where(step > method.location.commanded_standstill * step.max(), step, 0.0)
     weight = weight * np.sin(math.pi * (values - low) / (high - low)) ** 2
     total = float(weight.sum())
     if total <= 0.0:
@@ -78,13 +77,13 @@ def spectrum_against(residual: FloatArray, variable: str, unit: str, values: Flo
     summed = np.bincount(place, weights=weight * centred, minlength=cells)
     amplitude = 2.0 * np.abs(rfft(summed, n=_PADDING * cells)) / total
     frequency = np.arange(len(amplitude)) / (_PADDING * (high - low))
-    resolved = frequency <= _highest(values, step, cells, high - low)
+    resolved = frequency <= _highest(values, step, cells, high - low, method)
     return Spectrum(variable, unit, frequency[resolved], amplitude[resolved])
 
 
-def _highest(values: FloatArray, step: FloatArray, cells: int, span: float) -> float:
+def _highest(values: FloatArray, step: FloatArray, cells: int, span: float, method: Method) -> float:
     """Return the highest frequency that cells and samples resolve, with four of them for each repetition."""
-    moving = step[step > _STANDING * float(step.max())]
+    moving = step[step > method.location.commanded_standstill * float(step.max())]
     return min(cells / (4.0 * span), 1.0 / (4.0 * float(np.median(moving)))) if len(moving) else 0.0
 
 
@@ -97,12 +96,12 @@ def lines_of(
     ways that tell it as well the first is taken. A line in time that one of the ``motions`` (speeds, directions) has too is the rhythm of
     the motion and is not told.
     """
-    spectra = _spectra(residual, variables)
+    spectra = _spectra(residual, variables, method)
     power = float(np.mean((residual - residual.mean()) ** 2))
     rest = residual - residual.mean()
     lines: list[Line] = []
     for _ in range(2 * method.location.most_lines if power > 0.0 else 0):
-        tried = [_taken_out(rest, one, variables[one.variable][1], power, method) for one in _spectra(rest, variables)]
+        tried = [_taken_out(rest, one, variables[one.variable][1], power, method) for one in _spectra(rest, variables, method)]
         found = [item for item in tried if item is not None and item[0].share > method.location.line_share]
         if not found:
             break
@@ -138,8 +137,8 @@ def _has(motion: FloatArray, line: Line, time: FloatArray, method: Method) -> bo
     return bool(2.0 * size * size > method.location.rhythm * float(np.mean(centred * centred)))
 
 
-def _spectra(residual: FloatArray, variables: Mapping[str, tuple[str, FloatArray]]) -> list[Spectrum]:
-    found = (spectrum_against(residual, name, unit, values) for name, (unit, values) in variables.items())
+def _spectra(residual: FloatArray, variables: Mapping[str, tuple[str, FloatArray]], method: Method) -> list[Spectrum]:
+    found = (spectrum_against(residual, name, unit, values, method) for name, (unit, values) in variables.items())
     return [spectrum for spectrum in found if spectrum is not None]
 
 

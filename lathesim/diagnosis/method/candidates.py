@@ -45,6 +45,14 @@ class CandidateLimits:
     """Factor by which a wavelength may lie outside the typical range."""
     slow_steps: float = 0.25
     """Quantile of the ways from one sample to the next that stands for slow motion."""
+    most_bins: int = 1 << 18
+    """Bins of a periodogram along a place at most."""
+    line_spread: int = 8
+    """Places of a padded periodogram on each side that belong to one line."""
+    shortest_stretch: int = 64
+    """Places of the shortest stretch over which the surroundings of a line are taken; they grow with the wave number."""
+    stretches: int = 40
+    """Such stretches."""
     waves_along_all: tuple[float, ...] = (1.0, 1.5, 2.0, 3.0)
     """Waves in the whole way that are tried besides: so few are no line of a periodogram, and its trend takes a part of them."""
     resonances: int = 10

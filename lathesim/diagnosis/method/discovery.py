@@ -18,6 +18,12 @@ class DiscoveryLimits:
         "share of missing force",
         "a further group of columns must explain this on the validation recording, and a listed dependence too",
     )
+    most_columns: int = 8
+    """Columns of a formula at most."""
+    waves: int = 400
+    """Waves among which the strongest one is looked for."""
+    most_points: int = 4000
+    """Samples of a signal that are looked at for that."""
     most_groups: int = 3
     """Groups of columns in a formula at most."""
     ends: float = 0.06

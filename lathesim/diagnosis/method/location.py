@@ -17,12 +17,20 @@ class LocationLimits:
         "calibrated",
         "on sound machines no share was coherent; on one with a table on a spring 0.87 was",
     )  # fmt: skip
+    answers: int = 20
+    """Answers to a command, one after the other, that a recording is taken for ..."""
+    shortest_answer: int = 64
+    """... of so many samples at least ..."""
+    least_answers: int = 4
+    """... and so many of them, else coherence is not asked about."""
     beyond_chance: Limit = Limit(
         2.0, "times the largest of 19 draws",
         "a dependence score counts above this",
         "derived",
         "with dozens of scores, one of twenty exceeds the largest of 19 draws by chance alone; twice as much leaves room",
     )  # fmt: skip
+    chance_draws: int = 19
+    """Draws of which the largest is what chance explains."""
     integration_error: Limit = Limit(
         0.002, "share of acting force",
         "a missing force below this share is the error of the integration steps",
@@ -60,7 +68,11 @@ class LocationLimits:
     )  # fmt: skip
     band_highest: float = 0.9
     """Share of the resolved frequencies up to which bands are looked for: above it a difference of two samples rings by itself."""
-    line_prominent: Limit = Limit(6.0, "times the local median", "an amplitude of a residual is a line above this")
+    line_prominent: Limit = Limit(
+        6.0, "times the local median", "an amplitude of a residual is a line above this",
+        "derived",
+        "amplitudes of noise are Rayleigh distributed: one exceeds m medians with 2^(-m^2), of 32,768 frequencies any with 5e-7",
+    )  # fmt: skip
     line_share: Limit = Limit(0.02, "share of residual", "a line must hold this much of the mean square")
     line_turns: Limit = Limit(10.0, "repetitions", "what repeats less often within a recording is a trend and no line")
     rhythm: Limit = Limit(

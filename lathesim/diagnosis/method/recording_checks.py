@@ -11,6 +11,16 @@ from lathesim.diagnosis.method.limit import Limit
 class CheckLimits:
     """Limits of whether a recording is at fault."""
 
+    least_scale: Limit = Limit(
+        0.003, "share", "a scale that steps by less is the same scale",
+        "derived", "three steps of the grid of scales that are tried",
+    )  # fmt: skip
+    change_blocks: int = 16
+    """Blocks of a recording between which a step is looked for ..."""
+    change_edge: int = 2
+    """... but for so many at either end."""
+    law_lags: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 26, 36, 50, 70)
+    """Samples back to which another law of a controller may look."""
     change_of_delay: int = 25
     """Samples by which a channel that becomes late or early is looked for."""
     little_off: Limit = Limit(

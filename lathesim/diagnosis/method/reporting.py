@@ -12,6 +12,10 @@ class ReportingLimits:
     """Limits of what the report names, and plain values of what it mentions: these decide no answer."""
 
     comparable_part: Limit = Limit(0.2, "share of the largest", "a part that misses at least this share is suspected beside the first one")
+    windows: int = 50
+    """Stretches of a recording of which the worst is told."""
+    nearest_parts: int = 4
+    """Parts of a chain that are told at most."""
     most_bars: int = 8
     """Variables of which a bar is drawn at most."""
     most_rows: int = 6

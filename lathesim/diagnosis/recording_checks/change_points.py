@@ -23,43 +23,38 @@ from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import strongest_jumps
 
-_BLOCKS = 16
-_EDGE = 2
-"""Blocks at either end in which no step is looked for."""
-
-
 _SCALES = np.linspace(-0.2, 0.2, 401)
 """Steps of a scale that are looked for."""
-_LEAST_SCALE = 0.003
 
 
 def changed_midway(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> str:
     """Return a sentence where a channel's time, or the scale of one that another tells too, steps once in the middle of a recording; empty
     where none does. What is told by another is a motion that two sensors show, and the current that a drive's command and motion make: were
     it really another one, the motion would be. A force may really change its scale, when something breaks."""
-    told_by = _told_by_others(experiment)
+    told_by, limits = _told_by_others(experiment), method.recording_checks
     for row, channel in enumerate(experiment.machine.compare):
         residual = np.nan_to_num(fitted.residual[row])
         recorded = np.nan_to_num(experiment.sensed.recorded[row])
-        lags = range(-method.recording_checks.change_of_delay, method.recording_checks.change_of_delay + 1)
-        step = _step(np.array([_power(recorded - _late(recorded - residual, lag)) for lag in lags]), method=method)
+        lags = range(-limits.change_of_delay, limits.change_of_delay + 1)
+        step = _step(np.array([_power(recorded - _late(recorded - residual, lag), method) for lag in lags]), method=method)
         if step is not None:
             place, (before, after) = step
             late = lags[after] - lags[before]
             milliseconds = abs(late) * experiment.sensed.period * 1e3
             return (
-                f"From about {_when(experiment, place):.3g} s on {channel} is {milliseconds:.3g} ms ({abs(late)} samples) "
+                f"From about {_when(experiment, place, method):.3g} s on {channel} is {milliseconds:.3g} ms ({abs(late)} samples) "
                 f"{'later' if late > 0 else 'earlier'} beside the other channels than before: samples were lost or repeated. "
                 "Use what comes before, or after."
             )
-        step = _step(np.array([_power(residual - scale * recorded) for scale in _SCALES]), method=method) if row in told_by else None
-        if step is not None:
+        scaled = np.array([_power(residual - scale * recorded, method) for scale in _SCALES]) if row in told_by else None
+        if scaled is not None and (step := _step(scaled, method=method)) is not None:
             place, (before, after) = step
             factor = (1.0 - _SCALES[before]) / (1.0 - _SCALES[after])
-            if abs(factor - 1.0) > _LEAST_SCALE and not _moves_otherwise(experiment, fitted, row, method=method):
+            if abs(factor - 1.0) > limits.least_scale and not _moves_otherwise(experiment, fitted, row, method=method):
+                when = _when(experiment, place, method)
                 return (
-                    f"From about {_when(experiment, place):.3g} s on {channel} is {factor:.4g} times what it was before, held against "
-                    f"{told_by[row]}: its scale changed while it was recorded. Use what comes before, or after."
+                    f"From about {when:.3g} s on {channel} is {factor:.4g} times what it was before, held against {told_by[row]}: "
+                    "its scale changed while it was recorded. Use what comes before, or after."
                 )
     return ""
 
@@ -104,8 +99,8 @@ def _moves_otherwise(experiment: Experiment, fitted: Fitted, row: int, method: M
     return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * (method.shared.plainly_off * floors) ** 2))
 
 
-def _when(experiment: Experiment, place: float) -> float:
-    return place / _BLOCKS * experiment.sensed.samples * experiment.sensed.period
+def _when(experiment: Experiment, place: float, method: Method) -> float:
+    return place / method.recording_checks.change_blocks * experiment.sensed.samples * experiment.sensed.period
 
 
 def _late(values: FloatArray, lag: int) -> FloatArray:
@@ -113,32 +108,33 @@ def _late(values: FloatArray, lag: int) -> FloatArray:
     return values[np.clip(np.arange(len(values)) - lag, 0, len(values) - 1)]
 
 
-def _power(left: FloatArray) -> FloatArray:
+def _power(left: FloatArray, method: Method) -> FloatArray:
     """Return the power of what is left about its mean in each block (blocks,)."""
-    return np.array([len(block) * float(np.var(block)) for block in np.array_split(left, _BLOCKS)])
+    return np.array([len(block) * float(np.var(block)) for block in np.array_split(left, method.recording_checks.change_blocks)])
 
 
 def _step(power: FloatArray, method: Method = STANDARD) -> tuple[float, tuple[int, int]] | None:
     """Return the block above which another row of ``power`` (choices, blocks) leaves less, and the two rows; none where a single row or a
     steady change over rows does nearly as well."""
-    steps = list(_steps(power))
+    steps = list(_steps(power, method))
     _, pair, left = min(steps, key=lambda step: step[2])
     # where a part stands still the step may be earlier or later
     place = float(np.mean([other for other, rows, error in steps if rows == pair and error <= method.shared.alike * left]))
-    steady = min(float(np.sum(power[line, np.arange(_BLOCKS)])) for line in _lines(len(power)))
+    steady = min(float(np.sum(power[line, np.arange(method.recording_checks.change_blocks)])) for line in _lines(len(power), method))
     constant = float(np.min(np.sum(power, axis=1)))
     return (place, pair) if pair[0] != pair[1] and left < method.shared.left_by_cause * min(constant, steady) else None
 
 
-def _steps(power: FloatArray) -> Iterator[tuple[int, tuple[int, int], float]]:
-    for place in range(_EDGE, _BLOCKS - _EDGE + 1):
+def _steps(power: FloatArray, method: Method) -> Iterator[tuple[int, tuple[int, int], float]]:
+    limits = method.recording_checks
+    for place in range(limits.change_edge, limits.change_blocks - limits.change_edge + 1):
         halves = [np.sum(half, axis=1) for half in (power[:, :place], power[:, place:])]
         pair = (int(np.argmin(halves[0])), int(np.argmin(halves[1])))
         yield place, pair, float(halves[0][pair[0]] + halves[1][pair[1]])
 
 
-def _lines(count: int) -> Iterator[npt.NDArray[np.int64]]:
+def _lines(count: int, method: Method) -> Iterator[npt.NDArray[np.int64]]:
     """Return rows that change steadily from one of ``count`` to another, block by block."""
     some = range(0, count, max(1, count // 40))
     for first, last in itertools.product(some, some):
-        yield np.rint(np.linspace(first, last, _BLOCKS)).astype(np.int64)
+        yield np.rint(np.linspace(first, last, method.recording_checks.change_blocks)).astype(np.int64)

@@ -19,7 +19,6 @@ from lathesim.diagnosis.recording_checks.unexplained_command import controller_c
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.replay.experiment import Experiment
 
-_LAGS = (0, 1, 2, 3, 5, 8, 12, 18, 26, 36, 50, 70)
 _RIDGE = 1e-6
 
 
@@ -50,7 +49,9 @@ def another_law(experiment: Experiment, validation: Experiment, values: Mapping[
         controller = name.partition(".")[0]
         references = [target for target in experiment.machine.drive if target.partition(".")[0] == controller]
         if references:
-            here, there = (np.column_stack([_of_reference(one, target) for target in references]) for one in (experiment, validation))
+            here, there = (
+                np.column_stack([_of_reference(one, target, method) for target in references]) for one in (experiment, validation)
+            )
             learned, scored = (one.sensed.one(values)[row] for one in (experiment, validation))
             share = regressed_share(here, learned, there, scored)
             size = float(np.std(scored) / max(float(np.std(np.nan_to_num(validation.sensed.recorded[row]))), 1e-300)) * np.sqrt(share)
@@ -78,9 +79,11 @@ def regressed_share(here: FloatArray, learned: FloatArray, there: FloatArray, sc
     return max(0.0, 1.0 - float(np.sum((scored - told) ** 2)) / power) if power > 0.0 else 0.0
 
 
-def _of_reference(experiment: Experiment, target: str) -> FloatArray:
+def _of_reference(experiment: Experiment, target: str, method: Method) -> FloatArray:
     """Return rate and second rate of a recorded reference, at some lags, (samples, columns)."""
     period = experiment.machine.assembly.sample_period
     rate = np.gradient(np.nan_to_num(experiment.record[target]), period)
     both = (rate, np.gradient(rate, period))
-    return np.column_stack([np.concatenate([np.zeros(lag), values[: len(values) - lag]]) for lag in _LAGS for values in both])
+    return np.column_stack(
+        [np.concatenate([np.zeros(lag), values[: len(values) - lag]]) for lag in method.recording_checks.law_lags for values in both]
+    )

@@ -43,7 +43,6 @@ _WORDS = {
     "recording_fault": "Fault of the recording",
 }
 _STRIP_BEGIN, _STRIP_LENGTH = 40.0, 640.0
-_LEAST_MARK = 1.5
 
 
 def write_report(diagnosis: Diagnosis, path: str | Path, method: Method = STANDARD) -> Path:
@@ -213,7 +212,7 @@ def _strip(diagnosis: Diagnosis) -> dict[str, Any] | None:
     def at(time: float) -> float:
         return round(_STRIP_BEGIN + (time - begin) * scale, 1)
 
-    marks = [(at(low), round(max(_LEAST_MARK, (high - low) * scale), 1)) for low, high in windows]
+    marks = [(at(low), round(max(1.5, (high - low) * scale), 1)) for low, high in windows]
     return {"windows": marks, "ticks": [(at(time), text) for time, text in _ticks(begin, end)]}
 
 

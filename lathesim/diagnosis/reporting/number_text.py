@@ -11,10 +11,10 @@ from lathesim.diagnosis.records.diagnosis import Diagnosis
 
 _SMALLEST_PLAIN, _LARGEST_PLAIN = -4, 7
 """Powers of ten between which a number is written without an exponent."""
+_WHOLE_RATIO = 10.0
+"""Ratio from which no decimal is written."""
 _ALMOST_ALL = 0.999
 """Share above which a number would round to all."""
-_LEAST_TENTH, _WHOLE_PERCENT, _WHOLE_RATIO = 0.05, 99.95, 10.0
-"""Per cent between which one decimal is written; ratio from which none is."""
 _SIGNS = (("um", "µm"), ("us", "µs"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
@@ -81,7 +81,8 @@ def percent(share: float) -> str:
     shown = 100.0 * share
     if _ALMOST_ALL < share < 1.0:
         return f"{min(shown, 99.999):.3f} %"
-    return f"{number(shown, 1 if _LEAST_TENTH <= abs(shown) < _WHOLE_PERCENT else 0)} %"
+    tenths = round(abs(share), 3)
+    return f"{number(shown, 1 if 0.0 < tenths < 1.0 else 0)} %"
 
 
 def probability_text(probability: float) -> str:

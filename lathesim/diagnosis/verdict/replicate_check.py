@@ -103,7 +103,7 @@ def _statistics(pair: tuple[Experiment, Experiment], made: list[Replicates], fit
                 continue
             strength = band_strength(residual[row], noise[row], method)
             found[BAND, channel] = max(found.get((BAND, channel), 0.0), strength)
-    for channel, share in coherent_share(pair, (made[0].values, made[1].values)).items():
+    for channel, share in coherent_share(pair, (made[0].values, made[1].values), method).items():
         found[COHERENCE, channel] = share
     return found | _motion_and_sensors(pair, (left[0], left[1]), effects=bool(made[0].own.candidates), method=method)
 

@@ -25,8 +25,9 @@ from lathesim.identification.signal.rounding import BEYOND, ROUNDING
 
 SIGNIFICANT = 3.0
 """Standard errors by which a size differs from nothing, or two differ: a normal deviate exceeds them with 0.27 %."""
-_BLOCKS = 30
-_LARGEST = 20.0
+BLOCKS = 30
+"""Blocks of a recording, each with an error of its own, over which a covariance is taken."""
+LARGEST_INFLATION = 20.0
 """Factor by which a standard error is at most made larger: from there on it says little more than that the form is wrong."""
 _FEWEST = 5.0
 """Factor by which an interval is at most wider because few blocks tell."""
@@ -74,7 +75,7 @@ def covariance_and_misfit(
     variance = (len(apart) - 1) / len(apart) * np.sum(apart * apart, axis=0) + np.square(covariance) @ known
     own = np.maximum(np.diag(covariance), 1e-300)
     wider = np.sqrt(np.maximum(variance / own - 1.0, 0.0)) * _wider_by_few(np.array(told))
-    return covariance, np.minimum(np.sqrt(1.0 + np.square(wider)), _LARGEST)
+    return covariance, np.minimum(np.sqrt(1.0 + np.square(wider)), LARGEST_INFLATION)
 
 
 def _wider_by_few(told: FloatArray) -> FloatArray:
@@ -91,7 +92,7 @@ def _blocks(information: FloatArray, lengths: Sequence[int]) -> np.ndarray:
     for length in lengths:
         half = length // 2
         both = information[begin : begin + half] + information[begin + half : begin + length]
-        label = first + np.minimum((np.cumsum(both) / total * _BLOCKS).astype(np.int64), _BLOCKS)
+        label = first + np.minimum((np.cumsum(both) / total * BLOCKS).astype(np.int64), BLOCKS)
         labels += [label, label]
         begin, first = begin + length, int(label.max(initial=first)) + 1
     return np.concatenate(labels)

@@ -11,7 +11,7 @@ from scipy.stats import chi2, norm
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.bootstrap_bias import replay_bias
-from lathesim.identification.estimation.covariance import SIGNIFICANT, covariance_of
+from lathesim.identification.estimation.covariance import LARGEST_INFLATION, SIGNIFICANT, covariance_of
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import begun_anew
 from lathesim.identification.records.candidate import FAR_BEYOND, Candidate
@@ -24,7 +24,6 @@ CONFIDENCE = 1.96 * 1.15
 """Standard errors in half a 95 % interval. On concealed cases of another program the standard errors were 1.15 times too small (of 105
 values 1.96 of them held 93, 1.15 times as much 101): laws, steps and samples are a little other than those of any machine. Source of such a
 correction: Kuleshov, Fenner, Ermon, Accurate Uncertainties for Deep Learning Using Calibrated Regression, ICML 2018 (recalibration)."""
-_LARGEST_INFLATION = 10.0
 _ERROR_RATIO = 1.2
 """Times the error of a simulation within which another one is as good."""
 _HANG_TOGETHER = 0.1
@@ -136,7 +135,7 @@ def _inflation(first: Fitted, second: Fitted, names: Sequence[str], candidates: 
         for name in names
         if first.error_by_noise(name) > 0.0 and second.error_by_noise(name) > 0.0 and name not in orders
     ]
-    return float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, _LARGEST_INFLATION))
+    return float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, LARGEST_INFLATION))
 
 
 def _apart(candidate: Candidate, names: Sequence[str], found: Mapping[str, Estimate], covariance: FloatArray) -> float:

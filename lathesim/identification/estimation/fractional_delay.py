@@ -16,7 +16,7 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment
 
-_NEIGHBOURS = (-1, 0, 1)
+_NEIGHBOURS = range(-1, 2)
 """Samples before and after the one in which a delay ended whose middles are looked at."""
 
 

@@ -22,10 +22,10 @@ from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, nearest
-from lathesim.identification.estimation.covariance import SIGNIFICANT
+from lathesim.identification.estimation.covariance import BLOCKS, SIGNIFICANT
 from lathesim.identification.estimation.replay_misfit import Misfit
 from lathesim.identification.noise.autoregressive import Whitening, no_whitening, whitening_of
-from lathesim.identification.signal.rounding import SLOPE_ROUNDING
+from lathesim.identification.signal.rounding import LARGER_PART, SLOPE_ROUNDING
 
 _STEP, _SHORTEST, _LONGEST = 2e-3, 1e-6, 0.05
 """First step of the differences, as a share of a parameter's scale, and the shares between which it is set anew."""
@@ -38,13 +38,9 @@ _SEEN = 3.0
 _SPREAD = 0.5
 """Starts lie within this share of the given value."""
 _ROUNDS = 4
-_MOST_SETTLING = 4
-"""How often derivatives are taken for their steps to settle."""
-_BLOCKS = 40
+"""Fits one after the other, and how often derivatives are taken for their steps to settle."""
 CORRELATED = 0.95
 """Two values whose errors correlate more than this are named."""
-_LOOSE = 0.5
-"""A direction whose standard error is larger than this share of the values is not determined."""
 _PART = 0.01
 """A value that makes up this much of an undetermined direction (square of its share) is not determined by itself."""
 _SAME = 3e-3
@@ -267,7 +263,7 @@ class _Problem:
     def _settled_jacobian(self, scaled: FloatArray) -> FloatArray:
         """Return central derivatives with steps that are taken no shorter any more: too long ones make a mixture of values that nothing
         shows look as if something did."""
-        for _ in range(_MOST_SETTLING):
+        for _ in range(_ROUNDS):
             taken = self.steps.copy()
             jacobian = self.jacobian(scaled, central=True)
             if np.all(self.steps > 0.5 * taken):
@@ -331,7 +327,7 @@ class _Problem:
         left, singular, right = np.linalg.svd(jacobian * size, full_matrices=False)
         del left
         noise = max(float(np.sqrt(misfit @ misfit / max(len(misfit) - len(values), 1))), 1e-12)
-        loose = singular <= max(noise / _LOOSE, SLOPE_ROUNDING * float(singular.max(initial=0.0)))
+        loose = singular <= max(noise / LARGER_PART, SLOPE_ROUNDING * float(singular.max(initial=0.0)))
         blurred = [[self.free[position].name for position in np.flatnonzero(np.square(row[: self.count]) > _PART)] for row in right[loose]]
         firm = right[~loose].T
         inverse = firm / singular[~loose] ** 2 @ firm.T
@@ -347,14 +343,14 @@ class _Problem:
         """Return the sums of misfit times slope over blocks of time, (blocks, values)."""
         channels, samples = self.misfit.recorded.shape
         product = (jacobian * misfit[:, None]).reshape(channels, samples, -1).sum(axis=0)
-        edges = np.linspace(0, samples, min(_BLOCKS, samples) + 1).astype(int)[:-1]
+        edges = np.linspace(0, samples, min(BLOCKS, samples) + 1).astype(int)[:-1]
         return np.asarray(np.add.reduceat(product, edges, axis=0))
 
     def agree(self, best: _End, end: _End, errors: FloatArray) -> bool:
         """Return whether two ends are the same fit: in what they leave, and in every value that is determined."""
         if end.cost > best.cost * (1.0 + _SAME):
             return False
-        firm = (errors > 0.0) & (errors < _LOOSE * np.maximum(np.abs(best.values), np.finfo(float).tiny))
+        firm = (errors > 0.0) & (errors < LARGER_PART * np.maximum(np.abs(best.values), np.finfo(float).tiny))
         firm[self.count :] = False
         near = np.abs(end.values - best.values) <= np.maximum(_SAME * np.abs(best.values), SIGNIFICANT * errors)
         return bool(np.all(near[firm]))

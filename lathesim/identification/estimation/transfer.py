@@ -16,7 +16,7 @@ from lathesim.identification.signal.analysis import strongest_jumps
 
 _FINE_TURNS = tuple(2.0 * np.pi * place / 36 for place in range(36))
 """A slot may be a twentieth of a turn."""
-_NEARBY = (-2, -1, 0, 1, 2)
+_NEARBY = range(-2, 3)
 """Samples by which a step may be off where it seems to be."""
 _SOME_TIME, _LONG_AGO = 0.1, 100.0
 """Shares of its duration that make a step of the time before a recording, and the longest."""

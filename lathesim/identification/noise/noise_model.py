@@ -29,7 +29,7 @@ _CORNERS = (3.0, 30.0)
 """Frequencies above which a slow load falls off [Hz]."""
 _UPDATES = 25
 _SHARE_IN_BAND = 0.99
-_OF_COUNTS = 70.0 / 252.0
+_OF_COUNTS = sum(math.comb(4, k) ** 2 for k in range(5)) / sum(math.comb(5, k) ** 2 for k in range(6))
 """Power of the noise of counts that were differenced, over that which the fourth differences of them make of it: the sum of the squares of
 the binomial coefficients of four over that of five."""
 _FLAT = 1.5

@@ -104,7 +104,7 @@ class Candidate:
 INSTANT = "instant"
 FAR_BEYOND = 100.0
 """Times its usual sizes, or its value, that the neutral value of a limit is at least: it vanishes far beyond all that acts."""
-QUARTER_TURNS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
+QUARTER_TURNS = tuple(0.5 * np.pi * quarter for quarter in (0, 1, 2, -1))
 """Phases of a wave of which one is within an eighth of a turn of any [rad]."""
 
 

@@ -11,11 +11,10 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.open_loop import is_a_process
+from lathesim.identification.signal.rounding import LARGER_PART
 
 SETTLING = 0.02
 """Share of a recording at its beginning that is left out of residuals: controllers start with memories that nobody recorded."""
-_MOSTLY = 0.5
-"""Share of a move's power by which the error is larger without it where the move explains what was recorded."""
 _IMPULSES = 2e-3
 """Share of the samples that may be far off without an effect making a simulation worse."""
 
@@ -45,7 +44,7 @@ def in_own_simulation(experiment: Experiment, before: Fitted, after: Fitted, can
     with np.errstate(invalid="ignore"):  # a run that is lost moves no further than it is off
         moves = np.nan_to_num(moved / np.maximum(left, experiment.sensed.seen_floors))
     most = int(np.argmax(moves))
-    explains = left_without[most] ** 2 - left[most] ** 2 > _MOSTLY * moved[most] ** 2
+    explains = left_without[most] ** 2 - left[most] ** 2 > LARGER_PART * moved[most] ** 2
     size = float(moves[most]) * (3.0 if explains or not experiment.feeds_back else 1.0)
     worse, worse_before = (_usual_error(_known(experiment, signal)[:, begin:]) for signal in (first, earlier))
     closed_loop_degradation = float(np.max(np.nan_to_num(worse / np.maximum(worse_before, experiment.sensed.seen_floors), nan=np.inf)))
@@ -64,7 +63,7 @@ def agreed_in_closed_loop(*recordings: tuple[Experiment, Fitted, Fitted]) -> flo
     for experiment, before, after in recordings:
         error, left = (own_error(experiment, fitted.by_name) for fitted in (before, after))
         shares.append(1.0 - left / max(error, 1e-300) if experiment.feeds_back else 0.0)
-    return min(shares) if min(shares) > _MOSTLY else 0.0
+    return min(shares) if min(shares) > LARGER_PART else 0.0
 
 
 def own_run(experiment: Experiment, values: Mapping[str, float]) -> FloatArray:

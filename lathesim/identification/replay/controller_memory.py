@@ -21,16 +21,12 @@ from lathesim.component import DiscreteState, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.identification.machine.roles import decides, start_values
 from lathesim.identification.replay.simulator import Simulator
-from lathesim.identification.signal.rounding import SLOPE_ROUNDING
+from lathesim.identification.signal.rounding import LARGER_PART, SLOPE_ROUNDING
 
-_WORTH = 0.01
-"""Share of a command that must not follow for its controller's memory to be asked for."""
-_BY_MEMORY = 0.5
-"""Share of that which may be left with it."""
+_LITTLE = 0.01
+"""Share of a command below which it follows from its controller without any memory, and by which a memory is moved to be seen."""
 _STEPS = 10.0 ** np.arange(-6.0, 0.0)
-"""By how much a memory is moved for its slope, from a micrometre and a microvolt on: the least that shows beyond a converter's steps ..."""
-_SHOWN = 0.01
-"""... as it moves what is shown by this share of its size."""
+"""By how much a memory is moved for its slope, from a micrometre and a microvolt on: the least that shows beyond a converter's steps."""
 _BEGINNING, _FEWEST = 0.1, 200
 """Share of a recording, and samples at the least, in which the memory is looked for."""
 _TIMES = 3
@@ -112,12 +108,12 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
         return found
 
     before = left(given[None])[0]
-    if _rms(before) < _WORTH * size:
+    if _rms(before) < _LITTLE * size:
         return {}
     values = np.array([speeds.get(name, value) for name, value in zip(memories, given, strict=True)])
     best = left(values[None])[0]
     for _ in range(_TIMES):
-        slopes = np.array([_slope(left(values + _STEPS[:, None] * one) - best, _SHOWN * size) for one in np.eye(len(memories))])
+        slopes = np.array([_slope(left(values + _STEPS[:, None] * one) - best, _LITTLE * size) for one in np.eye(len(memories))])
         answers = np.abs(slopes).max(axis=1) > SLOPE_ROUNDING * np.abs(slopes).max(initial=0.0)
         scale = np.abs(slopes).max(axis=1, keepdims=True) + 1e-300
         moved = np.linalg.lstsq((slopes / scale)[answers].T, -best, rcond=1e-6)[0] / scale[answers, 0]
@@ -127,7 +123,7 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
         if not _rms(now) < _rms(best):
             break
         values, best = tried, now
-    kept = _rms(best) < _BY_MEMORY * _rms(before)
+    kept = _rms(best) < LARGER_PART * _rms(before)
     return {name: float(value) for name, value, old in zip(memories, values, given, strict=True) if value != old} if kept else {}
 
 

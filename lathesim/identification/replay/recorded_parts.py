@@ -1,6 +1,7 @@
 """Recorded signals as parts of a machine: what was measured takes the place of what would be computed.
 
-Both walk along a table with one row a sample, from the first sample of the run on; after its end the last row stays.
+Both walk along a table with one row a sample and one column, the value, from the first sample of the run on. After its end the last row
+stays.
 """
 
 from __future__ import annotations
@@ -8,8 +9,6 @@ from __future__ import annotations
 from typing import Any
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter, Table
-
-VALUE = 0
 
 
 def row_at(position: float, table: Any) -> int:
@@ -29,7 +28,7 @@ class HeldSignal(Component):
 
     @staticmethod
     def update(position: float, recorded: Any) -> tuple[float, float]:
-        return position + 1.0, recorded[row_at(position, recorded)][VALUE]
+        return position + 1.0, recorded[row_at(position, recorded)][0]
 
     @staticmethod
     def output(now: float) -> float:
@@ -48,8 +47,8 @@ class LinearSignal(Component):
 
     @staticmethod
     def update(position: float, recorded: Any, time: float, sample_period: float) -> tuple[float, float, float, float]:
-        here = recorded[row_at(position, recorded)][VALUE]
-        following = recorded[row_at(position + 1.0, recorded)][VALUE]
+        here = recorded[row_at(position, recorded)][0]
+        following = recorded[row_at(position + 1.0, recorded)][0]
         return position + 1.0, here, (following - here) / sample_period, time
 
     @staticmethod

@@ -18,12 +18,10 @@ from lathesim.identification.execution.cache import Remembered
 from lathesim.identification.noise.noise_model import DIFFERENCED, RATE, WHITE, NoiseShapes, differences, noise_shapes, window_of
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.replay.open_loop import as_recorded
-from lathesim.identification.signal.rounding import BEYOND
+from lathesim.identification.signal.rounding import BEYOND, LARGER_PART
 
 IMPULSE = 1e-3
 """Size of an impulse of a state, in the state's unit; the response is scaled by the noise that is fitted."""
-COUNTS = 0.5
-"""Weight above which a sample counts."""
 _REMEMBERED = 8
 """Values whose impulses are kept: a fit, its judge and its error ask for the same ones, in two trials at a time."""
 LOST = 1e12
@@ -141,7 +139,7 @@ class Simulator:
         """Return the mean of values (samples,) where both sensors were recorded and the sample counts."""
         counts = np.isfinite(self.recorded[sight.row]) & np.isfinite(self.recorded[sight.first])
         if self.weights is not None:
-            counts &= self.weights > COUNTS
+            counts &= self.weights > LARGER_PART
         return float(np.mean(values[counts])) if counts.any() else 0.0
 
     @property

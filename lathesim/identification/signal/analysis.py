@@ -14,7 +14,6 @@ def root_mean_square(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("inf")
 
 
-_JUMPS = 2
 _APART = 0.02
 """Share of a recording by which two instants lie apart."""
 
@@ -50,7 +49,7 @@ def strongest_jumps(signal: FloatArray, period: float) -> list[tuple[float, floa
     found: list[tuple[float, float]] = []
     for strength, sizes in ((ratio, after - before), (near**2, near)):
         left = strength.copy()
-        for _ in range(_JUMPS):
+        for _ in range(2):
             place = int(np.argmax(left))
             # between two samples: at one of them, rounding would say on which side it is
             found.append((float((place + 0.5) * period), float(sizes[place])))

@@ -28,6 +28,6 @@ def test_a_line_that_repeats_from_sample_to_sample_is_none(variable: str, spacin
 
 
 def test_of_a_whole_machine_the_nearest_parts_of_a_chain_are_told() -> None:
-    assert _chain(("x_encoder", "x_axis", "x_drive")) == "x_encoder <- x_axis <- x_drive"
-    assert _chain(tuple("abcde")) == "a <- b <- c <- d <- e"
-    assert _chain(tuple("abcdefg")) == "a <- b <- c <- d <- 3 more"
+    assert _chain(("x_encoder", "x_axis", "x_drive"), 4) == "x_encoder <- x_axis <- x_drive"
+    assert _chain(tuple("abcde"), 4) == "a <- b <- c <- d <- e"
+    assert _chain(tuple("abcdefg"), 4) == "a <- b <- c <- d <- 3 more"
