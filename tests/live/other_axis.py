@@ -24,12 +24,14 @@ def _run(
     samples = len(reference)
     out = np.zeros((4, samples))
     x = v = table = 0.0
-    before = 0.0
+    before = earlier = 0.0
     step = PERIOD / _FINE
     for k in range(samples):
         motor = np.round((x + noise[k, 0]) / counts) * counts
-        speed = (motor - before) / PERIOD if k else 0.0
-        before = motor
+        if k == 0:
+            before = earlier = motor
+        speed = (motor - earlier) / (2.0 * PERIOD)  # of the mean of two samples, as the lesson's controller
+        earlier, before = before, motor
         u = VELOCITY_GAIN * (POSITION_GAIN * (reference[k] - motor) - speed)
         u = min(LIMIT, max(-LIMIT, u))
         out[0, k] = motor

@@ -45,12 +45,14 @@ def _run(
     samples = len(reference)
     out = np.zeros((4, samples))
     line = np.zeros(_LONGEST_DELAY + _FINE)
-    x = v = table = before = 0.0
+    x = v = table = before = earlier = 0.0
     step, counts = PERIOD / _FINE, 5e-8
     for k in range(samples):
         motor = np.round((x + noise[k, 0]) / counts) * counts
-        speed = (motor - before) / PERIOD if k else 0.0
-        before = motor
+        if k == 0:
+            before = earlier = motor
+        speed = (motor - earlier) / (2.0 * PERIOD)  # of the mean of two samples, as the lesson's controller
+        earlier, before = before, motor
         u = min(10.0, max(-10.0, velocity_gain * (position_gain * (reference[k] - motor) - speed)))
         out[0, k] = motor
         out[1, k] = np.round((table + noise[k, 1]) / counts) * counts
