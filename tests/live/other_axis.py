@@ -39,8 +39,10 @@ def _run(
         out[2, k] = u
         out[3, k] = gain[k] * u + noise[k, 2]
         for _ in range(_FINE):
-            force = EFFORT * gain[k] * u - viscous[k] * v - friction[k] * np.tanh(v / 2e-4)
-            gained = step * force / mass[k]
+            force = EFFORT * gain[k] * u - viscous[k] * v
+            free = v + step * force / mass[k]
+            held = step * friction[k] / mass[k]  # what dry friction takes of the speed in a step, at most all of it
+            gained = (0.0 if abs(free) <= held else free - held if free > 0.0 else free + held) - v
             x += step * (v + 0.5 * gained)
             v += gained
             half = 0.5 * play[k]

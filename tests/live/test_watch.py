@@ -6,20 +6,26 @@ import asyncio
 import json
 from collections.abc import AsyncIterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lathesim.lessons.simulate import Prepared
+from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.live.sources.sample_clock import SampleClock
 from lathesim.live.sources.samples import Block, Signal
+from lathesim.live.watching.background_diagnosis import Verdict
 from lathesim.live.watching.cusum import Cusum, mean_run_length
+from lathesim.live.watching.event import Event
 from lathesim.live.watching.forecast import forecast
 from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.live.watching.watch import Alarm, Watch
-from lathesim.live.watching.watch_session import Event, WatchSession, WatchSettings
+from lathesim.live.watching.watch_session import WatchSession, WatchSettings
+from lathesim.plugins import load_registry
 from lathesim.record import Channel, FloatArray, Record
 from lathesim.record_writer import save
 from tests.cli.command import call
@@ -186,7 +192,7 @@ async def test_a_session_tells_what_it_learnt_what_changed_and_how_it_ended(read
     events: list[Event] = []
     values = stream(60.0, 5, friction=step(60.0, 40.0, 0.0, 8.0))
     settings = WatchSettings(learn=20.0, diagnose=False, folder=tmp_path)
-    await WatchSession(ready, Stream(values), settings, events.append).run(asyncio.Event())
+    await WatchSession(ready, load_registry([]), Stream(values), settings, events.append).run(asyncio.Event())
     kinds = [event.kind for event in events]
     assert kinds[0] == "learnt"
     assert "change" in kinds
@@ -194,6 +200,54 @@ async def test_a_session_tells_what_it_learnt_what_changed_and_how_it_ended(read
     change = events[kinds.index("change")]
     assert change.data["since_s"] == pytest.approx(40.0, abs=0.5)
     assert "x_axis.mass" in events[0].data["values"]
+
+
+FRICTION = {"effect": "CoulombFriction", "at": "x_axis"}
+NAMED = {
+    "verdict": "named",
+    "effects": [{**FRICTION, "parameters": {"level": {"value": 8.0, "unit": "N"}}}],
+    "insert": [{**FRICTION, "level": "8 N"}],
+}
+
+
+async def told(ready: Prepared, values: FloatArray, answers: list[dict[str, Any]], folder: Path, patch: pytest.MonkeyPatch) -> list[Event]:
+    """Return the events of a watch whose diagnoses answer what is given, one after another."""
+
+    async def answer(*_: object) -> Verdict:
+        return Verdict(answers.pop(0))
+
+    patch.setattr("lathesim.live.watching.watch_session.diagnose_window", answer)
+    events: list[Event] = []
+    settings = WatchSettings(learn=20.0, window=5.0, folder=folder, waits=True)
+    await WatchSession(ready, load_registry([]), Stream(values), settings, events.append).run(asyncio.Event())
+    return events
+
+
+async def test_what_was_named_belongs_to_the_machine_and_its_growth_is_told(
+    ready: Prepared, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    friction = step(95.0, 32.0, 0.0, 8.0) + step(95.0, 84.0, 0.0, 8.0)
+    events = await told(ready, stream(95.0, 5, friction=friction), [NAMED, NAMED], tmp_path, monkeypatch)
+    alarms = [event for event in events if event.kind == "change"]
+    assert [event.data["since_s"] for event in alarms] == [pytest.approx(32.0, abs=0.5), pytest.approx(84.0, abs=0.5)]
+    growth = next(event for event in events if event.kind == "growth")
+    assert "CoulombFriction at x_axis has grown: level from 0 to about 16 N" in growth.sentence
+    found = events[-1].data["found"]
+    assert [(item["effect"], item["sizes"]["level"]["to"]) for item in found] == [("CoulombFriction", pytest.approx(16.0))]
+    assert found[0]["until_s"] == pytest.approx(84.0, abs=0.5)
+    going_on = prepare(load_lesson(str(tmp_path / "watch_2_goes_on.yaml")), load_registry([]))
+    assert {"x_axis_coulomb_friction", "x_axis_coulomb_friction_2"} <= {part.name for part in going_on.machinery.parts}
+
+
+async def test_without_a_name_the_watch_goes_on_from_the_changed_state(
+    ready: Prepared, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    values = stream(90.0, 5, friction=step(90.0, 32.0, 0.0, 8.0))
+    events = await told(ready, values, [{"verdict": "unknown"}], tmp_path, monkeypatch)
+    assert [event.kind for event in events if event.kind in ("change", "drift")] == ["change"]
+    continued = next(event for event in events if event.kind == "continued")
+    assert continued.sentence.endswith("watching goes on from the changed state.")
+    assert [event.kind for event in events].count("learnt") == 2
 
 
 def written(values: FloatArray, place: Path) -> Path:
@@ -235,3 +289,23 @@ def test_values_far_from_the_lessons_do_not_take_the_simulation_with_them(ready:
     assert residuals.move(np.full(3, 1e3)) == pytest.approx([4.0, 0.5 / 0.15, 4.0])
     assert np.isfinite(residuals.take(stream(3.0, 1)).values).all()
     assert residuals.move(np.full(3, 1e4)) == pytest.approx(np.zeros(3))
+
+
+@pytest.mark.slow
+def test_an_inserted_play_that_grows_is_told_as_growth_over_several_recordings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    values = stream(150.0, 11, play=step(150.0, 95.0, 10e-6, 20e-6))
+    files = [
+        written(values[:, at : at + 50_000], tmp_path / f"{name}.h5") for at, name in ((0, "may"), (50_000, "june"), (100_000, "july"))
+    ]
+    lesson = tmp_path / "lesson.yaml"
+    play = {"effect": "Backlash", "at": "x_scale", "width": "10 um"}
+    lesson.write_text(changed_lesson(load_lesson(LESSON), [play], {}, tmp_path), encoding="utf-8")
+    said = call(capsys, "watch", lesson, *files, "--learn", "30 s", "--json-lines", "--out", tmp_path / "out")
+    lines = [json.loads(line) for line in said.out.splitlines()]
+    assert said.code == 0, said.err
+    assert [line["grown"] for line in lines if line["event"] == "growth"] == [["Backlash at x_scale"]]
+    (found,) = lines[-1]["found"]
+    assert found["sizes"]["width"]["from"] == pytest.approx(10e-6)
+    assert found["sizes"]["width"]["to"] == pytest.approx(20e-6, rel=0.02)
+    assert found["since_s"] == pytest.approx(96.0, abs=1.0)
+    assert "(june.h5, 45." in lines[-1]["sentence"]

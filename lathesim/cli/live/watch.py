@@ -14,7 +14,7 @@ from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
-    from lathesim.live.watching.watch_session import Event
+    from lathesim.live.watching.event import Event
 
 
 @click.command()
@@ -57,7 +57,7 @@ def watch(
     """
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
-    from lathesim.live.sources.opening import open_source
+    from lathesim.live.sources.opening import live, open_source
     from lathesim.live.sources.until_stopped import run_until_stopped
     from lathesim.live.watching.watch_session import WatchSession, WatchSettings
     from lathesim.units import quantity
@@ -74,9 +74,10 @@ def watch(
         folder=out or Path("lathesim_runs") / prepared.name,
         diagnose=not no_diagnosis,
         plugins=plugin_folders,
+        waits=not live(sources),
     )
     source = open_source(sources, map_file, prepared, registry)
-    session = WatchSession(prepared, source, settings, _json_line if json_lines else _line)
+    session = WatchSession(prepared, registry, source, settings, _json_line if json_lines else _line)
     _, stopped = run_until_stopped(session.run)
     return STOPPED if stopped else 0
 

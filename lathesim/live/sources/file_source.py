@@ -42,6 +42,14 @@ class FileSource:
         """Return the driven inputs and compared outputs of the lesson."""
         return tuple(Signal(item.target, item.si_unit) for item in self.mapped)
 
+    def where(self, time: float) -> str:
+        """Return in which of several files a time [s] of the stream lies, as `` (april.h5, 15.0 s after it begins)``."""
+        begun = [(start, name) for name, start in self.starts.items() if start <= time]
+        if len(self._files) < 2 or not begun:
+            return ""
+        start, name = max(begun)
+        return f" ({name}, {time - start:.1f} s after it begins)"
+
     async def blocks(self) -> AsyncIterator[Block]:
         """Return the samples of all files."""
         for file in self._files:

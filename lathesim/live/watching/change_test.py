@@ -16,17 +16,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.live.watching.block_sums import BlockSums
+from lathesim.live.watching.residual_stream import FURTHEST
 from lathesim.live.watching.usual import DRIFT, Usual
 from lathesim.record import FloatArray
 
 KEPT = 300
 """Blocks that are looked at."""
 _LINEAR = 0.1
-"""Share of what an uncertain value does that its sensitivity may be wrong by: the lesson's machine is not linear."""
+"""Share of what an uncertain value does that its sensitivity may be wrong by: the lesson's machine is not linear. As large a share of what
+the model leaves out anyway may come and go: a change is told where it is new."""
 _LEAST_BLOCKS = 3
 """Blocks that a change must have been seen in."""
 _ALONE = 0.5
 """Share of the statistic that must be left without the block that counts most: no single block makes an alarm."""
+_HOLD_MORE, _HOLD_MOST = 10.0, 1e9
+"""By how much more values that go too far are held at a time, and at most."""
 _LONGER = 4.0
 """By how much more a ramp must raise the statistic than a step does: it begins before the step, and has that freedom."""
 
@@ -35,7 +39,7 @@ _LONGER = 4.0
 class Found:
     """What the test says: ``statistic`` of the likeliest ``channel`` and ``direction``, ``begun`` [s], the ``size`` of the change in noise
     deviations of a block, whether it grows (``ramp``), 2 log-likelihood that a step of the uncertain values brings (``moved``, ``moved_at``
-    [s]), and the uncertain values now (``theta``), from the nominal ones."""
+    [s]), the uncertain values now (``theta``), from the nominal ones, and the ``power`` of what they do, in that of the noise."""
 
     statistic: float
     channel: int
@@ -46,12 +50,14 @@ class Found:
     moved: float
     moved_at: float
     theta: FloatArray
+    power: float
 
 
 @dataclass(frozen=True, eq=False)
 class _Windows:
     """Estimates of the windows that begin at each tau: ``gain`` (windows,) 2 log-likelihood of theta, ``full`` (windows, channels,
-    directions) what delta adds, ``drop`` the same with the doubt about sensitivities, ``delta``, and ``theta`` (windows, parameters) now.
+    directions) what delta adds, ``drop`` the same with the doubt about sensitivities, ``delta``, and ``theta`` (windows, parameters) now,
+    with the ``power`` (windows,) of what they do in the channel where that is most.
     """
 
     gain: FloatArray
@@ -59,6 +65,7 @@ class _Windows:
     full: FloatArray
     delta: FloatArray
     theta: FloatArray
+    power: FloatArray
 
 
 class ChangeTest:
@@ -125,7 +132,7 @@ class ChangeTest:
         since = times - now
         a, b = _moments(self._a[part].sum(axis=1), since), _moments(self._b[part], since)
         after = self._windows(a, b, part, since, starts)
-        before = self._gains(*_before(a, b, starts, since - self._block_time))
+        _, _, before = self._within(*_before(a, b, starts, since - self._block_time))
         level = before + after.gain
         plain = int(np.argmax(level))
         ratio = level[:, None, None] + after.drop - level[plain]
@@ -140,15 +147,13 @@ class ChangeTest:
         size = abs(float(after.delta[at, channel, direction])) * np.sqrt(float(self._m[part][starts[at] :, channel, direction].mean()))
         return Found(
             statistic, channel, direction, since_when, float(size), ramp, float(level[plain] - level[0]),
-            float(times[starts[plain]] - self._block_time), after.theta[plain],
+            float(times[starts[plain]] - self._block_time), after.theta[plain], float(after.power[plain]),
         )  # fmt: skip
 
     def _windows(self, a: FloatArray, b: FloatArray, part: slice, since: FloatArray, starts: FloatArray) -> _Windows:
         parameters = self._b.shape[1]
         normal, right = _shifted(_tails(a, starts), _tails(b, starts), np.zeros(len(starts)))
-        normal, right = normal + self._prior, right + self._centre
-        theta = np.linalg.solve(normal, right[:, :, None])[:, :, 0] if parameters else right
-        gain = np.einsum("tp,tp->t", right, theta) - self._centre @ self._centre
+        normal, theta, gain = self._within(normal, right)
         h = _moments(self._h[part], since)[:2]
         h = _tails(h, starts)
         h = np.concatenate([h[0], h[1]], axis=3)
@@ -158,20 +163,35 @@ class ChangeTest:
         effect = np.einsum("tcgp,tp->tcg", h, theta)
         delta = (u - effect) / known
         learnt = self._weight[:, None] * self.usual.information
-        certain = 1.0 + m / np.maximum(learnt, 1e-12)  # what is usual was itself learnt from so much
+        left_out = self._weight[:, None] * self.usual.left_out[:, None] / np.maximum(learnt, 1e-12)
+        certain = 1.0 + m / np.maximum(learnt, 1e-12) + _LINEAR**2 * left_out * known  # what is usual was learnt from so much, and varies
         own = _tails(self._a[part][None], starts)[0]
         value = theta[:, :parameters]
         power = np.einsum("tp,tcpq,tq->tc", value, own, value, optimize=True) / (self._samples * (len(since) - starts))[:, None]
         unsure = 1.0 + _LINEAR**2 * power  # of the noise, as the sensitivities hold nearby only
         full = (u - effect) ** 2 / known / certain
-        return _Windows(gain, full / unsure[:, :, None], full, delta, value)
+        return _Windows(gain, full / unsure[:, :, None], full, delta, value, power.max(axis=1))
 
-    def _gains(self, normal: FloatArray, right: FloatArray) -> FloatArray:
-        if not right.shape[1]:
-            return np.zeros(len(right))
-        held = right + self._centre
-        found = np.linalg.solve(normal + self._prior, held[:, :, None])[:, :, 0]
-        return np.asarray(np.einsum("tp,tp->t", held, found) - self._centre @ self._centre)
+    def _within(self, normal: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return normal matrices held by what the lesson allows, the estimates (windows, 2 parameters), and their 2 log-likelihoods.
+
+        Where a value would go further than ``FURTHEST``, all are held the more: a change that is large enough could else be explained by
+        values that no machine has.
+        """
+        parameters = self._b.shape[1]
+        if not parameters:
+            return normal, right, np.zeros(len(right))
+        hold = np.ones(len(right))
+        while True:
+            held = normal + hold[:, None, None] * self._prior
+            pull = right + hold[:, None] * self._centre
+            found = np.linalg.solve(held, pull[:, :, None])[:, :, 0]
+            far = np.abs(found - self._centre)[:, :parameters].max(axis=1) > FURTHEST
+            if not far.any() or hold.max() > _HOLD_MOST:
+                break
+            hold = np.where(far, _HOLD_MORE * hold, hold)
+        gain = np.einsum("tp,tp->t", pull, found) - hold * (self._centre @ self._centre)
+        return held, found, gain
 
     def _without_the_largest(self, start: int, theta: FloatArray, channel: int, direction: int) -> float:
         """Return the share of the statistic that is left without the block that counts most; 1 where it is enough."""

@@ -35,7 +35,7 @@ def forecast(time: FloatArray, value: FloatArray, tolerance: float) -> Forecast 
     correlation = float(np.clip(np.sum(rest[1:] * rest[:-1]) / max(np.sum(rest * rest), 1e-300), 0.0, 0.95))
     effective = max(3.0, len(t) * (1.0 - correlation) / (1.0 + correlation))
     variance = float(np.sum(rest * rest)) / max(1.0, len(t) - 2) * len(t) / effective
-    if abs(slope) < 2.0 * np.sqrt(variance / spread):
+    if abs(slope) <= 2.0 * np.sqrt(variance / spread):
         return None
     goal = np.copysign(tolerance, slope)
     at = middle + (goal - place) / slope

@@ -21,7 +21,7 @@ from lathesim.record import FloatArray
 
 _HALF = 0.5
 """Share of a value by which it is changed at most."""
-_FURTHEST = 4.0
+FURTHEST = 4.0
 """Standard deviations from the lesson's values that the simulation goes on with at most."""
 LARGEST_RATIO = 1000
 """Periods of the machine between two samples of a recording at most."""
@@ -81,7 +81,7 @@ class ResidualStream:
         plan = self._prepared.plan
         given = np.array([abs(plan.parameter_values[plan.parameters[name]]) for name in self.uncertain])
         deviations = np.array(list(self.uncertain.values()))
-        most = np.minimum(_FURTHEST, np.where(given > 0.0, _HALF * given / deviations, _FURTHEST)) if len(deviations) else deviations
+        most = np.minimum(FURTHEST, np.where(given > 0.0, _HALF * given / deviations, FURTHEST)) if len(deviations) else deviations
         before, self.nominal = self.nominal, np.clip(np.asarray(nominal, dtype=np.float64), -most, most)
         for machine, values in zip(self._machines, self._values(), strict=True):
             machine.change(values)

@@ -34,8 +34,8 @@ class Usual:
 
     ``still`` and ``scale`` belong to :func:`directions`; ``whitening`` (channels, channels) to the residuals; ``mean`` (channels,
     directions) is what the model leaves out anyway; ``variance`` (channels,) that of a whitened sample that tells something of its own;
-    ``information`` (channels, directions) what the learning told; ``least`` (channels,) [SI] the own error of the model; ``theta`` the
-    uncertain values.
+    ``information`` (channels, directions) what the learning told; ``left_out`` (channels,) the sum of squares of what the mean does there;
+    ``least`` (channels,) [SI] the own error of the model; ``theta`` the uncertain values.
     """
 
     still: FloatArray
@@ -44,6 +44,7 @@ class Usual:
     mean: FloatArray
     variance: FloatArray
     information: FloatArray
+    left_out: FloatArray
     least: FloatArray
     theta: FloatArray
 
@@ -90,8 +91,8 @@ def learn(
     whitening = np.linalg.inv(np.linalg.cholesky(covariance))
     channels, count = len(values), shown.shape[1]
     none = Usual(
-        still, scale, whitening, np.zeros((channels, count)), np.ones(channels), np.zeros((channels, count)), least,
-        np.zeros(len(sensitivities)),
+        still, scale, whitening, np.zeros((channels, count)), np.ones(channels), np.zeros((channels, count)),
+        np.zeros(channels), least, np.zeros(len(sensitivities)),
     )  # fmt: skip
     blocks = [none.sums(item, fast, float(time)) for item, fast, time in zip(residuals, quick, times, strict=True)]
     return _from_blocks(none, blocks, lesson)
@@ -134,7 +135,8 @@ def _from_blocks(none: Usual, blocks: list[BlockSums], lesson: FloatArray) -> tu
         score = mixed[:, :, :count] - explained - np.einsum("bcgh,ch->bcg", normal[:, :, :count, :count], mean)
         square = np.where(told, score**2 / np.where(told, seen, 1.0), 0.0).sum(axis=0) / often
         variance = np.maximum(1.0, (square * (1.0 + 2.0 / np.sqrt(often))).max(axis=1))
-    usual = Usual(none.still, none.scale, none.whitening, mean, variance, seen.sum(axis=0), none.least, theta[-1])
+    left_out = np.einsum("cg,cgh,ch->c", mean, normal[:, :, :count, :count].sum(axis=0), mean)
+    usual = Usual(none.still, none.scale, none.whitening, mean, variance, seen.sum(axis=0), left_out, none.least, theta[-1])
     own = mixed - np.einsum("bcqg,cg->bcq", normal[:, :, :, :count], mean)
     return usual, [BlockSums(block.time, block.normal, row, block.left) for block, row in zip(blocks, own, strict=True)]
 

@@ -43,6 +43,9 @@ _SURE = 10
 """Blocks after which a step of the uncertain values is believed, and the simulation goes on with them."""
 _FAR = 0.3
 """Standard deviations from the simulation's values from which on it goes on with other ones: sensitivities hold nearby only."""
+_SEEN = 10.0
+"""Power of what other values do, in that of the noise, from which on it does: an error of a tenth then adds a tenth to the noise. Values
+that no channel shows stay, as the sensitivities hold nothing there but the noise of quantised sensors."""
 _BETWEEN = 5.0
 """Seconds between two notes of the uncertain values."""
 _REMEMBERED = 120
@@ -101,6 +104,8 @@ class Watch:
         self._base: FloatArray | None = None
         self._before: deque[tuple[float, FloatArray]] = deque(maxlen=_REMEMBERED)
         self._held: FloatArray | None = None
+        self._first_model: ResidualStream | None = None
+        self._paused = False
         self._names = direction_names(residuals.drive)
         self.blocks = 0
         self.absorbed: list[tuple[float, str]] = []
@@ -127,6 +132,8 @@ class Watch:
         """Return the alarms of a stretch."""
         if stretch.fresh:
             self.residuals.restart()
+            if self._first_model is not None:
+                self._first_model.restart()
             self._waiting = self._waiting[:, :0]
             self._settled_at = stretch.begin + SETTLE
         if not self._waiting.shape[1]:
@@ -143,11 +150,14 @@ class Watch:
 
     def _block(self, values: FloatArray) -> Alarm | None:
         residual = self.residuals.take(values)
+        first = residual if self._first_model is None else self._first_model.take(values)
         self._time += self._block_time
         if self._time < self._settled_at or not np.isfinite(residual.values).all():
             return None
         self.blocks += 1
-        self._measure(residual)
+        self._measure(first, self._first_model or self.residuals)
+        if self._paused:
+            return None
         mean, quick = averaged(residual, self._like)
         if self._usual is None:
             self._learning.append((self._time, mean, quick))
@@ -156,10 +166,10 @@ class Watch:
             return None
         return self._judge(mean, quick)
 
-    def _measure(self, residual: Residual) -> None:
+    def _measure(self, residual: Residual, model: ResidualStream) -> None:
         """Take down how far the machine is from what the first laps showed, and which values held when."""
         theta = self._theta if self._held is None else self._held
-        left = residual.values - np.einsum("p,pcn->cn", theta - self.residuals.nominal, residual.sensitivities)
+        left = residual.values - np.einsum("p,pcn->cn", theta - model.nominal, residual.sensitivities)
         square = np.mean(left**2, axis=1)
         if self._usual is None and self._base is None:
             self._first.append(square)
@@ -175,13 +185,14 @@ class Watch:
         times = np.array([time for time, _, _ in self._learning])
         residuals, quick = [item for _, item, _ in self._learning], [item for _, _, item in self._learning]
         usual, blocks = learn(residuals, quick, times, -self.residuals.nominal)
-        self._learning = []
         if not self._centred:
             self._centred = True
             self._theta = self.residuals.nominal + usual.theta
             if np.abs(usual.theta).max(initial=0.0) > _FAR:
+                self._learning = []
                 self._move()
-                return
+            return
+        self._learning = []
         self._usual, self._theta = usual, self.residuals.nominal + usual.theta
         self._noise = _NoiseTest(np.array([block.left for block in blocks]), self._block_time)
         self._test = ChangeTest(usual, self._block_time, self.size // self._like, self.residuals.nominal)
@@ -227,14 +238,16 @@ class Watch:
         stepped = found.moved > self._step_limit
         if stepped and self._time - found.moved_at < _SURE * self._block_time:
             return
-        self._theta = self.residuals.nominal + found.theta
+        before, self._theta = self._theta, self.residuals.nominal + found.theta
         if stepped:
-            if len(self.absorbed) < 1000:
-                self.absorbed.append((self._time, self.residuals.parameters[int(np.argmax(np.abs(found.theta)))]))
+            moved = np.abs(self._theta - before)
+            if len(self.absorbed) < 1000 and moved.max(initial=0.0) > _FAR:
+                self.absorbed.append((self._time, self.residuals.parameters[int(np.argmax(moved))]))
             self._chain.take(found.moved_at)
             self._test.forget_before(found.moved_at)
-        if stepped or np.abs(found.theta).max(initial=0.0) > _FAR:
+        if np.abs(found.theta).max(initial=0.0) > _FAR and found.power > _SEEN:
             self._move()
+            self._test.forget_before(self._time)
 
     def _changed(self, found: Found) -> Alarm:
         begun = self._chain.begun(found.begun)
@@ -252,6 +265,24 @@ class Watch:
         """Learn anew what is usual: after an alarm the machine is another."""
         self._usual, self._test, self._noise = None, None, None
         self._learning, self._centred = [], not self.residuals.parameters
+
+    def pause(self) -> None:
+        """Judge and learn nothing until :meth:`go_on`: what changed is not known yet."""
+        self._paused = True
+
+    def go_on(self, residuals: ResidualStream | None = None, *, keep_first: bool = False) -> None:
+        """Go on from the changed state: with the ``residuals`` of a model that holds what changed, or of the same model.
+
+        What is usual is learnt anew. ``keep_first`` simulates the first model further, against which :meth:`excess` is measured.
+        """
+        self._paused = False
+        if residuals is not None:
+            if self._first_model is None and keep_first:
+                self._first_model = self.residuals
+            self.residuals = residuals
+            self._theta = np.zeros(len(residuals.parameters))
+            self._settled_at = max(self._settled_at, self._time + SETTLE)
+        self.relearn()
 
 
 class _Chain:

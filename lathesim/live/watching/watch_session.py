@@ -14,29 +14,34 @@ import numpy as np
 
 from lathesim.errors import LatheSimError
 from lathesim.lessons.simulate import Prepared
+from lathesim.live.sources.file_source import FileSource
 from lathesim.live.sources.sample_clock import SampleClock, Stretch
 from lathesim.live.sources.samples import Block, LiveError, Source
 from lathesim.live.watching.background_diagnosis import Verdict, Window, diagnose_window
-from lathesim.live.watching.forecast import forecast
+from lathesim.live.watching.drift_course import DriftCourse
+from lathesim.live.watching.event import Event
+from lathesim.live.watching.going_on import with_named
+from lathesim.live.watching.known_effects import KnownEffects
 from lathesim.live.watching.residual_stream import ResidualStream
+from lathesim.live.watching.told_verdicts import NAMING, told_verdict
 from lathesim.live.watching.watch import Alarm, Watch
+from lathesim.plugins import Registry
 from lathesim.record import FloatArray
 
-_POINTS = 400
-"""Points of a drift that are kept; with more of them every second one goes."""
-_POINT = 20.0
-"""Seconds of each point: about a lap, over which what differs comes and goes."""
 _ANSWER = 45.0
 """Seconds after the alarm at which the window of a drift ends: later it has grown, and its name is wanted within a minute."""
 _LEAST = 200
 """Samples of a window that are worth a diagnosis."""
 _FOR_THE_PERIOD = 20
+_MINUTE = 60.0
+"""Seconds between two sentences about the same uncertain value."""
 
 
 @dataclass(frozen=True)
 class WatchSettings:
     """How to watch: seconds to ``learn``, of a ``block``, of the ``window`` for a diagnosis; seconds it may take (``patience``); further
-    windows to validate with; tolerances [SI] by channel; where files go; whether to diagnose at all."""
+    windows to validate with; tolerances [SI] by channel; where files go; whether to diagnose at all; whether the source ``waits`` for a
+    diagnosis, as recordings can and machines cannot."""
 
     learn: float = 60.0
     block: float = 0.2
@@ -47,40 +52,37 @@ class WatchSettings:
     folder: Path = Path("lathesim_runs")
     diagnose: bool = True
     plugins: Sequence[Path] = ()
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something to tell: ``kind`` (learnt, change, drift, recording, values, verdict, growth, forecast, end), ``time`` [s], a sentence, and
-    the same as plain data."""
-
-    kind: str
-    time: float
-    sentence: str
-    data: Mapping[str, Any]
+    waits: bool = False
 
 
 class WatchSession:
-    """Watches a source and tells events. ``run`` ends with the source, or when ``stop`` is set; a diagnosis under way is then ended."""
+    """Watches a source and tells events. ``run`` ends with the source, or when ``stop`` is set; a diagnosis under way is then ended.
 
-    def __init__(self, prepared: Prepared, source: Source, settings: WatchSettings, tell: Callable[[Event], None]) -> None:
-        self._prepared, self._source, self._settings, self._tell = prepared, source, settings, tell
+    An alarm is about a new difference. What a diagnosis names belongs to the simulated machine from then on. Where it names nothing, what
+    is usual is learnt anew from the changed state. Between an alarm and its verdict nothing is judged.
+    """
+
+    def __init__(
+        self, prepared: Prepared, registry: Registry, source: Source, settings: WatchSettings, tell: Callable[[Event], None]
+    ) -> None:
+        self._prepared, self._registry, self._source, self._settings, self._tell = prepared, registry, source, settings, tell
         recordings = prepared.case.lesson.settings.recordings
         if recordings is None or not recordings.drive or not recordings.compare:
             place = str(prepared.case.lesson.path)
             raise LiveError("the lesson does not say what drives it and what is compared.", place=place, remedy="Add 'recordings:'.")
         self._drive, self._compare = list(recordings.drive), list(recordings.compare)
-        self._known = {(str(entry.effect), str(entry.at)) for entry in prepared.case.lesson.settings.insert}
+        self._known = KnownEffects(prepared, registry)
         self._watch: Watch | None = None
         self._clock: SampleClock | None = None
         self._rows: list[int] = []
         self._raw: deque[tuple[float, FloatArray]] = deque()
         self._windows: list[_Pending] = []
         self._tasks: set[asyncio.Task[None]] = set()
-        self._drifts: list[_Drift] = []
+        self._drifts: list[DriftCourse] = []
         self._number = 0
         self._learnt = False
-        self._values_told = 0
+        self._values_seen = 0
+        self._values_told: dict[str, float] = {}
         self._end = 0.0
         self.alarms = 0
 
@@ -102,7 +104,7 @@ class WatchSession:
                 if block is None:
                     break
                 waiting = self._take(block, waiting)
-                await asyncio.sleep(0)
+                await (asyncio.wait([ending, *self._tasks], return_when=asyncio.FIRST_COMPLETED) if self._waits else asyncio.sleep(0))
             self._close_windows()
             if self._tasks and not stop.is_set():
                 whole: asyncio.Future[list[Any]] = asyncio.gather(*self._tasks, return_exceptions=True)
@@ -117,6 +119,10 @@ class WatchSession:
                 task.cancel()
             await asyncio.gather(*self._tasks, return_exceptions=True)
         self._tell_end()
+
+    @property
+    def _waits(self) -> bool:
+        return self._settings.waits and bool(self._tasks)
 
     def _take(self, block: Block, waiting: list[Block]) -> list[Block]:
         """Take a block; the first ones wait until the sample period is known."""
@@ -179,16 +185,18 @@ class WatchSession:
         self._learnt = False
         when = "has drifted" if alarm.drift else "has changed"
         sentence = (
-            f"t = {alarm.time:.1f} s: {alarm.channel} {when} since t = {alarm.begun:.1f} s, {alarm.state}, "
+            f"t = {alarm.time:.1f} s: {alarm.channel} {when} since t = {alarm.begun:.1f} s{self._where(alarm.begun)}, {alarm.state}, "
             f"by {alarm.size:.1f} usual deviations or more."
         )
         data = {"since_s": alarm.begun, "channel": alarm.channel, "state": alarm.state, "deviations": alarm.size}
         self._tell(Event(alarm.kind, alarm.time, sentence, data))
         if self._settings.diagnose:
             begin = diagnosis_begin(alarm, self._settings.window)
-            self._windows.append(_Pending(begin, begin + self._settings.window * (1 + self._settings.validation_windows)))
+            end = begin + self._settings.window * (1 + self._settings.validation_windows)
+            self._windows.append(_Pending(begin, end, alarm))
+            self._watch.pause()
         if alarm.drift and not self._drifts:
-            self._drifts = [_Drift(channel, tolerance) for channel, tolerance in self._settings.tolerance.items()]
+            self._drifts = [DriftCourse(channel, tolerance) for channel, tolerance in self._settings.tolerance.items()]
 
     def _after(self, stretch: Stretch) -> None:
         """Tell what is known now: learnt values, values that moved, windows that are whole, drifts that go on."""
@@ -198,10 +206,13 @@ class WatchSession:
             off = ", ".join(f"{name} {value:+.1f}" for name, value in self._watch.values.items())
             sentence = f"t = {self._end:.1f} s: what is usual is learnt; uncertain values are off by {off} standard deviations."
             self._tell(Event("learnt", self._end, sentence, {"values": self._watch.values}))
-        for time, name in self._watch.absorbed[self._values_told :]:
+        for time, name in self._watch.absorbed[self._values_seen :]:
+            if time - self._values_told.get(name, -np.inf) < _MINUTE:
+                continue
+            self._values_told[name] = time
             sentence = f"t = {time:.1f} s: {name} moved, within what the lesson calls uncertain."
             self._tell(Event("values", time, sentence, {"parameter": name}))
-        self._values_told = len(self._watch.absorbed)
+        self._values_seen = len(self._watch.absorbed)
         for pending in [item for item in self._windows if self._end >= item.end]:
             self._windows.remove(pending)
             self._diagnose(pending)
@@ -226,117 +237,87 @@ class WatchSession:
         if whole.shape[1] < _LEAST:
             sentence = f"t = {pending.begin:.1f} s: only {whole.shape[1]} samples follow, too few for a diagnosis."
             self._tell(Event("verdict", pending.begin, sentence, {"verdict": "too_short"}))
+            self._go_on(None)
             return
         signals = tuple(self._source.signals[row] for row in self._rows)
         further = values[:, at[1] : at[2]]
         validation = Window(pending.begin, period, signals, further) if further.shape[1] >= _LEAST else None
         self._number += 1
         window = Window(pending.begin, period, signals, whole)
-        task = asyncio.ensure_future(self._verdict(window, validation, self._number))
+        task = asyncio.ensure_future(self._verdict(pending.alarm, window, validation, self._number))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _verdict(self, window: Window, validation: Window | None, number: int) -> None:
+    async def _verdict(self, alarm: Alarm, window: Window, validation: Window | None, number: int) -> None:
+        folder = self._settings.folder
         try:
             verdict = await diagnose_window(
-                self._prepared, window, validation, self._settings.folder, number, self._settings.patience, self._settings.plugins
+                self._prepared, window, validation, folder, number, self._settings.patience, self._settings.plugins
             )
         except (LatheSimError, OSError) as error:
             verdict = Verdict({}, f"it could not be made: {error}")
-        self._tell(_event_of(verdict, window.begin, self._known, self._settings.folder / f"watch_{number}.json"))
+        until = window.begin + window.values.shape[1] * window.period if alarm.drift else alarm.begun
+        names = verdict.answer.get("verdict") in NAMING
+        grown = self._known.grown(verdict.answer, alarm.begun, until) if names else []
+        self._tell(told_verdict(verdict, window.begin, grown, folder / f"watch_{number}.json"))
+        self._go_on(self._with_named(verdict, folder / f"watch_{number}_goes_on.yaml") if names else None)
+
+    def _with_named(self, verdict: Verdict, place: Path) -> Prepared | None:
+        """Return the machine with what was named; None, and a sentence, where it cannot be put in."""
+        try:
+            return with_named(self._prepared, verdict.answer, self._registry, place)
+        except (LatheSimError, OSError) as error:
+            self._tell(Event("continued", self._end, f"What was named cannot be put into the lesson: {error}", {"lesson": None}))
+            return None
+
+    def _go_on(self, changed: Prepared | None) -> None:
+        """Go on watching with a machine that holds what changed, or else from the changed state."""
+        assert self._watch is not None
+        assert self._clock is not None
+        if changed is None:
+            self._watch.go_on()
+            self._tell(Event("continued", self._end, f"t = {self._end:.1f} s: watching goes on from the changed state.", {"lesson": None}))
+            return
+        self._prepared = changed
+        residuals = ResidualStream(changed, self._drive, self._watch.residuals.compare, self._clock.period)
+        self._watch.go_on(residuals, keep_first=bool(self._settings.tolerance))
+        place = changed.case.lesson.path
+        sentence = f"t = {self._end:.1f} s: watching goes on with that in the simulation ({place})."
+        self._tell(Event("continued", self._end, sentence, {"lesson": str(place)}))
+
+    def _where(self, time: float) -> str:
+        """Return in which of several recordings a time lies, as a part of a sentence."""
+        return self._source.where(time) if isinstance(self._source, FileSource) else ""
 
     def _tell_end(self) -> None:
         assert self._clock is not None or self._watch is None
         counts = {} if self._clock is None else self._clock.counts
         faults = ", ".join(f"{kind} {count}" for kind, count in counts.items()) or "none"
         sentence = f"Watched {self._end:.0f} s: {self.alarms} alarm{'s' if self.alarms != 1 else ''}; faults of the recording: {faults}."
-        self._tell(Event("end", self._end, sentence, {"alarms": self.alarms, "faults": counts}))
+        found = []
+        for effect in self._known.changed:
+            since, until = f"t = {effect.since:.1f} s{self._where(effect.since)}", f"t = {effect.until:.1f} s{self._where(effect.until)}"
+            when = f"since {since}" if effect.until <= effect.since else f"since {since}, until {until} at least"
+            sentence += f" {effect.name}: {effect.course()}, {when}."
+            found.append({
+                "effect": effect.effect, "at": effect.at, "since_s": effect.since, "until_s": effect.until,
+                "sizes": {name: {"from": size.was, "to": size.now, "unit": size.unit} for name, size in effect.sizes.items()},
+            })  # fmt: skip
+        self._tell(Event("end", self._end, sentence, {"alarms": self.alarms, "faults": counts, "found": found}))
 
 
 @dataclass(frozen=True)
 class _Pending:
-    """A window that is still being filled."""
+    """A window that is still being filled, and the alarm that asked for it."""
 
     begin: float
     end: float
-
-
-@dataclass
-class _Drift:
-    """A channel on its way to a tolerance: the rms of its residual above the first laps, of 20 s each; fewer as time goes on."""
-
-    channel: str
-    tolerance: float
-    next_told: float = 0.0
-    times: list[float] = field(default_factory=list)
-    values: list[float] = field(default_factory=list)
-    _squares: list[float] = field(default_factory=list)
-    _since: float = np.nan
-    _reached: bool = False
-
-    def take(self, watch: Watch, now: float) -> Event | None:
-        """Take what is new, and return a forecast every minute until the tolerance is reached."""
-        self._since = now if np.isnan(self._since) else self._since
-        self._squares.append(watch.excess(self.channel))
-        if now - self._since < _POINT or self._reached:
-            return None
-        self.times.append(0.5 * (self._since + now))
-        self.values.append(float(np.sqrt(max(0.0, float(np.mean(self._squares))))))
-        self._since, self._squares = now, []
-        if len(self.times) > _POINTS:
-            self.times, self.values = self.times[::2], self.values[::2]
-        if now < self.next_told:
-            return None
-        found = forecast(np.array(self.times), np.array(self.values), self.tolerance)
-        if found is None:
-            return None
-        self.next_told = now + 60.0
-        self._reached = found.time <= now
-        if self._reached:
-            sentence = f"t = {now:.1f} s: {self.channel} has reached its tolerance."
-            return Event("forecast", now, sentence, {"channel": self.channel, "at_s": found.time, "low_s": now, "high_s": now})
-        left, low, high = (max(0.0, time - now) for time in (found.time, found.low, found.high))
-        sentence = (
-            f"t = {now:.1f} s: {self.channel} reaches its tolerance in {left:.0f} s, between {low:.0f} and {high:.0f} s from now (95 %)."
-        )
-        data = {"channel": self.channel, "at_s": found.time, "low_s": found.low, "high_s": _finite(found.high)}
-        return Event("forecast", now, sentence, data)
+    alarm: Alarm
 
 
 def diagnosis_begin(alarm: Alarm, window: float) -> float:
     """Return where the window of a diagnosis begins [s]: with a change; of a drift as late as still gives an answer within a minute."""
     return alarm.time + max(0.0, _ANSWER - window) if alarm.drift else alarm.begun
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
-
-
-def _event_of(verdict: Verdict, begin: float, known: set[tuple[str, str]], place: Path) -> Event:
-    if verdict.failure:
-        return Event("verdict", begin, f"The diagnosis from t = {begin:.1f} s: {verdict.failure}", {"verdict": "failed"})
-    answer = verdict.answer
-    named = [f"{effect} at {at}" for effect, at in verdict.effects]
-    sizes = [_sizes(entry) for entry in answer.get("effects", [])]
-    grown = [name for name, pair in zip(named, verdict.effects, strict=True) if pair in known]
-    data = {"since_s": begin, "answer": str(place), "verdict": answer.get("verdict"), "effects": answer.get("effects", [])}
-    if grown and answer.get("verdict") in ("named", "tied"):
-        return Event(
-            "growth", begin, f"From t = {begin:.1f} s: {', '.join(grown)} has grown: {'; '.join(sizes)}.", {**data, "grown": grown}
-        )
-    told = {
-        "named": f"{', '.join(named)}: {'; '.join(sizes)}",
-        "tied": f"{' or '.join(named)}; the window cannot tell which",
-        "unknown": "physics outside the catalogue, or too little to name",
-        "no_mismatch": "nothing that the window shows",
-        "parameters_only": "values of the lesson are off",
-        "recording_fault": "the recording is at fault",
-    }.get(str(answer.get("verdict")), str(answer.get("verdict")))
-    return Event("verdict", begin, f"From t = {begin:.1f} s: {told}.", data)
-
-
-def _sizes(entry: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} = {item['value']:.4g} {item['unit']}" for name, item in entry.get("parameters", {}).items())
 
 
 async def _next(blocks: AsyncIterator[Block]) -> Block | None:

@@ -24,7 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=SEED, help="of the cases")
     parser.add_argument("--number", type=int, default=60, help="the first so many of the streams")
     parser.add_argument("--only", default="", metavar="TEXT", help="streams with this in their 'machine change'")
-    parser.add_argument("--patience", type=float, default=40.0, help="seconds of a diagnosis; 0 leaves it out")
+    parser.add_argument("--patience", type=float, default=160.0, help="seconds of a diagnosis; 0 leaves it out")
     asked = parser.parse_args(arguments)
     asked.answers.parent.mkdir(parents=True, exist_ok=True)
     answers = [json.loads(text) for text in asked.answers.read_text().splitlines()] if asked.answers.exists() else []

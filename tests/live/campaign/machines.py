@@ -64,8 +64,10 @@ def _run(
             acting = line[(at - late) % len(line)]
             if j == 0:
                 out[3, k] = gain[k] * acting + noise[k, 2]
-            force = effort * gain[k] * acting - viscous[k] * v - friction[k] * np.tanh(v / 2e-4) + load[k]
-            gained = step * force / mass[k]
+            force = effort * gain[k] * acting - viscous[k] * v + load[k]
+            free = v + step * force / mass[k]
+            held = step * friction[k] / mass[k]  # what dry friction takes of the speed in a step, at most all of it
+            gained = (0.0 if abs(free) <= held else free - held if free > 0.0 else free + held) - v
             x += step * (v + 0.5 * gained)
             v += gained
             half = 0.5 * play[k]

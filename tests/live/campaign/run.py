@@ -1,4 +1,4 @@
-"""One case of the campaign: the watch over its stream, and the diagnosis of the window around its first alarm."""
+"""One case of the campaign: a watch over its stream, with its diagnoses."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import numpy as np
 
 from lathesim.live.recording.record_mapping import lesson_signals
 from lathesim.live.sources.samples import Block, Signal
-from lathesim.live.watching.background_diagnosis import Window, diagnose_window
-from lathesim.live.watching.watch import Alarm
-from lathesim.live.watching.watch_session import Event, WatchSession, WatchSettings, diagnosis_begin
+from lathesim.live.watching.event import Event
+from lathesim.live.watching.watch_session import WatchSession, WatchSettings
+from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
 from tests.live.campaign.cases import Case, channels, floor, prepared, stream_of
 from tests.live.campaign.machines import LEARN, PERIOD
@@ -41,46 +41,54 @@ class Streamed:
 
 
 def run_case(case: Case, patience: float) -> dict[str, Any]:
-    """Return what the watch told of a case: its events, the verdict, and the time [CPU s] that both took."""
+    """Return what the watch told of a case: its events, its verdicts, and the time [CPU s] that both took."""
     ready = prepared(case.machine)
     drive, compare = channels(case.machine)
     floor(case.machine)
     stream = stream_of(case)
     signals = tuple(Signal(name, unit) for name, unit in zip((*drive, *compare), units(case.machine), strict=True))
     events: list[Event] = []
+    children = [_children()]
+    spent: list[float] = []
+
+    def tell(event: Event) -> None:
+        events.append(event)
+        if event.kind in ("verdict", "growth"):
+            children.append(_children())
+            spent.append(children[-1] - children[-2])
+
     tolerance = {stream.channel: stream.tolerance} if stream.channel else {}
     begun = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
-        settings = WatchSettings(learn=LEARN, diagnose=False, tolerance=tolerance, folder=Path(folder))
-        session = WatchSession(ready, Streamed(stream.values, signals), settings, events.append)
+        settings = WatchSettings(
+            learn=LEARN, window=WINDOW, diagnose=patience > 0.0, patience=patience, tolerance=tolerance, folder=Path(folder), waits=True
+        )
+        session = WatchSession(ready, load_registry([]), Streamed(stream.values, signals), settings, tell)
         asyncio.run(session.run(asyncio.Event()))
-        watched = time.process_time() - begun
-        told: dict[str, Any] = {
-            "case": asdict(case),
-            "truth": {"channel": stream.channel, "tolerance": stream.tolerance, "reached_s": stream.reached},
-            "watch_cpu_s": watched,
-            "events": [{"event": event.kind, "time_s": event.time, **event.data} for event in events if event.kind != "learnt"],
-        }
-        first = next((event for event in events if event.kind in ("change", "drift")), None)
-        if first is not None and patience > 0.0:
-            told["verdict"] = _verdict(case, stream.values, first, signals, Path(folder), patience)
-    return told
-
-
-def _verdict(case: Case, values: FloatArray, first: Event, signals: tuple[Signal, ...], folder: Path, patience: float) -> dict[str, Any]:
-    alarm = Alarm(first.time, first.data["since_s"], first.data["channel"], first.data["state"], first.kind == "drift", 0.0)
-    at = round(diagnosis_begin(alarm, WINDOW) / PERIOD)
-    part = values[:, max(0, at) : at + round(WINDOW / PERIOD)]
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    window = Window(at * PERIOD, PERIOD, signals, part)
-    verdict = asyncio.run(diagnose_window(prepared(case.machine), window, None, folder, 1, patience, ()))
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    confidence = [entry.get("confidence") for entry in verdict.answer.get("effects", [])]
+    watched = time.process_time() - begun
+    told = [{"event": event.kind, "time_s": event.time, **event.data} for event in events if event.kind != "learnt"]
+    verdicts = [item for item in told if item["event"] in ("verdict", "growth")]
     return {
-        "verdict": verdict.answer.get("verdict"), "effects": verdict.effects, "confidence": confidence, "failure": verdict.failure,
-        "cpu_s": spent, "ended_s": at * PERIOD + WINDOW,
+        "case": asdict(case),
+        "truth": {"channel": stream.channel, "tolerance": stream.tolerance, "reached_s": stream.reached},
+        "watch_cpu_s": watched,
+        "events": told,
+        "verdicts": [
+            {
+                "verdict": item["verdict"],
+                "effects": [[entry["effect"], entry["at"]] for entry in item.get("effects", [])],
+                "ended_s": item["time_s"] + WINDOW,
+                "cpu_s": cpu,
+            }
+            for item, cpu in zip(verdicts, spent, strict=True)
+        ],
     }  # fmt: skip
+
+
+def _children() -> float:
+    """Return the CPU time of the diagnoses that ended [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def units(machine: str) -> tuple[str, ...]:
