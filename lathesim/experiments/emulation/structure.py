@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.component import Parameter
+from lathesim.component import Component, Parameter
 from lathesim.engine.assembly import FloatArray, Part
 from lathesim.experiments.emulation.free_values import FreeValue
 from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import Lesson, lesson_from_text
 from lathesim.lessons.simulate import Prepared
 from lathesim.plugins import Registry
@@ -113,7 +114,9 @@ def _effects(prepared: Prepared, registry: Registry) -> Iterable[Change]:
             if (site not in part.component.ports and site != "measured") or present & {(name, part.name), (name, at)}:
                 continue
             place = f"{part.name}_{_snake(name)}"
-            brings = tuple(_effect_value(effect, place, item, bounds) for item, bounds in typical.items())
+            placed = insert_effect(prepared.machinery, effect, at, name=place)
+            own = next(each.component for each in placed.parts if each.name == place)  # with the units of its host
+            brings = tuple(_effect_value(own, place, item, bounds) for item, bounds in typical.items())
             looks = [
                 np.geomspace(low, high, _LOOKS) if item in neutral or item == how.resonance else [value.given]  # type: ignore[union-attr]
                 for (item, (low, high)), value in zip(typical.items(), brings, strict=True)
@@ -127,8 +130,8 @@ def _snake(name: str) -> str:
     return "".join(f"_{letter.lower()}" if letter.isupper() and place else letter.lower() for place, letter in enumerate(name))
 
 
-def _effect_value(effect: type, part: str, item: str, bounds: tuple[float, float]) -> FreeValue:
-    declared = effect.declarations[item]  # type: ignore[attr-defined]
+def _effect_value(effect: type[Component], part: str, item: str, bounds: tuple[float, float]) -> FreeValue:
+    declared = effect.declarations[item]
     low, high = bounds
     lowest = declared.low if isinstance(declared, Parameter) else low
     highest = declared.high if isinstance(declared, Parameter) else high
