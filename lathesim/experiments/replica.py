@@ -68,6 +68,55 @@ class Replica:
         return found
 
 
+class ProgramRuns:
+    """Runs of many programs on one machine with values of ``names``, read at ``rate`` [Hz]: all are runs of one plan.
+
+    Where the reference does not depend on ``names``, that of each program is laid once, and the machine may be sampled as in
+    :class:`Replica`. ``longest`` [s] is how long a program may be read.
+    """
+
+    def __init__(
+        self, assembly: Assembly, interpolator: str, channels: Sequence[str], names: Sequence[str], rate: float, longest: float,
+    ) -> None:  # fmt: skip
+        self.names, self.rate, self.runs = tuple(names), rate, 0
+        self.setting = Setting("programs", assembly, tuple(channels), np.arange(0.0, longest, 1.0 / rate))
+        self.batch = _batch(self.setting, self.names)
+        part = next(item for item in assembly.parts if item.name == interpolator)
+        self.path = f"{interpolator}.path"
+        self.laid: Batch | None = None
+        if self.path not in self.batch.plan.tables:
+            alone, self.wanted = _alone(dataclasses.replace(assembly, record=self.setting.channels), part)
+            self.laid = Batch(wire(alone), math.ceil(longest / alone.sample_period) + 3, noisy=False)
+
+    def readings(self, paths: Sequence[FloatArray], seconds: Sequence[float], values: Sequence[FloatArray]) -> list[FloatArray]:
+        """Return for each path table the readings (members, channels, times) [SI] of its ``values`` (members, names) [SI].
+
+        ``seconds`` says how long each program is read. A member that diverged is NaN.
+        """
+        owner = [place for place, rows in enumerate(values) for _ in rows]
+        period = self.batch.plan.assembly.sample_period
+        lengths = [min(self.batch.samples, math.ceil(seconds[place] / period) + 2) for place in owner]
+        found = self.batch.run(self.names, np.vstack(values), _reader(self.setting, self.batch), self._tables(paths, owner), lengths)
+        self.runs += len(owner)
+        return [
+            np.array([row[:, : math.ceil(seconds[place] * self.rate)] for row, own in zip(found, owner, strict=True) if own == place])
+            for place in range(len(paths))
+        ]
+
+    def _tables(self, paths: Sequence[FloatArray], owner: Sequence[int]) -> dict[str, list[FloatArray]]:
+        if self.laid is None:
+            return {self.path: [paths[place] for place in owner]}
+        own = self.laid.plan.assembly.sample_period
+        time = np.asarray(own * np.arange(self.laid.samples), dtype=float)
+        rows = np.arange(0.0, time[-1], self.batch.plan.assembly.sample_period)
+
+        def tables(record: FloatArray) -> list[FloatArray]:
+            return [_table(rows, time, values, own) for values in record]
+
+        laid = self.laid.run((), np.zeros((len(paths), 0)), tables, {self.path: list(paths)})
+        return {f"{_laid(name)}.samples": [laid[place][number] for place in owner] for number, name in enumerate(self.wanted)}
+
+
 def _reader(setting: Setting, batch: Batch) -> Callable[[FloatArray], FloatArray]:
     """Return what reads a record at the times of a setting, on straight lines between samples."""
     position = np.clip(setting.times / batch.plan.assembly.sample_period, 0.0, batch.samples - 1.000001)
@@ -128,31 +177,47 @@ def _shortest_delay(assembly: Assembly, names: Sequence[str]) -> float:
 
 
 def _on_reference(base: Assembly, coarse: Assembly, interpolator: Part, duration: float) -> Assembly:
-    """Return the machine with its interpolator replaced by what it gives, laid with the sample period of ``base``.
-
-    A reference held over a sample is, on average, half a sample late; the straight lines run through the middles of the holds.
-    """
-    prefix = f"{interpolator.name}."
-    wanted = sorted(
-        {item.source for item in base.wires if item.source.startswith(prefix)}
-        | {name for name in base.record or () if name.startswith(prefix)}
-    )
-    own = tuple(item for item in base.wires if item.target.startswith(prefix))
-    alone = Assembly((interpolator,), own, base.sample_period, base.step, record=tuple(wanted))
+    """Return the machine with its interpolator replaced by what it gives, laid with the sample period of ``base``."""
+    alone, wanted = _alone(base, interpolator)
     laid = run(wire(alone), duration=duration + 2.0 * coarse.sample_period, engine="auto")
+    rows = np.arange(0.0, duration + 2.0 * coarse.sample_period, coarse.sample_period)
+    tables = [_table(rows, laid.time, laid.channels[name].values, base.sample_period) for name in wanted]
+    return _on_tables(coarse, interpolator, wanted, tables)
+
+
+def _alone(base: Assembly, interpolator: Part) -> tuple[Assembly, tuple[str, ...]]:
+    """Return an interpolator by itself, and which of its outputs the machine reads."""
+    prefix = f"{interpolator.name}."
+    read = {item.source for item in base.wires if item.source.startswith(prefix)}
+    wanted = tuple(sorted(read | {name for name in base.record or () if name.startswith(prefix)}))
+    own = tuple(item for item in base.wires if item.target.startswith(prefix))
+    return Assembly((interpolator,), own, base.sample_period, base.step, record=wanted), wanted
+
+
+def _table(rows: FloatArray, time: FloatArray, values: FloatArray, period: float) -> FloatArray:
+    """Return a reference as samples (rows, 2). Held over a sample it is, on average, half a sample late; the straight lines between rows
+    run through the middles of the holds."""
+    return np.column_stack([rows, np.interp(rows - 0.5 * period, time, values)])
+
+
+def _on_tables(coarse: Assembly, interpolator: Part, wanted: Sequence[str], tables: Sequence[FloatArray]) -> Assembly:
+    """Return the machine with tables in the place of its interpolator."""
+    prefix = f"{interpolator.name}."
     outputs = interpolator.component.declared(Output)
     parts = [part for part in coarse.parts if part is not interpolator]
     wires = [item for item in coarse.wires if not item.target.startswith(prefix)]
-    rows = np.arange(0.0, duration + 2.0 * coarse.sample_period, coarse.sample_period)
-    for name in wanted:
+    for name, table in zip(wanted, tables, strict=True):
         item = name.partition(".")[2]
-        values = np.interp(rows - 0.5 * base.sample_period, laid.time, laid.channels[name].values)
         unit = outputs[item].unit
-        table = np.column_stack([rows, values])
-        parts.append(Part(f"laid_{item}", RecordedSignal.with_units({"signal": unit}), {"interpolation": 1.0}, tables={"samples": table}))
-        wires = [Wire(wire_.target, f"laid_{item}.signal") if wire_.source == name else wire_ for wire_ in wires]
-    record = tuple(f"laid_{name.partition('.')[2]}.signal" if name.startswith(prefix) else name for name in coarse.record or ())
+        parts.append(Part(_laid(name), RecordedSignal.with_units({"signal": unit}), {"interpolation": 1.0}, tables={"samples": table}))
+        wires = [Wire(wire_.target, f"{_laid(name)}.signal") if wire_.source == name else wire_ for wire_ in wires]
+    record = tuple(f"{_laid(name)}.signal" if name.startswith(prefix) else name for name in coarse.record or ())
     return dataclasses.replace(coarse, parts=tuple(parts), wires=tuple(wires), record=record)
+
+
+def _laid(output: str) -> str:
+    """Return the name of the part that holds what an output of an interpolator gives."""
+    return f"laid_{output.partition('.')[2]}"
 
 
 def given_values(plan: Plan, names: Sequence[str]) -> FloatArray:

@@ -62,10 +62,11 @@ def precision(registry: Registry, count: int, seed: int) -> list[str]:
     bench = PrecisionBench(prepared, room, free, channels, found.noise, found.rate, replace(wish, draws=1), "D", None)
     random = np.random.default_rng(seed)
     programs = [bench.lay(undesigned(random, room)) for _ in range(count)]
-    values = [bench.value(program) for program in programs]
+    values = bench.values(programs)
     best = programs[int(np.argmax(values))]
+    own = bench.values([found.program])[0]
     return [
-        f"designed: {found.program.seconds:.1f} s, ln det {bench.value(found.program):.1f}, {found.told.known} directions known to 10 %",
+        f"designed: {found.program.seconds:.1f} s, ln det {own:.1f}, {found.told.known} directions known to 10 %",
         f"best of {count} undesigned: {best.seconds:.1f} s, ln det {max(values):.1f} (median {np.median(values):.1f}), "
         f"{bench.told(best).known} directions",
     ]

@@ -5,8 +5,10 @@ make the recording read, with the machine's uncertain values free within what th
 
     T(a, b) = min over p of  |W (y_a - y_b(p))|^2 + sum ((p - given)/deviation)^2
 
-The logarithm of the ratio of likelihoods is then about normal, N(T/2, T). A program is worth the chance that it decides, less the price
-of its seconds. Source: Atkinson, Fedorov, Biometrika 62 (1975), 57; Lindley, Ann. Math. Statist. 27 (1956), 986.
+The logarithm of the ratio of likelihoods is then about normal, N(T/2, T). A run decides for a against b where that logarithm is above
+``DECIDES`` and above the share of what a explains at all, T(a, nothing)/2, below which a diagnosis calls two explanations tied: a model is
+never quite right. A program is worth the chance that it decides, less the price of its seconds.
+Source: Atkinson, Fedorov, Biometrika 62 (1975), 57; Lindley, Ann. Math. Statist. 27 (1956), 986.
 """
 
 from __future__ import annotations
@@ -17,9 +19,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lathesim.diagnosis.method import STANDARD
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.design.laying import Laid
-from lathesim.experiments.design.rivals import Rival
+from lathesim.experiments.design.rivals import NOTHING, Rival
 from lathesim.experiments.design.scene import Scene
 from lathesim.identification.records.candidate import Candidate as Term
 
@@ -55,12 +58,22 @@ Places = dict[tuple[int, int], tuple[int, list[tuple[int, float]]]]
 
 @dataclass(frozen=True)
 class Worth:
-    """What a program is worth: the chance to decide (mean, and for each rival), and T of each pair at each draw (a, b, draws)."""
+    """What a program is worth: the chance to decide (mean, and for each rival), and T of each pair at each draw (a, b, draws).
+
+    ``explained`` (a, draws) is T of each rival against the machine without it, ``decided`` (a, b, draws) the chance that a run of a decides
+    against b alone.
+    """
 
     chance: float
     by_rival: tuple[float, ...]
     apart: FloatArray
+    explained: FloatArray
+    decided: FloatArray
     seconds: float
+
+    def decided_pair(self, first: int, second: int) -> float:
+        """Return the chance that a run tells two rivals, for the truth that is harder to tell; the median over draws."""
+        return float(np.median(np.minimum(self.decided[first, second], self.decided[second, first])))
 
     @property
     def score(self) -> float:
@@ -78,12 +91,13 @@ class Conditions:
     steady_floor: bool = True
 
 
-def chance_to_decide(apart: FloatArray) -> FloatArray:
-    """Return the chance that the likelihood ratio gets above ``DECIDES`` where rivals are ``apart`` (T)."""
+def chance_to_decide(apart: FloatArray, explained: FloatArray | float = 0.0) -> FloatArray:
+    """Return the chance that a run decides where rivals are ``apart`` (T) and the true one explains as much as ``explained`` (T)."""
     from scipy.special import ndtr
 
     usable = np.maximum(_EFFICIENCY * apart, 1e-12)
-    return np.asarray(ndtr((usable / 2.0 - DECIDES) / np.sqrt(usable)))
+    needed = np.maximum(DECIDES, STANDARD.selection.tie_share * _EFFICIENCY * np.asarray(explained) / 2.0)
+    return np.asarray(ndtr((usable / 2.0 - needed) / np.sqrt(usable)))
 
 
 def worths(scene: Scene, programs: Sequence[Laid], floors: FloatArray, draws: int, conditions: Conditions, refits: int = 0) -> list[Worth]:
@@ -99,11 +113,16 @@ def worths(scene: Scene, programs: Sequence[Laid], floors: FloatArray, draws: in
     ]
 
 
+def _sound(draws: int) -> Rival:
+    """Return the machine with none of the rivals, held against each of them: what a rival explains is what this one leaves."""
+    return Rival(NOTHING, None, np.zeros((draws, 0)))
+
+
 def _rows(scene: Scene, draws: int) -> tuple[FloatArray, Places]:
     """Return the values to run (members, names), and where each rival's draw and its slopes stand: (first, [(name, step), ...])."""
     rows: list[FloatArray] = []
     where: Places = {}
-    for number, rival in enumerate(scene.rivals):
+    for number, rival in enumerate((*scene.rivals, _sound(draws))):
         for draw in range(draws):
             base = scene.values(rival, rival.sizes[draw])
             steps = _steps(scene, rival, base)
@@ -135,10 +154,11 @@ def _worth(
 ) -> Worth:  # fmt: skip
     count = len(scene.rivals)
     scaled = (readings * weight[None, :, None]).reshape(len(readings), -1)
-    apart = np.zeros((count, count, draws))
+    apart, explained = np.zeros((count, count, draws)), np.zeros((count, draws))
     for a in range(count):
         for draw in range(draws):
             truth = scaled[where[a, draw][0]]
+            explained[a, draw] = _refitted(scene, scaled, truth, rows, where[count, draw], conditions)[0]
             for b in range(count):
                 if a != b:
                     starts = [_refitted(scene, scaled, truth, rows, where[b, other], conditions) for other in range(draws)]
@@ -149,9 +169,9 @@ def _worth(
                         best = min(ends, key=lambda pair: pair[0])
                     apart[a, b, draw] = best[0]
     apart = _by_simplicity(apart)
-    others = np.array([[min(apart[a, b, draw] for b in range(count) if b != a) for draw in range(draws)] for a in range(count)])
-    chances = chance_to_decide(others)
-    return Worth(float(chances.mean()), tuple(float(row.mean()) for row in chances), apart, program.seconds)
+    decided = chance_to_decide(apart, explained[:, None, :])
+    chances = np.array([np.delete(decided[a], a, axis=0).min(axis=0) for a in range(count)])
+    return Worth(float(chances.mean()), tuple(float(row.mean()) for row in chances), apart, explained, decided, program.seconds)
 
 
 def _by_simplicity(apart: FloatArray) -> FloatArray:

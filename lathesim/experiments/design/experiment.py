@@ -6,17 +6,20 @@ import threading
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations, zip_longest
 from pathlib import Path
 
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.experiments.design.discrimination import NESTED, Conditions, Worth, worths
-from lathesim.experiments.design.families import candidates
-from lathesim.experiments.design.laying import Laid, lay_those_that_fit
+from lathesim.experiments.design.discrimination import Conditions, Worth, worths
+from lathesim.experiments.design.families import Candidate, candidates
+from lathesim.experiments.design.laying import Laid, lay_those_that_fit, walking_time
 from lathesim.experiments.design.rivals import Named, place_rivals
-from lathesim.experiments.design.room import room_of
+from lathesim.experiments.design.room import Room, room_of
 from lathesim.experiments.design.scene import Scene
+from lathesim.experiments.design.sizes_in_reach import with_sizes_in_reach
+from lathesim.experiments.design.turning import turned_candidates
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
@@ -28,6 +31,8 @@ _BATCH = 25
 """Programs of one batch, so that progress is told and Ctrl-C heard."""
 _SPARE = 10
 """Programs in reserve for those that the reading of a program refuses."""
+_LOOKED_AT = 8
+"""Programs, each family first, in which no rival may drive the machine to a limit; assumed."""
 _FINALISTS = 6
 _REFITS = 8
 """Rounds of the refit on the best programs, at most."""
@@ -76,8 +81,8 @@ class Designed:
 
     @property
     def decidable(self) -> bool:
-        """Whether the run can be expected to tell."""
-        return min(far for _, _, far in self.pairs) >= NESTED
+        """Whether the run is more likely than not to tell each pair."""
+        return min(self.worth.decided_pair(*pair) for pair in combinations(range(len(self.scene.rivals)), 2)) >= 0.5
 
 
 def design_experiment(
@@ -96,11 +101,12 @@ def design_experiment(
     assembly, rivals = place_rivals(named, prepared.machinery, channels, registry, wish.draws, wish.seed, place)
     resolution = {signal.target: signal.resolution for signal in mapping.signals if signal.resolution}
     uncertain = uncertainties(lesson, prepared.plan) if lesson.settings.uncertain else {}
-    scene = Scene(assembly, rivals, channels, uncertain, room, resolution, 1.1 * wish.at_most + 1.0, stop)
-    say(f"{len(rivals)} rivals: {', '.join(rival.name for rival in rivals)}. Trying {wish.candidates} programs ...")
-    found = candidates(room, wish.at_most, wish.candidates + _SPARE, wish.seed, arcs=wish.arcs)
+    found = _programs(room, wish)
     laid = lay_those_that_fit(found, room, wish.at_most)[: wish.candidates]
-    floors = scene.floors(laid[0])
+    rivals = with_sizes_in_reach(assembly, rivals, laid[:_LOOKED_AT], f"{room.interpolator.name}.path")
+    scene = Scene(assembly, rivals, channels, uncertain, room, resolution, 1.1 * wish.at_most + 1.0, stop)
+    say(f"{len(rivals)} rivals: {', '.join(rival.name for rival in rivals)}. Trying {len(laid)} programs ...")
+    floors = np.max([scene.floors(program) for program in laid[:_LOOKED_AT]], axis=0)
     judged: list[tuple[Laid, Worth]] = []
     stopped = False
     try:
@@ -136,6 +142,14 @@ def design_experiment(
         stopped,
         tuple(ranked[1:]) if not stopped else (),
     )
+
+
+def _programs(room: Room, wish: Wish) -> list[Candidate]:
+    """Return the programs to be tried: those of the axes, and where the lesson turns something those of cut and spindle by turns."""
+    walking, count = walking_time(wish.at_most), wish.candidates + _SPARE
+    moved = candidates(room, walking, count, wish.seed, arcs=wish.arcs)
+    turned = turned_candidates(room, walking, count, np.random.default_rng([wish.seed, 11]))
+    return [item for pair in zip_longest(turned, moved) for item in pair if item is not None] if turned else moved
 
 
 def with_program(found: Designed, program: Laid, worth: Worth) -> Designed:

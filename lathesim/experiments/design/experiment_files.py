@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -60,12 +61,16 @@ def as_json(found: Designed, foretold: Sequence[Foretold]) -> dict[str, Any]:
             {
                 "rival": rival.name,
                 "chance_to_decide": _rival_chance(found, foretold, number),
+                "explains": float(np.median(found.worth.explained[number])),
                 "verdict": next((item.verdict for item in foretold if item.rival == rival.name), None),
                 "named": next((list(item.named) for item in foretold if item.rival == rival.name), []),
             }
             for number, rival in enumerate(found.scene.rivals)
         ],
-        "pairs": [{"rivals": [first, second], "apart": far} for first, second, far in found.pairs],
+        "pairs": [
+            {"rivals": [first, second], "apart": far, "chance_to_tell": found.worth.decided_pair(*places)}
+            for (first, second, far), places in zip(found.pairs, combinations(range(len(found.scene.rivals)), 2), strict=True)
+        ],
         "record": [
             {"channel": name, "at_least_hz": 1.0 / found.scene.period, "share": float(found.by_channel[:, place].mean())}
             for place, name in enumerate(found.scene.channels)

@@ -148,27 +148,33 @@ def candidates(room: Room, at_most: float, count: int, seed: int, only: Sequence
 
 
 def strokes_in_turn(room: Room, at_most: float, count: int, seed: int) -> list[Candidate]:
-    """Return ``count`` programs of strokes there and back of one axis after the other, of many lengths and speeds, each done once.
+    """Return ``count`` programs of strokes of one axis after the other, of many lengths, each done once.
 
-    They make values known: no half of such a recording is left to judge the other one.
+    They make values known: no half of such a recording is left to judge the other one. What a loop that is about linear shows of itself
+    grows with the square of its speed, so most of them go as fast as they may: between two speeds of either sign they switch, at instants
+    that the lengths scatter. Some come back after each stroke, some go on from where they are.
+    Source: Goodwin, Payne, Dynamic System Identification: Experiment Design and Data Analysis (1977), chapter 6 (inputs within bounds).
     """
     random = np.random.default_rng([seed, 7])
     found = []
     for _ in range(count):
         walks = [Walk(room, axis, axis.start, random) for axis in room.axes]
-        smallest, largest = 10.0 ** random.uniform(-3.5, -2.7), 10.0 ** random.uniform(-2.3, -1.5)
-        pause = float(random.choice([0.0, random.uniform(0.0, 0.15)]))
-        fastest = room.feed * float(random.choice([0.3, 0.6, 1.0]))
+        smallest, largest = 10.0 ** random.uniform(-3.3, -2.3), 10.0 ** random.uniform(-2.0, -1.3)
+        pause = float(random.choice([0.0, 0.0, random.uniform(0.0, 0.15)]))
+        slower = float(random.choice([0.0, 0.0, 0.3]))
+        returns = bool(random.random() < 0.7)
         moves: list[Move] = []
         seconds = 0.0
-        while seconds < 0.93 * at_most:
+        while seconds < 0.97 * at_most:
             walk = walks[int(random.integers(len(walks)))]
             before, done = walk.seconds, len(walk.moves)
-            way = float(np.round(smallest * (largest / smallest) ** random.random(), 6))
-            sign = float(random.choice([-1.0, 1.0]))
-            speed = fastest * float(random.choice([0.4, 1.0]))
-            for end in (sign, -sign):
-                walk.go(end * min(way, 0.4 * walk.axis.stroke), speed)
+            way = min(float(np.round(smallest * (largest / smallest) ** random.random(), 6)), 0.4 * walk.axis.stroke)
+            speed = room.feed * (float(random.uniform(0.1, 1.0)) if random.random() < slower else 1.0)
+            home = walk.axis.start - walk.place
+            out = way if home > walk.axis.stroke / 4.0 else -way if home < -walk.axis.stroke / 4.0 else way * random.choice([-1.0, 1.0])
+            walk.go(out, speed)
+            if returns:
+                walk.go(-out, speed)
             if pause > 0.0:
                 walk.rest(pause)
             moves += walk.moves[done:]

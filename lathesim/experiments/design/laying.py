@@ -14,6 +14,8 @@ from lathesim.program.interpreter import interpret
 from lathesim.program.path import Limits, lay_path
 from lathesim.program.words import read_program
 
+_SLOWER = 1.02
+"""Share by which a program may take longer than its moves add up to: corners; assumed."""
 _AFTER = 0.3
 """Time [s] that is recorded after the end of a program."""
 
@@ -35,22 +37,35 @@ def lay_candidate(candidate: Candidate, room: Room, title: Sequence[str] = ()) -
     start = (axes["X"].start if "X" in axes else 0.0, axes["Z"].start if "Z" in axes else 0.0)
     program = interpret(read_program(text, "program.nc"), room.dialect, start=start)
     bounds = {f"{letter.lower()}_{side}": value for letter, axis in axes.items() for side, value in _reach(axis.low, axis.high, axis.start)}
+    if room.turning is not None and room.turning.cuts:
+        bounds["x_low"] = min(bounds["x_low"], room.turning.smallest_radius - 1e-6)
     table = lay_path(program, Limits(feed=room.feed * (1.0 + 1e-6), **bounds)).table
-    return Laid(candidate, text, table, candidate.seconds * 1.02 + _AFTER)
+    return Laid(candidate, text, table, candidate.seconds * _SLOWER + _AFTER)
+
+
+def walking_time(at_most: float) -> float:
+    """Return how long the moves of a program may take that is recorded for ``at_most`` [s]."""
+    return (at_most - _AFTER) / _SLOWER
 
 
 def lay_those_that_fit(found: Sequence[Candidate], room: Room, at_most: float) -> list[Laid]:
     """Return the candidates that stay within travel and feed as paths; raises :class:`LatheSimError` where none does."""
+    laid = lay_what_fits(found, room, at_most)
+    if not laid:
+        fact = f"no program of at most {at_most:g} s fits into the travel of the machine."
+        raise LatheSimError(fact, place="--at-most", remedy="Allow more time.")
+    return laid
+
+
+def lay_what_fits(found: Sequence[Candidate], room: Room, at_most: float) -> list[Laid]:
+    """Return those of the candidates that stay within travel, feed and time as paths: maybe none."""
     laid = []
     for candidate in found:
         try:
             laid.append(lay_candidate(candidate, room))
         except LatheSimError:
             continue
-    if not laid:
-        fact = f"no program of at most {at_most:g} s fits into the travel of the machine."
-        raise LatheSimError(fact, place="--at-most", remedy="Allow more time.")
-    return laid
+    return [program for program in laid if program.seconds <= at_most]
 
 
 def _reach(low: float, high: float, start: float) -> tuple[tuple[str, float], tuple[str, float]]:

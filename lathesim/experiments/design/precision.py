@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import math
 import threading
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
@@ -15,14 +13,15 @@ from typing import Any
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
+from lathesim.experiments.design.exchange import neighbours
 from lathesim.experiments.design.experiment import Wish
 from lathesim.experiments.design.families import Candidate, candidates, strokes_in_turn
-from lathesim.experiments.design.laying import Laid, lay_candidate, lay_those_that_fit
+from lathesim.experiments.design.laying import Laid, lay_candidate, lay_those_that_fit, lay_what_fits, walking_time
 from lathesim.experiments.design.optimality import criterion_value
 from lathesim.experiments.design.room import Room, room_of
 from lathesim.experiments.emulation.free_values import FreeValue, free_values, values_of
 from lathesim.experiments.hidden_directions import Telling, telling
-from lathesim.experiments.replica import Replica, Setting
+from lathesim.experiments.replica import ProgramRuns
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
@@ -33,7 +32,12 @@ SCHEMA = "lathesim-experiment/1"
 _STEP = 1e-3
 _NOISE = 10e-6
 """Noise [m] of a channel of which the lesson tells no resolution; assumed."""
-_EXCHANGES = 3
+_BATCH = 20
+"""Programs of one batch, so that progress is told and Ctrl-C heard."""
+_EXCHANGES = 40
+"""Rounds in which strokes of the best program are exchanged; assumed."""
+_NEIGHBOURS = 8
+"""Programs that are tried in such a round."""
 _AVERAGED = 5
 """So many of the best programs are held against each other over all draws."""
 
@@ -75,35 +79,72 @@ def design_for_precision(
     noise = {signal.target: signal.resolution or _NOISE for signal in mapping.signals if signal.role == "compare"}
     rate = wish.rate or mapping.rate or 1.0 / prepared.machinery.sample_period
     bench = PrecisionBench(prepared, room, free, channels, noise, rate, wish, criterion, stop)
-    strokes = strokes_in_turn(room, wish.at_most, wish.candidates // 2, wish.seed)
-    mixtures = candidates(room, wish.at_most, wish.candidates, wish.seed, arcs=wish.arcs)
+    walking = walking_time(wish.at_most)
+    strokes = strokes_in_turn(room, walking, wish.candidates // 2, wish.seed)
+    mixtures = candidates(room, walking, wish.candidates, wish.seed, arcs=wish.arcs)
     found = lay_those_that_fit([*strokes, *mixtures], room, wish.at_most)[: wish.candidates]
     say(f"{len(free)} values. Trying {len(found)} programs ...")
     judged: list[tuple[Laid, float]] = []
-    all_judged: list[tuple[Laid, float]] = []
+    averaged: list[tuple[Laid, float]] = []
     stopped = False
     try:
-        for program in found:
-            judged.append((program, bench.value(program)))
-            if len(judged) % 20 == 0:
-                say(f"  {len(judged)} of {len(found)}; the best has {criterion} = {max(value for _, value in judged):.4g}")
-        judged = bench.improved(judged, say)
-        if wish.conditions.average:
-            all_judged = list(judged)
-            best = sorted(judged, key=lambda pair: -pair[1])[:_AVERAGED]
-            judged = [(item, bench.value(item, wish.draws)) for item, _ in best]
+        for first in range(0, len(found), _BATCH):
+            some = found[first : first + _BATCH]
+            judged += zip(some, bench.values(some, central=False), strict=True)
+            say(f"  {len(judged)} of {len(found)}; the best has {criterion} = {max(value for _, value in judged):.4g}")
+        draws = wish.draws if wish.conditions.average else 1
+        best = [program for program, _ in sorted(judged, key=lambda pair: -pair[1])[:_AVERAGED]]
+        averaged = list(zip(best, bench.values(best, draws), strict=True))
+        for step in exchanges(bench, max(averaged, key=lambda pair: pair[1]), draws, say):
+            averaged.append(step)
     except KeyboardInterrupt:
         if not judged:
             raise
         stopped = True
         if stop is not None:
             stop.clear()
+    all_judged, judged = [*judged, *averaged], averaged or judged
     program, value = max(judged, key=lambda pair: pair[1])
     told = bench.told(program)
-    tried = tuple((item.candidate.title, item.seconds, size) for item, size in all_judged or judged)
+    tried = tuple((item.candidate.title, item.seconds, size) for item, size in all_judged)
     return Precise(
-        lesson, program, room, criterion, value, told, tuple(free), tried, noise, rate, bench.runs, clock.perf_counter() - began, stopped
+        lesson,
+        program,
+        room,
+        criterion,
+        value,
+        told,
+        tuple(free),
+        tried,
+        noise,
+        rate,
+        bench.machine.runs,
+        clock.perf_counter() - began,
+        stopped,
     )
+
+
+def exchanges(
+    bench: PrecisionBench, best: tuple[Laid, float], draws: int, say: Callable[[str], None]
+) -> Iterator[tuple[Laid, float]]:  # fmt: skip
+    """Yield ever better programs: strokes of the best one are exchanged, round by round.
+
+    All neighbours are judged at the given values; the best of them takes the place only if it is better over all draws too.
+    """
+    at_most, random = bench.wish.at_most, np.random.default_rng([bench.wish.seed, 3])
+    here = bench.values([best[0]], central=False)[0]
+    for turn in range(_EXCHANGES):
+        near = neighbours(best[0].candidate, bench.room, walking_time(at_most), random, _NEIGHBOURS)
+        tried = lay_what_fits(near, bench.room, at_most)
+        sizes = bench.values(tried, central=False)
+        place = int(np.argmax(sizes)) if sizes else 0
+        if sizes and sizes[place] > here:
+            value = bench.values([tried[place]], draws)[0]
+            if value > best[1]:
+                here, best = sizes[place], (tried[place], value)
+                yield best
+        if turn % 10 == 9:
+            say(f"  {turn + 1} of {_EXCHANGES} exchanges; {bench.criterion} = {best[1]:.4g}")
 
 
 class PrecisionBench:
@@ -116,7 +157,8 @@ class PrecisionBench:
         self.prepared, self.room, self.free, self.channels, self.stop = prepared, room, list(free), tuple(channels), stop
         self.noise = np.array([noise[name] for name in channels])
         self.rate, self.criterion, self.wish = rate, criterion, wish
-        self.runs = 0
+        names = [item.name for item in free]
+        self.machine = ProgramRuns(prepared.machinery, room.interpolator.name, channels, names, rate, wish.at_most)
         self.prior = np.diag([1.0 / item.spread**2 for item in free])
         random = np.random.default_rng(wish.seed)
         draws = max(1, wish.draws)
@@ -127,78 +169,44 @@ class PrecisionBench:
         """Return a candidate as path."""
         return lay_candidate(candidate, self.room)
 
-    def slopes(self, program: Laid, point: FloatArray) -> tuple[FloatArray, Callable[[FloatArray], FloatArray]]:
-        """Return the derivatives of all readings in noise levels (readings, values), and what reads the machine elsewhere."""
-        assembly = self.prepared.machinery
-        parts = tuple(
-            dataclasses.replace(part, tables={**part.tables, "path": program.table}) if part.name == self.room.interpolator.name else part
-            for part in assembly.parts
-        )
-        machine = dataclasses.replace(assembly, parts=parts)
-        times = np.arange(0.0, program.seconds, 1.0 / self.rate)
-        replica = Replica([Setting("design", machine, self.channels, times)], [item.name for item in self.free], self.stop)
-
-        def read(points: FloatArray) -> FloatArray:
-            found = replica.readings(values_of(self.free, points))[0] / self.noise[None, :, None]
-            self.runs += len(points)
-            return np.asarray(np.nan_to_num(found.reshape(len(found), -1)))
-
-        steps = _STEP * np.eye(len(self.free))
-        moved = read(np.vstack([point + steps, point - steps]))
-        count = len(self.free)
-        return np.asarray((moved[:count] - moved[count:]).T / (2.0 * _STEP)), read
-
-    def value(self, program: Laid, draws: int = 1) -> float:
-        """Return the criterion of a program, the mean over the first draws."""
+    def readings(self, programs: Sequence[Laid], points: FloatArray) -> list[FloatArray]:
+        """Return for each program what is read at points of the search (points, values), in noise levels (points, readings)."""
         if self.stop is not None and self.stop.is_set():
             raise KeyboardInterrupt
-        found = []
-        for point in self.points[:draws]:
-            slopes, _ = self.slopes(program, point)
-            found.append(criterion_value(slopes.T @ slopes + self.prior, self.criterion))
-        return float(np.mean(found))
+        values = values_of(self.free, points)
+        paths, seconds = [program.table for program in programs], [program.seconds for program in programs]
+        found = self.machine.readings(paths, seconds, [values] * len(programs))
+        return [np.nan_to_num(rows / self.noise[None, :, None]).reshape(len(rows), -1) for rows in found]
 
-    def improved(self, judged: list[tuple[Laid, float]], say: Callable[[str], None]) -> list[tuple[Laid, float]]:
-        """Join the best programs piece by piece where both fit into the time, and keep what is better."""
-        for turn in range(_EXCHANGES):
-            order = sorted(judged, key=lambda pair: -pair[1])[:4]
-            best = order[0]
-            for other, _ in order[1:]:
-                for share in (0.35, 0.65):
-                    joined = _joined(best[0].candidate, other.candidate, self.room, self.wish.at_most, share)
-                    if joined is None:
-                        continue
-                    program = self.lay(joined)
-                    judged.append((program, self.value(program)))
-            now = max(judged, key=lambda pair: pair[1])
-            say(f"  joined, round {turn + 1}: {self.criterion} = {now[1]:.4g}")
-            if now is best:
-                break
-        return judged
+    def slopes(self, programs: Sequence[Laid], point: FloatArray, *, central: bool = True) -> list[FloatArray]:
+        """Return for each program the derivatives of all readings in noise levels (readings, values), by central differences or by
+        forward ones, which take half the runs."""
+        steps, count = _STEP * np.eye(len(self.free)), len(self.free)
+        others = point - steps if central else point[None, :]
+        moved = self.readings(programs, np.vstack([point + steps, others]))
+        length = 2.0 * _STEP if central else _STEP
+        return [np.asarray((rows[:count] - rows[count:]).T / length) for rows in moved]
+
+    def values(self, programs: Sequence[Laid], draws: int = 1, *, central: bool = True) -> list[float]:
+        """Return the criterion of each program, the mean over the first draws."""
+        found: list[float] = []
+        for first in range(0, len(programs), _BATCH):
+            some = programs[first : first + _BATCH]
+            drawn = [[self._criterion(slopes) for slopes in self.slopes(some, point, central=central)] for point in self.points[:draws]]
+            found += [float(size) for size in np.mean(drawn, axis=0)]
+        return found
+
+    def _criterion(self, slopes: FloatArray) -> float:
+        return criterion_value(slopes.T @ slopes + self.prior, self.criterion)
 
     def told(self, program: Laid) -> Telling:
         """Return what the program tells of the values, at the given ones."""
-        slopes, read = self.slopes(program, self.points[0])
-        here = read(np.zeros((1, len(self.free))))[0]
-        return telling([item.name for item in self.free], slopes, lambda points: np.abs(read(points) - here).max(axis=1))
+        here = self.readings([program], np.zeros((1, len(self.free))))[0]
 
+        def moves(points: FloatArray) -> FloatArray:
+            return np.asarray(np.abs(self.readings([program], points)[0] - here).max(axis=1))
 
-def _joined(first: Candidate, second: Candidate, room: Room, at_most: float, share: float) -> Candidate | None:
-    """Return the beginning of one program with another behind it, within the time; none where little of both would be left."""
-    moves, seconds = [], 0.0
-    place = {axis.letter: axis.start for axis in room.axes}
-    for part, budget in ((first, share * at_most), (second, at_most)):
-        for move in part.moves:
-            way = math.hypot(*(move.to[letter] - place[letter] for letter in move.to if letter in place)) if move.to else 0.0
-            takes = move.rest or room.time(way, move.speed or 1.0)
-            if seconds + takes > budget:
-                break
-            moves.append(dataclasses.replace(move, radius=0.0))
-            place |= {letter: value for letter, value in move.to.items() if letter in place}
-            seconds += takes
-    if seconds < 0.5 * at_most:
-        return None
-    return Candidate(f"{first.title}; {second.title}", tuple(moves), seconds)
+        return telling([item.name for item in self.free], self.slopes([program], self.points[0])[0], moves)
 
 
 def as_json(found: Precise) -> dict[str, Any]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from lathesim.experiments.design.room import Room
@@ -13,7 +14,8 @@ from lathesim.program.dialects import DIALECTS
 class Move:
     """One block: where it goes by axis [m], how fast [m/s]; with ``rest`` [s] it stands still instead.
 
-    With ``radius`` [m] it is a quarter of a circle, clockwise or not.
+    With ``radius`` [m] it is a quarter of a circle, clockwise or not. ``turn`` [rad/s] is the speed of the spindle, below 0 backwards, from
+    this block on; with ``per_turn`` [m] the feed is one for each turn.
     """
 
     to: dict[str, float] = field(default_factory=dict)
@@ -21,6 +23,8 @@ class Move:
     rest: float = 0.0
     radius: float = 0.0
     clockwise: bool = True
+    turn: float | None = None
+    per_turn: float = 0.0
 
 
 def program_text(title: Sequence[str], moves: Sequence[Move], room: Room) -> str:
@@ -34,8 +38,11 @@ def program_text(title: Sequence[str], moves: Sequence[Move], room: Room) -> str
     lines.append(" ".join(codes[name] for name in head if name in codes))
     place = {axis.letter: axis.start for axis in (*room.axes, *([room.idle] if room.idle else []))}
     standing: dict[str, float] = dict(place)
-    last_feed = 0.0
+    last_feed, turning, per_turn = 0.0, 0.0, False
     for move in moves:
+        if move.turn is not None and abs(move.turn - turning) > 1e-9:
+            turning = move.turn
+            lines.append(f"{codes['SPINDLE_SPEED']} S{_number(abs(turning) * 30.0 / math.pi)} {_way_to_turn(turning, codes)}")
         if move.rest > 0.0:
             lines += _rest(move.rest, room, standing)
             if room.idle is not None and not room.dwells:
@@ -45,16 +52,26 @@ def program_text(title: Sequence[str], moves: Sequence[Move], room: Room) -> str
         if not any(abs(standing[letter] - value) > 5e-8 for letter, value in move.to.items()):
             continue
         standing |= move.to
+        if bool(move.per_turn) != per_turn:
+            per_turn, last_feed = bool(move.per_turn), 0.0
+            lines.append(codes["PER_REVOLUTION" if per_turn else "PER_MINUTE"])
         code = "G1" if not move.radius else "G2" if move.clockwise else "G3"
         if move.radius:
             words.append(f"R{_number(1e3 * move.radius)}")
-        if abs(move.speed - last_feed) > 1e-12:
-            words.append(f"F{_number(6e4 * move.speed)}")
-            last_feed = move.speed
+        feed = 1e3 * move.per_turn if per_turn else 6e4 * move.speed
+        if abs(feed - last_feed) > 1e-9:
+            words.append(f"F{_number(feed)}")
+            last_feed = feed
         lines.append(" ".join([code, *words]))
+    if turning:
+        lines.append(codes["SPINDLE_OFF"])
     lines.append("M30")
     lines += ["%"] if dialect.program_number else []
     return "\n".join(lines) + "\n"
+
+
+def _way_to_turn(turning: float, codes: Mapping[str, str]) -> str:
+    return codes["SPINDLE_FORWARD" if turning >= 0.0 else "SPINDLE_REVERSE"]
 
 
 def _rest(seconds: float, room: Room, standing: dict[str, float]) -> list[str]:

@@ -12,7 +12,21 @@ from lathesim.engine.assembly import Part
 from lathesim.errors import LatheSimError
 from lathesim.lessons.program_path import limits_of, path_of_program, start_of
 from lathesim.lessons.simulate import Prepared
-from lathesim.path_columns import END_X, END_Z, FEED, FEED_MODE, KIND, LINE_MOVE, PER_MINUTE, START_X, START_Z
+from lathesim.path_columns import (
+    CONSTANT_SPEED,
+    END_X,
+    END_Z,
+    FEED,
+    FEED_MODE,
+    KIND,
+    LINE_MOVE,
+    PER_MINUTE,
+    PER_REVOLUTION,
+    SPINDLE_MODE,
+    SPINDLE_SPEED,
+    START_X,
+    START_Z,
+)
 from lathesim.program.dialects import DIALECTS
 
 _CLEARANCE = 1e-3
@@ -40,6 +54,24 @@ class Axis:
 
 
 @dataclass(frozen=True)
+class Turning:
+    """How a lesson's program may turn: the largest spindle speed [rad/s], feed [m a turn] and depth [m] of its own program.
+
+    The stock has a ``radius``, and is cut from its ``face`` to ``face_end``, down to ``smallest_radius`` [m], where ``cuts`` says that the
+    lesson's program does so.
+    """
+
+    speed: float
+    cuts: bool = False
+    feed: float = 0.0
+    depth: float = 0.0
+    radius: float = 0.0
+    face: float = 0.0
+    face_end: float = 0.0
+    smallest_radius: float = 0.0
+
+
+@dataclass(frozen=True)
 class Room:
     """The limits of a lesson's programs. ``idle`` is an axis that no part follows: its moves are rests of the others.
 
@@ -53,6 +85,7 @@ class Room:
     acceleration: float
     dialect: str
     needs_duration: bool
+    turning: Turning | None = None
 
     @property
     def dwells(self) -> bool:
@@ -92,8 +125,9 @@ def room_of(prepared: Prepared) -> Room:
     for letter in ("X", "Z"):
         low, high = (limit if math.isfinite(limit) else span for limit, span in zip(bounds[letter], spans[_AXES[letter][1]], strict=True))
         if letter == "X":
-            low = max(low, _stock_radius(prepared) + _CLEARANCE) if _stock_radius(prepared) else low
-            high = max(high, low + (_USUAL_STROKE if _stock_radius(prepared) and not math.isfinite(bounds["X"][1]) else 0.0))
+            stock = _of_stock(prepared, "stock_radius")
+            low = max(low, stock + _CLEARANCE) if stock else low
+            high = max(high, low + (_USUAL_STROKE if stock and not math.isfinite(bounds["X"][1]) else 0.0))
         if high - low < 1e-9 and letter in letters:
             fact = f"the {letter} axis has no travel: the machine gives no limits and the lesson's program does not move it."
             raise LatheSimError(fact, place=str(lesson.path), remedy="Write 'travel:' in the machine template.")
@@ -107,7 +141,37 @@ def room_of(prepared: Prepared) -> Room:
         _acceleration(interpolator),
         lesson.settings.dialect,
         not prepared.machinery.finish,
+        _turning(prepared, interpolator, followed),
     )
+
+
+def _turning(prepared: Prepared, interpolator: Part, followed: set[str]) -> Turning | None:
+    """Return how a program may turn: within what the lesson's own one does. None where no spindle follows it, or it turns none."""
+    case = prepared.case
+    if case.program is None or f"{interpolator.name}.spindle_reference" not in followed:
+        return None
+    table = path_of_program(case.program, case.lesson.settings.dialect, start=start_of(case.lesson.machine)).table
+    speed = float(np.abs(table[table[:, SPINDLE_MODE] == CONSTANT_SPEED, SPINDLE_SPEED]).max(initial=0.0))
+    radius, face, length = (_of_stock(prepared, name) for name in ("stock_radius", "face", "stock_length"))
+    inside = np.minimum(table[:, START_X], table[:, END_X]) < radius
+    cutting = table[(table[:, KIND] == LINE_MOVE) & (table[:, FEED_MODE] == PER_REVOLUTION) & inside]
+    cutting = cutting[cutting[:, END_Z] > face]
+    if speed <= 0.0:
+        return None
+    if not len(cutting):
+        return Turning(speed)
+    smallest = float(cutting[:, END_X].min())
+    end = min(face + length, float(cutting[:, END_Z].max()))
+    return Turning(speed, True, float(cutting[:, FEED].max()), radius - smallest, radius, face, end, smallest)
+
+
+def _of_stock(prepared: Prepared, name: str) -> float:
+    """Return a size of the stock [m], 0 where there is none."""
+    for part in prepared.machinery.parts:
+        declared = part.component.declared(Parameter)
+        if "stock_radius" in declared:
+            return float(np.float64(part.parameters.get(name, declared[name].default)))
+    return 0.0
 
 
 def _of_programs(prepared: Prepared) -> tuple[tuple[tuple[float, float], tuple[float, float]], float]:
@@ -125,11 +189,3 @@ def _of_programs(prepared: Prepared) -> tuple[tuple[tuple[float, float], tuple[f
 def _acceleration(interpolator: Part) -> float:
     declared = interpolator.component.declared(Parameter).get("acceleration")
     return math.inf if declared is None else float(interpolator.parameters.get("acceleration", declared.default))
-
-
-def _stock_radius(prepared: Prepared) -> float:
-    for part in prepared.machinery.parts:
-        declared = part.component.declared(Parameter).get("stock_radius")
-        if declared is not None:
-            return float(np.float64(part.parameters.get("stock_radius", declared.default)))
-    return 0.0

@@ -16,6 +16,7 @@ from lathesim.experiments.design.families import Candidate
 from lathesim.experiments.design.laying import Laid, lay_candidate
 from lathesim.experiments.design.rivals import Rival
 from lathesim.experiments.design.room import Room
+from lathesim.experiments.design.sizes_in_reach import shown_lags
 from lathesim.experiments.replica import given_values
 from lathesim.identification.signal.resolution import channel_floor
 
@@ -96,7 +97,7 @@ class Scene:
         """Return for each program the means (members, channels, stretches) [SI] of its ``rows`` (members, names): one batch of one plan."""
         if self.stop is not None and self.stop.is_set():
             raise KeyboardInterrupt
-        values = np.vstack(rows)
+        values = self._shown(np.vstack(rows))
         owner = np.repeat(np.arange(len(programs)), [len(item) for item in rows])
         lengths = [self._samples(programs[int(place)]) for place in owner]
         tables = {self.path_name: [programs[int(place)].table for place in owner]}
@@ -117,6 +118,14 @@ class Scene:
             result.append(np.array([member[:, :shortest] for member in members]))
             first += len(item)
         return result
+
+    def _shown(self, values: FloatArray) -> FloatArray:
+        """Return values (members, names) in which no lag is shorter than a recording can show."""
+        for rival in self.rivals:
+            if rival.term is not None:
+                columns = self.columns(rival)
+                values[:, columns] = shown_lags(rival.term, values[:, columns], self.plan)
+        return values
 
     def _samples(self, program: Laid) -> int:
         return min(self.batch.samples, max(20, math.ceil(program.seconds / self.period)))

@@ -99,8 +99,9 @@ def one_case(tie: Tie, seed: int, folder: Path, registry: Registry, at_most: str
     checked = command("program", folder / "next" / "program.nc", "--json")
     told = next((item for item in designed["rivals"] if item["rival"].partition("@")[0] == NAMES[result["truth"]].effect), {})
     result |= {
-        "passes_program": "moves" in checked, "decidable": designed["decidable"], "apart": [item["apart"] for item in designed["pairs"]],
-        "chance": told.get("chance_to_decide"), "designed": repeated(truth, tie, folder / "next" / "lesson.yaml", folder, registry),
+        "passes_program": "moves" in checked, "decidable": designed["decidable"], "pairs": designed["pairs"],
+        "explains": told.get("explains"), "verdict_foretold": told.get("verdict"), "chance": told.get("chance_to_decide"),
+        "designed": repeated(truth, tie, folder / "next" / "lesson.yaml", folder, registry),
     }  # fmt: skip
     (folder / "exercise").mkdir()
     exercise = truth.lesson

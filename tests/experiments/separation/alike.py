@@ -1,7 +1,8 @@
 """Fifteen pairs that no motion tells apart: ``python -m tests.experiments.separation.alike --out DIR``.
 
 Two pairs have one equation. Two need a current that is not recorded, four a scale that is not. Seven are of sizes far below what the
-sensors resolve, as a diagnosis would hand them on. ``lathesim experiment`` must call none of them decidable, and say what would tell.
+sensors resolve, as a diagnosis would hand them on: of every parameter that makes a force or a deviation. ``lathesim experiment`` must
+call none of them decidable, and say what would tell.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ PAIRS = (
     Pair("ThermalScrewGrowth@x_scale", "CumulativePitchError@x_scale", (SCALE,)),
     Pair("TorsionalWindUp@x_scale", "Backlash@x_scale", (SCALE,)),
     Pair("Backlash@x_scale", "nothing", (), {"width": 1e-10}),
-    Pair("CoulombFriction@x_axis", "PreslidingFriction@x_axis", (), {"level": 1e-5, "excess": 1e-6}),
-    Pair("TorqueRipple@x_axis", "Cogging@x_axis", (), {"share": 1e-8, "amplitude": 1e-6}),
+    Pair("CoulombFriction@x_axis", "PreslidingFriction@x_axis", (), {"level": 1e-5, "excess": 1e-6, "bristle_damping": 1e-4}),
+    Pair("TorqueRipple@x_axis", "Cogging@x_axis", (), {"share": 1e-8, "amplitude": 1e-6, "second": 1e-6}),
     Pair("EncoderEccentricity@x_encoder", "nothing", (), {"amplitude": 1e-11}),
     Pair("ForceOffset@x_axis", "ConverterOffset@x_drive", (), {"offset": 1e-9}),
     Pair("TransportDelay@x_drive", "CurrentLoopLag@x_drive", (), {"delay": 1e-9, "time_constant": 1e-9}),

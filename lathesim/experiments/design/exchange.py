@@ -1,0 +1,148 @@
+"""Programs that differ from a given one in a stroke or two: what a design is improved by, exchange by exchange.
+
+Source: Meyer, Nachtsheim, The coordinate-exchange algorithm, Technometrics 37 (1995), with strokes of a program as coordinates.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from lathesim.experiments.design.families import Candidate
+from lathesim.experiments.design.program_text import Move
+from lathesim.experiments.design.room import Axis, Room
+
+_SHORTEST_WAY = 1e-4
+"""Shortest stroke that is put into a program [m]; assumed."""
+_SLOWEST_SHARE = 0.03
+"""Slowest speed of such a stroke, as a share of the largest feed; assumed."""
+_AS_FAST_AS_MAY_BE = 0.7
+"""Share of strokes that go as fast as they may; assumed."""
+_LONGEST_REST = 0.3
+"""Longest rest that is put into a program [s]; assumed."""
+_MOST_EXCHANGES = 3
+"""Strokes exchanged at once."""
+_FURTHEST_BACK = 6
+"""Moves among which a way out and its way back are looked for."""
+_TRIES = 12
+"""Strokes taken out until a program keeps to its time."""
+
+
+def neighbours(candidate: Candidate, room: Room, at_most: float, random: np.random.Generator, count: int) -> list[Candidate]:
+    """Return up to ``count`` programs like a candidate, each with a few strokes exchanged, of at most ``at_most`` [s]."""
+    found = []
+    for _ in range(count):
+        moves = list(candidate.moves)
+        for _ in range(int(random.integers(1, _MOST_EXCHANGES + 1))):
+            moves = _exchanged(moves, room, random)
+        for _ in range(_TRIES):
+            if _seconds(moves, room) <= at_most:
+                break
+            moves = _without_a_stroke(moves, room, random)
+        seconds = _seconds(moves, room)
+        if moves and seconds <= at_most:
+            found.append(Candidate(candidate.title, tuple(moves), seconds))
+    return found
+
+
+def _exchanged(moves: list[Move], room: Room, random: np.random.Generator) -> list[Move]:
+    """Return moves with a stroke taken out, put in, exchanged for another one, made at another speed, or with another rest."""
+    what = random.random()
+    if what < 0.15:
+        return _without_a_stroke(moves, room, random)
+    if what < 0.35:
+        return _with_a_stroke(moves, room, random)
+    if what < 0.7:
+        return _with_a_stroke(_without_a_stroke(moves, room, random), room, random)
+    if what < 0.85:
+        return _at_another_speed(moves, room, random)
+    return _with_another_rest(moves, room, random)
+
+
+def _places(moves: Sequence[Move], room: Room) -> list[dict[str, float]]:
+    """Return where the axes are before each move, and behind the last one."""
+    place = {axis.letter: axis.start for axis in room.axes}
+    found = [dict(place)]
+    for move in moves:
+        place |= {letter: value for letter, value in move.to.items() if letter in place}
+        found.append(dict(place))
+    return found
+
+
+def _seconds(moves: Sequence[Move], room: Room) -> float:
+    places, total = _places(moves, room), 0.0
+    for before, after, move in zip(places[:-1], places[1:], moves, strict=True):
+        way = math.hypot(*(after[letter] - before[letter] for letter in before))
+        total += move.rest or room.time(0.5 * math.pi * move.radius or way, move.speed or room.feed)
+    return total
+
+
+def _without_a_stroke(moves: list[Move], room: Room, random: np.random.Generator) -> list[Move]:
+    """Return moves without a way out and its way back, begun at a random place, or without the rest that stands there."""
+    if not moves:
+        return moves
+    first = int(random.integers(len(moves)))
+    if moves[first].rest:
+        return moves[:first] + moves[first + 1 :]
+    places = _places(moves, room)
+    for last in range(first + 2, min(first + _FURTHEST_BACK, len(moves)) + 1):
+        if any(move.radius for move in moves[first:last]):
+            return moves
+        if all(abs(places[last][letter] - value) < 1e-9 for letter, value in places[first].items()):
+            return moves[:first] + moves[last:]
+    return moves
+
+
+def _with_a_stroke(moves: list[Move], room: Room, random: np.random.Generator) -> list[Move]:
+    """Return moves with a way out and back put in at a random place."""
+    at = int(random.integers(len(moves) + 1))
+    if at < len(moves) and moves[at].radius:
+        return moves
+    axis = room.axes[int(random.integers(len(room.axes)))]
+    place = _places(moves, room)[at][axis.letter]
+    target = _target(axis, place, random)
+    if abs(target - place) < 0.5 * _SHORTEST_WAY:
+        return moves
+    speed = _speed(room, random)
+    stroke = [Move({axis.letter: target}, speed), Move({axis.letter: place}, speed)]
+    if random.random() < 0.4 and (room.dwells or room.idle is not None):
+        stroke.insert(int(random.integers(1, 3)), Move(rest=round(_LONGEST_REST * float(random.random()), 3) or 1e-3))
+    return moves[:at] + stroke + moves[at:]
+
+
+def _target(axis: Axis, place: float, random: np.random.Generator) -> float:
+    longest = 0.4 * axis.stroke
+    way = min(_SHORTEST_WAY, longest) * max(1.0, longest / _SHORTEST_WAY) ** float(random.random())
+    target = place + way * float(random.choice([-1.0, 1.0]))
+    if not axis.low <= target <= axis.high:
+        target = 2.0 * place - target
+    return float(np.round(min(max(target, axis.low), axis.high), 7))
+
+
+def _at_another_speed(moves: list[Move], room: Room, random: np.random.Generator) -> list[Move]:
+    at = int(random.integers(len(moves))) if moves else 0
+    if not moves or moves[at].rest:
+        return moves
+    return [*moves[:at], dataclasses.replace(moves[at], speed=_speed(room, random)), *moves[at + 1 :]]
+
+
+def _speed(room: Room, random: np.random.Generator) -> float:
+    """Return a speed: most often the largest feed, at which a loop shows most of itself."""
+    share = 1.0 if random.random() < _AS_FAST_AS_MAY_BE else _SLOWEST_SHARE ** float(random.random())
+    return float(np.round(room.feed * share, 7))
+
+
+def _with_another_rest(moves: list[Move], room: Room, random: np.random.Generator) -> list[Move]:
+    """Return moves with a rest put in, or one that is there made longer or shorter."""
+    if not (room.dwells or room.idle is not None):
+        return moves
+    rest = Move(rest=round(_LONGEST_REST * float(random.random()), 3) or 1e-3)
+    rests = [place for place, move in enumerate(moves) if move.rest]
+    if rests and random.random() < 0.5:
+        at = rests[int(random.integers(len(rests)))]
+        return [*moves[:at], rest, *moves[at + 1 :]]
+    at = int(random.integers(len(moves) + 1))
+    return [*moves[:at], rest, *moves[at:]]
