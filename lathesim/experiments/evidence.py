@@ -7,9 +7,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from lathesim.diagnosis.diagnose import diagnose
+from lathesim.diagnosis.method import STANDARD
 from lathesim.diagnosis.question import Question
-from lathesim.diagnosis.records.diagnosis import Diagnosis
+from lathesim.diagnosis.records.diagnosis import NAMING, Diagnosis, FoundEffect, Verdict
 from lathesim.engine.assembly import Assembly
 from lathesim.errors import LessonError
 from lathesim.identification.replay.loading import LoadedCase, load_case
@@ -36,7 +39,7 @@ def diagnose_together(
     """Return one verdict of a recording and the others of the same machine.
 
     The new recording is fitted, and each other one judges: its start, its phases and what else belongs to one recording are fitted anew,
-    values of the machine and of the effects are shared. With several others the odds of each answer are multiplied. Raises
+    values of the machine and of the effects are shared. With several others their likelihoods are added up. Raises
     :class:`LessonError` where a recording is one of another machine.
     """
     question = ask(case)
@@ -51,7 +54,7 @@ def diagnose_together(
             # both folders of a class hold a recording.csv, and the answer names the one that judged
             judging = replace(judging, name=str(other.recording))
         answers.append(diagnose(replace(question, validation=judging), tell))
-    return answers[0] if len(answers) == 1 else _joined(answers)
+    return answers[0] if len(answers) == 1 else joined(answers)
 
 
 def _check_same(case: LoadedCase, further: LoadedCase, other: Other) -> None:
@@ -91,7 +94,49 @@ def _difference(first: Assembly, second: Assembly) -> str:
     return ""
 
 
-def _joined(answers: Sequence[Diagnosis]) -> Diagnosis:
+def joined(answers: Sequence[Diagnosis]) -> Diagnosis:
+    """Return one answer of several, each of which fits the same new recording and is judged by another one.
+
+    Values of machine and effect are shared, what belongs to a recording is its own, so the joint log-likelihood of an explanation is its
+    gain on the new recording and the sum of its gains on all others. Of what any answer names or ties, the likeliest is named, and tied
+    with what differs from it by less than two explanations must. Answers of several effects have no such sum: their odds are multiplied.
+    """
+    if any(len(answer.effects) != 1 for answer in answers):
+        return _by_odds(answers)
+    named = {_name(answer.effects[0]): answer for answer in reversed(answers)}
+    gains = [{name: (fitted, judged) for name, fitted, judged in answer.evidence.tried} for answer in answers]
+    if any(name not in own for name in named for own in gains):
+        return _by_odds(answers)
+
+    def ahead(first: str, second: str) -> float:
+        both = [(own[first], own[second]) for own in gains if first in own and second in own]
+        return float(np.mean([a[0] - b[0] for a, b in both]) + sum(a[1] - b[1] for a, b in both)) if both else math.inf
+
+    best = next((name for name in named if all(ahead(name, other) >= 0.0 for other in named)), next(iter(named)))
+    joint = float(np.mean([own[best][0] for own in gains]) + sum(own[best][1] for own in gains))
+    resolution = max(STANDARD.per_parameter, STANDARD.selection.tie_share.times(abs(joint)))
+    rivals = {name for answer in answers for name in (*named, *_tied_names(answer.effects[0]))} - {best}
+    behind = {name: ahead(best, name) for name in sorted(rivals)}
+    probability = 1.0 / (1.0 + sum(math.exp(-max(0.0, by) / (0.5 * resolution)) for by in behind.values()))
+    tied = tuple(name for name, by in behind.items() if by < resolution)
+    effect = replace(named[best].effects[0], probability=probability, tied_with=tied)
+    return _with_verdict(answers, named[best], (effect,), is_tied=bool(tied))
+
+
+def _name(effect: FoundEffect) -> str:
+    return f"{effect.effect} at {effect.at}"
+
+
+def _tied_names(effect: FoundEffect) -> list[str]:
+    return [name if " at " in name else f"{name} at {effect.at}" for name in effect.tied_with]
+
+
+def _with_verdict(answers: Sequence[Diagnosis], chosen: Diagnosis, effects: tuple[FoundEffect, ...], *, is_tied: bool) -> Diagnosis:
+    verdict: Verdict = chosen.verdict if chosen.verdict not in NAMING else "tied" if is_tied else "named"
+    return replace(chosen, effects=effects, verdict=verdict, wall_time=sum(answer.wall_time for answer in answers))
+
+
+def _by_odds(answers: Sequence[Diagnosis]) -> Diagnosis:
     """Return the answer whose effects have the best odds in all of them together."""
     keys = {tuple(sorted((effect.effect, effect.at) for effect in answer.effects)) for answer in answers}
 
@@ -108,5 +153,4 @@ def _joined(answers: Sequence[Diagnosis]) -> Diagnosis:
     share = weights[best] / sum(weights.values())
     chosen = next(answer for answer in answers if tuple(sorted((effect.effect, effect.at) for effect in answer.effects)) == best)
     effects = tuple(replace(effect, probability=min(effect.probability, share)) for effect in chosen.effects)
-    verdict = "tied" if chosen.verdict == "named" and share < _SURE else chosen.verdict
-    return replace(chosen, effects=effects, verdict=verdict, wall_time=sum(answer.wall_time for answer in answers))
+    return _with_verdict(answers, chosen, effects, is_tied=chosen.verdict == "tied" or share < _SURE)

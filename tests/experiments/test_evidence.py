@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from lathesim.diagnosis.records.diagnosis import Diagnosis, FoundEffect
+from lathesim.diagnosis.records.diagnosis import Diagnosis, Evidence, FoundEffect, Verdict
 from lathesim.experiments.design import for_diagnosis
 from lathesim.experiments.design.experiment import Wish
+from lathesim.experiments.evidence import joined
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.plugins import load_registry
 from tests.cli.command import call
@@ -133,3 +134,28 @@ def test_tie_of_a_one_way_run_is_split_by_the_designed_program(
     told = json.loads(joined.out)
     assert told["verdict"] == "named"
     assert [(item["effect"], item["at"], item["tied_with"]) for item in told["effects"]] == [("CoulombFriction", "x_axis", [])]
+
+
+def judged_by(recording: str, named: str, *tied: str, gains: dict[str, tuple[float, float]]) -> Diagnosis:
+    """Return the answer of a recording that was judged by another one: what it names, what ties with that, and the gains of all."""
+    effect = FoundEffect(named, "x_axis", "reversal", 0.6, {}, tied_with=tied)
+    tried = tuple((f"{name} at x_axis", *sizes) for name, sizes in gains.items())
+    verdict: Verdict = "tied" if tied else "named"
+    return Diagnosis(verdict, "", LESSON, "new.csv", recording, effects=(effect,), evidence=Evidence(tried=tried))
+
+
+def test_likelihoods_of_several_recordings_add_up_to_one_name() -> None:
+    # neither recording tells alone: friction leads by little on the first, and by more than 3 % of all on both together
+    first = judged_by("a.csv", "Backlash", "CoulombFriction", gains={"Backlash": (900.0, 805.0), "CoulombFriction": (895.0, 800.0)})
+    second = judged_by("b.csv", "CoulombFriction", gains={"Backlash": (900.0, 400.0), "CoulombFriction": (895.0, 950.0)})
+    found = joined([first, second])
+    assert found.verdict == "named"
+    assert [(effect.effect, effect.tied_with) for effect in found.effects] == [("CoulombFriction", ())]
+    assert found.effects[0].probability > 0.99
+
+
+def test_recordings_that_do_not_tell_together_leave_the_tie() -> None:
+    gains = {"Backlash": (900.0, 805.0), "CoulombFriction": (895.0, 800.0)}
+    found = joined([judged_by(name, "Backlash", "CoulombFriction", gains=gains) for name in ("a.csv", "b.csv")])
+    assert found.verdict == "tied"
+    assert found.effects[0].tied_with == ("CoulombFriction at x_axis",)

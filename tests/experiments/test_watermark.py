@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from lathesim.experiments.watermark.guard_theory import Loop, cusum_run_length, frontier, simulate_loops
+from lathesim.experiments.watermark.guard_theory import (
+    Loop,
+    cusum_run_length,
+    frontier,
+    log_likelihood_ratio,
+    simulate_loops,
+    watermark_within,
+)
 from tests.cli.command import call
 
 LOOP = Loop()
@@ -26,6 +33,19 @@ def test_simulation_agrees_with_the_formulas() -> None:
     products = seen.innovation * seen.watermark
     assert np.mean(products[:, replayed]) == pytest.approx(LOOP.replayed_correlation(0.1), rel=0.05)
     assert abs(np.mean(products[:, honest])) < 3e-4
+
+
+def test_information_of_a_replayed_reading_is_the_mean_of_the_likelihood_ratio() -> None:
+    seen = simulate_loops(LOOP, 0.1, 3000, 200, seed=3, replay_from=1500)
+    assert log_likelihood_ratio(LOOP, 0.1, seen)[:, 1600:].mean() == pytest.approx(LOOP.information(0.1), rel=0.03)
+    assert LOOP.information(0.0) == 0.0
+
+
+def test_watermark_is_chosen_by_its_information() -> None:
+    size = watermark_within(LOOP, 30.0, 10_000.0)
+    assert LOOP.information(size) * 30.0 == pytest.approx(np.log(10_000.0))
+    # the run lengths of the test below: 29 samples at 0.1, so what is chosen for 30 samples is a little larger
+    assert 0.1 < size < 0.12
 
 
 @pytest.mark.slow

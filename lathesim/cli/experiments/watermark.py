@@ -19,6 +19,9 @@ import click
 @click.option("--reading", type=click.FloatRange(min=0.0, min_open=True), default=0.01, show_default=True, help="Variance of the readings.")
 @click.option("--size", "sizes", multiple=True, type=click.FloatRange(min=0.0), help="Standard deviation of a watermark; several times.")
 @click.option("--false-alarm", type=click.FloatRange(min=100.0), default=10_000.0, show_default=True, help="Samples between false alarms.")
+@click.option(
+    "--within", type=click.FloatRange(min=1.0), metavar="SAMPLES", help="Choose the smallest watermark that tells a replay so soon."
+)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which noise is drawn.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-watermark/1) and nothing else.")
 @click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the frontier: delay against cost.")
@@ -30,6 +33,7 @@ def watermark(
     reading: float,
     sizes: tuple[float, ...],
     false_alarm: float,
+    within: float | None,
     seed: int,
     as_json: bool,
     save: Path | None,
@@ -39,13 +43,15 @@ def watermark(
     The loop is x+ = a x + b u + w, y = x + v, with a Kalman filter. The guard adds up the likelihood ratio of innovation and watermark.
     """
     from lathesim.errors import LatheSimError
-    from lathesim.experiments.watermark.guard_theory import Loop, frontier
+    from lathesim.experiments.watermark.guard_theory import Loop, frontier, watermark_within
 
     loop = Loop(pole, gain, feedback, process, reading)
     if abs(pole - gain * feedback) >= 1.0:
         fact = f"the loop is unstable: a - b L is {pole - gain * feedback:g}."
         raise LatheSimError(fact, place="--feedback", remedy="Choose a feedback with which it lies between -1 and 1.")
-    chosen = tuple(sorted({0.0, *(sizes or (0.02, 0.05, 0.1, 0.2))}))
+    wanted = watermark_within(loop, within, false_alarm) if within is not None else None
+    asked = (*sizes, *((wanted,) if wanted else ())) or (0.02, 0.05, 0.1, 0.2)
+    chosen = tuple(sorted({0.0, *asked}))
     points = frontier(loop, chosen, false_alarm, seed)
     if save is not None:
         from lathesim.analysis.figures.plots import save_figure
@@ -59,13 +65,21 @@ def watermark(
             "cost": point.cost,
             "replayed_variance": loop.replayed_variance(point.watermark),
             "correlation": loop.replayed_correlation(point.watermark),
+            "information_nats": loop.information(point.watermark),
             "threshold": point.threshold if math.isfinite(point.threshold) else None,
             "mean_delay_samples": point.delay if math.isfinite(point.delay) else None,
         }
         for point in points
     ]
     if as_json:
-        result = {"schema": "lathesim-watermark/1", "gain": loop.gain, "innovation": loop.innovation, "memory": loop.memory, "rows": rows}
+        result = {
+            "schema": "lathesim-watermark/1",
+            "gain": loop.gain,
+            "innovation": loop.innovation,
+            "memory": loop.memory,
+            "chosen": wanted,
+            "rows": rows,
+        }
         click.echo(json.dumps(result, indent=2))
         return
     click.echo(f"Filter gain K {loop.gain:.6g}, innovation S {loop.innovation:.6g}, g {loop.memory:.6g}")
@@ -74,6 +88,8 @@ def watermark(
         delay = f"{point.delay:.1f}" if math.isfinite(point.delay) else "never"
         told_of = f"{loop.replayed_variance(point.watermark):>18.5g}{loop.replayed_correlation(point.watermark):>19.4g}"
         click.echo(f"{point.watermark:>10.4g}{point.cost:>11.5g}{told_of}{delay:>22}")
+    if wanted:
+        click.echo(f"A watermark of {wanted:.4g} tells within {within:g} samples: {loop.information(wanted):.3g} nats a sample.")
     click.echo("Without a watermark replayed readings are honest in every respect but their date, so no test of them tells.")
     if save is not None:
         click.echo(f"See {save}")

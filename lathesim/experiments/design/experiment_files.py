@@ -130,7 +130,8 @@ def told_lines(found: Designed, foretold: Sequence[Foretold], folder: Path) -> I
         yield f"  If it is {item.rival}, the diagnosis says: {item.verdict}{named}."
     order = np.argsort(-found.by_channel.mean(axis=0))
     names = [found.scene.channels[place] for place in order if found.by_channel[:, place].mean() > 0.05]
-    yield f"Record {', '.join(names)} at {1.0 / found.scene.period:.0f} Hz: there they differ."
+    if names:
+        yield f"Record {', '.join(names)} at {1.0 / found.scene.period:.0f} Hz: there they differ."
     yield f"{len(found.tried)} programs, {found.runs} runs, {found.wall_time:.1f} s."
     yield f"Run {folder / 'program.nc'}, then: lathesim diagnose {folder / 'lesson.yaml'} RECORDING"
 

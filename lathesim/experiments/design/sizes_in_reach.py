@@ -96,7 +96,10 @@ def _halved(term: Term, sizes: FloatArray) -> FloatArray:
 
 
 def _is_at_a_limit(record: FloatArray, looked: Sequence[int], sound: FloatArray) -> bool:
-    """Return whether a signal (channels, samples) stands at an extreme beyond that of the sound machine while most others move."""
+    """Return whether a signal (channels, samples) stands at an extreme beyond that of the sound machine while most others move.
+
+    One that stands at other levels as often is counted in steps, and at no limit.
+    """
     seen = record[looked, : sound.shape[1]]
     if not np.isfinite(seen).all():
         return True
@@ -105,6 +108,8 @@ def _is_at_a_limit(record: FloatArray, looked: Sequence[int], sound: FloatArray)
     moving = still[alive].mean(axis=0) < STANDARD.shared.larger_part if alive.any() else np.zeros(seen.shape[1] - 1, dtype=bool)
     for row, steps, usual in zip(seen, still, sound, strict=True):
         for extreme, is_beyond in ((row.max(), row.max() > usual.max()), (row.min(), row.min() < usual.min())):
-            if is_beyond and np.count_nonzero(steps & moving & (row[1:] == extreme)) >= _STANDS:
+            stands = steps & moving
+            there = int(np.count_nonzero(stands & (row[1:] == extreme)))
+            if is_beyond and there >= _STANDS and there > STANDARD.shared.larger_part * np.count_nonzero(stands):
                 return True
     return False

@@ -46,7 +46,8 @@ def turned_candidates(room: Room, at_most: float, count: int, random: np.random.
         return []
     for number in range(2 * count):
         budget = at_most * float(random.choice([0.5, 0.75, 0.95]))
-        made = _cuts(room, turning, budget, random) if turning.cuts and number % 2 == 0 else _spins(room, turning, budget, random)
+        both_ways = number % 4 < 2
+        made = _cuts(room, turning, budget, random) if turning.cuts and number % 2 else _spins(room, turning, budget, random, both_ways)
         if made is not None and made.seconds <= at_most:
             found.append(made)
     return found[:count]
@@ -92,13 +93,13 @@ def _cuts(room: Room, turning: Turning, budget: float, random: np.random.Generat
     return Candidate(title, tuple(moves), seconds)
 
 
-def _spins(room: Room, turning: Turning, budget: float, random: np.random.Generator) -> Candidate:
+def _spins(room: Room, turning: Turning, budget: float, random: np.random.Generator, both_ways: bool) -> Candidate:
     """Return speeds of the spindle in air, each held for a while, as a staircase or at random, one way or both, all of it twice."""
     count = int(random.integers(2, 6))
     shares: FloatArray = np.geomspace(float(random.choice([_SLOWEST_SPIN, 0.3])), 1.0, count)
     kind = str(random.choice(["rising", "mixed"]))
     shares = shares if kind == "rising" else random.permutation(shares)
-    signs = [1.0, -1.0] if random.random() < 0.5 else [1.0]
+    signs = [1.0, -1.0] if both_ways else [1.0]
     speeds = [float(sign * share * turning.speed) for sign in signs for share in shares]
     letters = {axis.letter: axis.start for axis in room.axes}
     home = {axis.letter: float(np.clip(axis.start, axis.low, axis.high)) for axis in room.axes}
@@ -109,8 +110,7 @@ def _spins(room: Room, turning: Turning, budget: float, random: np.random.Genera
         moves.append(Move(turn=speed))
         moves, seconds = _wait(room, moves, home, letters, hold, seconds)
         letters |= moves[-1].to
-    where = "both ways" if len(signs) > 1 else "one way"
-    return Candidate(f"speeds of the spindle, {where}", tuple(moves), seconds)
+    return Candidate(f"speeds of the spindle, {'both ways' if both_ways else 'one way'}", tuple(moves), seconds)
 
 
 def _wait(

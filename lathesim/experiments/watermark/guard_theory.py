@@ -58,6 +58,15 @@ class Loop:
         """Return E[nu_k e_(k-1)] while readings are replayed."""
         return -self.b * watermark**2
 
+    def information(self, watermark: float) -> float:
+        """Return what a replayed reading is expected to tell [nats]: the mean of the log-likelihood ratio, the Kullback-Leibler distance.
+
+        With V the variance under replay and R = V - b^2 se^2 what the watermark leaves of it: (V/S - 1 + ln(S/R))/2.
+        """
+        replayed = self.replayed_variance(watermark)
+        left = replayed - self.b**2 * watermark**2
+        return 0.5 * (replayed / self.innovation - 1.0 + math.log(self.innovation / left))
+
     def cost(self, watermark: float) -> float:
         """Return E[x^2] with honest readings and a watermark: the exact solution of the covariance equation of state and error."""
         # d = xhat - x; x+ = (a - bL) x - bL d + b e + w;  d+ = (1 - K)(a d - w) + K v
@@ -180,6 +189,22 @@ class Point:
     threshold: float
     delay: float
     told: float
+
+
+def watermark_within(loop: Loop, samples: float, false_alarm: float) -> float:
+    """Return the smallest watermark whose replay is told within so many samples on average, by its expected information.
+
+    At one false alarm in A samples the best guard needs about ln(A) nats: the delay is ln(A) over the information of a sample. The
+    correlation of replayed innovations tells more than that counts, so the guard is no later.
+    Source: Lorden, Ann. Math. Statist. 42 (1971), 1897.
+    """
+    from scipy.optimize import brentq
+
+    needed = math.log(false_alarm) / samples
+    largest = math.sqrt(loop.innovation) / abs(loop.b)
+    while loop.information(largest) < needed:
+        largest *= 2.0
+    return float(brentq(lambda size: loop.information(size) - needed, 0.0, largest, xtol=1e-9))
 
 
 def frontier(loop: Loop, watermarks: tuple[float, ...], false_alarm: float, seed: int = 1) -> list[Point]:
