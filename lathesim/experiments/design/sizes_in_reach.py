@@ -15,7 +15,7 @@ import numpy as np
 
 from lathesim.diagnosis.method import STANDARD
 from lathesim.engine.assembly import Assembly, FloatArray
-from lathesim.engine.batch import Batch
+from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import Plan, wire
 from lathesim.experiments.design.laying import Laid
 from lathesim.experiments.design.rivals import Rival
