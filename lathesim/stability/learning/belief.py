@@ -64,7 +64,7 @@ class Belief:
     def stable_probability(self, speeds: FloatArray, widths: FloatArray) -> FloatArray:
         """Return the probability that each cut is stable; speeds [rpm] and widths [m] of one shape (cuts,)."""
         limits = self.log_limits(speeds)
-        return np.asarray(self.weights @ _stable(limits - np.log(widths)))
+        return np.asarray(self.weights @ stable_chance(limits - np.log(widths)))
 
 
 def log_limits(particles: FloatArray, speeds: FloatArray) -> FloatArray:
@@ -73,7 +73,7 @@ def log_limits(particles: FloatArray, speeds: FloatArray) -> FloatArray:
     return np.asarray(particles[:, 2:3] + log_limit(rate, np.broadcast_to(particles[:, 1:2], rate.shape)))
 
 
-def _stable(excess: FloatArray) -> FloatArray:
+def stable_chance(excess: FloatArray) -> FloatArray:
     """Return the probability of being stable where the limit is exp(excess) times the width."""
     soft = 1.0 / (1.0 + np.exp(np.clip(-excess / SOFTNESS, -60.0, 60.0)))
     return np.asarray(MISLABELLED + (1.0 - 2.0 * MISLABELLED) * soft)
@@ -135,7 +135,7 @@ def _log_posterior(belief: Belief, particles: FloatArray) -> FloatArray:
 def log_likelihood(particles: FloatArray, cut: TriedCut) -> FloatArray:
     """Return the logarithm of the likelihood of a cut for each particle: stable or not, and the chatter frequency where it is known."""
     excess = log_limits(particles, np.array([cut.speed]))[:, 0] - math.log(cut.width)
-    stable = _stable(excess)
+    stable = stable_chance(excess)
     found = np.log(stable if cut.stable else 1.0 - stable)
     if not cut.stable and math.isfinite(cut.frequency):
         found = found + np.log(_frequency_density(particles, cut))

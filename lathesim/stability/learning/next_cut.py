@@ -1,7 +1,7 @@
 """The next cut worth making: the one of largest expected gain in removal rate, under a limit of risk.
 
 A stable cut is worth what it removes beyond the best stable one so far, speed times width, as feed and diameter stay. A cut that chatters
-costs a price. So the cut that counts is the maximum of  P(stable) (n b - best)+ - P(chatter) price  where P(chatter) <= risk.
+costs a price. So a cut counts  P(stable) (n b - best)+ - P(chatter) price  where P(chatter) <= risk, and with it the best cut after it.
 """
 
 from __future__ import annotations
@@ -9,16 +9,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from lathesim.record import FloatArray
-from lathesim.stability.learning.belief import Belief, learn
+from lathesim.stability.learning.belief import Belief, learn, log_limits, stable_chance
 from lathesim.stability.learning.tried_cuts import TriedCut
 
 WIDTHS = 64
 RISK = 0.6
 """A cut that chatters more probably than this is not proposed."""
+
+
+_SPEEDS_LOOKED_AT, _CHANCES_LOOKED_AT, _FEW_PARTICLES = 12, (0.45, 0.6, 0.8, 0.92), 800
+"""Speeds and chances to be stable of the cuts that are followed to a second one, and particles by which that is done."""
 
 
 @dataclass(frozen=True)
@@ -45,30 +50,97 @@ def best_stable(cuts: Sequence[TriedCut]) -> float:
 
 
 def next_cut(belief: Belief, inside: Range, *, risk: float = RISK, price: float = 0.0) -> Proposal:
-    """Return the next cut; ``price`` of a cut that chatters is in speed times width [rpm*m]."""
+    """Return the next cut; ``price`` of a cut that chatters is in speed times width [rpm*m].
+
+    Of the cuts of large gain that one is taken which is best together with the cut after it: what it teaches is worth something too.
+    """
     best = best_stable(belief.cuts)
-    limits = np.exp(belief.log_limits(inside.speeds))
+    offers = _offers(belief.log_limits(inside.speeds), inside)
+    stable = offers.stable(belief.weights)
+    gain = offers.gain(stable, best, risk, price)
+    if not np.isfinite(gain).any():
+        return _proposal(offers, stable, gain, int(np.argmax(stable)))
+    places = _candidates(stable, gain)
+    proposals = [_proposal(offers, stable, gain, place) for place in places]
+    return proposals[int(np.argmax(_worth_of_two(belief, inside, proposals, risk, price)))]
+
+
+@dataclass(frozen=True, eq=False)
+class _Offers:
+    """Cuts at some ranks of the limits of each speed: widths [m] (ranks, speeds), the ranks, the order of the particles
+    (particles, speeds), whether a rank is at the widest allowed, and which limits are above that."""
+
+    speeds: FloatArray
+    widths: FloatArray
+    ranks: Any
+    order: Any
+    is_widest: Any
+    above: Any
+
+    def stable(self, weights: FloatArray) -> FloatArray:
+        """Return the probability of each cut to be stable where the particles have these weights, (ranks, speeds)."""
+        left = 1.0 - np.cumsum(weights[self.order], axis=0)[self.ranks]
+        return np.asarray(np.where(self.is_widest, weights @ self.above, left))
+
+    def gain(self, stable: FloatArray, best: float, risk: float, price: float) -> FloatArray:
+        """Return the expected gain of each cut over the ``best`` one, minus infinity where the risk is too high."""
+        gain = stable * np.maximum(self.speeds * self.widths - best, 0.0) - (1.0 - stable) * price
+        return np.asarray(np.where(1.0 - stable <= risk, gain, -math.inf))
+
+
+def _offers(log_limits: FloatArray, inside: Range) -> _Offers:
+    limits = np.exp(log_limits)
     order = np.argsort(limits, axis=0)
-    ranked = np.take_along_axis(limits, order, axis=0)
-    left = 1.0 - np.cumsum(belief.weights[order], axis=0)
-    chosen = Proposal(float(inside.speeds[0]), inside.widest, 0.0, -math.inf)
-    safest = chosen
-    for place, speed in enumerate(inside.speeds.tolist()):
-        column, chance = ranked[:, place], left[:, place]
-        at = np.unique(np.linspace(0, len(column) - 1, 4 * WIDTHS).astype(int))
-        widths = np.minimum(column[at] * (1.0 - 1e-6), inside.widest)
-        # at the widest allowed all limits above it are stable
-        wide = float(chance[min(int(np.searchsorted(column, inside.widest)), len(column) - 1)])
-        stable = np.where(column[at] >= inside.widest, wide, chance[at])
-        gain = stable * np.maximum(speed * widths - best, 0.0) - (1.0 - stable) * price
-        allowed = 1.0 - stable <= risk
-        if allowed.any():
-            top = int(np.argmax(np.where(allowed, gain, -math.inf)))
-            if gain[top] > chosen.gain:
-                chosen = Proposal(speed, float(widths[top]), float(stable[top]), float(gain[top]))
-        if stable[0] > safest.stable:
-            safest = Proposal(speed, float(widths[0]), float(stable[0]), float(gain[0]))
-    return chosen if math.isfinite(chosen.gain) else safest
+    ranks = np.unique(np.linspace(0, len(limits) - 1, 4 * WIDTHS).astype(int))
+    ranked = np.take_along_axis(limits, order[ranks], axis=0)
+    widths = np.minimum(ranked * (1.0 - 1e-6), inside.widest)
+    return _Offers(inside.speeds, widths, ranks, order, ranked >= inside.widest, (limits >= inside.widest).astype(np.float64))
+
+
+def _proposal(offers: _Offers, stable: FloatArray, gain: FloatArray, place: int) -> Proposal:
+    at = divmod(place, len(offers.speeds))
+    return Proposal(float(offers.speeds[at[1]]), float(offers.widths[at]), float(stable[at]), float(gain[at]))
+
+
+def _candidates(stable: FloatArray, gain: FloatArray) -> list[int]:
+    """Return places of cuts worth looking at: those of largest gain at speeds apart, and bolder and safer ones there."""
+    columns = np.argsort(-gain.max(axis=0))
+    apart: list[int] = []
+    for column in columns.tolist():
+        if len(apart) < _SPEEDS_LOOKED_AT and all(abs(column - other) > 2 for other in apart):
+            apart.append(column)
+    found = []
+    for column in apart:
+        ranks = {int(np.argmax(gain[:, column]))}
+        ranks |= {int(np.argmin(np.abs(stable[:, column] - wanted))) for wanted in _CHANCES_LOOKED_AT}
+        found += [rank * gain.shape[1] + column for rank in sorted(ranks) if math.isfinite(gain[rank, column])]
+    return found
+
+
+def _worth_of_two(belief: Belief, inside: Range, proposals: Sequence[Proposal], risk: float, price: float) -> list[float]:
+    """Return the expected gain of each cut and of the best one after it, which depends on how the first goes.
+
+    Source: J. Wu, P. Frazier, Practical two-step look-ahead Bayesian optimization, NeurIPS (2019). Left out: what the chatter frequency
+    of the first would tell.
+    """
+    best = best_stable(belief.cuts)
+    positions = (np.arange(_FEW_PARTICLES) + 0.5) / _FEW_PARTICLES
+    few = belief.particles[np.searchsorted(np.cumsum(belief.weights), positions).clip(0, len(belief.particles) - 1)]
+    limits = log_limits(few, inside.speeds)
+    offers = _offers(limits, inside)
+
+    def after(weights: FloatArray, reached: float) -> float:
+        gain = offers.gain(offers.stable(weights / weights.sum()), reached, risk, price)
+        return max(0.0, float(gain.max()))
+
+    worth = []
+    for proposal in proposals:
+        column = int(np.argmin(np.abs(inside.speeds - proposal.speed)))
+        stable = stable_chance(limits[:, column] - math.log(proposal.width))
+        chance, reached = float(stable.mean()), proposal.speed * proposal.width
+        if_stable = max(0.0, reached - best) + after(stable, max(best, reached))
+        worth.append(chance * if_stable + (1.0 - chance) * (after(1.0 - stable, best) - price))
+    return worth
 
 
 def next_cuts(belief: Belief, inside: Range, count: int, *, risk: float = RISK, price: float = 0.0) -> list[Proposal]:

@@ -29,6 +29,7 @@ from tests.stability.campaign.results import collected
 PRIOR = Prior(np.log([100.0, 0.05, 0.01]), np.array([0.1, 0.3, math.hypot(0.2, 0.2)]))
 INSIDE = Range(np.linspace(1000.0, 4000.0, 121), 6e-3)
 CUTS = 20
+GROUPS = ("heard", "mute", "grid", "second", "process", "network")
 _CALIBRATED_AFTER = {"heard": 8, "mute": 10}
 _POINTS = 400
 _SPREAD = ((1500.0, 1.5e-3), (3250.0, 3.0e-3), (2250.0, 1.0e-3), (3750.0, 4.5e-3))
@@ -121,22 +122,31 @@ def _probabilities(belief: Belief, hidden: Machine, number: int) -> dict[str, An
 
 
 def _by_grid(hidden: Machine) -> dict[str, Any]:
-    """Widen the cut in steps at each of seven speeds until it chatters."""
-    best, asked = 0.0, 0
-    for speed in np.linspace(1000.0, 4000.0, 7).tolist():
-        for step in itertools.count(1):
-            width = step * _GRID_STEP
-            if width > INSIDE.widest:
-                break
-            asked += 1
-            if not hidden.cut(speed, width).stable:
-                break
-            best = max(best, speed * width)
-    return {"cuts": asked, "share": best / hidden.best()}
+    """Widen the cut in steps at each of seven speeds until it chatters: from the narrowest width, or from what would beat the best so far.
+
+    The speeds are both ends of the range and five between, or the middles of seven parts of it.
+    """
+    low, high = float(INSIDE.speeds[0]), float(INSIDE.speeds[-1])
+    ends, middles = np.linspace(low, high, 7), low + (high - low) * (np.arange(7) + 0.5) / 7.0
+    found: dict[str, Any] = {}
+    for name, speeds, beating in (("", ends, False), (" beating", ends, True), (" beating, middles", middles, True)):
+        best, asked = 0.0, 0
+        for speed, limit in zip(speeds.tolist(), hidden.limits(speeds).tolist(), strict=True):
+            for step in itertools.count(1 + int(beating * best / speed / _GRID_STEP)):
+                width = step * _GRID_STEP
+                if width > INSIDE.widest:
+                    break
+                asked += 1
+                if width >= limit:
+                    break
+                best = max(best, speed * width)
+        found |= {f"cuts{name}": asked, f"share{name}": best / hidden.best()}
+    return found
 
 
 def _without_physics(group: str, hidden: Machine) -> dict[str, Any]:
-    cuts, shares, best = [], [], hidden.best()
+    cuts: list[TriedCut] = []
+    shares, best = [], hidden.best()
     speeds, widths = (grid.ravel() for grid in np.meshgrid(INSIDE.speeds[::4], np.linspace(0.1e-3, INSIDE.widest, 60)))
     for count in range(CUTS):
         if count < len(_SPREAD):
@@ -180,9 +190,9 @@ def calibration_error(said: Any, true: Any, bins: int = 10) -> float:
     )
 
 
-def run(machines: Sequence[int], path: Path) -> None:
-    """Measure so many machines with each learner and print the table."""
-    groups = ("heard", "mute", "grid", "second", "process", "network")
+def run(machines: Sequence[int], path: Path, only: str = "") -> None:
+    """Measure so many machines with each learner, or with one, and print the table."""
+    groups = (only,) if only else GROUPS
     rows = {}
     for group in groups:
         asked = machines[:20] if group == "second" else machines
@@ -193,18 +203,25 @@ def run(machines: Sequence[int], path: Path) -> None:
         + "".join(f"{text:>16}" for text in ("90 % after 8", "90 % after 10", "95 % after 20", "median after 8"))
     )
     for group, title in titles.items():
+        if group not in rows:
+            continue
         table = np.array([row["shares"] for row in rows[group]])
         columns = [(table[:, 7] >= 0.9).mean(), (table[:, 9] >= 0.9).mean(), (table[:, 19] >= 0.95).mean(), np.median(table[:, 7])]
         print(f"{title:<32}" + "".join(f"{100.0 * value:>15.0f}%" for value in columns))
-    cuts, share = (np.median([row[name] for row in rows["grid"]]) for name in ("cuts", "share"))
-    print(f"grid of 7 speeds: median {cuts:.0f} cuts reach {100.0 * share:.0f} %")
-    for group in ("heard", "mute"):
+    if "grid" in rows:
+        for way in rows["grid"][0]:
+            if way.startswith("cuts"):
+                cuts, share = (np.median([row[name] for row in rows["grid"]]) for name in (way, way.replace("cuts", "share")))
+                print(f"grid of 7 speeds, {way}: median {cuts:.0f} cuts reach {100.0 * share:.0f} %")
+    for group in (name for name in ("heard", "mute") if name in rows):
         print(f"\nafter {_CALIBRATED_AFTER[group]} cuts, {titles[group]}: calibration error and Brier score at cuts spread by chance")
         for name in ("map", "network", "process"):
             with_it = [row for row in rows[group] if name in row["said"]]
             said = np.concatenate([row["said"][name] for row in with_it])
             true = np.concatenate([row["true"] for row in with_it]).astype(float)
             print(f"  {name:<10}{calibration_error(said, true):>8.4f}{np.mean((said - true) ** 2):>8.4f}   ({len(with_it)} machines)")
+    if "second" not in rows:
+        return
     second = rows["second"]
     told = sum(row["told"] > 0 for row in second)
     high = sum(row["too_high"][-1] > 1.2 for row in second)
