@@ -16,17 +16,24 @@ import numpy as np
 from lathesim.record import FloatArray
 
 _ALIKE = 0.95
-"""Least coherence of two differences that follow each other. Calibrated on the tuning half of rigs: it tells 15 of 23 in time, with 7 early
-signs in 60 cuts without chatter; 0.97 tells 10 with 6."""
+"""Least coherence of differences that follow each other: a vibration that noise keeps alive has less where it dies out by 5 % a turn."""
+_GROWTH = 1.1
+"""Growth of the power of the differences in a turn: one of the amplitude of 5 %, as the coherence asks for. What is steady does not."""
+_INDEPENDENT = 6.0
+_MOST_DIFFERENCES = 8
+"""Values of a band that are independent of each other, at least, and differences of turns looked at for them at most. One alone is always
+coherent."""
 _NARROW = 0.5
 """Least share of the difference in the band of a Hopf bifurcation."""
 _BAND = 0.12
+_STANDS_OUT, _FEWEST_LINES = 6.0, 3
+"""Power of a line of a difference over the median, and how many of them carry a flip at least: one alone is always alike."""
 _OFF_ORDER = 0.05
 """Angle of the multiplier in turns from which it is no change at whole orders."""
 _OF_FORCE = 0.05
 """A difference of so much of the mean force is more than the noise of a cut."""
-_CHECKS = 4
-"""Checks in a row, two to a turn, where no mean tells how large a vibration is."""
+_CHECKS_A_TURN, _CHECKS = 4, 3
+"""Checks of a turn, and how many in a row where no mean tells how large a vibration is."""
 _LOWEST_ORDER = 0.45
 
 
@@ -41,10 +48,10 @@ class FirstSign:
 def first_sign(values: FloatArray, rate: float, turning: float, mean: float) -> FirstSign | None:
     """Return the first sign of chatter in a signal; ``mean`` is that of a force, 0 of other signals. None where nothing tells of it."""
     turn = rate / turning
-    steps = 2.0 * len(values) / turn
+    steps = _CHECKS_A_TURN * len(values) / turn
     in_a_row = 0
-    for half_turns in range(6, int(steps) + 1):
-        end = half_turns * 0.5 * turn
+    for check in range(3 * _CHECKS_A_TURN, int(steps) + 1):
+        end = check * turn / _CHECKS_A_TURN
         in_a_row = in_a_row + 1 if _grows(values, end, turn, mean) else 0
         if in_a_row >= (1 if mean > 0.0 else _CHECKS):
             sizes = difference_sizes(values, turn)
@@ -74,33 +81,62 @@ def _piece(values: FloatArray, start: float, turn: float) -> FloatArray:
 
 
 def _grows(values: FloatArray, end: float, turn: float, mean: float) -> bool:
-    """Whether the last three turns before ``end`` [samples] show a vibration off the orders that does not die out."""
-    first, second, third = (_piece(values, max(0.0, end - back * turn), turn) for back in (3, 2, 1))
-    before, after = second - first, third - second
-    before, after = before - before.mean(), after - after.mean()
+    """Whether the last turns before ``end`` [samples] show a vibration off the orders that does not die out."""
+    before, after = _difference(values, end - turn, turn), _difference(values, end, turn)
     if mean > 0.0 and after.std() < _OF_FORCE * mean:
         return False
-    size = float(before @ before)
-    if not size > 0.0:
+    if _changes_sign(before, after):
+        return True
+    order = _strongest_order(np.concatenate([before, after]))
+    if order <= 0.0:
         return False
-    product = float(before @ after)
-    alike = product / math.sqrt(size * float(after @ after)) if after.any() else 0.0
-    return (-alike >= _ALIKE and -product >= size) or _turns_and_grows(np.concatenate([before, after]))
+    count = min(max(math.ceil(_INDEPENDENT / (2.0 * _BAND * order)), 2), _MOST_DIFFERENCES)
+    if end < (count + 1) * turn:
+        return False
+    rows = [_difference(values, end - back * turn, turn) for back in range(count - 1, -1, -1)]
+    return _turns_and_grows(np.concatenate(rows), count, order)
 
 
-def _turns_and_grows(both: FloatArray) -> bool:
-    """Whether the band that carries two differences comes back larger after a turn, turned by an angle that is none of whole orders."""
-    count = len(both)
-    spectrum = np.fft.fft(both)
-    order = np.fft.fftfreq(count) * count / 2.0
+def _changes_sign(before: FloatArray, after: FloatArray) -> bool:
+    """Whether a difference comes back as large with its sign changed, in all lines that stand out of its noise: a flip."""
+    spectra = np.fft.rfft(np.stack([before, after]), axis=1)
+    power = (np.abs(spectra) ** 2).sum(axis=0)
+    kept = power > _STANDS_OUT * np.median(power)
+    if np.count_nonzero(kept) < _FEWEST_LINES or power[kept].sum() < _NARROW * power.sum():
+        return False
+    first, last = spectra[0, kept], spectra[1, kept]
+    size, product = float(np.vdot(first, first).real), float(np.vdot(first, last).real)
+    return -product >= max(size, _ALIKE * math.sqrt(size * float(np.vdot(last, last).real)))
+
+
+def _difference(values: FloatArray, end: float, turn: float) -> FloatArray:
+    """Return the turn that ends at a place less the turn before, without its mean."""
+    found = _piece(values, max(0.0, end - turn), turn) - _piece(values, max(0.0, end - 2.0 * turn), turn)
+    return np.asarray(found - found.mean())
+
+
+def _strongest_order(both: FloatArray) -> float:
+    """Return the order that is strongest in two differences, 0 where none is."""
+    power = np.abs(np.fft.rfft(both)) ** 2
+    order = 0.5 * np.arange(len(power))
+    power[order < _LOWEST_ORDER] = 0.0
+    return float(order[int(np.argmax(power))]) if power.any() else 0.0
+
+
+def _turns_and_grows(rows: FloatArray, count: int, top: float) -> bool:
+    """Whether the band that carries ``count`` differences in a row comes back as large after each turn, turned by an angle that is none of
+    whole orders."""
+    length = len(rows)
+    spectrum = np.fft.fft(rows)
+    order = np.fft.fftfreq(length) * length / count
     power = np.where(order >= _LOWEST_ORDER, np.abs(spectrum) ** 2, 0.0)
-    top = float(order[int(np.argmax(power))])
     shape = np.exp(-0.5 * ((order - top) / max(1.0, _BAND * top)) ** 2)
     if float((power * shape**2).sum()) < _NARROW * float(power.sum()):
         return False
     band = np.fft.ifft(2.0 * spectrum * shape)
-    edge, half = max(1, count // 24), count // 2
-    before, after = band[edge:half], band[half + edge :]
-    product, size = np.vdot(before, after), float(np.vdot(before, before).real)
-    alike = abs(product) / math.sqrt(size * float(np.vdot(after, after).real))
-    return bool(alike >= _ALIKE and abs(product) >= size and abs(np.angle(product)) > 2.0 * np.pi * _OFF_ORDER)
+    turn, edge = length // count, max(1, length // (12 * count))
+    before, after = band[edge : length - turn - edge], band[turn + edge : length - edge]
+    product = np.vdot(before, after)
+    first, last = float(np.vdot(before, before).real), float(np.vdot(after, after).real)
+    alike = abs(product) / math.sqrt(first * last) if first > 0.0 and last > 0.0 else 0.0
+    return bool(alike >= _ALIKE and last >= _GROWTH * first and abs(np.angle(product)) > 2.0 * np.pi * _OFF_ORDER)

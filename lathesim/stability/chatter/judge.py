@@ -14,7 +14,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from lathesim.stability.chatter.signal_lines import Vibration, VibrationLine
+from lathesim.record import FloatArray
+from lathesim.stability.chatter.signal_lines import FEWEST_TURNS, Vibration, VibrationLine, vibration
 from lathesim.stability.chatter.turn_memory import TurnMemory, turn_memory, turn_shares
 
 KINDS = ("stable", "hopf", "flip", "forced", "segmentation", "mains", "entry")
@@ -41,12 +42,17 @@ _KEEPS = 0.955
 """A band that keeps so much from turn to turn repeats itself. On the tuning half chatter keeps 0.98 and more, shaken modes at most 0.94."""
 _STEADY = 0.33
 """Variation of the envelope up to which an amplitude is steady: between chatter (at most 0.25) and noise (0.52 by Rayleigh)."""
-_RANDOM = 0.42
-"""Variation from which a band is noise that shakes a mode: between segments (at most 0.35) and 0.52."""
+_IMPULSIVE = 5.0
+"""Standard errors by which prediction errors differ from Gaussian ones where something breaks or knocks: one in a million by chance."""
+_LEAST_DAMPING = 0.00135
+"""Damping that a stable cut leaves to a mode at least. On the tuning half it is 0.003 and more, and chatter looks like 0.0005 to 0.0013."""
+_BY_CHANCE = 1e-4
+"""Chance below which a growth is not one of noise."""
 _ORDER_KEEPS = 0.75
 """What lines at whole or half orders keep at least: 0.8 of those of a flip in sound, less where noise lies there by chance."""
 _FLIP_SHARE = 0.03
 _FLIP_LINES = 3
+_REPEATED = 0.005
 """Two half orders of this share are a flip, or so many of any: nothing else makes several half orders that repeat."""
 _NOT_FAR_BELOW = 0.25
 _DOMINANT = 0.25
@@ -58,6 +64,8 @@ _LEAVES_THE_CUT = 0.45
 _DIED = 0.12
 """A ringing has less than this share of its first amplitude at the end."""
 _OUTGREW = 4.0
+_LAST = 3
+"""Share of the recording, one over it, by which what grew is judged again."""
 _MAINS = (50.0, 60.0)
 _MAINS_MULTIPLES = 4
 _MAINS_NEAR = 0.004
@@ -66,7 +74,7 @@ _ABOVE_A_MODE = (-0.04, 0.45)
 _RUNG_AT_FIRST = 3.5
 _BLOCK = 4.0
 """Vibrations of a block in which a ringing is looked for: one that is damped by 6 % has lost four fifths after as many."""
-_RUNG_IN_A_TURN = 4.0
+_RUNG_IN_A_TURN, _BLOCKS_OF_A_TURN = 4.0, 20
 _HIGH_ORDER = 5
 """Orders from which a turn may ring, assumed: run-out, unbalance and the jaws of a chuck make those below."""
 
@@ -86,17 +94,42 @@ class Judged:
 
 
 def judge(found: Vibration, modes: tuple[float, ...] = (), quiet: Vibration | None = None) -> Judged:
-    """Return what a vibration is; ``modes`` are known natural frequencies [Hz], ``quiet`` is the same signal while nothing is cut."""
+    """Return what a vibration is; ``modes`` are known natural frequencies [Hz], ``quiet`` is the same signal while nothing is cut.
+
+    A vibration that grew is judged by its last third as well: chatter is what it grew to.
+    """
+    judged = _judge_whole(found, modes, quiet)
+    if judged.kind in ("hopf", "flip", "entry") or not _grew_to_the_end(found.values):
+        return judged
+    last = found.values[-(len(found.values) // _LAST) :]
+    if len(last) * found.turning / found.rate < FEWEST_TURNS:
+        return judged
+    # its own mean says nothing of contact: that of the whole does
+    late = replace(vibration(last, found.rate, found.turning), modulation=found.modulation)
+    at_last = _judge_whole(late, modes, quiet)
+    return at_last if at_last.kind in ("hopf", "flip") else judged
+
+
+def _grew_to_the_end(values: FloatArray) -> bool:
+    thirds = [float(part.std()) for part in np.array_split(values, _LAST)]
+    return thirds[-1] > _GREW * thirds[0]
+
+
+def _judge_whole(found: Vibration, modes: tuple[float, ...], quiet: Vibration | None) -> Judged:
+    """Return what a vibration is by all of it."""
     orders, halves, hum, others = _sorted_lines(found, quiet)
     # the mean turn tells orders out of noise, and needs the speed; lines at low orders do not need it as exactly
-    whole = max(turn_shares(found.values, found.rate, found.turning)[0], sum(line.share for line in orders))
+    each_turn, each_other = turn_shares(found.values, found.rate, found.turning)
+    whole = max(each_turn, sum(line.share for line in orders))
     half = max(halves, key=lambda line: line.share, default=None)
     half_share = sum(line.share for line in halves)
     hum_share = sum(line.share for line in hum)
-    flips = _are_a_flip(orders, halves) and half_share > _NOT_FAR_BELOW * sum(line.share for line in others)
+    repeated = each_other > max(_REPEATED, 1.5 * found.rate / (len(found.values) * found.turning))
+    flips = _are_a_flip(orders, halves, repeated) and half_share > _NOT_FAR_BELOW * sum(line.share for line in others)
     if not flips:
         others = [*others, *halves]  # at a high order any line is near a half number
-    other_share = sum(line.share for line in others)
+    # lines of a spectrum are no better than its resolution: what repeats every turn is none of the others
+    other_share = min(sum(line.share for line in others), 1.0 - each_turn)
     strongest = max(others, key=lambda line: line.share, default=None)
     began = _rung_at_first(found)
     if began and not (strongest is not None and strongest.late >= _GREW and strongest.share > 0.3):
@@ -111,8 +144,8 @@ def judge(found: Vibration, modes: tuple[float, ...] = (), quiet: Vibration | No
         for line in sorted(others, key=lambda item: -item.share):
             if line.share < _NOT_FAR_BELOW * strongest.share:
                 break
-            judged = _off_order(line, found, modes)
-            if judged.kind != "stable":
+            judged = _off_order(line, found, modes, other_share)
+            if judged.kind not in ("stable", "segmentation") or (judged.kind == "segmentation" and other_share >= whole):
                 return judged
             shaken = shaken or judged.reasons[-1]
     if hum_share > _DOMINANT * max(0.3, whole) and hum:
@@ -151,7 +184,7 @@ def judge_line(found: Vibration, modes: tuple[float, ...] = ()) -> Judged:
         return Judged("forced", line, 0, (f"it is order {line.order:.2f} of the spindle",))
     if hum:
         return Judged("mains", line, 0, (f"{line.frequency:.2f} Hz is a multiple of the mains frequency, and steady",))
-    judged = _off_order(line, found, modes)
+    judged = _off_order(line, found, modes, line.share)
     # a band was asked about: what shakes a mode there is as much part of the cut as segments are
     return replace(judged, kind="segmentation") if judged.kind == "stable" else judged
 
@@ -183,10 +216,14 @@ def _repeats_itself(line: VibrationLine, found: Vibration, *, orders: bool) -> b
     return turn_memory(found.values, found.rate, found.turning, line.frequency, orders=orders).kept > _ORDER_KEEPS
 
 
-def _are_a_flip(orders: list[VibrationLine], halves: list[VibrationLine]) -> bool:
-    """Whether lines at half orders belong to a flip: only an interrupted cut flips, and several of its half orders show."""
+def _are_a_flip(orders: list[VibrationLine], halves: list[VibrationLine], repeated: bool) -> bool:
+    """Whether lines at half orders belong to a flip: only an interrupted cut flips, and several of its half orders show.
+
+    Two are enough where they are large, and one where the mean of turns with alternating signs holds more than chance would leave there.
+    """
     numbers = {round(line.order - 0.5) for line in halves}
     enough = len(numbers) >= _FLIP_LINES or (len(numbers) >= 2 and sum(line.share for line in halves) > _FLIP_SHARE)
+    enough = enough or (repeated and len(numbers) > 0)
     return enough and sum(line.share for line in orders) > 0.01
 
 
@@ -225,27 +262,48 @@ def _outgrew(line: VibrationLine, found: Vibration) -> bool:
     return line.late > _OUTGREW and line.share > 0.04 and not line.is_wide
 
 
-def _off_order(line: VibrationLine, found: Vibration, modes: tuple[float, ...]) -> Judged:
+def _off_order(line: VibrationLine, found: Vibration, modes: tuple[float, ...], share: float) -> Judged:
+    """Return what a line off the orders is; ``share`` is that of all such lines."""
     mode = _mode_of(line.frequency, modes)
     near = f", a little above mode {mode} ({modes[mode - 1]:.1f} Hz)" if mode else ""
     where = f"a line at {line.frequency:.1f} Hz, order {line.order:.2f}, no whole one{near}"
     if line.late < _DIED and line.rate < 0.0:
         return Judged("entry", line, mode, (where, "it decays from the beginning of the cut"))
-    if line.late < _GREW and found.modulation > _LEAVES_THE_CUT and line.share > _DOMINANT:
+    if line.late < _GREW and found.modulation > _LEAVES_THE_CUT and share > _DOMINANT:
         return Judged("hopf", line, mode, (where, "the force swings so far that the tool leaves the cut"))
     memory = _memory(line, found)
+    grew = line.late >= _GREW and _grew_beyond_chance(line, memory, found)
     repeats = memory.kept >= _KEEPS and (memory.variation <= _STEADY or line.late >= _GREW)
-    if not repeats and memory.variation > _RANDOM:
+    if not repeats and not grew:
+        kept = f"it keeps {100 * memory.kept:.0f} % of itself from turn to turn"
+        open_still = "hopf" if mode and memory.kept > _ORDER_KEEPS else ""
+        if memory.is_steady:
+            return Judged("segmentation", line, mode, (where, f"{kept}, and its amplitude is steady from the first turns on"), open_still)
+        if found.departure > _IMPULSIVE:
+            return Judged("segmentation", line, mode, (where, f"{kept}, and it is struck again and again"), open_still)
         told = f"noise of the cut shakes a mode at {line.frequency:.0f} Hz: its amplitude wanders by {100 * memory.variation:.0f} %"
         return Judged("stable", line, mode, (where, told))
-    if not repeats:
-        wide = f"it keeps {100 * memory.kept:.0f} % of itself from turn to turn, and its amplitude is steady from the first turns on"
-        return Judged("segmentation", line, mode, (where, wide), "hopf" if mode and memory.kept > _ORDER_KEEPS else "")
     if line.late >= _GREW:
         return Judged("hopf", line, mode, (where, f"its amplitude grew {line.late:.1f} times"))
     if modes and not mode:
         return Judged("segmentation", line, 0, (where, "it is narrow, did not grow, and no mode lies near it"), "hopf")
     return Judged("hopf", line, mode, (where, "it is narrow; how it began was not recorded"), "segmentation")
+
+
+def _grew_beyond_chance(line: VibrationLine, memory: TurnMemory, found: Vibration) -> bool:
+    """Whether a vibration grew by more than the amplitude of noise would have by chance, by the F distribution of two powers; or grew, and
+    is narrower than noise makes a mode.
+
+    A seventh of the recording is behind each power, and half of it behind the memory. A mode of damping zeta that noise shakes has
+    2 pi zeta f T independent values in a time T.
+    """
+    seconds = 0.5 * len(found.values) / found.rate
+    if memory.independent < 2.0 * math.pi * _LEAST_DAMPING * line.frequency * seconds:
+        return True
+    from scipy.stats import f as ratio_of_powers
+
+    degrees = 2.0 * max(1.0, 2.0 * memory.independent / 7.0)
+    return bool(ratio_of_powers.sf(line.late**2, degrees, degrees) < _BY_CHANCE)
 
 
 def _mode_of(frequency: float, modes: tuple[float, ...]) -> int:
@@ -281,9 +339,9 @@ def _rung_each_turn(found: Vibration) -> float:
     whole = np.zeros(count, dtype=np.complex128)
     whole[: len(band)] = 2.0 * band
     envelope = np.abs(np.fft.ifft(whole))
-    blocks = np.array([block.mean() for block in np.array_split(envelope, 10)])
-    start = int(np.argmax(blocks))
-    turned = np.roll(blocks, -start)
-    if turned[0] > _RUNG_IN_A_TURN * turned[-4:-1].min() and turned[1] >= turned[3] >= 0.5 * turned[5]:
-        return float(top * found.turning)
-    return 0.0
+    blocks = np.array([block.mean() for block in np.array_split(envelope, min(_BLOCKS_OF_A_TURN, count // 4))])
+    turned = np.roll(blocks, -int(np.argmax(blocks)))
+    died = np.flatnonzero(turned < turned[0] / _RUNG_IN_A_TURN)
+    # it dies down without a rise between; after that the exit from the cut may ring as well
+    rings = len(died) > 0 and bool((np.diff(turned[: died[0] + 1]) < 0.15 * turned[0]).all())
+    return float(top * found.turning) if rings else 0.0

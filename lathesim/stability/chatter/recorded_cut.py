@@ -17,6 +17,10 @@ _TURNING = ("taco", "tacho", "speed", "rpm", "angle", "index", "pulse", "spindle
 _IN_CUT = 0.4
 """A force above this share of its upper level is that of a cut."""
 _SETTLED = 0.05
+_BLOCK = 0.004
+"""Length [s] of the pieces whose sizes are compared."""
+_SUDDEN = 5.0
+"""A piece so many times larger than all before it begins a cut."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,17 +124,18 @@ def turning_of(pulse: FloatArray, rate: float, place: str = "") -> float:
 
 
 def cutting_stretch(values: FloatArray, rate: float, turning: float) -> tuple[int, int]:
-    """Return the first and last sample of the cut of a force that starts or ends near 0; all of a signal without such a step."""
+    """Return the first and last sample of the cut: of a force that starts or ends near 0, or of a vibration that begins at once."""
     width = max(8, int(rate / turning))
     if len(values) < 8 * width:
         return 0, len(values)
+    begun = _onset(values, rate)
     smooth = np.convolve(values, np.ones(width) / width, "same")
     low, high = np.quantile(smooth, 0.02), np.quantile(smooth, 0.8)
     if abs(low) > abs(high):
         low, high, smooth = -high, -low, -smooth
     spread = float(np.quantile(np.abs(values - smooth), 0.9))
     if high - low < 3.0 * spread or abs(low) > 0.3 * abs(high):
-        return 0, len(values)
+        return begun, len(values)
     inside = smooth > low + _IN_CUT * (high - low)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
     begins, ends = edges[::2], edges[1::2]
@@ -141,4 +146,19 @@ def cutting_stretch(values: FloatArray, rate: float, turning: float) -> tuple[in
     while first + margin < last and smooth[first] < low + (1.0 - _SETTLED) * (high - low) and first < begins[longest] + 20 * width:
         first += width // 4
     last = last - margin if last < len(values) else last
-    return (first, last) if last - first > 8 * width else (0, len(values))
+    return (first, last) if last - first > 8 * width else (begun, len(values))
+
+
+def _onset(values: FloatArray, rate: float) -> int:
+    """Return the first sample of a vibration that begins at once after silence, 0 where none does: the entry of the tool.
+
+    Chatter grows out of noise by some per cent in a vibration and never so suddenly.
+    """
+    block = max(16, int(_BLOCK * rate))
+    count = len(values) // block
+    size = values[: count * block].reshape(count, block).std(axis=1)
+    for at in range(4, int(0.6 * count)):
+        before = size[: at - 1]
+        if size[at] > _SUDDEN * before.max() and before.max() < 2.0 * np.median(before):
+            return (at - 1) * block
+    return 0

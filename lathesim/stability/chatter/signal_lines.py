@@ -16,6 +16,9 @@ from scipy.ndimage import median_filter
 
 from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
+from lathesim.stability.chatter.prediction_errors import departure_from_gaussian
+from lathesim.stability.chatter.spindle_speed import refined_speed
+from lathesim.stability.chatter.turn_memory import without_orders
 
 _OUT_OF_NOISE = 14.0
 """Power of a line over that of the noise around."""
@@ -53,8 +56,8 @@ class VibrationLine:
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """A signal in the cut: values without trend, sample rate [Hz], speed [rev/s], its lines, the share of its power in noise, and its
-    standard deviation over its mean, 0 where it has none."""
+    """A signal in the cut: values without trend, sample rate [Hz], speed [rev/s], its lines, the share of its power in noise, its
+    standard deviation over its mean, 0 where it has none, and by how many standard errors it is no Gaussian noise beside its orders."""
 
     values: FloatArray
     rate: float
@@ -63,6 +66,7 @@ class Vibration:
     noise_share: float
     resolution: float
     modulation: float = 0.0
+    departure: float = 0.0
 
 
 def vibration(values: FloatArray, rate: float, turning: float, fewest: float = FEWEST_TURNS) -> Vibration:
@@ -80,7 +84,7 @@ def vibration(values: FloatArray, rate: float, turning: float, fewest: float = F
         raise RecordingError("the signal does not move.", remedy="Choose another channel with --channel.")
     frequency, power, resolution = _spectrum(clean, rate, turning)
     floor = _floor(power)
-    turning = _refined_speed(frequency, power / floor, turning)
+    turning = refined_speed(clean, rate, turning)
     lowest = _LOWEST_ORDER * turning
     total = float(power[frequency >= lowest].sum())
     found: list[tuple[float, float, float]] = []
@@ -104,7 +108,8 @@ def vibration(values: FloatArray, rate: float, turning: float, fewest: float = F
     swing = float(clean.std())
     # a signal without a mean, as of an accelerometer, tells nothing of contact
     modulation = swing / mean if mean > 0.2 * swing else 0.0
-    return Vibration(clean, rate, turning, lines, noise, resolution, modulation)
+    departure = departure_from_gaussian(without_orders(clean, rate, turning))
+    return Vibration(clean, rate, turning, lines, noise, resolution, modulation, departure)
 
 
 def _bands(
@@ -181,18 +186,6 @@ def _floor(power: FloatArray) -> FloatArray:
     """Return the noise around each line, by the running median, over no less than a millionth of the largest line."""
     around = max(31, len(power) // 24) | 1
     return np.asarray(np.maximum(median_filter(power, size=min(around, len(power)), mode="nearest") * 1.4, 1e-9 * power.max()))
-
-
-def _refined_speed(frequency: FloatArray, height: FloatArray, turning: float) -> float:
-    """Return the speed within 0.4 % at which orders stand out most; the given one where none do."""
-    limit = min(float(frequency[-1]), 24.0 * turning)
-    orders = np.arange(1, max(2, int(limit / turning)) + 1)
-    best, found = -1.0, turning
-    for trial in turning * (1.0 + np.linspace(-0.004, 0.004, 33)):
-        strength = float(np.log1p(np.interp(orders * trial, frequency, height)).sum()) - 40.0 * abs(trial / turning - 1.0)
-        if strength > best:
-            best, found = strength, float(trial)
-    return found
 
 
 def _extent(power: FloatArray, place: int, floor: float) -> tuple[int, int]:

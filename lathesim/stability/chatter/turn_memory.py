@@ -23,21 +23,30 @@ _BANDS = (0.06, 0.2)
 """Half widths of a band over its frequency, assumed: wider than a mode, so that the band does not make a memory of its own; and as wide as
 segments that scatter by 15 %. Noise varies as much in both, so the steadier one counts."""
 _BAND_TURNS = 0.3
+_OF_NOISE = math.sqrt(4.0 / math.pi - 1.0)
+_ERRORS = 3.0
+"""Standard errors by which an amplitude has to vary less than noise to be steady: one in a thousand by chance."""
 
 
 @dataclass(frozen=True)
 class TurnMemory:
-    """Of the later half of a vibration's band: ``kept``, the coherence with itself two turns before, from 0 to 1, and ``variation``, the
-    standard deviation of its envelope over the mean."""
+    """Of the later half of a vibration's band: ``kept``, the coherence with itself two turns before, from 0 to 1; ``variation``, the
+    standard deviation of its envelope over the mean; and ``independent``, how many values of the envelope are independent of each other."""
 
     kept: float
     variation: float
+    independent: float = 1.0
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether the amplitude varies less than that of noise would, which varies by 0.52 give or take 0.52/sqrt(2 independent)."""
+        return self.variation < _OF_NOISE - _ERRORS * _OF_NOISE / math.sqrt(2.0 * max(self.independent, 1.0))
 
 
 def turn_memory(values: FloatArray, rate: float, turning: float, frequency: float, *, orders: bool = False) -> TurnMemory:
     """Return the memory of the band around a frequency [Hz]; whole orders of the spindle in it are taken off unless ``orders`` asks."""
-    kept, variation = 0.0, math.inf
-    rest = values if orders else _without_orders(values, rate, turning)
+    kept, variation, independent = 0.0, math.inf, 1.0
+    rest = values if orders else without_orders(values, rate, turning)
     for place, share in enumerate(_BANDS[:1] if orders else _BANDS):
         half_band = max(_BAND_TURNS * turning, share * frequency)
         band = _later(_analytic(rest, rate, frequency, half_band), rate / turning)
@@ -45,8 +54,23 @@ def turn_memory(values: FloatArray, rate: float, turning: float, frequency: floa
             kept = _coherence(band, round(_TURNS * rate / turning))
         envelope = np.abs(band)
         mean = float(envelope.mean()) if len(envelope) else 0.0
-        variation = min(variation, float(envelope.std()) / mean if mean > 0.0 else math.inf)
-    return TurnMemory(kept, variation)
+        varies = float(envelope.std()) / mean if mean > 0.0 else math.inf
+        if varies < variation:
+            variation, independent = varies, independent_values(band)
+    return TurnMemory(kept, variation, independent)
+
+
+def independent_values(band: Any) -> float:
+    """Return how many values of a complex band are independent: its length over the sum of the squares of its autocorrelation.
+
+    Source: J. S. Bendat, A. G. Piersol, Random Data (2010), section 8.2.
+    """
+    count = len(band)
+    if count < 2:
+        return 1.0
+    spectrum = np.abs(np.fft.fft(band)) ** 2
+    total = float((spectrum**2).sum())
+    return max(1.0, float(spectrum.sum() ** 2) / total) if total > 0.0 else 1.0
 
 
 def _later(band: Any, turn: float) -> Any:
@@ -90,7 +114,7 @@ def _turns(values: FloatArray, turn: float) -> FloatArray:
     return np.interp(places.ravel(), np.arange(len(values)), values).reshape(count, samples)
 
 
-def _without_orders(values: FloatArray, rate: float, turning: float) -> FloatArray:
+def without_orders(values: FloatArray, rate: float, turning: float) -> FloatArray:
     """Return a signal less its mean turn."""
     turn = rate / turning
     mean = _turns(values, turn).mean(axis=0)

@@ -184,7 +184,7 @@ def recording(kind: str, number: int, half: str) -> Recording:
     air = float(chance.choice([0.0, 0.0, 0.4]))
     if kind in ("hopf", "entry"):
         return _begun(kind, made, cut, lasting, air, chance)
-    settling = 0.8
+    settling = max(0.8, max(8.0 / (2.0 * math.pi * mode[0] * mode[1]) for mode in made.modes))  # the entry has died out
     count = int((settling + lasting) * made.rate)
     skip = count - int(lasting * made.rate)
     plain = _read(made, [row[skip:] for row in simulated(made, cut, count, chance)])
@@ -198,7 +198,7 @@ def recording(kind: str, number: int, half: str) -> Recording:
     signals = [row[skip:] for row in simulated(made, cut, count, chance)]
     if kind in ("forced", "segmentation"):
         cut.outside = outside
-        for _ in range(6):  # what gives a recording its name dominates it
+        while True:  # what gives a recording its name dominates it
             signals = [row[skip:] for row in simulated(made, cut, count, chance)]
             read = _read(made, signals)
             share = _order_share(read, made.rate, speed) if kind == "forced" else 1.0 - np.var(plain) / np.var(read)
@@ -238,7 +238,13 @@ def _speed(made: Rig, chance: np.random.Generator) -> float:
         speed = float(chance.uniform(500.0, 3600.0))
         orders = [made.mains * multiple * 60.0 / speed for multiple in (1, 2, 3)]
         if all(abs(order - round(2.0 * order) / 2.0) > 0.06 for order in orders):
-            return speed
+            return _whole_steps(made, speed)
+
+
+def _whole_steps(made: Rig, speed: float) -> float:
+    """Return the speed [rpm] near one at which a turn is a whole number of steps, so that what is told is what is simulated."""
+    steps = made.rate * _STEPS * 60.0
+    return steps / round(steps / speed)
 
 
 def _begun(kind: str, made: Rig, cut: _Cut, lasting: float, air: float, chance: np.random.Generator) -> Recording:
@@ -281,8 +287,16 @@ def _flip(made: Rig, chance: np.random.Generator) -> Recording:
     one = Rig(made.modes[:1], made.sensor, made.rate, made.sensor_noise, made.roughness, made.run_out, made.hum, made.mains)
     natural = one.modes[0][0]
     while True:
-        speed = 60.0 * natural / float(chance.uniform(1.05, 2.6))
-        cut = _Cut(0.0, speed, float(chance.uniform(0.15, 0.5)), chance.uniform(0.06, 0.2) * 1e-3, roughness=made.roughness)
+        found = _flipped(one, natural, chance)
+        if found is not None:
+            return found
+
+
+def _flipped(one: Rig, natural: float, chance: np.random.Generator) -> Recording | None:
+    """Return a recording of a flip, none where the vibration did not stay one as it became large."""
+    while True:
+        speed = _whole_steps(one, 60.0 * natural / float(chance.uniform(1.05, 2.6)))
+        cut = _Cut(0.0, speed, float(chance.uniform(0.15, 0.5)), chance.uniform(0.06, 0.2) * 1e-3, roughness=one.roughness)
         for factor in (2.0, 4.0, 8.0, 14.0):
             cut.gain = factor * smallest_gain(one, speed)
             growth, alike = linear_growth(one, cut)
@@ -290,13 +304,19 @@ def _flip(made: Rig, chance: np.random.Generator) -> Recording:
                 break
         if 1.03 < growth < 1.5 and alike < -0.98:
             break
-    cut.run_out = made.run_out * cut.feed
-    count = int(max(1.5, 30.0 * 60.0 / speed) * made.rate)
+    cut.run_out = one.run_out * cut.feed
+    count = int(max(1.5, 30.0 * 60.0 / speed) * one.rate)
     for _ in range(3):
         signals = simulated(one, cut, count, chance)
-        if growth ** (count / made.rate * speed / 60.0) > 1e4:
+        if growth ** (count / one.rate * speed / 60.0) > 1e4:
             break
         count *= 2
+    size = 60.0 / speed * one.rate
+    rows = [np.interp(count - 1 - (turn + np.arange(int(size)) / int(size)) * size, np.arange(count), signals[1]) for turn in range(9)]
+    changes = np.diff(np.array(rows), axis=0)
+    alike = (changes[1:] * changes[:-1]).sum(axis=1) / np.sqrt((changes[1:] ** 2).sum(axis=1) * (changes[:-1] ** 2).sum(axis=1))
+    if np.mean(alike) > -0.9:
+        return None
     return _sensed("flip", one, cut, list(signals), 0.0, chance)
 
 
