@@ -62,4 +62,8 @@ class VerdictLimits:
         "derived",
         "five times what the integration steps leave (0.2 %)",
     )  # fmt: skip
-    follows_no_more: Limit = Limit(0.01, "share of missing force", "and follows it no more below this")
+    follows_no_more: Limit = Limit(
+        0.01, "share of missing force", "and follows it no more below this",
+        "calibrated",
+        "suite 712604, 28 cases: 23 right answers at 0.81 of it at most, 14 at 1.18 at least; of 3 wrong ones 3 at 0.004, one at 55",
+    )  # fmt: skip
