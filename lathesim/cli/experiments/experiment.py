@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from lathesim.experiments.design.prediction import Foretold
 
 
+_LONGEST = 3600.0
+"""Longest program [s] that is designed."""
+
+
 @click.command()
 @click.argument("lesson")
 @click.argument("diagnosis", required=False, type=click.Path(path_type=Path), metavar="[DIAGNOSIS.json]")
@@ -81,6 +85,13 @@ def experiment(
         raise LatheSimError(f"a program of {limit:g} s is too short to tell anything.", place="--at-most", remedy="Allow 2 s or more.")
     if sum((diagnosis is not None, between is not None, bool(wanted))) != 1:
         raise click.UsageError("Name the rivals with --between, give a DIAGNOSIS.json, or name values with --for: one of the three.")
+    if limit > _LONGEST:
+        raise LatheSimError(f"a program of {limit:g} s is too long to be designed.", place="--at-most", remedy="Allow an hour or less.")
+    per_second = quantity(rate, "Hz") if rate else 0.0
+    if rate and per_second <= 0.0:
+        raise LatheSimError(
+            f"a recording cannot take a row {per_second:g} times a second.", place="--rate", remedy="Give a rate above 0 Hz."
+        )
     loaded = load_lesson(lesson)
     registry = open_registry(plugin_folders)
     wish = Wish(
@@ -88,7 +99,7 @@ def experiment(
         programs,
         seed=seed,
         conditions=Conditions(*(name not in left_out for name in ("average", "refit", "price", "floor"))),
-        rate=quantity(rate, "Hz") if rate else 0.0,
+        rate=per_second,
     )
 
     def say(sentence: str) -> None:
