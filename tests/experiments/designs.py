@@ -3,6 +3,8 @@
 1. The closed controller of lesson 16 at 10 Hz within 22 s: the designed program against 100 undesigned ones.
 2. Three rivals on lesson 12: processor time of a design with 100 programs, all of them runs of one plan.
 3. What each step of a design is good for: programs chosen without it, judged with all steps.
+4. Designs for precision over draws and at the given values alone, judged at other values.
+5. A force that only shifts readings, with and without the share of a floor that does not average out.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from lathesim.experiments.design.experiment import Wish, design_experiment
 from lathesim.experiments.design.families import Candidate
 from lathesim.experiments.design.precision import PrecisionBench, design_for_precision
 from lathesim.experiments.design.program_text import Move
-from lathesim.experiments.design.rivals import named_between
+from lathesim.experiments.design.rivals import Named, named_between
 from lathesim.experiments.design.room import Room, room_of
 from lathesim.experiments.emulation.free_values import free_values
 from lathesim.lessons.lesson import load_lesson
@@ -101,20 +103,56 @@ def ablations(registry: Registry, count: int, seed: int, between: str) -> list[s
     return lines
 
 
+def without_average(registry: Registry, count: int, seed: int) -> list[str]:
+    """Return how well programs for precision do at values that no design had seen: designed at the given values, and over draws."""
+    lesson, lines, short = load_lesson(CLOSED), [], 8.0
+    prepared = prepare(lesson, registry)
+    room, channels = room_of(prepared), mapping_of(lesson, prepared.machinery).targets("compare")
+    for average in (True, False):
+        wish = Wish(short, count, draws=5, seed=seed, rate=10.0, conditions=Conditions(average=average))
+        found = design_for_precision(lesson, ["all"], registry, wish, "D", None, lambda text: None)
+        judge = replace(wish, draws=13, seed=seed + 1000)
+        bench = PrecisionBench(prepared, room, found.free, channels, found.noise, found.rate, judge, "D", None)
+        fresh = [bench.value_at(found.program, point) for point in bench.points[1:]]
+        here = bench.values([found.program])[0]
+        way = "over draws" if average else "at the given values"
+        lines.append(
+            f"designed {way}: ln det {here:.1f} at the given values; at 12 others mean {np.mean(fresh):.1f}, worst {min(fresh):.1f}; "
+            f"{found.program.seconds:.1f} s"
+        )
+    return lines
+
+
+def without_floor(registry: Registry, count: int, seed: int) -> list[str]:
+    """Return what is said of a small force that only shifts readings: a share of a floor that does not average out hides it."""
+    lesson, lines = load_lesson(AXIS), []
+    named = [Named("ForceOffset", "x_axis", {"offset": (0.3, 0.9)}), Named("nothing", "", {})]
+    for floor in (True, False):
+        wish = Wish(8.0, count, seed=seed, conditions=Conditions(steady_floor=floor))
+        found = design_experiment(lesson, named, registry, wish)
+        said = f"{'with' if floor else 'without'} the floor: chance {found.worth.chance:.2f} said, T {found.pairs[0][2]:.3g}"
+        lines.append(f"{said}, {found.program.seconds:.1f} s; {found.program.candidate.title}")
+    return lines
+
+
 def main() -> None:
-    """Print the three parts."""
+    """Print the parts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--part", type=int, action="append", choices=(1, 2, 3))
+    parser.add_argument("--part", type=int, action="append", choices=(1, 2, 3, 4, 5))
     parser.add_argument("--programs", type=int, default=100, help="undesigned programs, and programs tried for an ablation")
     parser.add_argument("--between", default=TWO, help="rivals of the ablations")
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     registry = load_registry(installed=False)
-    for part in asked.part or (1, 2, 3):
+    for part in asked.part or (1, 2, 3, 4, 5):
         if part == 1:
             lines = precision(registry, asked.programs, asked.seed)
         elif part == 2:
             lines = three_rivals(registry, asked.seed)
+        elif part == 4:
+            lines = without_average(registry, asked.programs, asked.seed)
+        elif part == 5:
+            lines = without_floor(registry, asked.programs, asked.seed)
         else:
             lines = ablations(registry, asked.programs, asked.seed, asked.between)
         print("\n".join(lines), flush=True)

@@ -13,8 +13,9 @@ Source: Atkinson, Fedorov, Biometrika 62 (1975), 57; Lindley, Ann. Math. Statist
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,9 +107,7 @@ def worths(scene: Scene, programs: Sequence[Laid], floors: FloatArray, draws: in
     rows, where = _rows(scene, used)
     found = scene.readings(programs, [rows] * len(programs))
     return [
-        _worth(
-            scene, program, readings, rows, where, used, scene.weight(program, floors, steady=conditions.steady_floor), conditions, refits
-        )
+        _worth(scene, program, readings, rows, where, used, floors, conditions, refits)
         for program, readings in zip(programs, found, strict=True)
     ]
 
@@ -149,11 +148,12 @@ def _steps(scene: Scene, rival: Rival, base: FloatArray) -> list[tuple[int, floa
 
 
 def _worth(
-    scene: Scene, program: Laid, readings: FloatArray, rows: FloatArray, where: Places, draws: int, weight: FloatArray,
+    scene: Scene, program: Laid, readings: FloatArray, rows: FloatArray, where: Places, draws: int, floors: FloatArray,
     conditions: Conditions, refits: int,
 ) -> Worth:  # fmt: skip
     count = len(scene.rivals)
-    scaled = (readings * weight[None, :, None]).reshape(len(readings), -1)
+    levels = functools.partial(scene.in_noise_levels, program=program, floors=floors, steady=conditions.steady_floor)
+    scaled = levels(readings).reshape(len(readings), -1)
     apart, explained = np.zeros((count, count, draws)), np.zeros((count, draws))
     for a in range(count):
         for draw in range(draws):
@@ -165,7 +165,7 @@ def _worth(
                     best = min(starts, key=lambda pair: pair[0])
                     if refits and conditions.refit:
                         alike = [(np.inf, row) for row in _alike(scene, a, b, draw)]
-                        ends = [_followed(scene, program, truth, b, start, weight, refits) for start in (best, *alike)]
+                        ends = [_followed(scene, program, truth, b, start, levels, refits) for start in (best, *alike)]
                         best = min(ends, key=lambda pair: pair[0])
                     apart[a, b, draw] = best[0]
     apart = _by_simplicity(apart)
@@ -278,7 +278,13 @@ def _held_power(difference: FloatArray) -> float:
 
 
 def _followed(
-    scene: Scene, program: Laid, truth: FloatArray, rival: int, start: tuple[float, FloatArray], weight: FloatArray, rounds: int
+    scene: Scene,
+    program: Laid,
+    truth: FloatArray,
+    rival: int,
+    start: tuple[float, FloatArray],
+    levels: Callable[[FloatArray], FloatArray],
+    rounds: int,
 ) -> tuple[float, FloatArray]:
     """Return T and values at the end of a descent: each round takes slopes where it stands, over ever smaller steps.
 
@@ -302,7 +308,7 @@ def _followed(
         return difference, _held_power(difference) + float(penalty)
 
     def run(rows: FloatArray) -> FloatArray:
-        return np.asarray((scene.readings([program], [rows])[0] * weight[None, :, None]).reshape(len(rows), -1))
+        return levels(scene.readings([program], [rows])[0]).reshape(len(rows), -1)
 
     row = kept(start[1].copy())
     best = (np.inf, row)

@@ -43,7 +43,7 @@ def neighbours(candidate: Candidate, room: Room, at_most: float, random: np.rand
                 break
             moves = _without_a_stroke(moves, room, random)
         seconds = _seconds(moves, room)
-        if moves and seconds <= at_most:
+        if moves and seconds <= at_most and tuple(moves) != candidate.moves:
             found.append(Candidate(candidate.title, tuple(moves), seconds))
     return found
 

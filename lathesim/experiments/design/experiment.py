@@ -170,13 +170,13 @@ def _told_by(
     """Return T of each pair (the smaller way round, median over draws), the share of each channel, and what each rival reads."""
     rows = np.array([scene.values(rival, rival.sizes[len(rival.sizes) // 2]) for rival in scene.rivals])
     traces = scene.readings([program], [rows])[0]
-    weight = scene.weight(program, floors)
+    levels = scene.in_noise_levels(traces, program, floors)
     pairs, shares = [], []
     for a in range(len(scene.rivals)):
         for b in range(a + 1, len(scene.rivals)):
             far = float(np.median(np.minimum(worth.apart[a, b], worth.apart[b, a])))
             pairs.append((scene.rivals[a].name, scene.rivals[b].name, far))
-            sums = np.square((traces[a] - traces[b]) * weight[:, None]).sum(axis=1)
+            sums = np.square(levels[a] - levels[b]).sum(axis=1)
             shares.append(sums / max(float(sums.sum()), 1e-300))
     return tuple(pairs), np.array(shares), traces
 

@@ -196,6 +196,10 @@ class PrecisionBench:
             found += [float(size) for size in np.mean(drawn, axis=0)]
         return found
 
+    def value_at(self, program: Laid, point: FloatArray) -> float:
+        """Return the criterion of a program at a point of the search."""
+        return self._criterion(self.slopes([program], point)[0])
+
     def _criterion(self, slopes: FloatArray) -> float:
         return criterion_value(slopes.T @ slopes + self.prior, self.criterion)
 

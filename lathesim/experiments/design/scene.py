@@ -23,7 +23,7 @@ from lathesim.identification.signal.resolution import channel_floor
 _ROWS = 1200
 """Mean values of a recording that are compared for each channel; a finer look costs time and tells little more; assumed."""
 _STEADY = 0.1
-"""Share of a floor that does not average out over a stretch: what no model follows; assumed."""
+"""Share of a floor by which all readings of a channel may be off together: what no model follows; assumed."""
 
 
 def _counts(assembly: Assembly) -> dict[str, float]:
@@ -141,8 +141,15 @@ class Scene:
             found.append(max(channel_floor(finite, resolution), resolution, 1e-5 * float(np.abs(finite).max()), 1e-15))
         return np.array(found)
 
-    def weight(self, program: Laid, floors: FloatArray, *, steady: bool = True) -> FloatArray:
-        """Return one over the standard deviation of a stretch's mean, for each channel."""
+    def in_noise_levels(self, readings: FloatArray, program: Laid, floors: FloatArray, *, steady: bool = True) -> FloatArray:
+        """Return readings (members, channels, stretches) of a program in standard deviations of what cannot be resolved.
+
+        A sample is uncertain by its floor, which averages out, and a channel by a ``steady`` share of it, which does not: errors of a
+        channel with n stretches have the covariance I + s^2 11', so that its mean counts 1/sqrt(1 + n s^2) of what it would.
+        """
         every = max(1, self._samples(program) // _ROWS)
-        share = 1.0 / every + (_STEADY**2 if steady else 0.0)
-        return np.asarray(1.0 / (floors * math.sqrt(share)))
+        scaled = readings * (math.sqrt(every) / floors)[None, :, None]
+        if not steady:
+            return np.asarray(scaled)
+        share = 1.0 / math.sqrt(1.0 + scaled.shape[2] * every * _STEADY**2)
+        return np.asarray(scaled - (1.0 - share) * scaled.mean(axis=2, keepdims=True))
