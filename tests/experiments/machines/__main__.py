@@ -106,8 +106,8 @@ def main() -> None:
     asked = parser.parse_args()
     registry = load_registry(installed=False)
     out = asked.out.resolve()
-    designed = designed_programs(out, registry)
-    ways = {
+    designed = designed_programs(out, registry) if asked.only != "undesigned" else []
+    ways: dict[str, dict[str, Path]] = {
         "undesigned": {name: shipped(name) for name in ("staircase", "three_speeds")},
         "designed": {f"designed_{number}": program for number, program in enumerate(designed, 1)},
     }
