@@ -80,6 +80,46 @@ class DriveSaturation(Effect):
         return incoming / math.pow(1.0 + math.pow(share, power), 1.0 / power)
 
 
+class CurrentLimit(Effect):
+    """A motor that gets no more than a current: the amplifier's limit, or its fuse against a hot winding.
+
+    u_out = clip(u_in - E v, -level, level) + E v
+
+    E is the back EMF of the host, in volts of the command per velocity, that of a tachometer's loop included; ``level`` is the command that
+    drives the largest current at rest. Where no speed takes up voltage it is the same as DriveSaturation.
+    """
+
+    catalogue, family, site = 20, "drive range", "drive"
+    neutral = {"level": 1e9}
+    identification = Identification(
+        typical={"level": (0.05, 5.0)},
+        typical_rotary={"level": (0.05, 5.0)},
+        as_simulated=True,
+    )
+    fingerprint = "Flat tops of the current while the speed still grows: slopes of the speed that are all alike."
+    confused_with = ("DriveSaturation", "DriveGainError")
+    experiment = "Accelerate harder and harder: the current stops growing at one size, whatever the speed is."
+    source = (
+        "Krishnan, Electric Motor Drives, Prentice Hall 2001, sec. 3.10; level times gain over resistance is the current. Range assumed."
+    )
+
+    incoming = Input("{signal}", doc="command")
+    flow = Input("{flow}", doc="velocity of the motor")
+    back_emf = Input("{signal}/({flow})", doc="back EMF per velocity")
+    outgoing = Output("{signal}", doc="command that drives the current that flows")
+    level = Parameter("{signal}", 1e9, low=0.0, doc="command that drives the largest current at rest")
+
+    @staticmethod
+    def output(incoming: float, flow: float, back_emf: float, level: float) -> float:
+        """What is left of the command after the back EMF, limited."""
+        induced = back_emf * flow
+        driving = incoming - induced
+        # as it came where nothing is limited: with the back EMF taken out and put in again it would be another number
+        if -level <= driving <= level:
+            return incoming
+        return _limited(driving, level) + induced
+
+
 class SlewLimit(Effect):
     """A drive that changes no faster than a rate.
 

@@ -15,7 +15,7 @@ STOCK = {
     "structure": ("AxialResonance", "TorsionalWindUp", "BaseRocking"),
     "drive_lag": ("MotorInductance", "CurrentLoopLag"),
     "sensor_filter": ("SensorFilter",),
-    "drive_range": ("AmplifierDeadZone", "DriveSaturation", "SlewLimit"),
+    "drive_range": ("AmplifierDeadZone", "DriveSaturation", "CurrentLimit", "SlewLimit"),
     "motor_ripple": ("TorqueRipple", "Cogging"),
     "servo_lag": ("ServoLag",),
     "time_shift": ("TransportDelay", "ChannelTimeShift", "ClockSkew", "SampleJitter"),

@@ -34,6 +34,7 @@ PLACES: dict[str, tuple[str, str, Setting, Setting]] = {
     "SensorFilter": ("axis", "x_scale", {}, {"time_constant": 2e-3, "stages": 2.0}),
     "AmplifierDeadZone": ("axis", "x_drive", {}, {"half_width": 0.1}),
     "DriveSaturation": ("axis", "x_drive", {}, {"level": 0.3}),
+    "CurrentLimit": ("axis", "x_drive", {}, {"level": 0.1}),
     "SlewLimit": ("axis", "x_drive", {}, {"rate": 10.0}),
     "TorqueRipple": ("axis", "x_axis", {}, {"amplitude": 3.0, "share": 0.02}),
     "Cogging": ("axis", "x_axis", {}, {"amplitude": 3.0, "second": 1.0}),

@@ -38,6 +38,8 @@ NUMBERS: list[tuple[str, dict[str, float], float]] = [
     ("AmplifierDeadZone", {"incoming": -1.0, "half_width": 0.2}, -0.8),
     ("AmplifierDeadZone", {"incoming": 0.1, "half_width": 0.2}, 0.0),
     ("DriveSaturation", {"incoming": -12.0, "level": 10.0}, -10.0),
+    ("CurrentLimit", {"incoming": 5.0, "flow": 2.0, "back_emf": 1.5, "level": 1.0}, 4.0),
+    ("CurrentLimit", {"incoming": 3.5, "flow": 2.0, "back_emf": 1.5, "level": 1.0}, 3.5),
     ("DriveSaturation", {"incoming": -10.0, "level": 10.0, "softness": 0.5}, -10.0 / math.sqrt(2.0)),
     ("DriveSaturation", {"incoming": 30.0, "level": 10.0, "softness": 1.0}, 7.5),
     ("DriveSaturation", {"incoming": 30.0, "level": 10.0, "softness": 1e-9}, 10.0),

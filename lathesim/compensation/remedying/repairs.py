@@ -11,6 +11,7 @@ REPAIRS = {
     "ChannelTimeShift": "a recorded channel is late, the machine is not: correct it in the recording",
     "ClockSkew": "the recorder's clock is off, the machine's is not: correct it in the recording",
     "DriveSaturation": "a drive gives no more than it can: lower feed or acceleration, or take a larger drive",
+    "CurrentLimit": "a motor gets no more current than its amplifier gives: accelerate less, or take a larger amplifier",
     "SlewLimit": "a drive changes no faster than it can: lower the jerk, or take a faster amplifier",
     "RegenerativeChatter": "cut at another speed: 'lathesim lobes' shows where the cut is stable, or vary the speed",
     "WorkpieceDeflection": "support the part, take less depth, or write the remedy as a program, which mirrors what bends into its path",

@@ -6,14 +6,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from lathesim.component import Input
 from lathesim.diagnosis.candidates.periodic_starts import wave_points
 from lathesim.diagnosis.candidates.screening import is_limit
+from lathesim.diagnosis.location.missing_force import value_of
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import commands
 from lathesim.identification.records.candidate import INSTANT, Candidate
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.replay.measured_motion import recorded_motion
 from lathesim.identification.signal.analysis import behind, strongest_jumps
 from lathesim.units import convertible
 
@@ -107,9 +110,27 @@ def limit_points(experiment: Experiment, candidates: Sequence[Candidate], method
         if not convertible(*(experiment.sensed.plan.unit(name) for name in (candidate.parameters[0], source))):
             # a limit of the rate
             command = np.diff(command) / experiment.machine.assembly.sample_period
-        size = np.abs(command)
+        induced = _induced(experiment, candidate)
+        size = np.abs(command - induced)
         reached = np.r_[
             np.quantile(size, method.candidates.limits_reached), np.array(method.candidates.limits_of_largest) * size.max(initial=0.0)
         ]
+        if np.any(induced):
+            # what a motor could not follow has commands grow far beyond what drove it
+            reached = np.geomspace(method.candidates.least_driving, 1.0, method.candidates.limits_of_driving) * size.max(initial=0.0)
         found[candidate.part] = np.clip(np.unique(reached[reached > 0.0])[::-1, None], candidate.low, candidate.high)
     return found
+
+
+def _induced(experiment: Experiment, candidate: Candidate) -> FloatArray | float:
+    """Return what of a command the recorded motion takes up (samples,), for an effect that limits the rest of it; nothing for others."""
+    plan, role = experiment.sensed.plan, "back_emf"
+    host = next(part for part in experiment.machine.assembly.parts if part.name == candidate.at.partition(".")[0])
+    ports = host.component.ports
+    if role not in candidate.effect.declared(Input) or role not in ports or "flow" not in ports:
+        return 0.0
+    sources = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
+    flow = f"{host.name}.{ports['flow']}"
+    moved = recorded_motion(experiment.with_candidates, {name: experiment.record[name] for name in experiment.machine.compare})
+    velocity = moved.get(sources.get(flow, flow))
+    return 0.0 if velocity is None else value_of(plan, host.name, ports[role], {}) * velocity

@@ -128,14 +128,18 @@ def _flow_of(plan: Plan, state: str) -> float:
 
 
 def _inertia(plan: Plan, name: str, values: Mapping[str, float]) -> float:
-    """Return what a force on a part moves, as a mass or an inertia at its place: a value of the part, or one that follows from its values;
-    0 where the part has none."""
+    """Return what a force on a part moves, as a mass or an inertia at its place; 0 where the part has none."""
+    item = plan.parts[name].component.ports.get("inertia", "")
+    return value_of(plan, name, item, values) if item else 0.0
+
+
+def value_of(plan: Plan, name: str, item: str, values: Mapping[str, float]) -> float:
+    """Return a value of a part, given or in ``values``, or one that follows from its values while it stands."""
     component, given = plan.parts[name].component, plan.parameter_values
-    item = component.ports.get("inertia", "")
     known = {one: values.get(f"{name}.{one}", given[plan.parameters[f"{name}.{one}"]]) for one in component.declared(Parameter)
              if f"{name}.{one}" in plan.parameters}  # fmt: skip
-    if not item or item in known:
-        return known.get(item, 0.0)
+    if item in known:
+        return known[item]
     law = component.law_of(item)
     found = component.laws[law](*(known.get(one, 0.0) for one in component.arguments[law]))
     return float(found[component.output_laws()[law].index(item)] if isinstance(found, tuple) else found)

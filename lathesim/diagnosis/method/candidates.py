@@ -63,6 +63,10 @@ class CandidateLimits:
     """Shares of the samples in which a command is below where a limit is looked for ..."""
     limits_of_largest: tuple[float, ...] = (0.9, 0.75, 0.6, 0.45)
     """... and shares of its largest value: a command in steps is at its largest for long."""
+    least_driving: float = 0.01
+    """Share of the largest voltage beside the back EMF from which on limits of it are tried ..."""
+    limits_of_driving: int = 12
+    """... and how many of them."""
     null_draws: int = 20
     """Draws of noise from which the null maximum is taken."""
     fastest_resonance: float = 0.2

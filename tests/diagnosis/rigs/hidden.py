@@ -15,7 +15,7 @@ EFFECTS: dict[str, tuple[str, ...]] = {
     "gravity": ("ForceOffset",),
     "converter_offset": ("ConverterOffset",),
     "dead_zone": ("AmplifierDeadZone",),
-    "saturation": ("DriveSaturation",),
+    "saturation": ("CurrentLimit", "DriveSaturation"),
     "delay": ("TransportDelay",),
     "inductance": ("MotorInductance", "CurrentLoopLag"),
     "cogging": ("Cogging", "TorqueRipple"),

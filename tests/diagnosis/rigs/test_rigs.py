@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.diagnosis.candidates.starting_points import limit_points
 from lathesim.diagnosis.location.missing_force import missing_signal
+from lathesim.effects.drive_range import CurrentLimit
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.replay.experiment import build_experiments
 from lathesim.identification.replay.loading import read_for
@@ -115,3 +117,17 @@ def test_the_same_force_is_missing_in_every_description(rig: str, tmp_path: Path
     assert [(force.at.partition(".")[0], force.unit) for force in forces] == [("x_axis", "N")] * 2
     apart, size = (float(np.sqrt(np.mean(values**2))) for values in (forces[0].values - forces[1].values, forces[0].values))
     assert apart < 0.02 * size
+
+
+def test_a_limit_of_the_current_is_looked_for_below_what_the_command_grows_to(tmp_path: Path) -> None:
+    """Behind a drive that gives no more current the loop asks for thirty times what flows."""
+    case = next(case for case in schedule(13, {"single": 12}) if case.rig.name == "belt_pid_500" and case.keys == ("saturation",))
+    folder = write_case(case, tmp_path)[0]
+    prepared = prepare(load_lesson(folder / "lesson.yaml"), load_registry())
+    machine, recorded = read_for(prepared, folder / "fit.csv", load_registry())
+    (experiment,) = build_experiments(machine, [("fit.csv", recorded.record)], (CurrentLimit,))
+    (points,) = limit_points(experiment, experiment.candidates).values()
+    physics = case.rig.physics
+    level = 0.75 * case.rig.torque / physics.torque_constant * physics.resistance / physics.amplifier
+    assert float(np.min(np.abs(np.log(points / level)))) < np.log(1.3)
+    assert float(points.max()) > 10.0 * level
