@@ -207,6 +207,7 @@ sys.exit(code)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="the size of a file cannot be limited there")
 def test_a_full_disk_is_told_once_and_leaves_no_half_file(tmp_path: Path) -> None:
     recording(tmp_path / "long.h5", 20.0)

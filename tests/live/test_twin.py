@@ -45,6 +45,7 @@ def test_a_twin_shows_and_keeps_reference_executed_and_simulated(tmp_path: Path,
     assert after > 3.0 * before
 
 
+@pytest.mark.slow
 def test_a_path_is_slower_only_where_the_machine_would_leave_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     angle = np.linspace(0.0, 0.5 * np.pi, 40)
     arc = np.column_stack([3.0 * (1.0 - np.cos(angle)), -20.0 - 3.0 * np.sin(angle)])
