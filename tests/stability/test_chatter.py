@@ -8,11 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from lathesim.stability.chatter.diagnose_cut import diagnose_cut
 from lathesim.stability.chatter.judge import judge
-from lathesim.stability.chatter.recorded_cut import RecordedCut, turning_of
+from lathesim.stability.chatter.prediction_errors import departure_from_gaussian
+from lathesim.stability.chatter.recorded_cut import RecordedCut, cutting_stretch, turning_of
 from lathesim.stability.chatter.signal_lines import vibration
+from lathesim.stability.chatter.spindle_speed import refined_speed
 from tests.cli.command import call
 from tests.shared_data import SHARED, needs_shared
 from tests.stability.cut_generator import KINDS, Made, made, regenerative, uninterrupted_limit
@@ -62,6 +65,41 @@ def test_a_second_cut_decides_between_a_mode_and_the_chip() -> None:
     assert diagnose_cut(first).judged.runner_up == "segmentation"
     assert diagnose_cut(first, other=recorded(228.03, 1100.0)).judged.kind == "segmentation"
     assert diagnose_cut(first, other=recorded(207.9, 1100.0)).judged.kind == "hopf"
+
+
+def test_prediction_errors_tell_what_strikes_a_mode_from_noise_that_shakes_it() -> None:
+    chance = np.random.default_rng(5)
+    pole = 0.99 * np.exp(2j * np.pi * 0.05)
+    noise = chance.standard_normal(20000)
+    struck = noise + 8.0 * (chance.random(20000) < 0.02)
+
+    def rung(force: np.ndarray) -> np.ndarray:
+        return np.asarray(lfilter([1.0], [1.0, -2.0 * pole.real, abs(pole) ** 2], force))
+
+    assert departure_from_gaussian(rung(noise)) < 5.0
+    assert departure_from_gaussian(rung(struck)) > 20.0
+
+
+def test_the_speed_is_found_from_low_orders_and_not_from_chatter_near_a_high_one() -> None:
+    chance = np.random.default_rng(6)
+    time = np.arange(20000) / 10000.0
+    noise = 0.5 * chance.standard_normal(len(time))
+    turning = 30.0
+    orders = np.cos(2.0 * np.pi * turning * time) + 0.6 * np.cos(4.0 * np.pi * turning * time + 1.0)
+    assert refined_speed(orders + noise, 10000.0, 1.003 * turning) == pytest.approx(turning, rel=4e-4)  # half a step between trials
+    chatter = 3.0 * np.cos(2.0 * np.pi * 26.05 * turning * time)
+    assert refined_speed(chatter + noise, 10000.0, turning) == turning
+
+
+def test_silence_before_the_cut_is_no_growth() -> None:
+    chance = np.random.default_rng(7)
+    time = np.arange(20000) / 10000.0
+    ringing = np.where(time > 0.4, np.exp(-15.0 * (time - 0.4)) * np.cos(2.0 * np.pi * 137.0 * time), 0.0)
+    first, last = cutting_stretch(ringing + 0.004 * chance.standard_normal(len(time)), 10000.0, 20.0)
+    assert 0.39 < first / 10000.0 <= 0.4
+    assert last == 20000
+    grown = 1e-3 * np.exp(np.minimum(8.0 * time, 7.0)) * np.cos(2.0 * np.pi * 137.0 * time)
+    assert cutting_stretch(grown + 4e-4 * chance.standard_normal(len(time)), 10000.0, 20.0)[0] == 0
 
 
 def test_a_tacho_that_rings_gives_the_speed() -> None:

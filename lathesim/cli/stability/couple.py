@@ -11,6 +11,8 @@ import click
 if TYPE_CHECKING:
     from lathesim.stability.assembly.assembly_file import Assembly
 
+_LINES_OF_FIGURE, _LINES_OF_BAND = 800, 200
+
 
 @click.command()
 @click.argument("assembly", type=click.Path(path_type=Path), metavar="ASSEMBLY.yaml")
@@ -57,7 +59,14 @@ def _tip(loaded: Assembly, asked: Any, as_json: bool, save: Path | None) -> None
         from lathesim.analysis.figures.plots import save_figure
         from lathesim.analysis.figures.response_figure import response_figure
 
-        save_figure(response_figure(loaded.title, asked, tips[:, 0, 0], band=band), save)
+        # a peak is narrower than the lines of a table are apart
+        fine = np.union1d(asked, np.linspace(asked[0], asked[-1], _LINES_OF_FIGURE))
+        around = None
+        if band is not None:
+            some = np.union1d(asked, fine[:: _LINES_OF_FIGURE // _LINES_OF_BAND])
+            ends = np.quantile(np.abs(tip_draws(loaded, some)), [0.025, 0.975], axis=0)
+            around = np.stack([np.exp(np.interp(fine, some, np.log(end))) for end in ends])
+        save_figure(response_figure(loaded.title, fine, loaded.tip(fine)[:, 0, 0], band=around), save)
     if as_json:
         rows = _rows(asked, tips)
         if band is not None:

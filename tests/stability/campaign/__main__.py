@@ -24,7 +24,7 @@ def main() -> None:
     parser.add_argument(
         "--half", choices=("tuning", "test"), default="test", help="rigs to derive limits on, or rigs that are only measured"
     )
-    parser.add_argument("--only", default="", help="one group of the campaign of learning")
+    parser.add_argument("--only", default="", help="one group of learning; of taps: intervals")
     parser.add_argument("--out", type=Path, help="file of the results, appended")
     asked = parser.parse_args()
     path = asked.out or Path("lathesim_runs") / "campaign" / f"{asked.campaign}.jsonl"
@@ -47,7 +47,7 @@ def main() -> None:
     if asked.campaign == "taps":
         from tests.stability.campaign import taps
 
-        taps.run(range(asked.first, asked.first + (asked.cases or 100)), path)
+        taps.run(range(asked.first, asked.first + (asked.cases or 100)), path, asked.only)
 
 
 if __name__ == "__main__":

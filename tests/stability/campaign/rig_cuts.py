@@ -311,7 +311,7 @@ def _flipped(one: Rig, natural: float, chance: np.random.Generator) -> Recording
         if growth ** (count / one.rate * speed / 60.0) > 1e4:
             break
         count *= 2
-    size = 60.0 / speed * one.rate
+    count, size = len(signals[1]), 60.0 / speed * one.rate
     rows = [np.interp(count - 1 - (turn + np.arange(int(size)) / int(size)) * size, np.arange(count), signals[1]) for turn in range(9)]
     changes = np.diff(np.array(rows), axis=0)
     alike = (changes[1:] * changes[:-1]).sum(axis=1) / np.sqrt((changes[1:] ** 2).sum(axis=1) * (changes[:-1] ** 2).sum(axis=1))

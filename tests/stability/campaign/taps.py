@@ -27,8 +27,10 @@ def measured(group: str, number: int) -> dict[str, Any]:
     if group == "hits":
         record = tap(THREE, TapSettings(double_hits=_DOUBLE_HITS, length=0.5, hits=5), seed)
         return {"told": [bool(hit.reason) for hit in judged_hits(record)], "true": [bool(double) for double in record.truth]}
-    tool = THREE if group == "three" else PAIR
-    found = find_modes(tap_until_good(tool, TapSettings(double_hits=_DOUBLE_HITS), seed).response)
+    tool = PAIR if group == "pair" else THREE
+    # the number of modes given, the search for it is saved: the last fit is the same
+    count = len(tool.modes) if group == "intervals" else None
+    found = find_modes(tap_until_good(tool, TapSettings(double_hits=_DOUBLE_HITS), seed).response, count)
     rows = []
     if len(found.modes) == len(tool.modes):
         for mode, true in zip(found.modes, tool.modes, strict=True):
@@ -43,20 +45,28 @@ def measured(group: str, number: int) -> dict[str, Any]:
     return {"modes": len(found.modes), "estimates": rows}
 
 
-def run(draws: Sequence[int], path: Path) -> None:
-    """Measure so many draws of each kind and print what they show."""
+def run(draws: Sequence[int], path: Path, only: str = "") -> None:
+    """Measure so many draws of each kind and print what they show; ``intervals`` alone are those of three modes, their number given."""
+    if only == "intervals":
+        _print("three modes, their number given", collected(path, ((only, number) for number in draws), measured), 3)
+        return
     hits = collected(path, (("hits", number) for number in draws), measured)
     three = collected(path, (("three", number) for number in draws), measured)
     pair = collected(path, (("pair", number) for number in draws), measured)
     told = np.concatenate([row["told"] for row in hits]).astype(bool)
     true = np.concatenate([row["true"] for row in hits]).astype(bool)
     print(f"double hits: {np.sum(told & true)} of {np.sum(true)} found; {np.sum(told & ~true)} of {np.sum(~true)} single hits left out")
-    for title, rows, right in (("three modes", three, 3), ("close pair", pair, 2)):
+    _print("three modes", three, 3)
+    _print("close pair", pair, 2)
+
+
+def _print(title: str, rows: list[dict[str, Any]], right: int) -> None:
+    if rows:
         count = sum(row["modes"] == right for row in rows)
         print(f"{title}: {count} of {len(rows)} draws told as {right}")
         table = np.array([row["estimates"] for row in rows if row["modes"] == right], dtype=np.float64)
         if not len(table):
-            continue
+            return
         for place, name in enumerate(NAMES):
             errors = 100.0 * np.abs(table[:, :, place, 0])
             held = 100.0 * table[:, :, place, 1].mean()
