@@ -14,6 +14,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
 from tests.cli.command import call
+from tests.experiments.separation.alike import written_lesson
 
 LESSON = "12_what_is_wrong_with_this_machine"
 
@@ -65,6 +66,13 @@ def test_wishes_that_cannot_be_met(capsys: pytest.CaptureFixture[str], tmp_path:
     assert said.code == 1
     assert message in said.err
     assert not (tmp_path / "next").exists()
+
+
+def test_effect_at_a_sensor_that_is_not_recorded(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    lesson = written_lesson(tmp_path, ("x_scale.position",))
+    said = call(capsys, "experiment", lesson, "--between", "TorsionalWindUp@x_scale,Backlash@x_scale", "--out", tmp_path / "next")
+    assert said.code == 1
+    assert "nothing that is recorded reads 'x_scale', so TorsionalWindUp shows nowhere. Record x_scale.position too." in said.err
 
 
 @pytest.mark.parametrize(

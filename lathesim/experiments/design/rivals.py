@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.component import Output
 from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.errors import LatheSimError, nearest
 from lathesim.identification.catalogue.placement import insert_candidates
@@ -127,6 +128,9 @@ def place_rivals(
         if item.effect == NOTHING:
             rivals.append(Rival(NOTHING, None, np.zeros((draws, 0))))
             continue
+        if channel := _unread(item, effects[item.effect], terms, assembly, compared):
+            fact = f"nothing that is recorded reads '{item.at}', so {item.effect} shows nowhere."
+            raise LatheSimError(fact, place=place, remedy=f"Record {channel} too.")
         term = _term(item, terms, assembly, place)
         rivals.append(Rival(f"{item.effect}@{term.at}", term, _sizes(term, item.known, draws, seed + number)))
     names = [rival.name for rival in rivals]
@@ -135,15 +139,20 @@ def place_rivals(
         raise LatheSimError(f"two rivals are the same: {double}.", place=place, remedy="Name another effect, or another part.")
     if len(rivals) < 2:
         raise LatheSimError("one rival alone needs no experiment.", place=place, remedy="Name two or more, or 'nothing' beside it.")
-    kept = {rival.term.part for rival in rivals if rival.term is not None}
-    return _without(holding, assembly, effects.values(), compared, terms, kept), rivals
+    return holding, rivals
 
 
-def _without(
-    holding: Assembly, assembly: Assembly, effects: Any, compared: Sequence[str], terms: Sequence[Term], kept: set[str]
-) -> Assembly:
-    """Return the machine that holds all places; those that are no rivals stay neutral and cost nothing."""
-    return holding
+def _unread(item: Named, effect: Any, terms: Sequence[Term], assembly: Assembly, compared: Sequence[str]) -> str:
+    """Return the channel that would have to be recorded for an effect to sit at a sensor; empty where it has a place, or none at all."""
+    sensor = next((part for part in assembly.parts if part.name == item.at), None)
+    if sensor is None or any(item.at in (term.at, term.of_motion, term.at.partition(".")[0]) for term in terms if term.name == item.effect):
+        return ""
+    for output in sensor.component.declared(Output):
+        channel = f"{sensor.name}.{output}"
+        _, more = insert_candidates(assembly, [effect], [*compared, channel])
+        if any(term.at == item.at for term in more):
+            return channel
+    return ""
 
 
 def _term(item: Named, terms: Sequence[Term], assembly: Assembly, place: str) -> Term:
