@@ -57,6 +57,7 @@ def test_the_same_thing_twice_cannot_be_told_apart(capsys: pytest.CaptureFixture
         (["--between", "Backlsh@x_axis,nothing"], "there is no effect 'Backlsh'. Did you mean 'Backlash'?"),
         (["--between", "Backlash@x_axis,nothing", "--at-most", "1 s"], "a program of 1 s is too short to tell anything."),
         (["--between", "Backlash@x_axis,nothing", "--at-most", "1e9 s"], "--at-most: a program of 1e+09 s is too long to be designed."),
+        (["--between", "Backlash@x_axis,nothing", "--at-most", "3 mm"], "--at-most: '3 mm' is given in mm, but s is wanted."),
         (["--for", "x_axis.mass", "--rate", "0 Hz"], "--rate: a recording cannot take a row 0 times a second."),
         (["--for", "x_axis.mas"], "--for: the machine has no parameter 'x_axis.mas'. Did you mean 'x_axis.mass'?"),
     ],

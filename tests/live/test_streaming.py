@@ -92,7 +92,7 @@ HOSTILE = {
 async def test_a_peer_that_does_not_keep_to_the_format_is_named_once_and_let_go(kind: str) -> None:
     data, sentence = HOSTILE[kind]
     log: list[str] = []
-    async with servo_side(ServoSettings(), log) as (_, port):
+    async with servo_side(ServoSettings(), log) as (side, port):
         for _ in range(2):
             reader, writer = await asyncio.open_connection("127.0.0.1", port)
             writer.write(data)
@@ -106,6 +106,7 @@ async def test_a_peer_that_does_not_keep_to_the_format_is_named_once_and_let_go(
                 pass  # what was not read is thrown away with the connection
             writer.close()
     assert len([line for line in log if sentence in line]) == 1, log
+    assert all(sentence in session.reason for session in side.sessions)
 
 
 async def _silent(writer: asyncio.StreamWriter) -> None:

@@ -80,7 +80,10 @@ def experiment(
     from lathesim.lessons.lesson import load_lesson
     from lathesim.units import quantity
 
-    limit = quantity(at_most, "s")
+    try:
+        limit = quantity(at_most, "s")
+    except UnitError as error:
+        raise UnitError(error.fact, place="--at-most", remedy=error.remedy) from None
     if limit < 2.0:
         raise LatheSimError(f"a program of {limit:g} s is too short to tell anything.", place="--at-most", remedy="Allow 2 s or more.")
     if sum((diagnosis is not None, between is not None, bool(wanted))) != 1:

@@ -190,7 +190,7 @@ class _progress:  # noqa: N801
 def _tell(result: dict[str, Any], out: Path | None) -> None:
     servo, feedback = result["servo"], result["feedback"]
     click.echo(f"{result['machine']}: {result['sent']} set-points sent, {servo.get('periods', 0)} periods played; {result['ended']}.")
-    click.echo(f"Underruns {servo.get('underruns', 0)}, hard stops {servo.get('hard_stops', 0)}, lowest fill {servo.get('lowest', '-')}.")
+    click.echo(f"Underruns {servo.get('underruns', 0)}, hard stops {servo.get('hard_stops', 0)}, lowest fill {servo.get('lowest', 0):.0f}.")
     lost = ", ".join(f"{name} {number}" for name, number in feedback.items() if number and name != "received")
     click.echo(f"Feedback: {feedback.get('received', 0)} samples{f'; {lost}' if lost else ', none lost'}.")
     if out is not None:

@@ -96,6 +96,9 @@ class Playing:
                 raise playing.exception()  # type: ignore[misc]
             if reading.done() and reading.exception() is not None:
                 raise reading.exception()  # type: ignore[misc]
+        except LatheSimError as error:
+            self._session.reason = error.fact.removesuffix(".")
+            raise
         finally:
             for task in (playing, reading):
                 task.cancel()
@@ -233,6 +236,7 @@ class Playing:
             "room": self._buffer.room,
             "underruns": count.underruns,
             "hard_stops": count.hard_stops,
+            "lowest": count.lowest,
             "periods": self._machine.periods,
             "last": last,
             **({"clock": self._session.clock.as_json()} if last else {}),
