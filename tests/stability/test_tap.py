@@ -188,3 +188,13 @@ def test_modes_without_single_hits_are_decided_on_lines() -> None:
     found = find_modes(replace(CLEAN, hits=None, coherence=None))
     assert "every second line" in found.decided_on
     assert [mode.frequency.value for mode in found.modes][:2] == pytest.approx([150.0, 420.0], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_number_that_is_given_leads_to_the_modes_that_are_found_without_it() -> None:
+    tool = ToolPoint((Mode(150.0, 0.02, 8e6), Mode(420.0, 0.035, 3e7), Mode(1180.0, 0.012, 9e7)), (1.0, 1.0, 1.0))
+    response = tap_until_good(tool, TapSettings(double_hits=0.25), 22_002).response
+    given, found = find_modes(response, 3), find_modes(response)
+    for one, other in zip(given.modes, found.modes, strict=True):
+        assert one.frequency.value == pytest.approx(other.frequency.value, rel=1e-6)
+        assert one.stiffness.value == pytest.approx(other.stiffness.value, rel=1e-4)

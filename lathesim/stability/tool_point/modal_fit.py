@@ -103,6 +103,16 @@ def begin_modes(
 
 
 def _grown(model: ModalModel, frequency: FloatArray, s: Complex, values: Complex, weights: NoiseWeights, count: int) -> ModalModel:
+    """Return a model of ``count`` modes, grown by one at a time.
+
+    Several at once end in pairs that cancel each other: the second of them is put where the first is still badly fitted.
+    """
+    for number in range(len(model.omega) + 1, count + 1):
+        model = _with_one_more(model, frequency, s, values, weights, number)
+    return model
+
+
+def _with_one_more(model: ModalModel, frequency: FloatArray, s: Complex, values: Complex, weights: NoiseWeights, count: int) -> ModalModel:
     """Return a model of ``count`` modes: one more than that is put in, one after another, and what matters least is taken out."""
     asked = count + _SPARE
     while len(model.omega) < asked:
