@@ -299,7 +299,7 @@ def _goes_along(bench: _Bench, effect: type[Effect], host: Part, places: Mapping
 
 
 def _let_go_along(bench: _Bench, place: str, name: str) -> None:
-    """Give a force its share of what effect ``name`` does to the main force."""
+    """Apply to a force its share of what effect ``name`` does to the main force."""
     share = f"{name}_{place.partition('.')[2]}"
     bench.parts[share] = Part(share, GoesWithMain)
     bench.wires[f"{share}.before"] = replace(bench.wires[f"{name}.incoming"], target=f"{share}.before")

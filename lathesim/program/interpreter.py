@@ -276,7 +276,7 @@ class _Interpreter(Offsets):
             self.ignored(word.text, "a code of the machine's builder")
 
     def ignored(self, text: str, what: str) -> None:
-        """Say that a word changes nothing in the simulation; with ``strict`` it is refused."""
+        """Warn that a word changes nothing in the simulation; with ``strict`` it is refused."""
         if self.strict:
             raise self.error(f"{text} ({what}) does nothing in the simulation, and the program is read strictly.", "Take it out.")
         self.warn(f"{text} ({what}) changes nothing in the simulation.")

@@ -181,7 +181,7 @@ class LathesimApp(App[None]):
             self.switch_mode("bench")
 
     def _watch_run(self) -> None:
-        """Tell the screens that a run has ended, note it in the book, and tell the person where something broke."""
+        """Announce that a run has ended: to the screens, the book and, where something broke, the person."""
         live = self._watched
         if live is None or not live.is_over:
             return

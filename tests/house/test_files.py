@@ -19,6 +19,9 @@ HOME = re.compile(r"(?<![\w.:/$}-])/(home|root|work|Users)/\w|[A-Z]:\\Users")
 """A path of the machine on which a file was written."""
 TEXTS = {".py", ".md", ".yaml", ".nc", ".toml", ".j2", ".csv", ".m", ".c", ".txt"}
 
+UNCLEAR = ("Give ", "Say ", "Tell ")
+"""A function returns a value or does something; these words leave open which."""
+
 Definition = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 
 
@@ -36,6 +39,13 @@ def public(node: ast.Module | ast.ClassDef, prefix: str = "") -> Iterator[tuple[
             yield prefix + item.name, item
             if isinstance(item, ast.ClassDef):
                 yield from public(item, f"{prefix}{item.name}.")
+
+
+def begins_oddly(path: Path) -> list[str]:
+    """Return the functions of a module whose docstring begins with a verb that may mean either to return or to show."""
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    return [node.name for node in functions if (ast.get_docstring(node) or "").startswith(UNCLEAR)]
 
 
 def undocumented(path: Path) -> list[str]:
@@ -63,6 +73,11 @@ def test_no_name_is_vague() -> None:
 def test_everything_public_has_a_docstring() -> None:
     missing = {str(path.relative_to(ROOT)): undocumented(path) for path in MODULES}
     assert {name: names for name, names in missing.items() if names} == {}
+
+
+def test_no_docstring_leaves_open_whether_a_function_returns() -> None:
+    found = {str(path.relative_to(ROOT)): begins_oddly(path) for path in MODULES}
+    assert {name: names for name, names in found.items() if names} == {}
 
 
 def test_no_file_names_a_place_on_somebodys_machine() -> None:

@@ -38,7 +38,7 @@ def new_figure(width: float = 8.0, height: float = 5.0) -> Any:
 
 
 def dress(panel: Any, ylabel: str = "", xlabel: str = "", title: str = "") -> None:
-    """Give a panel the house's look: no frame, quiet grid, labels in ink."""
+    """Style a panel: no frame, quiet grid, labels in ink."""
     for side in ("top", "right"):
         panel.spines[side].set_visible(False)
     for side in ("left", "bottom"):

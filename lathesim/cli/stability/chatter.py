@@ -39,7 +39,7 @@ def chatter(
     as_json: bool,
     save: Path | None,
 ) -> None:
-    """Tell what the vibration in RECORDING is: chatter, forced vibration, segmentation of the chip, mains hum, or a resonance rung by
+    """Name the vibration in RECORDING: chatter, forced vibration, segmentation of the chip, mains hum, or a resonance rung by
     entry.
 
     It is told by order, width and growth of its lines, and by the modes of --lesson. Where one cut does not decide, a second one is

@@ -39,7 +39,7 @@ def plugin_text(found: Discovered, name: str = "DiscoveredTerm") -> str:
         "",
         "@hookimpl",
         "def register_effects() -> list[type[Effect]]:",
-        '    """Give the discovered term."""',
+        '    """Return the effect of the discovered term."""',
         f"    return [{name}]",
         "",
     ]

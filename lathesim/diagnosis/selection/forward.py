@@ -387,7 +387,7 @@ def _is_relative(candidate: Candidate, other: Candidate, promising: bool) -> boo
 
 
 def _told_screened(laboratory: Laboratory, ranked: Sequence[Screened], null_maximum: float) -> None:
-    """Tell what the best candidates score before any of them is fitted."""
+    """Report the scores of the best candidates before any of them is fitted."""
     named = [(f"{item.candidate.name} at {item.candidate.at}", item) for item in ranked]
     words = ", ".join(f"{name} {item.gain:.0f} ({item.share:.0%})" for name, item in named)
     standings = [CandidateStanding(name, item.gain, np.nan, item.share) for name, item in named]

@@ -14,6 +14,6 @@ def tell_compiling_to(listener: Listener | None) -> None:
 
 
 def say(sentence: str) -> None:
-    """Tell the listener, if there is one."""
+    """Notify the listener, if there is one."""
     for listener in _listeners:
         listener(sentence)

@@ -103,7 +103,7 @@ class OpcUaSource:
         self._check(results, subscription, publishing)
 
     def _check(self, results: Sequence[Any], subscription: Any, publishing: float) -> None:
-        """Tell which items are refused, and what the server revised."""
+        """Report which items are refused, and what the server revised."""
         for item, result in zip(self.items, results, strict=True):
             if isinstance(result, self._ua.StatusCode):
                 raise LiveError(f"the server refuses {item.way} '{item.at}': {result.name}.", place=self.url, remedy="Look at the map.")

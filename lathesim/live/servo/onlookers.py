@@ -95,7 +95,7 @@ class Onlookers:
         self._next += len(set_points)
 
     def status(self, data: dict[str, Any]) -> None:
-        """Say how full the buffer is."""
+        """Send how full the buffer is."""
         if self._peers:
             self._tell(text_frame(Kind.STATUS, data))
 

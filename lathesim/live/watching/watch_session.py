@@ -199,7 +199,7 @@ class WatchSession:
             self._drifts = [DriftCourse(channel, tolerance) for channel, tolerance in self._settings.tolerance.items()]
 
     def _after(self, stretch: Stretch) -> None:
-        """Tell what is known now: learnt values, values that moved, windows that are whole, drifts that go on."""
+        """Report what is known now: learnt values, values that moved, windows that are whole, drifts that go on."""
         assert self._watch is not None
         if self._watch.learnt and not self._learnt:
             self._learnt = True

@@ -56,7 +56,7 @@ class Assignment:
     value: Expression
 
     def carry_out(self, variables: Variables, value: Value) -> None:
-        """Give the variable the value, which was evaluated before any assignment of the block."""
+        """Set the variable to the value, which was evaluated before any assignment of the block."""
         try:
             if self.number is None:
                 variables.set_name(self.name, value or 0.0)

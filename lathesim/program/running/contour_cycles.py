@@ -80,7 +80,7 @@ class ContourCycles(Motions):
         self.passed |= set(range(first, last + 1))
 
     def _ignored_word(self, letter: str, code: str) -> None:
-        """Say that a word of a cycle changes nothing here."""
+        """Warn that a word of a cycle changes nothing here."""
         word = self.block.words.get(letter)
         if word is not None and (self.take(letter) is not None):
             self.warn(f"{word.text} of {code} changes nothing in the simulation.")

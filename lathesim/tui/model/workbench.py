@@ -72,7 +72,7 @@ class Workbench:
         return lambda: self._listeners.remove(listener)
 
     def tell(self, what: str) -> None:
-        """Tell the listeners that something changed."""
+        """Notify the listeners that something changed."""
         for listener in list(self._listeners):
             listener(what)
 

@@ -66,7 +66,7 @@ class ChannelChoice(ModalScreen[tuple[str, ...] | None]):
 
     @on(Button.Pressed, "#take")
     def action_take(self) -> None:
-        """Give the names chosen."""
+        """Close the dialog with the names chosen."""
         self.dismiss(tuple(self._chosen))
 
     @on(Button.Pressed, "#leave")

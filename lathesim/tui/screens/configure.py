@@ -227,7 +227,7 @@ class ConfigureScreen(WorkbenchScreen):
         self._tell(entry, fault_of(self.workbench.prepared(), entry, event.value) if entry is not None else "")
 
     def _tell(self, entry: Entry | None, fault: str) -> None:
-        """Say below the field what is wrong with the text, or else what the entry is and its bounds."""
+        """Show below the field what is wrong with the text, or else what the entry is and its bounds."""
         bounds = f" ({entry.bounds} {entry.unit})".replace(" 1)", ")") if entry is not None and entry.bounds else ""
         words = f"✗ {fault}" if fault else f"{entry.doc}{bounds}" if entry is not None else ""
         self.query_one("#fault", Static).update(words)

@@ -313,7 +313,7 @@ class DetectiveScreen(WorkbenchScreen):
         self._show_status()
 
     def _tell_from_thread(self, step: str) -> None:
-        """Tell a step of work in a thread; nothing is told once the screen is gone."""
+        """Report a step of work from a thread; nothing once the screen is gone."""
         self.call_later(self._tell_step, step)
 
     def _tell_step(self, step: str) -> None:

@@ -34,7 +34,7 @@ class PluginsScreen(WorkbenchScreen):
                 yield Static("", id="said", markup=False)
 
     def show_changes(self, changed: set[str]) -> None:
-        """Say what is loaded and what is at fault."""
+        """Show what is loaded and what is at fault."""
         if REGISTRY in changed:
             self.query_one("#said", Static).update(self._said())
 

@@ -39,7 +39,7 @@ class DiagnosisPane(Vertical):
             yield Static("", id="answer-text", markup=False)
 
     def say(self, words: str) -> None:
-        """Say something of the guess."""
+        """Show a remark on the guess."""
         self.query_one("#judged", Static).update(words)
 
     def begin(self, guess: str) -> None:
@@ -51,7 +51,7 @@ class DiagnosisPane(Vertical):
         self.query_one("#standing", Static).update(standing_bars((), self.size.width))
 
     def tell(self, step: str, case: CaseFile) -> None:
-        """Tell a step, and show how the candidates stand after it."""
+        """Show a step, and how the candidates stand after it."""
         self.query_one("#steps", RichLog).write(step)
         self.query_one("#standing", Static).update(standing_bars(case.standings.values(), self.size.width - 4))
 

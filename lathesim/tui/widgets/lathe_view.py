@@ -86,7 +86,7 @@ class LatheView(Widget):
         return draw_waves(waves, self.size.width, self.size.height)
 
     def on_mount(self) -> None:
-        """Say above the picture what its lines are."""
+        """Show above the picture what its lines are."""
         self._name_lines()
 
     def _name_lines(self) -> None:

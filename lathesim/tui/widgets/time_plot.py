@@ -155,7 +155,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         self._pressed_at = event.screen_x, event.screen_y
 
     def on_mouse_up(self, event: events.MouseUp) -> None:
-        """Tell where the plot was clicked."""
+        """Post where the plot was clicked."""
         if self._pressed_at == (event.screen_x, event.screen_y):
             canvas = self.query_one("#plot")
             x = event.screen_x - canvas.region.x
@@ -164,7 +164,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         self._pressed_at = None
 
     def on_resize(self) -> None:
-        """Give the curves as much room as there is."""
+        """Fit the curves to the room there is."""
         self.margin_top, self.margin_bottom, self.margin_left = (0, 2, 9) if self._is_low else (1, 2, 9)
         self._across.most = max(2, self.size.width // _COLUMNS_A_TICK)
         self._up.most = max(2, self._rows // _ROWS_A_TICK)
