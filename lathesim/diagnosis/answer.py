@@ -27,6 +27,8 @@ from lathesim.diagnosis.records.diagnosis import (
     FoundEffect,
     Interval,
     Location,
+    PossibleEffect,
+    Verdict,
     no_surer_than,
 )
 from lathesim.diagnosis.records.discovered import Discovered
@@ -40,6 +42,7 @@ from lathesim.diagnosis.selection.laboratory import Laboratory, judged_score
 from lathesim.diagnosis.verdict.adequacy import Adequacy, adequacy
 from lathesim.diagnosis.verdict.deciding_channel import deciding_channel
 from lathesim.diagnosis.verdict.decision import decide, sentence_of
+from lathesim.diagnosis.verdict.further_effects import further_effects
 from lathesim.diagnosis.verdict.grounds import gathered
 from lathesim.diagnosis.verdict.ranking import RankedEffect, rank_effects, removed_share
 from lathesim.diagnosis.verdict.stability import stability
@@ -47,6 +50,7 @@ from lathesim.identification.estimation.estimates import (
     CONFIDENCE,
     Estimate,
     Estimates,
+    estimates,
     with_error_of_form,
 )
 from lathesim.identification.estimation.least_squares import fit
@@ -84,8 +88,7 @@ def describe(
     progress: Progress,
 ) -> Diagnosis:
     """Return the answer: effects ranked, what is left tested, the verdict decided, and all of it in words."""
-    question, experiment, validation = prepared.question, prepared.experiment, prepared.validation
-    method = question.method
+    question, (experiment, validation), method = prepared.question, prepared.experiments, prepared.question.method
     progress("simulating the lesson before and after")
     moved = _values_moved(experiment, found, as_measured(experiment, found).by_name, method=method)
     before = found.baseline.validation_fit if found.model.candidates else as_measured(validation, found)
@@ -103,7 +106,7 @@ def describe(
     outcome = _Outcome(prepared, found, own, evidence, baseline, judged, rule.verdict in NAMING)
     effects = _effects(outcome, ranked, replace(sure, by_name={**sure.by_name, **_read(counts)}), taken)
     location = _location(outcome, effects, [candidate for candidate, _ in counts])
-    formula = _formula(outcome, progress)
+    formula, possible = _formula(outcome, progress), _possible(outcome, rule.verdict)
     return Diagnosis(
         verdict=rule.verdict,
         sentence=sentence_of(rule.verdict, effects, found.values_off, found.jointly_off),
@@ -118,7 +121,7 @@ def describe(
         shortfall=judged.shortfall if outcome.names else "",
         baseline=baseline,
         insert=_entries(outcome, effects, ranked),
-        left=_left(outcome),
+        left=_left(outcome, possible),
         not_told=(*not_determined(effects), *unseen_forms(ranked)) if outcome.names else (),
         discovered=f"{formula.formula}, which explains {formula.share:.0%} of what is left at {formula.at}" if formula else "",
         plugin=plugin_text(formula) if formula else "",
@@ -126,6 +129,7 @@ def describe(
         rule=rule.reason,
         history=found.history,
         residual_tests=judged.tests,
+        possible=possible,
         stability=stability(grounds),
     )
 
@@ -200,14 +204,32 @@ def _entries(outcome: _Outcome, effects: Sequence[FoundEffect], ranked: Sequence
     return tuple(lesson_entry(effect, item.candidate, fitted, experiment) for effect, item in zip(effects, ranked, strict=True))
 
 
-def _left(outcome: _Outcome) -> tuple[str, ...]:
+def _possible(outcome: _Outcome, verdict: Verdict) -> tuple[PossibleEffect, ...]:
+    """Return what is possible beside the model, where physics is missing: the sizes are those of the fit with it."""
+    found, prepared, method = outcome.found, outcome.prepared, outcome.method
+    if verdict not in (*NAMING, "unknown") or not found.complete:
+        return ()
+    laboratory = Laboratory(prepared.experiment, prepared.validation, lambda text: None, method=method)
+    laboratory.weigh(found.baseline.fitted)
+    told = []
+    for one in further_effects(laboratory, found, method):
+        trial = one.trial
+        values = estimates(trial.model, prepared.experiment, prepared.validation, prepared.whole)
+        ranked = RankedEffect(trial.candidate, one.probability, (), (), trial.share_of_all, trial.share_of_rest)
+        names = tuple(candidate.name for candidate in one.replaces)
+        told.append(PossibleEffect(reported(ranked, values, prepared.experiment), names))
+    return tuple(told)
+
+
+def _left(outcome: _Outcome, possible: Sequence[PossibleEffect]) -> tuple[str, ...]:
     """Return what is left and what speaks against the values, each in a sentence, in the order in which it is told."""
     found, judged, method = outcome.found, outcome.judged, outcome.method
     experiment, validation = outcome.prepared.experiment, outcome.prepared.validation
+    strongest = strongest_variables(outcome.evidence.bars, [], after=True, method=method)
     left_by_model, by_chance = found.model.validation_fit, [name for name in outcome.own.fit if name in judged.judged.by_chance]
     return (
         *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in judged.judged.laws),
-        *still_missing(outcome.evidence, strongest_variables(outcome.evidence.bars, [], after=True, method=method), found, method),
+        *still_missing(outcome.evidence, strongest, found, possible, method),
         *resting(validation, left_by_model, method=method),
         *map(str, judged.bands),
         *(f"{coherence}." for coherence in judged.commanded),

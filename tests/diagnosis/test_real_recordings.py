@@ -44,6 +44,12 @@ def test_coulomb_friction_left_out_of_the_emps_axis_is_found(capsys, tmp_path):
     force = next(item for item in answer["missing"] if item["at"] == "x_axis.disturbance")
     assert force["share_before"] > 0.16
     assert force["share_after"] < 0.045
+    # with both in, what is left is an asymmetry: v |v| is no form of it, a slope that differs between the directions is
+    possible = answer["possible"][0]
+    assert (possible["effect"], possible["at"], possible["in_place_of"]) == ("AsymmetricFriction", "x_axis", ["CoulombFriction"])
+    assert possible["share_of_rest"] > 0.75
+    slope = possible["parameters"]["viscous_difference"]
+    assert slope["low"] < -37.0 < slope["high"] < 0.0
 
 
 def test_dry_friction_of_a_spin_up_is_named_and_what_one_direction_cannot_tell_is_said(capsys, tmp_path):

@@ -74,6 +74,18 @@ class FoundEffect:
 
 
 @dataclass(frozen=True)
+class PossibleEffect:
+    """An effect that may be there beside the model, and is no part of the verdict: it explains much of what is left, and little of all.
+
+    ``effect.removes`` is the share of what is left, ``effect.share`` that of the whole error, ``effect.probability`` holds among all that
+    were tried there. ``in_place_of`` names effects of the model that it refines.
+    """
+
+    effect: FoundEffect
+    in_place_of: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Location:
     """Where the mismatch sits: parts (the suspect first), channels (the worst first), stretches of time [s], and what it depends on."""
 
@@ -214,6 +226,8 @@ class Diagnosis:
     """The course of the search: the changes of the model that were accepted, in order."""
     residual_tests: tuple[ResidualTest, ...] = ()
     """The tests of what is left that were asked, failed or not."""
+    possible: tuple[PossibleEffect, ...] = ()
+    """The best further effect beside the model, and those that cannot be told from it; no part of the verdict."""
     stability: Stability | None = None
     """How often the decision stands when its limits are shaken; nothing where a check of the recordings decided."""
 
@@ -247,6 +261,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict,
         "sentence": diagnosis.sentence,
         "effects": [_effect(effect) for effect in diagnosis.effects],
+        "possible": [_possible(one) for one in diagnosis.possible],
         "location": {
             "components": list(diagnosis.location.components),
             "channels": list(diagnosis.location.channels),
@@ -347,6 +362,12 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "share": _number(effect.share),
         "undetermined": list(effect.undetermined),
     }
+
+
+def _possible(one: PossibleEffect) -> dict[str, Any]:
+    told = _effect(one.effect)
+    kept = {name: told[name] for name in ("effect", "at", "family", "probability", "parameters", "tied_with", "share")}
+    return {**kept, "share_of_rest": _number(one.effect.removes), "in_place_of": list(one.in_place_of)}
 
 
 def _baseline(item: BaselineValue) -> dict[str, Any]:

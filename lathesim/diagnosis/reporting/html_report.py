@@ -15,9 +15,19 @@ import numpy as np
 
 import lathesim
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, ChannelFit, Diagnosis, FoundEffect, MissingSignal, VariableBar
+from lathesim.diagnosis.records.diagnosis import (
+    VERDICTS,
+    BaselineValue,
+    ChannelFit,
+    Diagnosis,
+    FoundEffect,
+    MissingSignal,
+    PossibleEffect,
+    VariableBar,
+)
 from lathesim.diagnosis.reporting.number_text import (
     NOTHING,
+    POSSIBLE_BESIDES,
     TIMES,
     interval_texts,
     number,
@@ -84,6 +94,8 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "figures": _figures(diagnosis, modelled, changed, method=method),
         "findings": list(diagnosis.findings),
         "effects": [_effect(effect) for effect in diagnosis.effects],
+        "possible_title": POSSIBLE_BESIDES,
+        "possible": [_possible(one) for one in diagnosis.possible],
         "discovered": diagnosis.discovered,
         "located": _located(diagnosis),
         "diagram": wiring_diagram(_own(diagnosis.evidence.wires), _suspects(diagnosis)),
@@ -173,6 +185,13 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         rows.append({"name": name.replace("_", " "), "value": value, "interval": interval})
     rows = rows or [{"name": "", "value": "", "interval": ""}]
     return {"name": effect.effect, "at": words(effect.at), "family": effect.family, "doc": effect.doc, "rows": rows}
+
+
+def _possible(one: PossibleEffect) -> dict[str, Any]:
+    """Return the row of an effect that is possible beside the model."""
+    effect = one.effect
+    told = f"{percent(effect.removes)} of what is left, {percent(effect.share)} of the error"
+    return {**_effect(effect), "replaces": ", ".join(one.in_place_of), "probability": probability_text(effect.probability), "shares": told}
 
 
 def _located(diagnosis: Diagnosis) -> str:

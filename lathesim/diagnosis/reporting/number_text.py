@@ -19,6 +19,8 @@ _SIGNS = (("um", "µm"), ("us", "µs"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 NOTHING = "\N{EN DASH}"
+POSSIBLE_BESIDES = "Possible besides, and no part of the verdict"
+"""What stands above effects that explain much of what is left and little of all."""
 
 
 def pretty_unit(unit: str) -> str:

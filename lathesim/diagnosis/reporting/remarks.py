@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import BaselineValue, Evidence, FoundEffect, listed, with_unit
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Evidence, FoundEffect, PossibleEffect, listed, with_unit
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.compare_models import Gains, compare_models
 from lathesim.diagnosis.verdict.ranking import RankedEffect
@@ -17,8 +17,10 @@ from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import POSSIBLE
 
 
-def still_missing(evidence: Evidence, variables: tuple[str, ...], found: SearchResult, method: Method) -> tuple[str, ...]:
-    """Return what is still missing, where, and what it depends on."""
+def still_missing(
+    evidence: Evidence, variables: tuple[str, ...], found: SearchResult, possible: Sequence[PossibleEffect], method: Method
+) -> tuple[str, ...]:
+    """Return what is still missing, where, and what it depends on; what is ``possible`` besides is told by itself."""
     sentences = []
     for item in evidence.missing:
         before, after = (shown_with_unit(size, item.unit, 3) for size in item.sizes)
@@ -35,7 +37,8 @@ def still_missing(evidence: Evidence, variables: tuple[str, ...], found: SearchR
         sentences.append("What is left goes with nothing that the machine was doing: noise, or a load that nobody measured.")
     if found.ended_after:
         sentences.append(f"After {found.ended_after} runs no further effect was looked for.")
-    for trial in found.tried:
+    apart = {(one.effect.effect, one.effect.at) for one in possible}
+    for trial in (trial for trial in found.tried if (trial.candidate.name, trial.candidate.at) not in apart):
         gains = Gains(trial.gain, trial.validation_gain)
         small = compare_models(gains, method, effects=1).better and found.was_held_against(trial)
         if small and trial.share_of_rest > method.share_of_rest and found.complete and trial.share_of_all <= method.share_of_all:

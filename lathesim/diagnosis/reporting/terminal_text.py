@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.diagnosis.records.diagnosis import Diagnosis, FoundEffect, with_unit
+from lathesim.diagnosis.records.diagnosis import Diagnosis, FoundEffect, listed, with_unit
 from lathesim.diagnosis.reporting.html_report import insert_lines
-from lathesim.diagnosis.reporting.number_text import takes_part
+from lathesim.diagnosis.reporting.number_text import POSSIBLE_BESIDES, takes_part
 from lathesim.diagnosis.reporting.stability_text import stability_lines
 
 
@@ -20,6 +20,7 @@ def answer_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.effects:
         lines += ["", *([] if diagnosis.names else [f"{takes_part(diagnosis)}:"])]
         lines += [line for effect in diagnosis.effects for line in _effect_lines(effect, diagnosis)]
+    lines += _possible_lines(diagnosis)
     lines += ["", *_where_lines(diagnosis), *stability_lines(diagnosis)]
     if diagnosis.verdict == "parameters_only":
         lines += _value_lines(diagnosis)
@@ -67,7 +68,24 @@ def _effect_lines(effect: FoundEffect, diagnosis: Diagnosis) -> list[str]:
     # what is read off the recorded values takes no part of the error
     taken = f"{share:.0%} of the error" if math.isfinite(effect.share) else "read off the recorded values"
     said = [f"probability {effect.probability:.2f}", taken] if diagnosis.names else [taken] if diagnosis.removed_share > 0.0 else []
-    lines = [f"  {effect.effect} at {effect.at}  ({', '.join([effect.family, *said])})"]
+    return [f"  {effect.effect} at {effect.at}  ({', '.join([effect.family, *said])})", *_parameter_lines(effect)]
+
+
+def _possible_lines(diagnosis: Diagnosis) -> list[str]:
+    """Return the lines on what is possible beside the model."""
+    lines = ["", f"{POSSIBLE_BESIDES}:"] if diagnosis.possible else []
+    for one in diagnosis.possible:
+        effect = one.effect
+        place = f" in the place of {listed(one.in_place_of)}" if one.in_place_of else ""
+        shares = f"{effect.removes:.0%} of what is left, {effect.share:.1%} of the error"
+        lines.append(f"  {effect.effect} at {effect.at}{place}  ({effect.family}, probability {effect.probability:.2f}, {shares})")
+        lines += _parameter_lines(effect)
+    return lines
+
+
+def _parameter_lines(effect: FoundEffect) -> list[str]:
+    """Return a line for each parameter of an effect, with its interval."""
+    lines = []
     for name, item in effect.parameters.items():
         doubt = "; not determined" if name in effect.undetermined else ""
         value, low, high = _told_apart(item.value, item.low, item.high)

@@ -72,8 +72,7 @@ def believable(trial: Trial, method: Method, null_maximum: float) -> bool:
 def credible_if_it_moves(trial: Trial, method: Method, null_maximum: float) -> bool:
     """Return whether a trial's effect is to be believed, however little it moves: beside what is not found yet that may be next to
     nothing."""
-    gains = Gains(trial.gain, trial.validation_gain)
-    judged = compare_models(gains, method, effects=1, parameters=len(trial.candidate.parameters), null_maximum=null_maximum).better
+    judged = gains_enough(trial, method, null_maximum)
     much = trial.share_of_all > method.share_of_all and trial.share_of_rest > method.share_of_rest
     worth = much or trial.share_of_rest > method.nearly_all_of_rest or trial.restores_plausibility
     worth = worth and (trial.closed_loop_degradation < method.shared.alike or method.despite_degradation)
@@ -89,6 +88,12 @@ def credible_if_it_moves(trial: Trial, method: Method, null_maximum: float) -> b
     if not (judged and worth):
         return False
     return math.isinf(method.largest_size) or of_usual_size(trial.candidate, trial.model.fitted.by_name, method)
+
+
+def gains_enough(trial: Trial, method: Method, null_maximum: float) -> bool:
+    """Return whether a trial gains on both recordings what an accepted effect must gain."""
+    gains, parameters = Gains(trial.gain, trial.validation_gain), len(trial.candidate.parameters)
+    return compare_models(gains, method, effects=1, parameters=parameters, null_maximum=null_maximum).better
 
 
 def _due_move(trial: Trial, method: Method) -> float:

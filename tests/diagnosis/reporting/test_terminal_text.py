@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from lathesim.diagnosis.records.diagnosis import BaselineValue, Interval, no_surer_than, with_unit
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Interval, PossibleEffect, as_json, no_surer_than, with_unit
 from lathesim.diagnosis.reporting.html_report import report_html
 from lathesim.diagnosis.reporting.terminal_text import answer_lines
 from tests.diagnosis.sample_diagnoses import ALL, COULOMB, NAMED, UNKNOWN
@@ -61,6 +61,27 @@ def test_what_explains_a_part_is_no_name(removed: float, sentence: str, share: s
     assert f"<p>{sentence}.</p>" in page
     assert "<dt>probability</dt>" not in page
     assert "Left out" not in page
+
+
+def test_what_is_possible_besides_is_offered_and_not_named() -> None:
+    """The friction of a published axis is uneven, by two hundredths of the error."""
+    slope = {"viscous_difference": Interval(-36.8, "N/(m/s)", -41.1, -32.5)}
+    uneven = replace(COULOMB, effect="AsymmetricFriction", parameters=slope, share=0.024, removes=0.79, probability=0.98)
+    answer = replace(NAMED, possible=(PossibleEffect(uneven, ("CoulombFriction",)),))
+    lines = answer_lines(answer)
+    place = lines.index("Possible besides, and no part of the verdict:")
+    assert lines[place + 1 : place + 3] == [
+        "  AsymmetricFriction at x_axis in the place of CoulombFriction  "
+        "(reversal, probability 0.98, 79% of what is left, 2.4% of the error)",
+        "    viscous_difference = -36.8 N/(m/s)  (95 %: -41.1 to -32.5)",
+    ]
+    page = report_html(answer)
+    assert "in the place of CoulombFriction" in page
+    assert "79.0 % of what is left, 2.4 % of the error" in page
+    (told,) = as_json(answer)["possible"]
+    assert told["share_of_rest"] == 0.79
+    assert told["in_place_of"] == ["CoulombFriction"]
+    assert "Possible besides" not in "\n".join(answer_lines(NAMED)) + report_html(NAMED)
 
 
 def test_what_is_no_name_is_no_surer_than_what_it_took_away() -> None:
