@@ -171,7 +171,9 @@ def _places(bench: _Bench, effect: type[Effect], at: str, host: Part) -> dict[st
         elif role in host.component.ports:
             place = f"{host.name}.{host.component.ports[role]}"
         else:
-            remedy = f"Name the place, as in 'at: {host.name}.<input, parameter or output>'."
+            having = [part.name for part in bench.parts.values() if role in part.component.ports]
+            remedy = f"Here {', '.join(having)} {'has' if len(having) == 1 else 'have'} one. " if having else ""
+            remedy += f"{'Or name' if having else 'Name'} the place, as in 'at: {host.name}.<input, parameter or output>'."
             raise WiringError(f"{host.name} ({host.component.__name__}) has no port '{role}', where {effect.__name__} sits.", remedy=remedy)
         item = bench.item(place)
         if not isinstance(item, (Input, Output, Parameter)):

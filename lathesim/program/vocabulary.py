@@ -198,10 +198,12 @@ def _complete(blocks: Blocks, leave_out: Dialect, readable: bool) -> list[str]:
 
 
 def _choice(blocks: Blocks, dialect: Dialect, readable: bool = False) -> str:
-    """``the dialect the program is written in``, with the dialects that have every word of the program where there are any."""
+    """Return ``the dialect the program is written in``, with those that have every word of the program and how one is chosen."""
     complete = _told(_complete(blocks, dialect, readable))
-    having = f"; {_quoted(complete)} {'has' if len(complete) == 1 else 'have'} all its words" if complete else ""
-    return f"the dialect the program is written in{having}."
+    if not complete:
+        return "the dialect the program is written in."
+    having = f"{_quoted(complete)} {'has' if len(complete) == 1 else 'have'} all its words"
+    return f"the dialect the program is written in; {having}. A comment (dialect: {complete[0]}) at its head chooses one."
 
 
 def _foreign_code(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:

@@ -81,7 +81,8 @@ WRONG = {
     "effect at no part": ("insert: [{effect: Drag, at: tabel}]", "4:29: there is no part 'tabel'. Did you mean 'table'?"),
     "effect where it has no port": (
         "insert: [{effect: Drag, at: ruler}]",
-        "4:29: ruler (Ruler) has no port 'effort', where Drag sits. Name the place, as in 'at: ruler.<input, parameter or output>'.",
+        "4:29: ruler (Ruler) has no port 'effort', where Drag sits. "
+        "Here table has one. Or name the place, as in 'at: ruler.<input, parameter or output>'.",
     ),
     "effect that senses nothing": (
         "insert: [{effect: Drag, at: push.target}]",

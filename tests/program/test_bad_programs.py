@@ -164,20 +164,23 @@ REFUSED = {
     "foreign code with an own one": (
         "G21\nG0 X1\nM2",
         "turn.nc:1: G21 is not in the dialect 'paper'; 'linuxcnc' and 'fanuc' have it (millimetres). "
-        "Write G71 for it here, or choose the dialect the program is written in; 'linuxcnc' and 'fanuc' have all its words.",
+        "Write G71 for it here, or choose the dialect the program is written in; 'linuxcnc' and 'fanuc' have all its words. "
+        "A comment (dialect: linuxcnc) at its head chooses one.",
     ),
     "cycle of another dialect, both readings": (
         "G71 U2. R0.5\nM2",
         "turn.nc:1: U2. is not in the dialect 'paper'; 'linuxcnc' has it (allowance along X), "
         "'fanuc' has it (incremental X). G71 means millimetres in the dialect 'paper'; "
         "in the dialects 'linuxcnc' and 'fanuc' it means the roughing cycle. "
-        "Choose the dialect the program is written in; 'linuxcnc' and 'fanuc' have all its words.",
+        "Choose the dialect the program is written in; 'linuxcnc' and 'fanuc' have all its words. "
+        "A comment (dialect: linuxcnc) at its head chooses one.",
     ),
     "feed per revolution of fanuc": (
         "G99 G1 X10 F0.1\nM2",
         "turn.nc:1: G99 is not in the dialect 'paper'; 'linuxcnc' has it (the return level of canned cycles); "
         "'fanuc' has it (feed per revolution). "
-        "Write G95 for it here, or choose the dialect the program is written in; 'linuxcnc' and 'fanuc' have all its words.",
+        "Write G95 for it here, or choose the dialect the program is written in; 'linuxcnc' and 'fanuc' have all its words. "
+        "A comment (dialect: linuxcnc) at its head chooses one.",
     ),
 }
 
