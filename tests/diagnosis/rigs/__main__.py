@@ -6,21 +6,24 @@ Each case is asked once, in a process of its own with a limit of processor time;
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import resource
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from tests.diagnosis.rigs.cases import schedule, write_case
+from tests.diagnosis.rigs import cases as first
 from tests.diagnosis.rigs.scoring import Answer, table
+from tests.diagnosis.rigs.second import cases as second
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.diagnosis.rigs", description=__doc__)
     parser.add_argument("what", choices=("run", "table"))
+    parser.add_argument("--set", dest="rigs", choices=("first", "second"), default="first", help="which set of rigs")
     parser.add_argument("--folder", type=Path, default=Path("build/rigs"), help="folder of cases and answers")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--each", default="sound=2,values=1,single=2,pair=1,outside=1,fault=1", metavar="KIND=N,...", help="cases a rig")
@@ -31,13 +34,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     asked = parser.parse_args(arguments)
     counts = {kind: int(number) for kind, _, number in (item.partition("=") for item in asked.each.split(","))}
     folders = []
-    # a round over all rigs at a time: whatever stops a run leaves a sample of every rig
-    for case in sorted(schedule(asked.seed, counts), key=lambda case: (case.number, list(counts).index(case.kind))):
+    for case, write in _rounds(asked.rigs, asked.seed, counts):
         if asked.half != "both" and case.rig.calibrating != (asked.half == "calibration"):
             continue
-        written = [asked.folder / f"{case.name}__{description}" for description in case.rig.descriptions]
+        written = [asked.folder / f"{case.name}__{description}" for description in case.descriptions]
         if not all((folder / "truth.json").is_file() for folder in written):
-            written = write_case(case, asked.folder)
+            written = write(asked.folder)
         folders += [folder for folder in written if asked.only in folder.name]
     if asked.what == "run":
         for folder in folders:
@@ -49,11 +51,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+def _rounds(rigs: str, seed: int, counts: dict[str, int]) -> Iterator[tuple[first.Case | second.Case, Callable[[Path], list[Path]]]]:
+    """Yield the cases in rounds over all rigs, each with what writes it: whatever stops a run leaves a sample of every rig."""
+
+    def turn(case: first.Case | second.Case) -> tuple[int, int]:
+        return case.number, list(counts).index(case.kind)
+
+    if rigs == "first":
+        for one in sorted(first.schedule(seed, counts), key=turn):
+            yield one, functools.partial(first.write_case, one)
+        return
+    for other in sorted(second.schedule(seed, counts), key=turn):
+        yield other, functools.partial(second.write_case, other)
+
+
 def _ask(folder: Path, limit: float) -> None:
     """Call ``lathesim diagnose`` as a person does, and keep what it answers."""
     answer, limit = folder / "answer.json", round(limit)
     answer.unlink(missing_ok=True)
     words = ["diagnose", "lesson.yaml", "fit.csv", "--validate", "validate.csv", "--json", answer.name, "--no-report", "--out", "out"]
+    words += ["--plugins", "parts"] if (folder / "parts").is_dir() else []
     before = _processor_seconds()
     done = subprocess.run(
         [sys.executable, "-m", "lathesim", *words], cwd=folder, capture_output=True, text=True, check=False,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tests.diagnosis.rigs.describe import FAR, SIGMA, Given, lesson, machine_files
+from tests.diagnosis.rigs.faults import faulty, write_table
 from tests.diagnosis.rigs.hidden import AT_THE_SCALE, BESIDE, EFFECTS, FAULTS, INPUTS, OUTSIDE, Hidden, hide, possible
 from tests.diagnosis.rigs.machines import RIGS, Rig
 from tests.diagnosis.rigs.motion import added, course, voltages, wandering
@@ -36,6 +36,11 @@ class Case:
     def name(self) -> str:
         """The name of its folder."""
         return f"{self.rig.name}__{self.kind}_{self.number:02d}"
+
+    @property
+    def descriptions(self) -> tuple[str, ...]:
+        """The descriptions that it is asked in."""
+        return self.rig.descriptions
 
 
 def schedule(seed: int, counts: dict[str, int] | None = None) -> list[Case]:
@@ -80,17 +85,17 @@ def write_case(case: Case, folder: Path) -> list[Path]:
     given = _given(case, rng)
     tables = {name: _recorded(case, hidden, rng) for name in ("fit.csv", "validate.csv")}
     if case.kind == "fault":
-        tables = {name: _faulty(case, table) for name, table in tables.items()}
+        tables = {name: faulty(case.fault, table, case.rig.physics.encoder) for name, table in tables.items()}
     right = {key: list(EFFECTS.get(key, ())) for key in case.keys}
     truth = {"rig": case.rig.name, "calibrating": case.rig.calibrating, "kind": case.kind, "keys": list(case.keys), "right": right,
              "beside": [name for key in case.keys for name in BESIDE.get(key, ())], "fault": case.fault,
              "words": FAULTS.get(case.fault, case.fault), "given": asdict(given), "hidden": hidden.physics._asdict()}  # fmt: skip
     folders = []
-    for description in case.rig.descriptions:
+    for description in case.descriptions:
         place = folder / f"{case.name}__{description}"
         place.mkdir(parents=True, exist_ok=True)
         for name, table in tables.items():
-            _write(place / name, table)
+            write_table(place / name, table)
         for name, text in machine_files(case.rig, description).items():
             (place / name).write_text(text, encoding="utf-8")
         (place / "lesson.yaml").write_text(lesson(case.rig, description, given), encoding="utf-8")
@@ -135,29 +140,3 @@ def _recorded(case: Case, hidden: Hidden, rng: np.random.Generator) -> dict[str,
     }
     table["held"] = out[1]
     return table
-
-
-def _faulty(case: Case, table: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    made, p = dict(table), case.rig.physics
-    late = np.r_[np.full(12, table["i"][0]), table["i"][:-12]]
-    match case.fault:
-        case "clock":
-            made["t"] = table["t"] * 1.003
-        case "current_late":
-            made["i"] = late
-        case "sign":
-            made["i"] = -table["i"]
-        case "unit_1000":
-            made["q"] = 1e3 * table["q"]
-        case "behind_converter":
-            made["u"] = table["held"]
-        case "counts":
-            made["q"] = np.round(table["q"] / p.encoder)
-        case "rows":
-            made["q"] = np.r_[table["q"][0], table["q"][:-1]]
-    return made
-
-
-def _write(path: Path, table: dict[str, Any]) -> None:
-    columns = {name: values for name, values in table.items() if name != "held"}
-    np.savetxt(path, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="", fmt="%.9g")

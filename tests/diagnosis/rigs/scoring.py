@@ -7,6 +7,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from scipy.stats import norm
 
 QUESTIONS = ("sound called sound", "only values off, said so", "one effect, that name or tied", "one effect, exactly that name",
@@ -44,8 +45,10 @@ class Answer:
 
 
 def marks(answer: Answer) -> dict[str, bool]:
-    """Return the questions that a case asks, each answered rightly or wrongly."""
+    """Return the questions that a case asks, each answered rightly or wrongly; none of a case that nobody could answer."""
     truth, told = answer.truth, answer.told
+    if not truth.get("answerable", True):
+        return {}
     verdict = told.get("verdict", "")
     match truth["kind"]:
         case "sound":
@@ -105,7 +108,21 @@ def table(answers: list[Answer]) -> str:
             low, high = wilson(sum(asked), len(asked))
             cells.append(f"{sum(asked)}/{len(asked)} ({100 * low:.0f} to {100 * high:.0f} %)" if asked else "-")
         rows.append(f"| {question} | {' | '.join(cells)} |")
-    return "\n".join([*rows, "", _agreement(answers)])
+    return "\n".join([*rows, "", _agreement(answers), _cost(answers)])
+
+
+def _cost(answers: list[Answer]) -> str:
+    """Return what an answer took, how many cases nobody could answer, and how often something outside got a name."""
+    if not answers:
+        return "No answers."
+    seconds = np.array([answer.seconds for answer in answers])
+    hopeless = len({answer.truth["case"] for answer in answers if not answer.truth.get("answerable", True)})
+    beyond = [answer for answer in answers if answer.truth["kind"] == "outside"]
+    named = sum(bool(answer.names) for answer in beyond)
+    return (
+        f"{np.median(seconds):.0f} s of processor time at the median, {seconds.max():.0f} s at most. {hopeless} cases that no channel "
+        f"shows do not count. {named} of {len(beyond)} answers to something outside have a name."
+    )
 
 
 def _agreement(answers: list[Answer]) -> str:
