@@ -9,13 +9,13 @@ import numpy as np
 
 from lathesim.diagnosis.method.candidates import CandidateLimits
 from lathesim.diagnosis.method.discovery import DiscoveryLimits
-from lathesim.diagnosis.method.limit import Limit
 from lathesim.diagnosis.method.location import LocationLimits
 from lathesim.diagnosis.method.recording_checks import CheckLimits
 from lathesim.diagnosis.method.reporting import ReportingLimits
 from lathesim.diagnosis.method.selection import SelectionLimits
 from lathesim.diagnosis.method.shared import SharedLimits
 from lathesim.diagnosis.method.verdict import VerdictLimits
+from lathesim.limit import Limit
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lathesim.diagnosis.method.limit import Limit
+from lathesim.limit import Limit
 
 
 @dataclass(frozen=True)

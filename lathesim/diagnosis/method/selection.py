@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lathesim.diagnosis.method.limit import Limit
+from lathesim.limit import Limit
 
 KEPT = "in the place of {} limits from {} to {}; of 29 cases asked before and after, 27 have the same answer and all the same names"
 

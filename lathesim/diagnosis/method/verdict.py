@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from lathesim.diagnosis.method.limit import Limit
+from lathesim.limit import Limit
 
 
 @dataclass(frozen=True)

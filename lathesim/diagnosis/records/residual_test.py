@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from lathesim.diagnosis.method.limit import Limit
+from lathesim.limit import Limit
 
 Relation = Literal[">", ">=", "<", "<="]
 Severity = Literal["weakens", "fails", "discredits"]

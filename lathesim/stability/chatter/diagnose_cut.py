@@ -12,11 +12,10 @@ import numpy as np
 from lathesim.stability.chatter.first_sign import first_sign
 from lathesim.stability.chatter.judge import Judged, judge, judge_line
 from lathesim.stability.chatter.recorded_cut import RecordedCut
-from lathesim.stability.chatter.signal_lines import FEWEST_TURNS, Vibration, vibration, within_band
+from lathesim.stability.chatter.signal_lines import Vibration, vibration, within_band
+from lathesim.stability.chatter.thresholds import GROWTH, LINES
 
 _CHATTER = ("hopf", "flip")
-_MOVED = 0.012
-"""A line moved with the speed, or stayed, within this share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +45,7 @@ def diagnose_cut(
     if band is not None:
         found = within_band(found, *band)
     quiet = None
-    if len(cut.before) * cut.turning / cut.rate >= FEWEST_TURNS and np.ptp(cut.before) > 0.0:
+    if len(cut.before) * cut.turning / cut.rate >= LINES.fewest_turns and np.ptp(cut.before) > 0.0:
         quiet = vibration(cut.before, cut.rate, cut.turning)
     judged = judge(found, modes, quiet) if band is None else judge_line(found, modes)
     if other is not None:
@@ -68,9 +67,9 @@ def _with_second(judged: Judged, first: Vibration, second: Vibration) -> Judged:
     """Return the judgement after a second cut at another speed: what moves with the speed is forced or segmentation, what stays is not."""
     line = judged.line
     ratio = second.turning / first.turning
-    if line is None or abs(ratio - 1.0) < 2.0 * _MOVED or judged.kind in ("stable", "entry"):
+    if line is None or abs(ratio - 1.0) < 2.0 * LINES.moved or judged.kind in ("stable", "entry"):
         return judged
-    reach = max(_MOVED * line.frequency, line.width * line.resolution, 2.0 * line.resolution)
+    reach = max(LINES.moved * line.frequency, line.width * line.resolution, 2.0 * line.resolution)
     moved = any(abs(item.frequency - ratio * line.frequency) < reach for item in second.lines)
     stayed = any(abs(item.frequency - line.frequency) < 4.0 * reach and item.share > 1e-3 for item in second.lines)
     if moved and not stayed and judged.kind in ("hopf", "segmentation"):
@@ -101,7 +100,7 @@ def _cannot_be(judged: Judged, found: Vibration) -> tuple[str, ...]:
     if judged.kind not in ("forced", "entry"):
         if line.is_wide:
             said.append(f"forced vibration: a line {line.width * line.resolution:.0f} Hz wide is no order of the spindle")
-        elif part > 0.06:
+        elif part > LINES.not_whole:
             said.append(f"forced vibration: order {line.order:.2f} is no whole number")
     if judged.kind != "mains" and line.is_wide:
         said.append("mains hum: that is narrow")
@@ -111,7 +110,7 @@ def _cannot_be(judged: Judged, found: Vibration) -> tuple[str, ...]:
         said.append("chatter that has set in: that is narrow and grows" if line.is_wide else "chatter: that is at no whole order and grows")
     elif line.is_wide and judged.kind not in _CHATTER:
         said.append("chatter that has set in: that would be one narrow line")
-    if judged.kind in ("hopf", "flip") and line.late >= 2.0:
+    if judged.kind in ("hopf", "flip") and line.late >= GROWTH.grew:
         said.append("segmentation: that is there in full from the first turn on")
     return tuple(said)
 

@@ -14,27 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.record import FloatArray
+from lathesim.stability.chatter.thresholds import LINES, SIGN
 
-_ALIKE = 0.95
-"""Least coherence of differences that follow each other: a vibration that noise keeps alive has less where it dies out by 5 % a turn."""
-_GROWTH = 1.1
-"""Growth of the power of the differences in a turn: one of the amplitude of 5 %, as the coherence asks for. What is steady does not."""
-_INDEPENDENT = 6.0
 _MOST_DIFFERENCES = 8
-"""Values of a band that are independent of each other, at least, and differences of turns looked at for them at most. One alone is always
-coherent."""
-_NARROW = 0.5
-"""Least share of the difference in the band of a Hopf bifurcation."""
+"""Differences of turns that are looked at together at most."""
 _BAND = 0.12
-_STANDS_OUT, _FEWEST_LINES = 6.0, 3
-"""Power of a line of a difference over the median, and how many of them carry a flip at least: one alone is always alike."""
-_OFF_ORDER = 0.05
-"""Angle of the multiplier in turns from which it is no change at whole orders."""
-_OF_FORCE = 0.05
-"""A difference of so much of the mean force is more than the noise of a cut."""
-_CHECKS_A_TURN, _CHECKS = 4, 3
-"""Checks of a turn, and how many in a row where no mean tells how large a vibration is."""
-_LOWEST_ORDER = 0.45
+"""Half width of a band over its order."""
+_CHECKS_A_TURN = 4
 
 
 @dataclass(frozen=True)
@@ -53,7 +39,7 @@ def first_sign(values: FloatArray, rate: float, turning: float, mean: float) -> 
     for check in range(3 * _CHECKS_A_TURN, int(steps) + 1):
         end = check * turn / _CHECKS_A_TURN
         in_a_row = in_a_row + 1 if _grows(values, end, turn, mean) else 0
-        if in_a_row >= (1 if mean > 0.0 else _CHECKS):
+        if in_a_row >= (1 if mean > 0.0 else SIGN.checks):
             sizes = difference_sizes(values, turn)
             largest = float(np.quantile(sizes, 0.95)) if len(sizes) else 0.0
             now = sizes[max(0, min(int(end / turn) - 2, len(sizes) - 1))]
@@ -83,14 +69,14 @@ def _piece(values: FloatArray, start: float, turn: float) -> FloatArray:
 def _grows(values: FloatArray, end: float, turn: float, mean: float) -> bool:
     """Whether the last turns before ``end`` [samples] show a vibration off the orders that does not die out."""
     before, after = _difference(values, end - turn, turn), _difference(values, end, turn)
-    if mean > 0.0 and after.std() < _OF_FORCE * mean:
+    if mean > 0.0 and after.std() < SIGN.of_force * mean:
         return False
     if _changes_sign(before, after):
         return True
     order = _strongest_order(np.concatenate([before, after]))
     if order <= 0.0:
         return False
-    count = min(max(math.ceil(_INDEPENDENT / (2.0 * _BAND * order)), 2), _MOST_DIFFERENCES)
+    count = min(max(math.ceil(SIGN.independent / (2.0 * _BAND * order)), 2), _MOST_DIFFERENCES)
     if end < (count + 1) * turn:
         return False
     rows = [_difference(values, end - back * turn, turn) for back in range(count - 1, -1, -1)]
@@ -101,12 +87,12 @@ def _changes_sign(before: FloatArray, after: FloatArray) -> bool:
     """Whether a difference comes back as large with its sign changed, in all lines that stand out of its noise: a flip."""
     spectra = np.fft.rfft(np.stack([before, after]), axis=1)
     power = (np.abs(spectra) ** 2).sum(axis=0)
-    kept = power > _STANDS_OUT * np.median(power)
-    if np.count_nonzero(kept) < _FEWEST_LINES or power[kept].sum() < _NARROW * power.sum():
+    kept = power > SIGN.stands_out * np.median(power)
+    if np.count_nonzero(kept) < SIGN.fewest_lines or power[kept].sum() < SIGN.narrow * power.sum():
         return False
     first, last = spectra[0, kept], spectra[1, kept]
     size, product = float(np.vdot(first, first).real), float(np.vdot(first, last).real)
-    return -product >= max(size, _ALIKE * math.sqrt(size * float(np.vdot(last, last).real)))
+    return -product >= max(size, SIGN.alike * math.sqrt(size * float(np.vdot(last, last).real)))
 
 
 def _difference(values: FloatArray, end: float, turn: float) -> FloatArray:
@@ -119,7 +105,7 @@ def _strongest_order(both: FloatArray) -> float:
     """Return the order that is strongest in two differences, 0 where none is."""
     power = np.abs(np.fft.rfft(both)) ** 2
     order = 0.5 * np.arange(len(power))
-    power[order < _LOWEST_ORDER] = 0.0
+    power[order < LINES.lowest_order] = 0.0
     return float(order[int(np.argmax(power))]) if power.any() else 0.0
 
 
@@ -129,9 +115,9 @@ def _turns_and_grows(rows: FloatArray, count: int, top: float) -> bool:
     length = len(rows)
     spectrum = np.fft.fft(rows)
     order = np.fft.fftfreq(length) * length / count
-    power = np.where(order >= _LOWEST_ORDER, np.abs(spectrum) ** 2, 0.0)
+    power = np.where(order >= LINES.lowest_order, np.abs(spectrum) ** 2, 0.0)
     shape = np.exp(-0.5 * ((order - top) / max(1.0, _BAND * top)) ** 2)
-    if float((power * shape**2).sum()) < _NARROW * float(power.sum()):
+    if float((power * shape**2).sum()) < SIGN.narrow * float(power.sum()):
         return False
     band = np.fft.ifft(2.0 * spectrum * shape)
     turn, edge = length // count, max(1, length // (12 * count))
@@ -139,4 +125,4 @@ def _turns_and_grows(rows: FloatArray, count: int, top: float) -> bool:
     product = np.vdot(before, after)
     first, last = float(np.vdot(before, before).real), float(np.vdot(after, after).real)
     alike = abs(product) / math.sqrt(first * last) if first > 0.0 and last > 0.0 else 0.0
-    return bool(alike >= _ALIKE and last >= _GROWTH * first and abs(np.angle(product)) > 2.0 * np.pi * _OFF_ORDER)
+    return bool(alike >= SIGN.alike and last >= SIGN.growth * first and abs(np.angle(product)) > 2.0 * np.pi * SIGN.off_order)

@@ -15,7 +15,8 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from lathesim.record import FloatArray
-from lathesim.stability.chatter.signal_lines import FEWEST_TURNS, Vibration, VibrationLine, vibration
+from lathesim.stability.chatter.signal_lines import Vibration, VibrationLine, vibration
+from lathesim.stability.chatter.thresholds import GROWTH, LINES, REPEATS, SHARES
 from lathesim.stability.chatter.turn_memory import TurnMemory, turn_memory, turn_shares
 
 KINDS = ("stable", "hopf", "flip", "forced", "segmentation", "mains", "entry")
@@ -28,55 +29,13 @@ WORDS = {
     "mains": "mains hum",
     "entry": "a resonance rung by entry",
 }
-_WHOLE = 0.035
-"""How far an order may be from a whole or half number, plus the resolution of the spectrum."""
-_FORCED = 0.35
-"""Share of the power at whole orders from which vibration is forced, where no mean tells how much of the cut it is."""
-_FORCED_FORCE = 0.06
-"""Amplitude of the whole orders over the mean force from which a force is forced: a run-out of 6 % of the feed. Calibrated between 0.04,
-the most of stable cuts, and 0.08, the least of forced ones, on the rigs of the tuning half."""
-_SMALL_FORCE = 0.03
-"""Standard deviation over the mean force up to which a vibration that does not grow is the noise of a cut. Calibrated on the tuning half:
-at most 0.017 in stable cuts, at least 0.05 where chips break in segments."""
-_KEEPS = 0.955
-"""A band that keeps so much from turn to turn repeats itself. On the tuning half chatter keeps 0.98 and more, shaken modes at most 0.94."""
-_STEADY = 0.33
-"""Variation of the envelope up to which an amplitude is steady: between chatter (at most 0.25) and noise (0.52 by Rayleigh)."""
-_IMPULSIVE = 5.0
-"""Standard errors by which prediction errors differ from Gaussian ones where something breaks or knocks: one in a million by chance."""
-_LEAST_DAMPING = 0.00135
-"""Damping that a stable cut leaves to a mode at least. On the tuning half it is 0.003 and more, and chatter looks like 0.0005 to 0.0013."""
-_BY_CHANCE = 1e-4
-"""Chance below which a growth is not one of noise."""
-_ORDER_KEEPS = 0.75
-"""What lines at whole or half orders keep at least: 0.8 of those of a flip in sound, less where noise lies there by chance."""
-_FLIP_SHARE = 0.03
-_FLIP_LINES = 3
-_REPEATED = 0.005
-"""Two half orders of this share are a flip, or so many of any: nothing else makes several half orders that repeat."""
-_NOT_FAR_BELOW = 0.25
-_DOMINANT = 0.25
-"""Share of the power from which a line decides."""
-_GREW = 2.0
-"""A line whose amplitude at the end is so many times that at the beginning grew; over this down, it decayed."""
-_LEAVES_THE_CUT = 0.45
-"""Standard deviation over the mean of a force that touches 0 in each vibration, about."""
-_DIED = 0.12
-"""A ringing has less than this share of its first amplitude at the end."""
-_OUTGREW = 4.0
 _LAST = 3
 """Share of the recording, one over it, by which what grew is judged again."""
 _MAINS = (50.0, 60.0)
 _MAINS_MULTIPLES = 4
-_MAINS_NEAR = 0.004
-_ABOVE_A_MODE = (-0.04, 0.45)
-"""Chatter is at this share above the natural frequency of its mode."""
-_RUNG_AT_FIRST = 3.5
 _BLOCK = 4.0
 """Vibrations of a block in which a ringing is looked for: one that is damped by 6 % has lost four fifths after as many."""
-_RUNG_IN_A_TURN, _BLOCKS_OF_A_TURN = 4.0, 20
-_HIGH_ORDER = 5
-"""Orders from which a turn may ring, assumed: run-out, unbalance and the jaws of a chuck make those below."""
+_BLOCKS_OF_A_TURN = 20
 
 
 @dataclass(frozen=True)
@@ -102,7 +61,7 @@ def judge(found: Vibration, modes: tuple[float, ...] = (), quiet: Vibration | No
     if judged.kind in ("hopf", "flip", "entry") or not _grew_to_the_end(found.values):
         return judged
     last = found.values[-(len(found.values) // _LAST) :]
-    if len(last) * found.turning / found.rate < FEWEST_TURNS:
+    if len(last) * found.turning / found.rate < LINES.fewest_turns:
         return judged
     # its own mean says nothing of contact: that of the whole does
     late = replace(vibration(last, found.rate, found.turning), modulation=found.modulation)
@@ -112,7 +71,7 @@ def judge(found: Vibration, modes: tuple[float, ...] = (), quiet: Vibration | No
 
 def _grew_to_the_end(values: FloatArray) -> bool:
     thirds = [float(part.std()) for part in np.array_split(values, _LAST)]
-    return thirds[-1] > _GREW * thirds[0]
+    return thirds[-1] > GROWTH.grew * thirds[0]
 
 
 def _judge_whole(found: Vibration, modes: tuple[float, ...], quiet: Vibration | None) -> Judged:
@@ -124,31 +83,35 @@ def _judge_whole(found: Vibration, modes: tuple[float, ...], quiet: Vibration | 
     half = max(halves, key=lambda line: line.share, default=None)
     half_share = sum(line.share for line in halves)
     hum_share = sum(line.share for line in hum)
-    repeated = each_other > max(_REPEATED, 1.5 * found.rate / (len(found.values) * found.turning))
-    flips = _are_a_flip(orders, halves, repeated) and half_share > _NOT_FAR_BELOW * sum(line.share for line in others)
+    repeated = each_other > max(REPEATS.repeated, 1.5 * found.rate / (len(found.values) * found.turning))
+    flips = _are_a_flip(orders, halves, repeated) and half_share > SHARES.not_far_below * sum(line.share for line in others)
     if not flips:
         others = [*others, *halves]  # at a high order any line is near a half number
     # lines of a spectrum are no better than its resolution: what repeats every turn is none of the others
     other_share = min(sum(line.share for line in others), 1.0 - each_turn)
     strongest = max(others, key=lambda line: line.share, default=None)
     began = _rung_at_first(found)
-    if began and not (strongest is not None and strongest.late >= _GREW and strongest.share > 0.3):
+    if began and not (strongest is not None and strongest.late >= GROWTH.grew and strongest.share > SHARES.rest):
         told = f"at its beginning the cut rings at {began:.0f} Hz, and the ringing dies out"
         return Judged("entry", strongest, _mode_of(began, modes), (told,))
-    if half is not None and flips and half.late > 1.0 / _GREW:
+    if half is not None and flips and half.late > 1.0 / GROWTH.grew:
         return Judged("flip", half, _mode_of(half.frequency, modes), (f"a line at order {half.order:.2f}, half a whole number",))
-    counts = other_share > _DOMINANT * max(0.3, whole) and other_share >= hum_share and not _is_small(1.0 - whole - hum_share, found)
+    counts = (
+        other_share > SHARES.dominant * max(SHARES.rest, whole)
+        and other_share >= hum_share
+        and not _is_small(1.0 - whole - hum_share, found)
+    )
     shaken = ""
     if strongest is not None and (counts or _outgrew(strongest, found)):
         # a mode that noise shakes may hide the line of the chip, which is not far below
         for line in sorted(others, key=lambda item: -item.share):
-            if line.share < _NOT_FAR_BELOW * strongest.share:
+            if line.share < SHARES.not_far_below * strongest.share:
                 break
             judged = _off_order(line, found, modes, other_share)
             if judged.kind not in ("stable", "segmentation") or (judged.kind == "segmentation" and other_share >= whole):
                 return judged
             shaken = shaken or judged.reasons[-1]
-    if hum_share > _DOMINANT * max(0.3, whole) and hum:
+    if hum_share > SHARES.dominant * max(SHARES.rest, whole) and hum:
         line = max(hum, key=lambda item: item.share)
         return Judged("mains", line, 0, (f"{line.frequency:.2f} Hz is a multiple of the mains frequency, and steady",))
     if _is_forced(whole, found):
@@ -166,12 +129,12 @@ def _memory(line: VibrationLine, found: Vibration) -> TurnMemory:
 
 def _is_small(share: float, found: Vibration) -> bool:
     """Whether a share of the power is within what every cutting force varies by; a signal without a mean has no such measure."""
-    return found.modulation > 0.0 and math.sqrt(share) * found.modulation < _SMALL_FORCE
+    return found.modulation > 0.0 and math.sqrt(share) * found.modulation < SHARES.small_force
 
 
 def _is_forced(whole: float, found: Vibration) -> bool:
     """Whether so much of the power at whole orders is more than the run-out of every cut."""
-    return math.sqrt(2.0 * whole) * found.modulation > _FORCED_FORCE if found.modulation > 0.0 else whole > _FORCED
+    return math.sqrt(2.0 * whole) * found.modulation > SHARES.forced_force if found.modulation > 0.0 else whole > SHARES.forced
 
 
 def judge_line(found: Vibration, modes: tuple[float, ...] = ()) -> Judged:
@@ -198,11 +161,11 @@ def _sorted_lines(
     still = [line.frequency for line in quiet.lines] if quiet is not None else []
     for line in found.lines:
         part = abs(line.order - round(line.order))
-        near = min(_WHOLE, 0.012 + 0.0008 * line.order) + reach
+        near = min(LINES.whole, LINES.whole_at_zero + LINES.whole_each * line.order) + reach
         was_there = any(abs(line.frequency - other) < found.resolution for other in still)
         if was_there or (_is_mains(line, found.resolution) and part >= 0.5 * near):
             hum.append(line)
-        elif part < near and not line.is_wide and line.late < _OUTGREW and _repeats_itself(line, found, orders=True):
+        elif part < near and not line.is_wide and line.late < GROWTH.outgrew and _repeats_itself(line, found, orders=True):
             orders.append(line)
         elif abs(part - 0.5) < near and not line.is_wide and _repeats_itself(line, found, orders=False):
             halves.append(line)
@@ -213,7 +176,7 @@ def _sorted_lines(
 
 def _repeats_itself(line: VibrationLine, found: Vibration, *, orders: bool) -> bool:
     """Whether a line at a whole or half order repeats itself from turn to turn, and is not noise that lies there by chance."""
-    return turn_memory(found.values, found.rate, found.turning, line.frequency, orders=orders).kept > _ORDER_KEEPS
+    return turn_memory(found.values, found.rate, found.turning, line.frequency, orders=orders).kept > REPEATS.order_keeps
 
 
 def _are_a_flip(orders: list[VibrationLine], halves: list[VibrationLine], repeated: bool) -> bool:
@@ -222,9 +185,9 @@ def _are_a_flip(orders: list[VibrationLine], halves: list[VibrationLine], repeat
     Two are enough where they are large, and one where the mean of turns with alternating signs holds more than chance would leave there.
     """
     numbers = {round(line.order - 0.5) for line in halves}
-    enough = len(numbers) >= _FLIP_LINES or (len(numbers) >= 2 and sum(line.share for line in halves) > _FLIP_SHARE)
+    enough = len(numbers) >= SHARES.flip_lines or (len(numbers) >= 2 and sum(line.share for line in halves) > SHARES.flip)
     enough = enough or (repeated and len(numbers) > 0)
-    return enough and sum(line.share for line in orders) > 0.01
+    return enough and sum(line.share for line in orders) > SHARES.least_orders
 
 
 def _rung_at_first(found: Vibration) -> float:
@@ -239,7 +202,7 @@ def _rung_at_first(found: Vibration) -> float:
     size = np.sqrt((high[: count * block].reshape(count, block) ** 2).mean(axis=1))
     later = float(np.sqrt((size[count // 2 :] ** 2).mean()))
     first = int(np.argmax(size[: count // 2]))  # a recording may begin before the cut does
-    if size[first] < _RUNG_AT_FIRST * later:
+    if size[first] < GROWTH.rung_at_first * later:
         return 0.0
     length = min(len(high) - first * block, 16 * block)
     piece = high[first * block : first * block + length]
@@ -247,11 +210,11 @@ def _rung_at_first(found: Vibration) -> float:
 
 
 def _is_mains(line: VibrationLine, resolution: float) -> bool:
-    if line.is_wide or not 1.0 / _GREW < line.late < _GREW:
+    if line.is_wide or not 1.0 / GROWTH.grew < line.late < GROWTH.grew:
         return False
     for mains in _MAINS:
         multiple = round(line.frequency / mains)
-        reach = _MAINS_NEAR * multiple * mains + 0.15 * resolution
+        reach = LINES.mains_near * multiple * mains + 0.15 * resolution
         if 1 <= multiple <= _MAINS_MULTIPLES and abs(line.frequency - multiple * mains) < reach:
             return True
     return False
@@ -259,7 +222,7 @@ def _is_mains(line: VibrationLine, resolution: float) -> bool:
 
 def _outgrew(line: VibrationLine, found: Vibration) -> bool:
     """Whether a line grew so much that it stands for what comes, however small its share still is."""
-    return line.late > _OUTGREW and line.share > 0.04 and not line.is_wide
+    return line.late > GROWTH.outgrew and line.share > SHARES.least_grown and not line.is_wide
 
 
 def _off_order(line: VibrationLine, found: Vibration, modes: tuple[float, ...], share: float) -> Judged:
@@ -267,23 +230,23 @@ def _off_order(line: VibrationLine, found: Vibration, modes: tuple[float, ...], 
     mode = _mode_of(line.frequency, modes)
     near = f", a little above mode {mode} ({modes[mode - 1]:.1f} Hz)" if mode else ""
     where = f"a line at {line.frequency:.1f} Hz, order {line.order:.2f}, no whole one{near}"
-    if line.late < _DIED and line.rate < 0.0:
+    if line.late < GROWTH.died and line.rate < 0.0:
         return Judged("entry", line, mode, (where, "it decays from the beginning of the cut"))
-    if line.late < _GREW and found.modulation > _LEAVES_THE_CUT and share > _DOMINANT:
+    if line.late < GROWTH.grew and found.modulation > SHARES.leaves_the_cut and share > SHARES.dominant:
         return Judged("hopf", line, mode, (where, "the force swings so far that the tool leaves the cut"))
     memory = _memory(line, found)
-    grew = line.late >= _GREW and _grew_beyond_chance(line, memory, found)
-    repeats = memory.kept >= _KEEPS and (memory.variation <= _STEADY or line.late >= _GREW)
+    grew = line.late >= GROWTH.grew and _grew_beyond_chance(line, memory, found)
+    repeats = memory.kept >= REPEATS.keeps and (memory.variation <= REPEATS.steady or line.late >= GROWTH.grew)
     if not repeats and not grew:
         kept = f"it keeps {100 * memory.kept:.0f} % of itself from turn to turn"
-        open_still = "hopf" if mode and memory.kept > _ORDER_KEEPS else ""
+        open_still = "hopf" if mode and memory.kept > REPEATS.order_keeps else ""
         if memory.is_steady:
             return Judged("segmentation", line, mode, (where, f"{kept}, and its amplitude is steady from the first turns on"), open_still)
-        if found.departure > _IMPULSIVE:
+        if found.departure > REPEATS.impulsive:
             return Judged("segmentation", line, mode, (where, f"{kept}, and it is struck again and again"), open_still)
         told = f"noise of the cut shakes a mode at {line.frequency:.0f} Hz: its amplitude wanders by {100 * memory.variation:.0f} %"
         return Judged("stable", line, mode, (where, told))
-    if line.late >= _GREW:
+    if line.late >= GROWTH.grew:
         return Judged("hopf", line, mode, (where, f"its amplitude grew {line.late:.1f} times"))
     if modes and not mode:
         return Judged("segmentation", line, 0, (where, "it is narrow, did not grow, and no mode lies near it"), "hopf")
@@ -298,12 +261,12 @@ def _grew_beyond_chance(line: VibrationLine, memory: TurnMemory, found: Vibratio
     2 pi zeta f T independent values in a time T.
     """
     seconds = 0.5 * len(found.values) / found.rate
-    if memory.independent < 2.0 * math.pi * _LEAST_DAMPING * line.frequency * seconds:
+    if memory.independent < 2.0 * math.pi * REPEATS.least_damping * line.frequency * seconds:
         return True
     from scipy.stats import f as ratio_of_powers
 
     degrees = 2.0 * max(1.0, 2.0 * memory.independent / 7.0)
-    return bool(ratio_of_powers.sf(line.late**2, degrees, degrees) < _BY_CHANCE)
+    return bool(ratio_of_powers.sf(line.late**2, degrees, degrees) < REPEATS.by_chance)
 
 
 def _mode_of(frequency: float, modes: tuple[float, ...]) -> int:
@@ -311,7 +274,7 @@ def _mode_of(frequency: float, modes: tuple[float, ...]) -> int:
     best, found = 1e9, 0
     for number, natural in enumerate(modes, 1):
         above = frequency / natural - 1.0
-        if _ABOVE_A_MODE[0] <= above <= _ABOVE_A_MODE[1] and abs(above) < best:
+        if GROWTH.below_a_mode <= above <= GROWTH.above_a_mode and abs(above) < best:
             best, found = abs(above), number
     return found
 
@@ -328,20 +291,20 @@ def _rung_each_turn(found: Vibration) -> float:
     spectrum = np.fft.rfft(mean)
     size = np.abs(spectrum)
     size[0] = 0.0
-    if len(size) <= _HIGH_ORDER + 1:
+    if len(size) <= GROWTH.high_order + 1:
         return 0.0
-    top = _HIGH_ORDER + int(np.argmax(size[_HIGH_ORDER:]))
-    if size[top] < 0.5 * size[1:_HIGH_ORDER].max() or top < _HIGH_ORDER:
+    top = GROWTH.high_order + int(np.argmax(size[GROWTH.high_order :]))
+    if size[top] < 0.5 * size[1 : GROWTH.high_order].max() or top < GROWTH.high_order:
         return 0.0
     band = np.zeros_like(spectrum)
-    low = max(_HIGH_ORDER - 1, int(0.5 * top))
+    low = max(GROWTH.high_order - 1, int(0.5 * top))
     band[low : int(1.7 * top) + 1] = spectrum[low : int(1.7 * top) + 1]
     whole = np.zeros(count, dtype=np.complex128)
     whole[: len(band)] = 2.0 * band
     envelope = np.abs(np.fft.ifft(whole))
     blocks = np.array([block.mean() for block in np.array_split(envelope, min(_BLOCKS_OF_A_TURN, count // 4))])
     turned = np.roll(blocks, -int(np.argmax(blocks)))
-    died = np.flatnonzero(turned < turned[0] / _RUNG_IN_A_TURN)
+    died = np.flatnonzero(turned < turned[0] / GROWTH.rung_in_a_turn)
     # it dies down without a rise between; after that the exit from the cut may ring as well
-    rings = len(died) > 0 and bool((np.diff(turned[: died[0] + 1]) < 0.15 * turned[0]).all())
+    rings = len(died) > 0 and bool((np.diff(turned[: died[0] + 1]) < GROWTH.rings_on * turned[0]).all())
     return float(top * found.turning) if rings else 0.0

@@ -18,20 +18,13 @@ from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
 from lathesim.stability.chatter.prediction_errors import departure_from_gaussian
 from lathesim.stability.chatter.spindle_speed import refined_speed
+from lathesim.stability.chatter.thresholds import LINES
 from lathesim.stability.chatter.turn_memory import without_orders
 
-_OUT_OF_NOISE = 14.0
-"""Power of a line over that of the noise around."""
-_OUT_OF_NOISE_WIDE = 3.0
-"""And of a hump over what is around it."""
-_WIDEST_HUMP = 0.5
 _BINS_OF_AN_OCTAVE, _FEWEST_OF_A_BIN = 12, 4
 """Bins of an octave in which humps are looked for, as in sound analysis, and lines of the spectrum in each at least."""
 _TURNS_OF_A_WINDOW = 24
-_LOWEST_ORDER = 0.45
-"""Below this order of the spindle nothing is looked at: the feed and the shape of the part live there."""
 _MOST_LINES = 24
-FEWEST_TURNS = 6.0
 
 
 @dataclass(frozen=True)
@@ -69,7 +62,7 @@ class Vibration:
     departure: float = 0.0
 
 
-def vibration(values: FloatArray, rate: float, turning: float, fewest: float = FEWEST_TURNS) -> Vibration:
+def vibration(values: FloatArray, rate: float, turning: float, fewest: float = LINES.fewest_turns) -> Vibration:
     """Return the lines of a signal sampled at ``rate`` [Hz] at ``turning`` revolutions a second; :class:`RecordingError` where it is too
     short."""
     if not turning > 0.0:
@@ -85,12 +78,12 @@ def vibration(values: FloatArray, rate: float, turning: float, fewest: float = F
     frequency, power, resolution = _spectrum(clean, rate, turning)
     floor = _floor(power)
     turning = refined_speed(clean, rate, turning)
-    lowest = _LOWEST_ORDER * turning
+    lowest = LINES.lowest_order * turning
     total = float(power[frequency >= lowest].sum())
     found: list[tuple[float, float, float]] = []
     used = np.zeros(len(power), dtype=bool)
     for place in np.argsort(-power / floor):
-        if len(found) == _MOST_LINES or power[place] < _OUT_OF_NOISE * floor[place]:
+        if len(found) == _MOST_LINES or power[place] < LINES.out_of_noise * floor[place]:
             break
         if used[place] or frequency[place] < lowest:
             continue
@@ -98,7 +91,7 @@ def vibration(values: FloatArray, rate: float, turning: float, fewest: float = F
         peak = int(place)
         share = float(np.maximum(power[low : high + 1] - floor[low : high + 1], 0.0)[~used[low : high + 1]].sum()) / total
         used[max(0, low - 1) : high + 2] = True
-        if share > 5e-4:
+        if share > LINES.least_share:
             found.append((_centre(frequency, power, peak), share, _half_width(power, peak) * resolution))
     found += _bands(frequency, power, floor, used, lowest, resolution, total)
     found.sort(key=lambda item: -item[1])
@@ -128,7 +121,7 @@ def _bands(
     level = np.array([float(free[low:high].mean()) for low, high in bins])
     around = median_filter(level, size=min(2 * _BINS_OF_AN_OCTAVE + 1, len(level)) | 1, mode="nearest")
     place = int(np.argmax(level / around))
-    if level[place] < _OUT_OF_NOISE_WIDE * around[place]:
+    if level[place] < LINES.hump_out_of_noise * around[place]:
         return []
     low = high = place
     while low > 0 and level[low - 1] > 0.25 * level[place]:
@@ -138,8 +131,8 @@ def _bands(
     lines = slice(bins[low][0], bins[high][1])
     share = float(np.maximum(free[lines] - around[place], 0.0).sum()) / total
     middle = float((frequency[lines] * free[lines]).sum() / free[lines].sum())
-    is_noise = (lines.stop - lines.start) * resolution > _WIDEST_HUMP * middle
-    return [(middle, share, max(2.0, float(lines.stop - lines.start)))] if share > 5e-4 and not is_noise else []
+    is_noise = (lines.stop - lines.start) * resolution > LINES.widest_hump * middle
+    return [(middle, share, max(2.0, float(lines.stop - lines.start)))] if share > LINES.least_share and not is_noise else []
 
 
 def within_band(found: Vibration, low: float, high: float) -> Vibration:
@@ -151,7 +144,7 @@ def within_band(found: Vibration, low: float, high: float) -> Vibration:
     around = ((frequency >= 0.6 * low) & (frequency < low)) | ((frequency > high) & (frequency <= 1.6 * high))
     floor = float(np.median(power[around])) if around.any() else 0.0
     over = np.maximum(power[inside] - floor, 0.0)
-    total = float(power[frequency >= _LOWEST_ORDER * found.turning].sum())
+    total = float(power[frequency >= LINES.lowest_order * found.turning].sum())
     if not over.sum() > 0.0:
         return replace(found, lines=())
     middle = float((frequency[inside] * over).sum() / over.sum())

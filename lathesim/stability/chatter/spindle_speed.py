@@ -11,15 +11,12 @@ import math
 import numpy as np
 
 from lathesim.record import FloatArray
+from lathesim.stability.chatter.thresholds import LINES
 from lathesim.stability.chatter.turn_memory import turn_shares
 
-_REACH = 0.004
-"""A speed that was told is right within this share, assumed: a spindle under load falls by less."""
 _ORDERS = 6.0
 _PER_TURN = 24
 """Values of a turn after the low pass, for so many orders."""
-_SURE = 8.0
-"""Logarithm of the likelihood that has to be gained. The power of chance in the mean of turns, each one observation, gains 1 or 2."""
 
 
 def refined_speed(values: FloatArray, rate: float, turning: float) -> float:
@@ -31,12 +28,12 @@ def refined_speed(values: FloatArray, rate: float, turning: float) -> float:
         return turning
     # at the highest order the ends of the record are out of step by a quarter of a vibration between two trials
     step = 0.25 / (_ORDERS * turns)
-    count = max(1, math.ceil(_REACH / step))
-    trials = turning * (1.0 + _REACH * np.arange(-count, count + 1) / count)
+    count = max(1, math.ceil(LINES.speed_reach / step))
+    trials = turning * (1.0 + LINES.speed_reach * np.arange(-count, count + 1) / count)
     shares = [min(sum(turn_shares(low, slow, float(trial))), 1.0 - 1e-9) for trial in trials]
     best = int(np.argmax(shares))
     gained = 0.5 * turns * math.log((1.0 - shares[count]) / (1.0 - shares[best]))
-    return float(trials[best]) if gained > _SURE else turning
+    return float(trials[best]) if gained > LINES.speed_sure else turning
 
 
 def _low_orders(values: FloatArray, rate: float, turning: float) -> tuple[FloatArray, float]:

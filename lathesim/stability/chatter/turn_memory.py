@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.record import FloatArray
+from lathesim.stability.chatter.thresholds import REPEATS
 
 _TURNS = 2.0
 """Distance in turns over which the memory of a band is judged: whole and half orders both come back to themselves in two."""
@@ -24,8 +25,6 @@ _BANDS = (0.06, 0.2)
 segments that scatter by 15 %. Noise varies as much in both, so the steadier one counts."""
 _BAND_TURNS = 0.3
 _OF_NOISE = math.sqrt(4.0 / math.pi - 1.0)
-_ERRORS = 3.0
-"""Standard errors by which an amplitude has to vary less than noise to be steady: one in a thousand by chance."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ class TurnMemory:
     @property
     def is_steady(self) -> bool:
         """Whether the amplitude varies less than that of noise would, which varies by 0.52 give or take 0.52/sqrt(2 independent)."""
-        return self.variation < _OF_NOISE - _ERRORS * _OF_NOISE / math.sqrt(2.0 * max(self.independent, 1.0))
+        return self.variation < _OF_NOISE - REPEATS.errors * _OF_NOISE / math.sqrt(2.0 * max(self.independent, 1.0))
 
 
 def turn_memory(values: FloatArray, rate: float, turning: float, frequency: float, *, orders: bool = False) -> TurnMemory:

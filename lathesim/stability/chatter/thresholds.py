@@ -1,0 +1,141 @@
+"""The numbers that decide what a vibration is, each with its unit, its meaning and what it rests on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lathesim.limit import Limit
+
+ASSUMED = "chosen on simulated cuts of the tuning half of the rigs; the margin was not recorded"
+
+
+def _assumed(value: float, unit: str, meaning: str, evidence: str = ASSUMED) -> Limit:
+    return Limit(value, unit, meaning, "assumed", evidence)
+
+
+def _calibrated(value: float, unit: str, meaning: str, sides: str) -> Limit:
+    return Limit(value, unit, meaning, "calibrated", f"on the tuning half of the rigs: {sides}")
+
+
+def _derived(value: float, unit: str, meaning: str, evidence: str) -> Limit:
+    return Limit(value, unit, meaning, "derived", evidence)
+
+
+@dataclass(frozen=True)
+class LineLimits:
+    """What counts as a line of a spectrum, and what its order is."""
+
+    out_of_noise: Limit = _assumed(14.0, "power of the noise around", "a narrow line has at least this power")
+    hump_out_of_noise: Limit = _assumed(3.0, "power around", "a broad hump has at least this power")
+    widest_hump: Limit = _assumed(0.5, "share of its frequency", "what is wider is noise of the cut and no hump")
+    least_share: Limit = _assumed(5e-4, "share of the power", "a line below this is left out")
+    lowest_order: Limit = _assumed(0.45, "orders", "below this the feed and the shape of the part show, and nothing is looked at")
+    whole: Limit = _assumed(0.035, "orders", "an order is a whole or half number within this at most, plus the resolution of the spectrum")
+    whole_at_zero: Limit = _assumed(0.012, "orders", "the same for low orders")
+    whole_each: Limit = _assumed(0.0008, "orders for each order", "by this it widens: a speed is known by its share")
+    not_whole: Limit = _assumed(0.06, "orders", "an order further from a whole number is said to be none")
+    fewest_turns: Limit = _assumed(6.0, "turns", "a recording with fewer shows no orders")
+    mains_near: Limit = _assumed(
+        0.004, "share of its frequency", "hum is this near a multiple of the mains frequency", "grids keep to 0.4 %"
+    )
+    speed_reach: Limit = _assumed(0.004, "share of the speed", "a speed that was told is right within this: under load it falls by less")
+    speed_sure: Limit = _derived(
+        8.0, "nats", "another speed has to gain this", "the power of chance in the mean of turns, each one observation, gains 1 or 2"
+    )
+    moved: Limit = _assumed(0.012, "share of its frequency", "a line moved with the speed, or stayed, within this")
+
+
+@dataclass(frozen=True)
+class RepeatLimits:
+    """What repeats itself from turn to turn, and what is steady."""
+
+    keeps: Limit = _calibrated(
+        0.955, "coherence", "a band that keeps more over two turns repeats itself", "chatter keeps 0.98 and more, shaken modes at most 0.94"
+    )
+    order_keeps: Limit = _calibrated(
+        0.75,
+        "coherence",
+        "lines at whole or half orders keep at least this",
+        "those of a flip in sound keep 0.8, chance less",
+    )
+    steady: Limit = _derived(
+        0.33, "variation of the envelope", "an amplitude that varies less is steady", "between chatter, at most 0.25, and 0.52 by Rayleigh"
+    )
+    errors: Limit = _derived(3.0, "standard errors", "an amplitude that varies by so much less than noise is steady", "one in a thousand")
+    impulsive: Limit = _derived(
+        5.0, "standard errors", "prediction errors further from Gaussian ones come of breaks or knocks", "one in a million by chance"
+    )
+    least_damping: Limit = _calibrated(
+        0.00135,
+        "damping ratio",
+        "a stable cut leaves a mode at least this",
+        "it is 0.003 and more, and chatter looks like 0.0005 to 0.0013",
+    )
+    by_chance: Limit = _derived(1e-4, "probability", "a growth less likely than this is none of noise", "F distribution of two powers")
+    repeated: Limit = _assumed(0.005, "share of the power", "half orders that repeat with alternating sign hold more")
+
+
+@dataclass(frozen=True)
+class ShareLimits:
+    """How large something must be to decide."""
+
+    forced: Limit = _assumed(0.35, "share of the power", "more at whole orders is forced, where no mean tells how much of the cut it is")
+    forced_force: Limit = _calibrated(
+        0.06, "share of the mean force", "whole orders of this amplitude are forced: a run-out of 6 % of the feed",
+        "0.04 is the most of stable cuts, 0.08 the least of forced ones",
+    )  # fmt: skip
+    small_force: Limit = _calibrated(
+        0.03, "share of the mean force", "what varies less and does not grow is the noise of a cut",
+        "at most 0.017 in stable cuts, at least 0.05 where chips break in segments",
+    )  # fmt: skip
+    dominant: Limit = _assumed(0.25, "share of the power", "a line with more decides")
+    rest: Limit = _assumed(0.3, "share of the power", "what it is held against is at least this; a ringing hides no growing line with more")
+    not_far_below: Limit = _assumed(0.25, "share of the strongest", "a line with more may be the one of the chip")
+    flip: Limit = _assumed(0.03, "share of the power", "two half orders with more are a flip")
+    flip_lines: int = 3
+    """So many half orders are a flip, whatever their share: nothing else makes several that repeat."""
+    least_orders: Limit = _assumed(0.01, "share of the power", "a flip has more at whole orders: only an interrupted cut flips")
+    least_grown: Limit = _assumed(0.04, "share of the power", "a line that outgrew needs more to stand for what comes")
+    leaves_the_cut: Limit = _assumed(0.45, "share of the mean force", "a force that varies more touches 0 in each vibration, about")
+
+
+@dataclass(frozen=True)
+class GrowthLimits:
+    """How a vibration begins, grows and dies."""
+
+    grew: Limit = _assumed(2.0, "times", "an amplitude that rises so much from the beginning to the end grew; one over it decayed")
+    outgrew: Limit = _assumed(4.0, "times", "one that rises so much stands for what comes")
+    died: Limit = _assumed(0.12, "share of the first amplitude", "a ringing has less at the end")
+    rung_at_first: Limit = _assumed(3.5, "times", "the first block of a ringing is so much larger than the later half")
+    rung_in_a_turn: Limit = _assumed(4.0, "times", "a ringing within a turn falls by so much before the next entry")
+    rings_on: Limit = _assumed(0.15, "share of the largest", "it does not rise by more before it has fallen")
+    high_order: int = 5
+    """Orders from which a turn may ring: run-out, unbalance and the jaws of a chuck make those below."""
+    below_a_mode: Limit = _assumed(-0.04, "share of the natural frequency", "chatter lies above this side of its mode")
+    above_a_mode: Limit = _assumed(0.45, "share of the natural frequency", "and below this side")
+
+
+@dataclass(frozen=True)
+class FirstSignLimits:
+    """When the difference of two turns tells of chatter."""
+
+    alike: Limit = _derived(
+        0.95, "coherence", "differences that follow each other keep this", "noise keeps a vibration alive that dies out by 5 % a turn"
+    )
+    growth: Limit = _derived(
+        1.1, "power a turn", "and grow by this", "5 % of the amplitude, as the coherence asks for; what is steady does not"
+    )
+    narrow: Limit = _assumed(
+        0.5, "share of the power", "a difference has more in the band of a Hopf bifurcation, or in the lines of a flip"
+    )
+    stands_out: Limit = _assumed(6.0, "median power", "a line of a flip has more")
+    fewest_lines: int = 3
+    """So many lines carry a flip at least: one alone is always alike."""
+    off_order: Limit = _assumed(0.05, "turns", "a multiplier turned by less is a change at whole orders")
+    of_force: Limit = _assumed(0.05, "share of the mean force", "a difference of more is no noise of a cut")
+    independent: Limit = _assumed(6.0, "values", "a band needs more that are independent: one alone is always coherent")
+    checks: int = 3
+    """Checks in a row that agree, where no mean tells how large a vibration is."""
+
+
+LINES, REPEATS, SHARES, GROWTH, SIGN = LineLimits(), RepeatLimits(), ShareLimits(), GrowthLimits(), FirstSignLimits()
