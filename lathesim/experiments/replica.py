@@ -11,14 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.component import Input, Output
+from lathesim.components.closed_controller.delay_line import DelayLine
 from lathesim.components.references.recorded_signal import RecordedSignal
+from lathesim.effects.play import Backlash
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import WiringError
 
-_UNHURRIED = ("DelayLine", "Backlash")
+_UNHURRIED = (DelayLine, Backlash)
 """Sampled parts that give the same at another sample period, but for its fourth power or the way within a sample."""
 _COARSEST = 4
 """Samples of the lesson that one sample of a replica may take, where nothing but delays is sampled."""
@@ -162,7 +164,7 @@ def _stands_alone(assembly: Assembly, part: Part, names: Sequence[str]) -> bool:
 def _only_delays(assembly: Assembly, interpolator: Part) -> bool:
     """Return whether each sample is one step and no sampled part but the interpolator minds how often it is sampled."""
     sampled = [part for part in assembly.parts if "update" in part.component.laws and part is not interpolator]
-    return math.isclose(assembly.step, assembly.sample_period) and all(part.component.__name__ in _UNHURRIED for part in sampled)
+    return math.isclose(assembly.step, assembly.sample_period) and all(issubclass(part.component, _UNHURRIED) for part in sampled)
 
 
 def _shortest_delay(assembly: Assembly, names: Sequence[str]) -> float:
@@ -171,7 +173,7 @@ def _shortest_delay(assembly: Assembly, names: Sequence[str]) -> float:
     found = math.inf
     for name, position in plan.parameters.items():
         part, _, item = name.partition(".")
-        if plan.parts[part].component.__name__ == "DelayLine" and item == "delay":
+        if issubclass(plan.parts[part].component, DelayLine) and item == "delay":
             found = min(found, plan.parameter_values[position])
     return found
 

@@ -8,10 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lathesim.component import Parameter
+from lathesim.effects.drive_lag import CurrentLoopLag, MotorInductance
 from lathesim.effects.effect import Effect
 from lathesim.effects.offset_and_gain import ConverterResolution
 from lathesim.effects.remedies.learned import LearnedCorrection
 from lathesim.effects.remedies.remedy import Remedy
+from lathesim.effects.sensor_filter import SensorFilter
+from lathesim.effects.servo_lag import ServoLag
+from lathesim.effects.time_shift import TransportDelay
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.running.run import run
@@ -22,7 +26,7 @@ from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.simulate import Prepared
 
 CONTOUR = ("contour.contour_error", ".contour_error")
-LATE = ("TransportDelay", "SensorFilter", "ServoLag", "CurrentLoopLag", "MotorInductance")
+LATE: tuple[type[Effect], ...] = (TransportDelay, SensorFilter, ServoLag, CurrentLoopLag, MotorInductance)
 """Effects that make a loop later and are linear."""
 _FINEST_BITS = 32.0
 
@@ -109,7 +113,7 @@ class Course:
         """
         found: dict[str, float] = {}
         for part in self.machinery.parts:
-            acts = late and part.component.__name__ in LATE
+            acts = late and issubclass(part.component, LATE)
             if issubclass(part.component, Effect) and not issubclass(part.component, Remedy) and not acts:
                 found |= {f"{part.name}.{name}": value for name, value in part.component.neutral.items()}
             parameters = part.component.declared(Parameter)

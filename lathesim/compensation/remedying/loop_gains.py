@@ -23,7 +23,7 @@ class LoopGain:
 
 def loop_gains(diagnosed: Diagnosed) -> tuple[LoopGain, ...]:
     """Return the gains of the loops whose largest gain a diagnosed effect changes; none where no effect makes a loop late."""
-    if not any(entry["effect"] in LATE for entry in diagnosed.effects):
+    if not any(entry["effect"] in {effect.__name__ for effect in LATE} for entry in diagnosed.effects):
         return ()
     lesson = lesson_from_text(diagnosed.text((), {}, diagnosed.folder), diagnosed.folder / "lesson.yaml")
     course = course_of(prepare(lesson, diagnosed.registry), "voltage")
