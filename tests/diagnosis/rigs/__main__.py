@@ -23,13 +23,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.diagnosis.rigs", description=__doc__)
     parser.add_argument("what", choices=("run", "table"))
-    parser.add_argument("--set", dest="rigs", choices=("first", "second"), default="first", help="which set of rigs")
+    parser.add_argument("--set", dest="rigs", choices=("first", "second", "both"), default="first", help="which set of rigs")
     parser.add_argument("--folder", type=Path, default=Path("build/rigs"), help="folder of cases and answers")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--each", default="sound=2,values=1,single=2,pair=1,outside=1,fault=1", metavar="KIND=N,...", help="cases a rig")
     parser.add_argument("--only", default="", metavar="TEXT", help="cases with this in the name of their folder")
     parser.add_argument("--half", choices=("calibration", "held-out", "both"), default="both", help="half of the rigs")
     parser.add_argument("--limit", type=float, default=240.0, help="seconds of processor time for a case")
+    parser.add_argument("--in-turn", action="store_true", help="ask each case in one description alone, another one from case to case")
     parser.add_argument("--again", action="store_true", help="ask again what was answered")
     asked = parser.parse_args(arguments)
     counts = {kind: int(number) for kind, _, number in (item.partition("=") for item in asked.each.split(","))}
@@ -40,6 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         written = [asked.folder / f"{case.name}__{description}" for description in case.descriptions]
         if not all((folder / "truth.json").is_file() for folder in written):
             written = write(asked.folder)
+        written = [written[case.number % len(written)]] if asked.in_turn else written
         folders += [folder for folder in written if asked.only in folder.name]
     if asked.what == "run":
         for folder in folders:
@@ -57,12 +59,9 @@ def _rounds(rigs: str, seed: int, counts: dict[str, int]) -> Iterator[tuple[firs
     def turn(case: first.Case | second.Case) -> tuple[int, int]:
         return case.number, list(counts).index(case.kind)
 
-    if rigs == "first":
-        for one in sorted(first.schedule(seed, counts), key=turn):
-            yield one, functools.partial(first.write_case, one)
-        return
-    for other in sorted(second.schedule(seed, counts), key=turn):
-        yield other, functools.partial(second.write_case, other)
+    old = [] if rigs == "second" else [(one, functools.partial(first.write_case, one)) for one in first.schedule(seed, counts)]
+    new = [] if rigs == "first" else [(one, functools.partial(second.write_case, one)) for one in second.schedule(seed, counts)]
+    yield from sorted([*old, *new], key=lambda case: turn(case[0]))
 
 
 def _ask(folder: Path, limit: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass
 from typing import Any
 
@@ -108,7 +108,17 @@ def table(answers: list[Answer]) -> str:
             low, high = wilson(sum(asked), len(asked))
             cells.append(f"{sum(asked)}/{len(asked)} ({100 * low:.0f} to {100 * high:.0f} %)" if asked else "-")
         rows.append(f"| {question} | {' | '.join(cells)} |")
-    return "\n".join([*rows, "", _agreement(answers), _cost(answers)])
+    return "\n".join([*rows, "", _agreement(answers), _cost(answers), *_verdicts(answers)])
+
+
+def _verdicts(answers: list[Answer]) -> list[str]:
+    """Return for sound machines, and for those of wrong values, how many got which verdict."""
+    lines = []
+    for kind, name in (("sound", "Sound machines"), ("values", "Values off")):
+        counted = Counter(answer.told.get("verdict") or "no answer" for answer in answers if answer.truth["kind"] == kind)
+        if counted:
+            lines.append(f"{name}: {', '.join(f'{verdict} {count}' for verdict, count in counted.most_common())}.")
+    return lines
 
 
 def _cost(answers: list[Answer]) -> str:
