@@ -81,7 +81,7 @@ def test_the_command_finds_the_dialect_explains_checks_and_draws(
 
 def test_cycles_statements_and_assignments_are_put_into_words() -> None:
     text = "G50 S2500\nG96 S180 M03 M58\nG71 U2. R0.5\nG71 P10 Q20 U0.4 W0.1 F0.3\nN10 G00 X20.\nN20 G01 Z-5.\n#1=[2*3]\n"
-    text += "IF [#1 GT 5] GOTO 30\nN30 M30\n"
+    text += "IF [#1 GT 5] GOTO 30\nN30 G70 P10 Q20\nM30\n"
     blocks = read_program("T0101\nG00 X40. Z2.\n" + text)
     told = dict(explain(blocks, interpret(blocks, "fanuc")))
     assert told[3] == "G50: the spindle turns at most at 2500 rpm."
@@ -92,6 +92,7 @@ def test_cycles_statements_and_assignments_are_put_into_words() -> None:
     assert told[6].startswith("G71: the roughing cycle, from N10, to N20, 0.4 left on the diameter, 0.1 left along Z, feed 0.3; ")
     assert told[9] == "#1 becomes [2*3]."
     assert told[10] == "If [#1GT5] holds, goes to N30."
+    assert told[11].startswith("G70: the finishing cycle, from N10, to N20; ")
 
 
 def test_rapids_into_the_stock_are_told_where_the_bar_is_given() -> None:

@@ -60,3 +60,9 @@ def test_m99_ends_the_main_program_once_and_says_so() -> None:
     assert [warned.sentence for warned in program.warnings] == [
         "M99 in the main program begins it again on a machine; here it ends the program."
     ]
+
+
+def test_m99_with_p_in_the_main_program_goes_to_that_block() -> None:
+    program = interpret(read_program("G21 G99 G97 S500 M03\nM99 P90\nG00 X40. Z2.\nN90 G00 X50. Z5.\nM30\n", "turn.nc"), "fanuc")
+    assert [(move.end_x, move.end_z) for move in program.moves] == [(pytest.approx(0.025), pytest.approx(0.005))]
+    assert program.warnings == ()

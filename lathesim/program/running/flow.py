@@ -80,7 +80,7 @@ class Flow(Cycles):
                 position = self._statement(block, block.statement)
                 continue
             self.run_block(block)
-            if Meaning.SUBPROGRAM_END in self.block.codes:
+            if Meaning.SUBPROGRAM_END in self.block.codes and (self.depth > 0 or self.ended):
                 return
             if self.go_to:
                 position = self._numbered_place(self.go_to)
@@ -318,9 +318,9 @@ class Flow(Cycles):
         return found
 
     def _return(self) -> None:
-        """M99, or M99 P n, which goes to N n of the program that called."""
+        """M99, or M99 P n, which goes to N n of the program that called; of the main program itself where none did."""
         code, p = self.block.codes[Meaning.SUBPROGRAM_END].text, self.take("P")
-        if self.depth == 0:
+        if self.depth == 0 and p is None:
             self.warn(f"{code} in the main program begins it again on a machine; here it ends the program.")
             self.event("spindle")
             self.event("program_end")

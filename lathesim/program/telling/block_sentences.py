@@ -103,7 +103,7 @@ def _passes(value: float) -> str:
     return f"{count} finishing pass{'es' if count != 1 else ''}, run-out over {0.1 * run_out:g} leads, angle of {angle} degrees"
 
 
-_CONTOURED = (Meaning.ROUGHING_CYCLE, Meaning.FACING_CYCLE, Meaning.REPEATING_CYCLE)
+_CONTOURED = (Meaning.ROUGHING_CYCLE, Meaning.FACING_CYCLE, Meaning.REPEATING_CYCLE, Meaning.FINISHING_CYCLE)
 
 
 def statement_words(block: Block) -> list[str]:
