@@ -159,7 +159,7 @@ FANUC = Dialect(
         "T": "tool and offset",
         "O": "program number", "D": "depth of a cycle", "E": "lead of a thread",
         "A": "angle of a thread", "L": "repeats", "B": "argument of a macro", "C": "argument of a macro", "H": "argument of a macro",
-        "J": "argument of a macro", ",C": "chamfer at the corner", ",R": "rounding at the corner",
+        "J": "argument of a macro", ",C": "chamfer at the corner", ",R": "rounding at the corner", ",A": "angle of the line",
     },
     x_is_diameter=True,
     per_revolution=True,

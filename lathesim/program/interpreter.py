@@ -337,8 +337,7 @@ class _Interpreter(Offsets):
                 ]
                 told = f"; in the dialect '{others[0].name}' it is {others[0].letters[letter]}" if others else ""
                 fact = f"{word.text} has no code in its block that uses it ({self.dialect.letters[letter]}){told}."
-                corner = f",{letter}" in self.dialect.letters and self.modal.motion is Meaning.LINE
-                raise self.error(fact, f"Write ,{word.text} for a corner." if corner else "Take it out, or add the code.")
+                raise self.error(fact, "Take it out, or add the code.")
 
     def close(self) -> None:
         """A program without an end is refused or warned of, as the dialect has it."""

@@ -34,7 +34,7 @@ _SIMPLE = re.compile(
 )
 """A line of words only, as nearly all lines are: it needs no walk along its characters."""
 _PAIR = re.compile(r"([A-Z])([+-]?[0-9.]+)")
-_CORNER = re.compile(r"(,[CR])([+-]?(?:[0-9]{1,9}\.?[0-9]*|\.[0-9]+))")
+_CORNER = re.compile(r"(,[CRA])([+-]?(?:[0-9]{1,9}\.?[0-9]*|\.[0-9]+))")
 _DELETE = re.compile(r"^\s*/[1-9]?")
 _BLOCK_NUMBER = re.compile(r"N([0-9]+\.?[0-9]*)")
 _COMPUTED = re.compile(r"[#\[O]|END")

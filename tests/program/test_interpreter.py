@@ -129,9 +129,39 @@ def test_corners_are_chamfered_and_rounded_between_straight_feeds() -> None:
     assert (arc.centre_x, arc.centre_z) == (pytest.approx(0.0245), pytest.approx(-0.028))
 
 
+@pytest.mark.parametrize("text", ["X45. K-1.\nZ-30. R2.\n", "X45. C1.\nZ-30. R2.\n", "X45. K-1.\nZ-30. ,R2.\n"])
+def test_corners_are_written_without_a_comma_too(text: str) -> None:
+    comma, plain = (
+        interpret(read_program(f"G21 G99 G97 S800 M03\nG00 X40. Z0.\nG01 Z-20. F0.2\n{corners}X60.\nM30\n"), "fanuc").moves
+        for corners in ("X45. ,C1.\nZ-30. ,R2.\n", text)
+    )
+    assert plain == comma
+
+
+@pytest.mark.parametrize(
+    ("text", "x", "z"),
+    [
+        ("G01 X40. ,A90. F0.1", 20.0, 0.0),
+        ("X50. A135.", 25.0, -10.0),
+        ("Z-20. ,A150.", 15.0 + 20.0 / 3.0**0.5, -20.0),
+        ("W-5. ,A180.", 15.0, -5.0),
+    ],
+)
+def test_the_end_of_a_line_is_told_by_its_angle(text: str, x: float, z: float) -> None:
+    program = interpret(read_program(f"G21 G99 G97 S800 M03 F0.1\nG00 X30. Z0.\nG01\n{text}\nM30\n"), "fanuc")
+    move = program.moves[-1]
+    assert (move.end_x, move.end_z) == (pytest.approx(1e-3 * x), pytest.approx(1e-3 * z, abs=1e-12))
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
+        ("G01 X45. I1.\nZ-3.\n", "I1. says that the next move goes to +X, and it goes to -Z. Correct the sign or the letter."),
+        ("G01 X45. K1.\nZ-3.\n", "K1. says that the next move goes to +Z, and it goes to -Z."),
+        ("G01 X45. R-1.\nZ3.\n", "R-1. says that the next move goes to -Z, and it goes to +Z."),
+        ("G01 X45. K-1.\nX50. Z-3.\n", "K-1. needs a move along one axis before it and one along the other behind it. Write ,C1 for any"),
+        ("G01 X45. ,A200.\n", "A line at ,A200. does not get to that X. Correct the angle: it counts from +Z towards +X."),
+        ("G01 X45. Z-3. A20.\n", "A20. is the angle of a line whose end is named by X and Z. Give one of X and Z beside an angle."),
         ("G01 X45. ,C1.\nG00 Z-30.\n", ",C1. needs a straight feed before and behind it."),
         ("G01 X45. ,R9.\nZ-3.\n", ",R9. takes 9 mm off moves of 2.5 and 3 mm. Make it smaller."),
         ("G01 X45. ,C1.\n", ",C1. has no move behind it. Take it out."),

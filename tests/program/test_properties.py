@@ -64,7 +64,9 @@ WORD = st.one_of(
             )
         ]
     ),
-    st.sampled_from(["X[#1+2]", "#1=[3*2]", "Z#<a>", "#<a>=SIN[30]", "X-[1/#2]", ",R1", ",C0.5", "G41.1 D1 L2"]),
+    st.sampled_from(
+        ["X[#1+2]", "#1=[3*2]", "Z#<a>", "#<a>=SIN[30]", "X-[1/#2]", ",R1", ",C0.5", "G01 Z3 I-1", "R1", "G01 X4 ,A45", "G41.1 D1 L2"]
+    ),
     st.sampled_from(["M0", "M2", "M3", "M5", "M6", "T1"]),
     st.builds(lambda letter, value: f"{letter}{value}", st.sampled_from("XZIJKRFSPUWDTQ"), MILLIMETRES),
 )

@@ -1,6 +1,9 @@
-"""Corners that a program breaks between two straight feeds: a chamfer (``,C``) or a rounding (``,R``).
+"""Corners that a program breaks between two straight feeds, and lines that it gives by their angle.
 
-Source: Fanuc 0i-T operator's manual, chamfering and corner R (arbitrary angle).
+A chamfer is ``,C`` or ``C``, a rounding ``,R`` or ``R``. Between moves along the axes a chamfer may be I or K, whose sign says which way
+the next move goes along X or Z. ``,A`` or ``A`` is the angle of a line from +Z towards +X, of whose end X or Z is given.
+
+Source: Fanuc 0i-T operator's manual, chamfering and corner R, direct drawing dimension programming; Haas lathe operator's manual, G01.
 """
 
 from __future__ import annotations
@@ -10,6 +13,7 @@ from dataclasses import dataclass, replace
 
 from lathesim.errors import ProgramError
 from lathesim.program.moves import Arc, Move, MoveKind
+from lathesim.program.words import Word
 
 _STRAIGHT = 1e-6
 """[rad] below this, two moves make no corner."""
@@ -18,12 +22,38 @@ _SAME = 1e-9
 
 @dataclass(frozen=True)
 class Corner:
-    """A corner at the end of a move: ``size`` [m] is the radius of a rounding, else what a chamfer takes off both moves."""
+    """A corner at the end of a move: ``size`` [m] is the radius of a rounding, else what a chamfer takes off both moves.
+
+    ``sign`` says which way the next move goes, along ``axis`` where that is named; 0 where nothing says so.
+    """
 
     rounds: bool
     size: float
     text: str
     place: str
+    axis: str = ""
+    sign: float = 0.0
+
+
+CORNER_AXES = {"I": "X", "K": "Z"}
+"""The axis of the next move that a letter of a corner tells."""
+CORNER_LETTERS = (",C", ",R", "C", "R", *CORNER_AXES)
+
+
+def corner_of(word: Word, metres: float, place: str) -> Corner:
+    """Return the corner that a word asks for; ``metres`` is its value."""
+    axis = CORNER_AXES.get(word.letter, "")
+    sign = math.copysign(1.0, metres) if axis or metres < 0.0 else 0.0
+    return Corner(word.letter in (",R", "R"), abs(metres), word.text, place, axis, sign)
+
+
+def end_at_angle(start: tuple[float, float], end: tuple[float, float], degrees: float, *, x_given: bool) -> tuple[float, float] | None:
+    """Return the end (x, z) [m] of a line at an angle from +Z towards +X, of which X or Z is given; none where it never gets there."""
+    along_z, along_x = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    way, given = (end[0] - start[0], along_x) if x_given else (end[1] - start[1], along_z)
+    if abs(given) < _STRAIGHT or way / given < 0.0:
+        return None
+    return start[0] + way / given * along_x, start[1] + way / given * along_z
 
 
 def broken(before: Move, after: Move, corner: Corner) -> list[Move]:
@@ -36,6 +66,8 @@ def broken(before: Move, after: Move, corner: Corner) -> list[Move]:
         raise ProgramError(f"{corner.text} stands beside a move without a length.", place=corner.place, remedy="Take one of the two out.")
     u = ((before.end_z - before.start_z) / length[0], (before.end_x - before.start_x) / length[0])
     v = ((after.end_z - after.start_z) / length[1], (after.end_x - after.start_x) / length[1])
+    if corner.sign != 0.0:
+        _check_direction(corner, u, v)
     turn = math.atan2(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1])
     if abs(turn) < _STRAIGHT:
         return [before, after]
@@ -59,3 +91,16 @@ def broken(before: Move, after: Move, corner: Corner) -> list[Move]:
     kind: MoveKind = "arc" if arc is not None else "feed"
     between = replace(before, kind=kind, start_z=begin[0], start_x=begin[1], end_z=end[0], end_x=end[1], arc=arc)
     return [replace(before, end_z=begin[0], end_x=begin[1]), between, replace(after, start_z=end[0], start_x=end[1])]
+
+
+def _check_direction(corner: Corner, u: tuple[float, float], v: tuple[float, float]) -> None:
+    """Refuse a corner whose sign says another way than that of the next move; ``u`` and ``v`` are directions (z, x)."""
+    place = max((0, 1), key=lambda number: abs(v[number]))
+    if min(abs(v[0]), abs(v[1])) > _STRAIGHT or abs(u[place]) > _STRAIGHT:
+        fact = f"{corner.text} needs a move along one axis before it and one along the other behind it."
+        raise ProgramError(fact, place=corner.place, remedy=f"Write ,{'R' if corner.rounds else 'C'}{1e3 * corner.size:g} for any corner.")
+    if v[place] * corner.sign < 0.0 or (corner.axis and corner.axis != "ZX"[place]):
+        way = f"{'+' if v[place] > 0.0 else '-'}{'ZX'[place]}"
+        told = f"{'+' if corner.sign > 0.0 else '-'}{corner.axis}" if corner.axis else f"{'+' if corner.sign > 0.0 else '-'}{'ZX'[place]}"
+        fact = f"{corner.text} says that the next move goes to {told}, and it goes to {way}."
+        raise ProgramError(fact, place=corner.place, remedy="Correct the sign or the letter.")

@@ -11,7 +11,7 @@ from lathesim.program.arcs import arc_by_centre, arc_by_radius
 from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import Group, Meaning
 from lathesim.program.moves import Arc, Event, EventKind, Move, MoveKind
-from lathesim.program.running.corners import Corner, broken
+from lathesim.program.running.corners import CORNER_LETTERS, Corner, broken, corner_of, end_at_angle
 from lathesim.program.running.modal import Modal
 from lathesim.program.vocabulary import Sorted, other_readings
 from lathesim.program.words import Block, Blocks, Warned, Word
@@ -115,20 +115,35 @@ class Motions:
         elif modal.motion is Meaning.LINE:
             self.check_feed()
             corner = self.own_corner()
-            self.add("feed", self.target(), feed=modal.feed, per_revolution=modal.per_revolution)
+            self.add("feed", self.line_end(), feed=modal.feed, per_revolution=modal.per_revolution)
             self.corner = corner
         else:
             self.thread()
 
     def own_corner(self) -> Corner | None:
-        """The chamfer (,C) or rounding (,R) that the block has between its end and the next move."""
-        chamfer, rounding = self.take(",C"), self.take(",R")
-        word = chamfer or rounding
-        if word is None:
+        """The chamfer or rounding that the block has between its end and the next move."""
+        if ",C" not in self.dialect.letters:
             return None
-        if word.value <= 0.0 or (chamfer is not None and rounding is not None):
-            raise self.error(f"{word.text} is no size of a corner, or there are two.", "Give one of ,C and ,R above 0.")
-        return Corner(rounding is not None, self.modal.metres(word.value), word.text, self.block.place)
+        words = [word for letter in CORNER_LETTERS if (word := self.take(letter)) is not None]
+        if not words:
+            return None
+        if words[0].value == 0.0 or (words[0].letter.startswith(",") and words[0].value < 0.0) or len(words) > 1:
+            raise self.error(f"{words[0].text} is no size of a corner, or there are two.", "Give one of ,C and ,R above 0.")
+        return corner_of(words[0], self.modal.metres(words[0].value), self.block.place)
+
+    def line_end(self) -> tuple[float, float]:
+        """The end point (x, z) of a straight feed [m], which an angle and one of X and Z may tell as well."""
+        angle = (self.take(",A") or self.take("A")) if ",A" in self.dialect.letters else None
+        if angle is None:
+            return self.target()
+        words, start = self.block.words, (self.modal.x, self.modal.z)
+        given = [axis for axis, letters in (("X", "XU"), ("Z", "ZW")) if any(letter in words for letter in letters)]
+        if len(given) != 1:
+            raise self.error(f"{angle.text} is the angle of a line whose end is named by X and Z.", "Give one of X and Z beside an angle.")
+        end = end_at_angle(start, self.target(), angle.value, x_given=given == ["X"])
+        if end is None:
+            raise self.error(f"A line at {angle.text} does not get to that {given[0]}.", "Correct the angle: it counts from +Z towards +X.")
+        return end
 
     def target(self) -> tuple[float, float]:
         """The end point (x, z) the block names [m], X as a radius."""
