@@ -257,7 +257,15 @@ class _Interpreter(Offsets):
             self.event("flood_on")
         if self.has(Meaning.COOLANT_OFF):
             self.event("flood_off")
-        for meaning in (Meaning.CLAMP_OPEN, Meaning.CLAMP_CLOSE, Meaning.CHIP_CONVEYOR, Meaning.OVERRIDE, Meaning.PATH_BLENDED):
+        for meaning in (
+            Meaning.CLAMP_OPEN,
+            Meaning.CLAMP_CLOSE,
+            Meaning.CHIP_CONVEYOR,
+            Meaning.OVERRIDE,
+            Meaning.PATH_BLENDED,
+            Meaning.LOOK_AHEAD,
+            Meaning.MONITORING_OFF,
+        ):
             if self.has(meaning):
                 self.ignored(self.block.codes[meaning].text, str(meaning))
         if self.has(Meaning.CYCLE_RETURN):
@@ -266,9 +274,9 @@ class _Interpreter(Offsets):
             if self.dialect.o_words:
                 told = other_readings(word.code, self.dialect)
                 self.warn(f"{word.text} ({Meaning.CYCLE_RETURN}) changes nothing in the simulation; {told}.")
-        if self.has(Meaning.PATH_BLENDED):
-            self.take("P")
-            self.take("Q")
+        if self.has(Meaning.PATH_BLENDED) or self.has(Meaning.LOOK_AHEAD):
+            for letter in ("P", "Q", "E"):
+                self.take(letter)
 
     def builders(self) -> None:
         """M codes of the machine's builder do nothing here, and that is said."""

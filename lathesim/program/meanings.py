@@ -89,6 +89,7 @@ class Meaning(StrEnum):
     LENGTH_GIVEN = "a tool length offset given in the block"
     OFFSET_FIRST = "the first work offset"
     OFFSET_OTHER = "another work offset"
+    OFFSET_FURTHER = "a further work offset"
     CYCLE_RETURN = "the return level of canned cycles"
     PATH_EXACT = "exact path"
     PATH_BLENDED = "path blending"
@@ -124,6 +125,8 @@ class Meaning(StrEnum):
     MACRO_CALL = "a macro call"
     SUBPROGRAM_END = "the return from a subprogram"
     OVERRIDE = "override switches"
+    LOOK_AHEAD = "look-ahead or smoothing of the control"
+    MONITORING_OFF = "monitoring off"
 
 
 def _groups() -> dict[Meaning, Group]:
@@ -146,7 +149,7 @@ def _groups() -> dict[Meaning, Group]:
             m.COMPENSATION_OFF, m.COMPENSATION_LEFT, m.COMPENSATION_RIGHT, m.COMPENSATION_GIVEN_LEFT, m.COMPENSATION_GIVEN_RIGHT,
         ),
         g.LENGTH: (m.LENGTH_OFF, m.LENGTH_ON, m.LENGTH_GIVEN),
-        g.COORDINATES: (m.OFFSET_FIRST, m.OFFSET_OTHER),
+        g.COORDINATES: (m.OFFSET_FIRST, m.OFFSET_OTHER, m.OFFSET_FURTHER),
         g.CYCLE_RETURN: (m.CYCLE_RETURN,),
         g.PATH_MODE: (m.PATH_EXACT, m.PATH_BLENDED),
         g.ONCE: (
@@ -157,7 +160,10 @@ def _groups() -> dict[Meaning, Group]:
         g.SPINDLE: (m.SPINDLE_FORWARD, m.SPINDLE_REVERSE, m.SPINDLE_OFF, m.SPINDLE_ORIENT),
         g.COOLANT: (m.MIST, m.FLOOD, m.COOLANT_OFF),
         g.TOOL: (m.TOOL_CHANGE,),
-        g.OTHER: (m.CLAMP_OPEN, m.CLAMP_CLOSE, m.CHIP_CONVEYOR, m.SUBPROGRAM, m.LOCAL_SUBPROGRAM, m.SUBPROGRAM_END, m.OVERRIDE),
+        g.OTHER: (
+            m.CLAMP_OPEN, m.CLAMP_CLOSE, m.CHIP_CONVEYOR, m.SUBPROGRAM, m.LOCAL_SUBPROGRAM, m.SUBPROGRAM_END, m.OVERRIDE,
+            m.LOOK_AHEAD, m.MONITORING_OFF,
+        ),
     }  # fmt: skip
     return {meaning: group for group, meanings in table.items() for meaning in meanings}
 

@@ -242,3 +242,22 @@ def test_an_origin_shift_is_restored_as_it_was_set() -> None:
     text = "G21 G18 G8 F100\nG0 X20 Z0\nG92 X26 Z3\nG1 X25\nG92.3\nG1 X24\nG92.2\nG1 X23\nG92.3\nG1 X22\nG92.1\nG92.3\nG1 X21\nM2\n"
     program = interpret(read_program(text, "turn.ngc"), "linuxcnc")
     assert [round(1e3 * move.end_x, 6) for move in program.moves] == [20.0, 19.0, 18.0, 23.0, 16.0, 21.0]
+
+
+@pytest.mark.parametrize("call", ["G154 P3", "G54.1 P3"])
+def test_further_work_offsets_are_set_by_g10_and_called_by_number(call: str) -> None:
+    text = f"G21 G99 G97 S800 M03\nG10 L20 P3 X-10. Z-30.\n{call}\nG00 X40. Z2.\nG54\nX40. Z2.\nM30\n"
+    moves = interpret(read_program(text, "turn.nc"), "fanuc").moves
+    assert [(round(2e3 * move.end_x, 6), round(1e3 * move.end_z, 6)) for move in moves] == [(30.0, -28.0), (40.0, 2.0)]
+
+
+def test_a_further_work_offset_without_a_number_is_refused() -> None:
+    with pytest.raises(ProgramError, match=r"turn.nc:1: G154 needs the number of a work offset. Write it as G154 P1, up to P300."):
+        interpret(read_program("G154\nM30\n", "turn.nc"), "fanuc")
+
+
+@pytest.mark.parametrize("code", ["G187 P1 E0.01", "G103 P1", "G08 P1", "G23", "G25"])
+def test_a_code_of_the_control_that_moves_nothing_is_told(code: str) -> None:
+    program = interpret(read_program(f"{code}\nG00 X40. Z2.\nM30\n", "turn.nc"), "fanuc")
+    assert len(program.moves) == 1
+    assert "changes nothing in the simulation." in program.warnings[0].sentence

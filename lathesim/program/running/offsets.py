@@ -18,6 +18,8 @@ _SIDES = {
 }  # fmt: skip
 _GIVEN = (Meaning.COMPENSATION_GIVEN_LEFT, Meaning.COMPENSATION_GIVEN_RIGHT)
 _SAME = 1e-9
+_FURTHER_OFFSETS = 300
+"""Work offsets of G54.1 and G154. Source: Fanuc 0i-T operator's manual; Haas has 99 of them."""
 _GEOMETRY = 10_000
 """P of G10 above it are geometry offsets of tools. Source: Fanuc 0i-T operator's manual, changing of tool offset amount."""
 
@@ -91,10 +93,23 @@ class Offsets(Flow):
         if meaning is None:
             return
         word = self.block.codes[meaning]
-        self.modal.offset_number = self.dialect.work_offsets[word.code]
-        if meaning is Meaning.OFFSET_OTHER and self.modal.offset_number not in self.modal.offsets:
+        if meaning is Meaning.OFFSET_FURTHER:
+            self.modal.offset_number = self._further_offset(word.text)
+        else:
+            self.modal.offset_number = self.dialect.work_offsets[word.code]
+        if meaning is not Meaning.OFFSET_FIRST and self.modal.offset_number not in self.modal.offsets:
             self.assumed["work_offsets"] = "all zero"
             self.warn(f"{word.text} is read with an offset of 0.")
+
+    def _further_offset(self, code: str) -> int:
+        """Return the number of the work offset that P of G54.1 or G154 names: they count on behind those with a code of their own.
+
+        Source: Fanuc 0i-T operator's manual, additional workpiece coordinate systems; Haas lathe operator's manual, G154.
+        """
+        p = self.take("P")
+        if p is None or p.value != int(p.value) or not 1 <= p.value <= _FURTHER_OFFSETS:
+            raise self.error(f"{code} needs the number of a work offset.", f"Write it as {code} P1, up to P{_FURTHER_OFFSETS}.")
+        return len(self.dialect.work_offsets) + int(p.value)
 
     def _length_offset(self) -> None:
         """G43 takes over the offsets of the tool in use, or of H; G49 takes them out."""
@@ -205,12 +220,17 @@ class Offsets(Flow):
             raise self.error(f"{code} needs the number of an offset.", f"Write it as {code} L2 P1 X0 Z0.")
         sort = kind.value if kind is not None else (0.0 if self.dialect.incremental is not None or not self.dialect.o_words else -1.0)
         if sort in (2.0, 20.0):
-            self._set_work_offset(code, number, from_here=sort == 20.0)
+            further = sort == 20.0 and not self.dialect.o_words
+            first, last = (1, _FURTHER_OFFSETS) if further else (0, len(self.dialect.work_offsets))
+            if not first <= number <= last:
+                raise self.error(f"P{number} of {code} is no work offset.", f"There are P1 to P{last}.")
+            number += len(self.dialect.work_offsets) if further else 0
+            self._set_work_offset(code, number, from_here=sort == 20.0 and not further)
         elif sort in ((1.0,) if self.dialect.o_words else (0.0, 10.0, 11.0, 12.0, 13.0)):
             self._set_tool(code, number)
         else:
             shown = kind.text if kind is not None else "no L"
-            kinds = "L1 (tool), L2 and L20 (work offset)" if self.dialect.o_words else "L2 (work offset), and no L, L10 or L11 (tool)"
+            kinds = "L2 and L20 (work offset), " + ("L1 (tool)" if self.dialect.o_words else "and no L, L10 or L11 (tool)")
             raise self.error(f"{code} with {shown} is not interpreted.", f"There are {kinds}.")
 
     def _set_work_offset(self, code: str, number: int, *, from_here: bool) -> None:
@@ -218,8 +238,6 @@ class Offsets(Flow):
         r = self.take("R")
         if r is not None and r.value != 0.0:
             raise self.error(f"{r.text} of {code} turns the coordinates, and a lathe has no such plane.", "Leave R out.")
-        if number > len(self.dialect.work_offsets):
-            raise self.error(f"P{number} of {code} is no work offset.", f"There are P1 to P{len(self.dialect.work_offsets)}.")
         number = number or modal.offset_number
         given = self._named("X", "Z", *(self.dialect.incremental or {}))
         x, z = modal.offsets.get(number, (0.0, 0.0))
