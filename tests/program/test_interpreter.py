@@ -256,7 +256,7 @@ def test_a_further_work_offset_without_a_number_is_refused() -> None:
         interpret(read_program("G154\nM30\n", "turn.nc"), "fanuc")
 
 
-@pytest.mark.parametrize("code", ["G187 P1 E0.01", "G103 P1", "G08 P1", "G23", "G25"])
+@pytest.mark.parametrize("code", ["G187 P1 E0.01", "G103 P1", "G23", "G25"])
 def test_a_code_of_the_control_that_moves_nothing_is_told(code: str) -> None:
     program = interpret(read_program(f"{code}\nG00 X40. Z2.\nM30\n", "turn.nc"), "fanuc")
     assert len(program.moves) == 1
