@@ -8,7 +8,7 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.simulate import Prepared
 from lathesim.live.recording.record_mapping import recordings_for
 from lathesim.live.sources.samples import Signal
+from lathesim.live.watching.going_on import with_sizes
 from lathesim.record import Channel, FloatArray, Record
 from lathesim.record_writer import save
 
@@ -54,15 +55,20 @@ class Verdict:
 
 
 async def diagnose_window(
-    prepared: Prepared, window: Window, validation: Window | None, folder: Path, number: int, patience: float, plugins: Sequence[Path]
-) -> Verdict:
-    """Return the diagnosis of a window; its record, lesson and answer stay in ``folder``; ``patience`` [s] bounds it."""
+    prepared: Prepared, sizes: Mapping[str, str], window: Window, validation: Window | None, folder: Path, number: int, patience: float,
+    plugins: Sequence[Path],
+) -> Verdict:  # fmt: skip
+    """Return the diagnosis of a window; its record, lesson and answer stay in ``folder``; ``patience`` [s] bounds it.
+
+    ``sizes`` are those of the effects that are known, as they are by now.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     record, lesson, answer = (folder / f"watch_{number}{ending}" for ending in (".h5", "_lesson.yaml", ".json"))
     save(window.as_record(), record)
     further = {"recordings": recordings_for(prepared, [signal.name for signal in window.signals])}
     variant = prepared.case.variant
-    lesson.write_text(changed_lesson(prepared.case.lesson, [], {}, folder, variant=variant, further=further), encoding="utf-8")
+    text = changed_lesson(prepared.case.lesson, [], {}, folder, variant=variant, further=further)
+    lesson.write_text(with_sizes(text, sizes), encoding="utf-8")
     command = [sys.executable, "-m", "lathesim", "diagnose", str(lesson), str(record), "--json", str(answer), "--no-report"]
     command += ["--at-most", f"{patience:g} s", "--out", str(folder / f"watch_{number}")]
     if validation is not None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lathesim.live.watching.block_sums import BlockSums
 from lathesim.live.watching.residual_stream import FURTHEST
@@ -22,7 +23,7 @@ from lathesim.record import FloatArray
 
 KEPT = 300
 """Blocks that are looked at."""
-_LINEAR = 0.1
+LINEAR = 0.1
 """Share of what an uncertain value does that its sensitivity may be wrong by: the lesson's machine is not linear. As large a share of what
 the model leaves out anyway may come and go: a change is told where it is new."""
 _LEAST_BLOCKS = 3
@@ -39,7 +40,8 @@ _LONGER = 4.0
 class Found:
     """What the test says: ``statistic`` of the likeliest ``channel`` and ``direction``, ``begun`` [s], the ``size`` of the change in noise
     deviations of a block, whether it grows (``ramp``), 2 log-likelihood that a step of the uncertain values brings (``moved``, ``moved_at``
-    [s]), the uncertain values now (``theta``), from the nominal ones, and the ``power`` of what they do, in that of the noise."""
+    [s]), the values that may move as they are now (``theta``), from the nominal ones, with their standard ``deviations``, and the ``power``
+    of what they do, in that of the noise."""
 
     statistic: float
     channel: int
@@ -50,6 +52,7 @@ class Found:
     moved: float
     moved_at: float
     theta: FloatArray
+    deviations: FloatArray
     power: float
 
 
@@ -57,7 +60,7 @@ class Found:
 class _Windows:
     """Estimates of the windows that begin at each tau: ``gain`` (windows,) 2 log-likelihood of theta, ``full`` (windows, channels,
     directions) what delta adds, ``drop`` the same with the doubt about sensitivities, ``delta``, and ``theta`` (windows, parameters) now,
-    with the ``power`` (windows,) of what they do in the channel where that is most.
+    with their ``normal`` matrices, and the ``power`` (windows,) of what they do in the channel where that is most.
     """
 
     gain: FloatArray
@@ -65,13 +68,14 @@ class _Windows:
     full: FloatArray
     delta: FloatArray
     theta: FloatArray
+    normal: FloatArray
     power: FloatArray
 
 
 class ChangeTest:
     """Keeps the newest blocks and tests them. ``take`` adds a block, ``test`` judges what is kept."""
 
-    def __init__(self, usual: Usual, size: float, samples: int, nominal: FloatArray) -> None:
+    def __init__(self, usual: Usual, size: float, samples: int, nominal: FloatArray, free: NDArray[np.bool_]) -> None:
         self.usual = usual
         self._block_time, self._samples = size, samples
         channels, count = usual.mean.shape
@@ -86,8 +90,10 @@ class ChangeTest:
         self._m = np.zeros((room, channels, count))
         self._u = np.zeros((room, channels, count))
         self._begin, self._end = 0, 0
-        self._centre = np.concatenate([-nominal, np.zeros(parameters)])  # of the lesson's values, from the nominal ones
-        self._prior = np.diag(np.concatenate([np.ones(parameters), np.full(parameters, DRIFT**-2)]))
+        centre = np.where(free, 0.0, -nominal)  # the lesson's values, from the nominal ones; of followed sizes these
+        self._centre = np.concatenate([centre, np.zeros(parameters)])
+        self._bound = ~np.concatenate([free, free])
+        self._prior = np.concatenate([np.ones(parameters), np.full(parameters, DRIFT**-2)])
 
     def __len__(self) -> int:
         return self._end - self._begin
@@ -118,7 +124,7 @@ class ChangeTest:
         part = slice(self._begin, self._end)
         self._u[part] -= self._h[part] @ by
         self._b[part] -= self._a[part].sum(axis=1) @ by
-        self._centre[: len(by)] -= by
+        self._centre[: len(by)] -= np.where(self._bound[: len(by)], by, 0.0)
 
     def test(self) -> Found | None:
         """Return what is likeliest now; None while there are too few blocks."""
@@ -147,7 +153,8 @@ class ChangeTest:
         size = abs(float(after.delta[at, channel, direction])) * np.sqrt(float(self._m[part][starts[at] :, channel, direction].mean()))
         return Found(
             statistic, channel, direction, since_when, float(size), ramp, float(level[plain] - level[0]),
-            float(times[starts[plain]] - self._block_time), after.theta[plain], float(after.power[plain]),
+            float(times[starts[plain]] - self._block_time), after.theta[plain], _deviations(after.normal[plain], after.theta.shape[1]),
+            float(after.power[plain]),
         )  # fmt: skip
 
     def _windows(self, a: FloatArray, b: FloatArray, part: slice, since: FloatArray, starts: FloatArray) -> _Windows:
@@ -164,33 +171,34 @@ class ChangeTest:
         delta = (u - effect) / known
         learnt = self._weight[:, None] * self.usual.information
         left_out = self._weight[:, None] * self.usual.left_out[:, None] / np.maximum(learnt, 1e-12)
-        certain = 1.0 + m / np.maximum(learnt, 1e-12) + _LINEAR**2 * left_out * known  # what is usual was learnt from so much, and varies
+        certain = 1.0 + m / np.maximum(learnt, 1e-12) + LINEAR**2 * left_out * known  # what is usual was learnt from so much, and varies
         own = _tails(self._a[part][None], starts)[0]
         value = theta[:, :parameters]
         power = np.einsum("tp,tcpq,tq->tc", value, own, value, optimize=True) / (self._samples * (len(since) - starts))[:, None]
-        unsure = 1.0 + _LINEAR**2 * power  # of the noise, as the sensitivities hold nearby only
+        unsure = 1.0 + LINEAR**2 * power  # of the noise, as the sensitivities hold nearby only
         full = (u - effect) ** 2 / known / certain
-        return _Windows(gain, full / unsure[:, :, None], full, delta, value, power.max(axis=1))
+        return _Windows(gain, full / unsure[:, :, None], full, delta, value, normal, power.max(axis=1))
 
     def _within(self, normal: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return normal matrices held by what the lesson allows, the estimates (windows, 2 parameters), and their 2 log-likelihoods.
 
-        Where a value would go further than ``FURTHEST``, all are held the more: a change that is large enough could else be explained by
-        values that no machine has.
+        Where an uncertain value would go further than ``FURTHEST``, all of them are held the more: a change that is large enough could else
+        be explained by values that no machine has. Followed sizes are free.
         """
         parameters = self._b.shape[1]
         if not parameters:
             return normal, right, np.zeros(len(right))
         hold = np.ones(len(right))
         while True:
-            held = normal + hold[:, None, None] * self._prior
-            pull = right + hold[:, None] * self._centre
+            prior = np.where(self._bound, hold[:, None], 1.0) * self._prior
+            held = normal + prior[:, :, None] * np.eye(2 * parameters)
+            pull = right + prior * self._centre
             found = np.linalg.solve(held, pull[:, :, None])[:, :, 0]
-            far = np.abs(found - self._centre)[:, :parameters].max(axis=1) > FURTHEST
+            far = (np.abs(found - self._centre) * self._bound)[:, :parameters].max(axis=1) > FURTHEST
             if not far.any() or hold.max() > _HOLD_MOST:
                 break
             hold = np.where(far, _HOLD_MORE * hold, hold)
-        gain = np.einsum("tp,tp->t", pull, found) - hold * (self._centre @ self._centre)
+        gain = np.einsum("tp,tp->t", pull, found) - prior @ self._centre**2
         return held, found, gain
 
     def _without_the_largest(self, start: int, theta: FloatArray, channel: int, direction: int) -> float:
@@ -209,8 +217,8 @@ class ChangeTest:
         times = self._times[part]
         since = times - times[-1]
         theta = np.linalg.solve(
-            _pair(_moments(self._a[part].sum(axis=1), since).sum(axis=1)) + self._prior,
-            _moments(self._b[part], since)[:2].sum(axis=1).ravel() + self._centre,
+            _pair(_moments(self._a[part].sum(axis=1), since).sum(axis=1)) + np.diag(self._prior),
+            _moments(self._b[part], since)[:2].sum(axis=1).ravel() + self._prior * self._centre,
         )
         h = self._h[part][:, channel, direction]
         half = h.shape[1]
@@ -226,6 +234,11 @@ class ChangeTest:
         if line == 0.0 or best < max(plain) + _LONGER:
             return False, begun
         return True, float(times[at] - self._block_time)
+
+
+def _deviations(normal: FloatArray, parameters: int) -> FloatArray:
+    """Return the standard deviations of the values now, (parameters,)."""
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(normal))[:parameters])) if parameters else np.zeros(0)
 
 
 def _starts(count: int) -> FloatArray:

@@ -1,4 +1,4 @@
-"""A channel on its way to a tolerance after a drift was told."""
+"""A channel on its way to a tolerance after a drift was told, or while a known effect grows."""
 
 from __future__ import annotations
 
@@ -8,55 +8,69 @@ import numpy as np
 
 from lathesim.live.watching.event import Event
 from lathesim.live.watching.forecast import forecast
-from lathesim.live.watching.watch import Watch
+from lathesim.live.watching.usual import LEAST_FLOOR
 
-_POINTS = 400
-"""Points of a drift that are kept; with more of them every second one goes."""
-_POINT = 20.0
-"""Seconds of each point: about a lap, over which what differs comes and goes."""
+POINTS = 400
+"""Points of a course that are kept; with more of them every second one goes."""
+_EVERY = 60.0
+"""Seconds between two forecasts."""
+
+
+@dataclass
+class Series:
+    """Points of a course in time; fewer as time goes on."""
+
+    times: list[float] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+
+    def add(self, time: float, value: float) -> None:
+        """Add a point."""
+        self.times.append(time)
+        self.values.append(value)
+        if len(self.times) > POINTS:
+            self.times, self.values = self.times[::2], self.values[::2]
+
+    def clear(self) -> None:
+        """Begin anew."""
+        self.times, self.values = [], []
 
 
 @dataclass
 class DriftCourse:
-    """A channel on its way to a tolerance: the rms of its residual above the first laps, of 20 s each; fewer as time goes on."""
+    """A channel on its way to a tolerance: by how much it differs from the first laps, as a root mean square over segments."""
 
     channel: str
     tolerance: float
-    next_told: float = 0.0
-    times: list[float] = field(default_factory=list)
-    values: list[float] = field(default_factory=list)
-    _squares: list[float] = field(default_factory=list)
-    _since: float = np.nan
+    series: Series = field(default_factory=Series)
+    _next_told: float = 0.0
     _reached: bool = False
 
-    def take(self, watch: Watch, now: float) -> Event | None:
-        """Take what is new, and return a forecast every minute until the tolerance is reached."""
-        self._since = now if np.isnan(self._since) else self._since
-        self._squares.append(watch.excess(self.channel))
-        if now - self._since < _POINT or self._reached:
+    def begin(self) -> None:
+        """Begin anew: what differs is measured in another way from now on."""
+        self.series.clear()
+
+    def only_since(self, time: float) -> None:
+        """Forget the points before ``time`` [s], when it began to move."""
+        points = [(at, value) for at, value in zip(self.series.times, self.series.values, strict=True) if at >= time]
+        self.series.times, self.series.values = [at for at, _ in points], [value for _, value in points]
+
+    def take(self, time: float, value: float, now: float) -> Event | None:
+        """Take a point of the course, and return a forecast every minute until the tolerance is reached."""
+        if self._reached or not np.isfinite(value):
             return None
-        self.times.append(0.5 * (self._since + now))
-        self.values.append(float(np.sqrt(max(0.0, float(np.mean(self._squares))))))
-        self._since, self._squares = now, []
-        if len(self.times) > _POINTS:
-            self.times, self.values = self.times[::2], self.values[::2]
-        if now < self.next_told:
+        self.series.add(time, value)
+        if now < self._next_told:
             return None
-        found = forecast(np.array(self.times), np.array(self.values), self.tolerance)
+        found = forecast(np.array(self.series.times), np.array(self.series.values), self.tolerance, LEAST_FLOOR)
         if found is None:
             return None
-        self.next_told = now + 60.0
+        self._next_told = now + _EVERY
         self._reached = found.time <= now
         if self._reached:
             sentence = f"t = {now:.1f} s: {self.channel} has reached its tolerance."
             return Event("forecast", now, sentence, {"channel": self.channel, "at_s": found.time, "low_s": now, "high_s": now})
         left, low, high = (max(0.0, time - now) for time in (found.time, found.low, found.high))
-        sentence = (
-            f"t = {now:.1f} s: {self.channel} reaches its tolerance in {left:.0f} s, between {low:.0f} and {high:.0f} s from now (95 %)."
-        )
-        data = {"channel": self.channel, "at_s": found.time, "low_s": found.low, "high_s": _finite(found.high)}
+        until = f"between {low:.0f} and {high:.0f} s" if np.isfinite(high) else f"{low:.0f} s at least"
+        sentence = f"t = {now:.1f} s: {self.channel} reaches its tolerance in {left:.0f} s, {until} from now (95 %)."
+        data = {"channel": self.channel, "at_s": found.time, "low_s": found.low, "high_s": high + now if np.isfinite(high) else None}
         return Event("forecast", now, sentence, data)
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None

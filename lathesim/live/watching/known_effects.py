@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from lathesim.effects.effect import Effect
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.simulate import Prepared
+from lathesim.live.watching.followed_sizes import FollowedSize, followed_sizes, neutral_values
 from lathesim.plugins import Registry
 
 
@@ -24,19 +24,26 @@ class Size:
     def with_more(self, found: float) -> Size:
         """Return the size with what was found besides: what vanishes at 0 adds up, factors multiply, of two limits the lower holds."""
         more = self.now + found if self.neutral == 0.0 else self.now * found if self.neutral == 1.0 else min(self.now, found)
-        return Size(self.was, more, self.neutral, self.unit)
+        return replace(self, now=more)
+
+    @property
+    def smaller(self) -> bool:
+        """Return whether it is nearer than it was to where the effect vanishes."""
+        return abs(self.now - self.neutral) < abs(self.was - self.neutral)
 
 
 @dataclass(frozen=True)
 class KnownEffect:
-    """An effect at a part: its ``sizes`` by parameter, ``since`` and ``until`` when it grew [s], and whether a diagnosis ``named`` it."""
+    """An effect at a place: the ``part`` that it is, its ``sizes`` by parameter, ``since`` and ``until`` when it grew [s], and whether it
+    was ``found`` while the machine was watched, or to have changed."""
 
     effect: str
     at: str
+    part: str
     sizes: Mapping[str, Size]
     since: float
     until: float
-    named: bool
+    found: bool
 
     @property
     def name(self) -> str:
@@ -56,27 +63,47 @@ class KnownEffects:
     def __init__(self, prepared: Prepared, registry: Registry) -> None:
         self._registry = registry
         self._known: dict[tuple[str, str], KnownEffect] = {}
-        plan = prepared.plan
-        for entry in prepared.case.lesson.settings.insert:
-            part = str(entry.name) or effect_part_name(str(entry.at), str(entry.effect))
-            sizes = {}
-            for name, neutral in _neutral(registry, str(entry.effect)).items():
-                if f"{part}.{name}" in plan.parameters:
-                    value = plan.parameter_values[plan.parameters[f"{part}.{name}"]]
-                    unit = plan.parts[part].component.declarations[name].unit
-                    sizes[name] = Size(value, value, neutral, unit)
-            key = _key(str(entry.effect), str(entry.at))
-            self._known[key] = KnownEffect(str(entry.effect), str(entry.at), sizes, 0.0, 0.0, False)
+        for name, followed in followed_sizes(prepared, registry).items():
+            key = _key(followed.effect, followed.at)
+            part = name.rpartition(".")[0]
+            known = self._known.get(key, KnownEffect(followed.effect, followed.at, part, {}, 0.0, 0.0, False))
+            size = Size(followed.value, followed.value, followed.neutral, followed.unit)
+            self._known[key] = replace(known, sizes={**known.sizes, followed.parameter: size})
+
+    def texts(self) -> dict[str, str]:
+        """Return the sizes of all effects as a lesson takes them, by their names ``part.parameter``."""
+        return {
+            f"{known.part}.{name}": f"{size.now:.8g} {size.unit}".removesuffix(" 1").rstrip()
+            for known in self._known.values()
+            for name, size in known.sizes.items()
+        }
 
     @property
     def changed(self) -> list[KnownEffect]:
         """Return what was named while the machine was watched, and what grew, in the order in which it was found."""
-        return [effect for effect in self._known.values() if effect.named]
+        return [effect for effect in self._known.values() if effect.found]
+
+    def drifting_since(self, followed: FollowedSize) -> float | None:
+        """Return since when [s] an effect drifts that was found to do so; None for one that stepped, or that the lesson holds."""
+        known = self._known.get(_key(followed.effect, followed.at))
+        return known.since if known is not None and known.found and known.until > known.since else None
+
+    def moved(self, followed: FollowedSize, value: float, since: float, until: float) -> KnownEffect:
+        """Take the size [SI] of a known effect as it is at ``until`` [s], having moved ``since`` [s]; return the effect."""
+        key = _key(followed.effect, followed.at)
+        known = self._known[key]
+        size = replace(known.sizes[followed.parameter], now=value)
+        begun = known.since if known.found else since
+        self._known[key] = replace(known, sizes={**known.sizes, followed.parameter: size}, since=begun, until=until, found=True)
+        return self._known[key]
 
     def grown(self, answer: Mapping[str, Any], since: float, until: float) -> list[KnownEffect]:
         """Take the effects of a diagnosis (its JSON) of what changed from ``since`` to ``until`` [s]; return those known before."""
         grown = []
-        inserted = {_key(str(entry["effect"]), str(entry["at"])) for entry in answer.get("insert", [])}
+        inserted = {
+            _key(str(entry["effect"]), str(entry["at"])): str(entry.get("name") or effect_part_name(str(entry["at"]), str(entry["effect"])))
+            for entry in answer.get("insert", [])
+        }
         for entry in answer.get("effects", []):
             effect, at = str(entry.get("effect", "")), str(entry.get("at", ""))
             if _key(effect, at) not in inserted:
@@ -84,22 +111,16 @@ class KnownEffects:
             known = self._known.get(_key(effect, at))
             found = {name: (float(item["value"]), str(item["unit"])) for name, item in entry.get("parameters", {}).items()}
             if known is None:
-                neutral = _neutral(self._registry, effect)
+                neutral = neutral_values(self._registry, effect)
                 sizes = {name: Size(neutral[name], value, neutral[name], unit) for name, (value, unit) in found.items() if name in neutral}
-                self._known[_key(effect, at)] = KnownEffect(effect, at, sizes, since, until, True)
+                self._known[_key(effect, at)] = KnownEffect(effect, at, inserted[_key(effect, at)], sizes, since, until, True)
                 continue
             sizes = {name: size.with_more(found[name][0]) if name in found else size for name, size in known.sizes.items()}
-            begun = known.since if known.named else since
-            self._known[_key(effect, at)] = KnownEffect(known.effect, known.at, sizes, begun, until, True)
+            begun = known.since if known.found else since
+            self._known[_key(effect, at)] = replace(known, sizes=sizes, since=begun, until=until, found=True)
             grown.append(self._known[_key(effect, at)])
         return grown
 
 
 def _key(effect: str, at: str) -> tuple[str, str]:
     return effect, at.partition(".")[0]
-
-
-def _neutral(registry: Registry, name: str) -> Mapping[str, float]:
-    """Return the values at which an effect vanishes."""
-    effect = registry.effect(name)
-    return effect.neutral if issubclass(effect, Effect) else {}

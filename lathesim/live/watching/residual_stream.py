@@ -2,7 +2,8 @@
 
 Beside the nominal simulation two run for each uncertain value, a standard deviation above and below: half their difference is what that
 value would do to the residual. It does not share the quantisation noise of the nominal run, which would otherwise pass for a change of the
-value. A value that is off by what the lesson allows is no change of the machine.
+value. A value that is off by what the lesson allows is no change of the machine. The sizes of known effects are followed in the same way,
+each on a scale of its own and without bounds but those of the parameter.
 """
 
 from __future__ import annotations
@@ -11,7 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lathesim.component import Parameter
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.identification.replay.open_loop import seen
 from lathesim.lessons.simulate import Prepared
@@ -25,6 +28,8 @@ FURTHEST = 4.0
 """Standard deviations from the lesson's values that the simulation goes on with at most."""
 LARGEST_RATIO = 1000
 """Periods of the machine between two samples of a recording at most."""
+FREE = 1e-6
+"""Precision of the prior of a followed size [1/scale^2]: so little that the size is free."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,31 +44,51 @@ class Residual:
 
 
 class ResidualStream:
-    """Simulates a lesson beside its recording. ``drive`` and ``compare`` are the channels that a block must hold, in that order."""
+    """Simulates a lesson beside its recording. ``drive`` and ``compare`` are the channels that a block must hold, in that order.
 
-    def __init__(self, prepared: Prepared, drive: Sequence[str], compare: Sequence[str], period: float) -> None:
-        self._prepared = prepared
-        self.drive, self.compare = tuple(drive), tuple(compare)
-        self.uncertain: Mapping[str, float] = {
+    ``followed`` maps sizes of known effects (``part.parameter``) to a scale [SI]: they are free values beside the uncertain ones.
+    ``plain`` simulates the machine without sensitivities.
+    """
+
+    def __init__(
+        self, prepared: Prepared, drive: Sequence[str], compare: Sequence[str], period: float, *,
+        followed: Mapping[str, float] | None = None, plain: bool = False,
+    ) -> None:  # fmt: skip
+        self._prepared, self._plain = prepared, plain
+        self.drive, self.compare, self.period = tuple(drive), tuple(compare), period
+        allowed = {
             name: deviation
             for name, deviation in uncertainties(prepared.case.lesson, prepared.plan).items()
             if name in prepared.plan.parameters and deviation > 0.0
         }
+        self.scales: Mapping[str, float] = {**(followed or {}), **allowed}
+        self.free: NDArray[np.bool_] = np.array([name not in allowed for name in self.scales], dtype=np.bool_)
         own = prepared.plan.assembly.sample_period
         self.ratio = round(period / own)
         if self.ratio < 1 or self.ratio > LARGEST_RATIO or abs(period / own - self.ratio) > 1e-3 * self.ratio:
             fact = f"the samples come every {1e3 * period:g} ms, and the machine is simulated every {1e3 * own:g} ms."
             raise LiveError(fact, remedy="Record at the machine's rate, or at a whole fraction of it.")
+        self._shares: FloatArray = np.zeros(0)
         self._machines: list[SteppedMachine] = []
         self._outputs = [seen(prepared.machinery, channel) for channel in self.compare]
         self._last: FloatArray | None = None
-        self.nominal: FloatArray = np.zeros(len(self.uncertain))
+        self.nominal: FloatArray = np.zeros(len(self.scales))
         self.restart()
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Return the names of the uncertain values."""
-        return tuple(self.uncertain)
+        """Return the names of the values that may move: followed sizes, then uncertain values."""
+        return tuple(self.scales)
+
+    def given(self) -> FloatArray:
+        """Return the lesson's own values [SI], (parameters,)."""
+        plan = self._prepared.plan
+        return np.array([plan.parameter_values[plan.parameters[name]] for name in self.scales])
+
+    def without_changes(self) -> ResidualStream:
+        """Return the simulation of the lesson's own machine beside this one: no sensitivities, every value the lesson's."""
+        followed = {name: scale for (name, scale), free in zip(self.scales.items(), self.free, strict=True) if free}
+        return ResidualStream(self._prepared, self.drive, self.compare, self.period, followed=followed, plain=True)
 
     def restart(self) -> None:
         """Begin the simulation anew: the samples before are not those before the next."""
@@ -73,34 +98,62 @@ class ResidualStream:
         self._last = None
 
     def move(self, nominal: FloatArray) -> FloatArray:
-        """Go on with the uncertain values at ``nominal`` (parameters,) standard deviations from the lesson's; return how far they moved.
+        """Go on with the values at ``nominal`` (parameters,) scales from the lesson's; return how far they moved.
 
-        Sensitivities are differences, so they hold near the nominal values only. No value goes further than what the lesson calls
-        uncertain, nor by more than half of itself: a machine far from the lesson's might not be stable.
+        Sensitivities are differences, so they hold near the nominal values only. No uncertain value goes further than what the lesson calls
+        uncertain, nor by more than half of itself: a machine far from the lesson's might not be stable. A followed size keeps half a
+        scale's distance from the bounds of its parameter.
         """
-        plan = self._prepared.plan
-        given = np.array([abs(plan.parameter_values[plan.parameters[name]]) for name in self.uncertain])
-        deviations = np.array(list(self.uncertain.values()))
-        most = np.minimum(FURTHEST, np.where(given > 0.0, _HALF * given / deviations, FURTHEST)) if len(deviations) else deviations
-        before, self.nominal = self.nominal, np.clip(np.asarray(nominal, dtype=np.float64), -most, most)
+        low, high = self._bounds()
+        before, self.nominal = self.nominal, np.clip(np.asarray(nominal, dtype=np.float64), low, high)
         for machine, values in zip(self._machines, self._values(), strict=True):
             machine.change(values)
         return np.asarray(self.nominal - before)
 
+    def follow(self, other: ResidualStream) -> None:
+        """Go on with the uncertain values of another simulation; followed sizes stay where the lesson has them."""
+        values = dict(zip(other.scales, (other.given() + other.nominal * np.array(list(other.scales.values()))).tolist(), strict=True))
+        given = dict(zip(self.scales, self.given().tolist(), strict=True))
+        self.move(np.array([
+            0.0 if free or name not in values else (values[name] - given[name]) / self.scales[name]
+            for name, free in zip(self.scales, self.free, strict=True)
+        ]))  # fmt: skip
+
+    def _bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return how far each value may go down and up [scales from the lesson's]."""
+        given, scales = self.given(), np.array(list(self.scales.values()))
+        if not len(scales):
+            return given, given
+        most = np.minimum(FURTHEST, np.where(given != 0.0, _HALF * np.abs(given) / scales, FURTHEST))
+        declared = [self._declared(name) for name in self.scales]
+        low = np.array([item.low for item in declared])
+        high = np.array([item.high for item in declared])
+        down, up = np.minimum(0.0, (low - given) / scales + _HALF), np.maximum(0.0, (high - given) / scales - _HALF)
+        return np.where(self.free, down, -most), np.where(self.free, up, most)
+
+    def _declared(self, name: str) -> Parameter:
+        part, _, item = name.partition(".")
+        declared = self._prepared.plan.parts[part].component.declarations[item]
+        assert isinstance(declared, Parameter)
+        return declared
+
     def _values(self) -> list[dict[str, float]]:
-        """Return the uncertain values [SI] of the nominal machine, and of two for each value: above and below."""
-        plan = self._prepared.plan
-        given = {name: plan.parameter_values[plan.parameters[name]] for name in self.uncertain}
-        nominal = {name: given[name] + at * self.uncertain[name] for name, at in zip(given, self.nominal, strict=True)}
+        """Return the values [SI] of the nominal machine, and of two for each value: above and below."""
+        given = dict(zip(self.scales, self.given().tolist(), strict=True))
+        nominal = {name: given[name] + at * self.scales[name] for name, at in zip(given, self.nominal, strict=True)}
         found = [nominal]
-        for name in self.uncertain:
+        if self._plain:
+            return found
+        for name in self.scales:
             found += [{**nominal, name: nominal[name] + sign * self._step(name, nominal[name])} for sign in (1.0, -1.0)]
-        self._shares = np.array([2.0 * self._step(name, nominal[name]) / self.uncertain[name] for name in self.uncertain])
+        self._shares = np.array([2.0 * self._step(name, nominal[name]) / self.scales[name] for name in self.scales])
         return found
 
     def _step(self, name: str, value: float) -> float:
-        deviation = self.uncertain[name]
-        return min(deviation, _HALF * abs(value)) if value else deviation
+        scale = self.scales[name]
+        if self.free[list(self.scales).index(name)]:
+            return _HALF * scale
+        return min(scale, _HALF * abs(value)) if value else scale
 
     def take(self, values: FloatArray) -> Residual:
         """Return the residual of the next samples; ``values`` (drive and compare, samples)."""
@@ -116,6 +169,8 @@ class ResidualStream:
         runs = [self._channels(machine, machine.advance(fine)[:, self.ratio - 1 :: self.ratio]) for machine in self._machines]
         residual = values[len(self.drive) :] - runs[0]
         count = len(self._shares)
+        if self._plain:
+            return Residual(residual, np.zeros((len(self.scales), *residual.shape)), speed, runs[0])
         pairs = np.array(runs[1:]).reshape(count, 2, *residual.shape)
         sensitivities = (pairs[:, 0] - pairs[:, 1]) / self._shares.reshape(count, 1, 1)
         return Residual(residual, sensitivities, speed, runs[0])

@@ -19,6 +19,7 @@ from lathesim.live.watching.cusum import Cusum
 from lathesim.live.watching.directions import direction_names
 from lathesim.live.watching.residual_stream import Residual, ResidualStream
 from lathesim.live.watching.usual import Usual, learn
+from lathesim.live.watching.value_course import Point, ValueCourse
 from lathesim.record import FloatArray
 
 SETTLE = 2.0
@@ -46,6 +47,8 @@ _FAR = 0.3
 _SEEN = 10.0
 """Power of what other values do, in that of the noise, from which on it does: an error of a tenth then adds a tenth to the noise. Values
 that no channel shows stay, as the sensitivities hold nothing there but the noise of quantised sensors."""
+_TELLING = 2.0
+"""Standard deviations by which a followed size must differ from the simulated one before the simulation goes on with it."""
 _BETWEEN = 5.0
 """Seconds between two notes of the uncertain values."""
 _REMEMBERED = 120
@@ -75,14 +78,28 @@ class Alarm:
         return "drift" if self.drift else "change"
 
 
+@dataclass(frozen=True)
+class Moved:
+    """A step of a value that may move: the ``parameter`` went from ``before`` to ``after`` [scales from the lesson's], ``begun`` [s]."""
+
+    time: float
+    begun: float
+    parameter: str
+    before: float
+    after: float
+
+
 class Watch:
     """Watches the residuals of one machine. ``take`` gets whole stretches of samples and returns the alarms they bring.
 
-    ``learn`` [s] is how long what is usual is learnt, ``block`` [s] the length of a block.
+    ``learn`` [s] is how long what is usual is learnt, ``block`` [s] the length of a block; ``plain`` is the machine without the changes
+    that ``residuals`` follow, against which a :class:`Point` tells what they do.
     """
 
-    def __init__(self, residuals: ResidualStream, period: float, *, learn: float = 60.0, block: float = 0.2) -> None:
-        self.residuals = residuals
+    def __init__(
+        self, residuals: ResidualStream, period: float, *, learn: float = 60.0, block: float = 0.2, plain: ResidualStream | None = None
+    ) -> None:
+        self.residuals, self._plain = residuals, plain
         self.period = period
         self.size = max(4, round(block / period))
         self._block_time = self.size * period
@@ -104,11 +121,15 @@ class Watch:
         self._base: FloatArray | None = None
         self._before: deque[tuple[float, FloatArray]] = deque(maxlen=_REMEMBERED)
         self._held: FloatArray | None = None
-        self._first_model: ResidualStream | None = None
+        self._reference: Usual | None = None
+        self._course: ValueCourse | None = None
+        self._reference_values: dict[str, float] = {}
+        self._new = np.zeros(len(residuals.parameters))
+        self.points: deque[Point] = deque(maxlen=_REMEMBERED)
         self._paused = False
         self._names = direction_names(residuals.drive)
         self.blocks = 0
-        self.absorbed: list[tuple[float, str]] = []
+        self.moved: deque[Moved] = deque(maxlen=_REMEMBERED)
         self._chain = _Chain()
 
     @property
@@ -117,8 +138,13 @@ class Watch:
         return self._usual is not None
 
     @property
+    def paused(self) -> bool:
+        """Return whether nothing is judged, as a verdict is due."""
+        return self._paused
+
+    @property
     def values(self) -> dict[str, float]:
-        """Return how far each uncertain value is from the lesson's, in its standard deviations."""
+        """Return how far each value that may move is from the lesson's, in its scale: for an uncertain value its standard deviation."""
         return dict(zip(self.residuals.parameters, self._theta.tolist(), strict=True))
 
     def excess(self, channel: str) -> float:
@@ -132,8 +158,8 @@ class Watch:
         """Return the alarms of a stretch."""
         if stretch.fresh:
             self.residuals.restart()
-            if self._first_model is not None:
-                self._first_model.restart()
+            if self._plain is not None:
+                self._plain.restart()
             self._waiting = self._waiting[:, :0]
             self._settled_at = stretch.begin + SETTLE
         if not self._waiting.shape[1]:
@@ -150,15 +176,21 @@ class Watch:
 
     def _block(self, values: FloatArray) -> Alarm | None:
         residual = self.residuals.take(values)
-        first = residual if self._first_model is None else self._first_model.take(values)
+        plain = None if self._plain is None else self._plain.take(values)
         self._time += self._block_time
         if self._time < self._settled_at or not np.isfinite(residual.values).all():
             return None
         self.blocks += 1
-        self._measure(first, self._first_model or self.residuals)
+        self._measure(residual)
         if self._paused:
             return None
         mean, quick = averaged(residual, self._like)
+        if self._course is not None:
+            difference = None if plain is None else mean.simulated - averaged(plain, self._like)[0].simulated
+            point = self._course.take(mean, quick, self.residuals.nominal, difference, self._time)
+            if point is not None:
+                self.points.append(point)
+                self._resize(point)
         if self._usual is None:
             self._learning.append((self._time, mean, quick))
             if len(self._learning) >= (self._to_learn if self._centred else self._to_learn // 3):
@@ -166,10 +198,17 @@ class Watch:
             return None
         return self._judge(mean, quick)
 
-    def _measure(self, residual: Residual, model: ResidualStream) -> None:
+    def _resize(self, point: Point) -> None:
+        """Go on with the sizes of known effects as a whole segment shows them; no shorter time tells them surely enough."""
+        sure = np.abs(point.values - self.residuals.nominal) > _TELLING * point.deviations
+        if (self.residuals.free & sure).any():
+            self._theta = np.where(self.residuals.free, point.values, self.residuals.nominal)
+            self._move()
+
+    def _measure(self, residual: Residual) -> None:
         """Take down how far the machine is from what the first laps showed, and which values held when."""
         theta = self._theta if self._held is None else self._held
-        left = residual.values - np.einsum("p,pcn->cn", theta - model.nominal, residual.sensitivities)
+        left = residual.values - np.einsum("p,pcn->cn", theta - self.residuals.nominal, residual.sensitivities)
         square = np.mean(left**2, axis=1)
         if self._usual is None and self._base is None:
             self._first.append(square)
@@ -180,11 +219,16 @@ class Watch:
         if not self._before or self._time - self._before[-1][0] >= _BETWEEN:
             self._before.append((self._time, self._theta.copy()))
 
+    def _new_course(self, usual: Usual) -> ValueCourse:
+        """Return the course of the values from now on, against what was ``usual`` in the first laps."""
+        centre = np.array([self._reference_values.get(name, 0.0) for name in self.residuals.parameters])
+        return ValueCourse(usual, self.residuals.free, centre, self._new, self._block_time)
+
     def _learn(self) -> None:
         """Find what is usual from the first blocks, and how large the statistics get without a change."""
         times = np.array([time for time, _, _ in self._learning])
         residuals, quick = [item for _, item, _ in self._learning], [item for _, _, item in self._learning]
-        usual, blocks = learn(residuals, quick, times, -self.residuals.nominal)
+        usual, blocks = learn(residuals, quick, times, np.where(self.residuals.free, 0.0, -self.residuals.nominal))
         if not self._centred:
             self._centred = True
             self._theta = self.residuals.nominal + usual.theta
@@ -195,7 +239,11 @@ class Watch:
         self._learning = []
         self._usual, self._theta = usual, self.residuals.nominal + usual.theta
         self._noise = _NoiseTest(np.array([block.left for block in blocks]), self._block_time)
-        self._test = ChangeTest(usual, self._block_time, self.size // self._like, self.residuals.nominal)
+        self._test = ChangeTest(usual, self._block_time, self.size // self._like, self.residuals.nominal, self.residuals.free)
+        if self._reference is None:
+            self._reference = usual
+            self._reference_values = self.values
+            self._course = self._new_course(usual)
         largest, moved = 0.0, 0.0
         for number, block in enumerate(blocks):
             self._test.take(block)
@@ -208,6 +256,8 @@ class Watch:
     def _move(self) -> None:
         """Go on with the simulation at the uncertain values that were found; until it has got there nothing is judged."""
         by = self.residuals.move(self._theta)
+        if self._plain is not None:
+            self._plain.follow(self.residuals)
         if self._test is not None:
             self._test.move(by)
         if np.any(by):
@@ -241,11 +291,14 @@ class Watch:
         before, self._theta = self._theta, self.residuals.nominal + found.theta
         if stepped:
             moved = np.abs(self._theta - before)
-            if len(self.absorbed) < 1000 and moved.max(initial=0.0) > _FAR:
-                self.absorbed.append((self._time, self.residuals.parameters[int(np.argmax(moved))]))
+            likeliest = int(np.argmax(moved / found.deviations)) if len(moved) else 0
+            if moved.max(initial=0.0) > _FAR:
+                name = self.residuals.parameters[likeliest]
+                self.moved.append(Moved(self._time, found.moved_at, name, float(before[likeliest]), float(self._theta[likeliest])))
             self._chain.take(found.moved_at)
             self._test.forget_before(found.moved_at)
-        if np.abs(found.theta).max(initial=0.0) > _FAR and found.power > _SEEN:
+        if np.abs(found.theta[~self.residuals.free]).max(initial=0.0) > _FAR and found.power > _SEEN:
+            self._theta[self.residuals.free] = self.residuals.nominal[self.residuals.free]
             self._move()
             self._test.forget_before(self._time)
 
@@ -258,6 +311,7 @@ class Watch:
         if self._held is None:
             earlier = [theta for time, theta in self._before if time <= begun - _BETWEEN]
             self._held = earlier[-1] if earlier else self._theta.copy()
+        self._course = None
         self.relearn()
         return told
 
@@ -270,17 +324,25 @@ class Watch:
         """Judge and learn nothing until :meth:`go_on`: what changed is not known yet."""
         self._paused = True
 
-    def go_on(self, residuals: ResidualStream | None = None, *, keep_first: bool = False) -> None:
+    def go_on(
+        self, residuals: ResidualStream | None = None, plain: ResidualStream | None = None, new: FloatArray | None = None, *,
+        as_changed: bool = False,
+    ) -> None:  # fmt: skip
         """Go on from the changed state: with the ``residuals`` of a model that holds what changed, or of the same model.
 
-        What is usual is learnt anew. ``keep_first`` simulates the first model further, against which :meth:`excess` is measured.
+        What is usual is learnt anew. The values are followed against what the machine showed before, or, where it is taken
+        ``as_changed``, against what is learnt next. ``new`` (parameters,) is how large followed effects are [scales] that are new.
         """
         self._paused = False
+        self._new = self._new if new is None else new
+        if as_changed:
+            self._reference = None
         if residuals is not None:
-            if self._first_model is None and keep_first:
-                self._first_model = self.residuals
-            self.residuals = residuals
+            self.residuals, self._plain = residuals, plain
             self._theta = np.zeros(len(residuals.parameters))
+            self._before.clear()
+            self._held, self._base, self._first = None, None, []
+            self._excess = np.zeros(len(residuals.compare))
             self._settled_at = max(self._settled_at, self._time + SETTLE)
         self.relearn()
 

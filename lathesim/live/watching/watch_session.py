@@ -18,8 +18,9 @@ from lathesim.live.sources.file_source import FileSource
 from lathesim.live.sources.sample_clock import SampleClock, Stretch
 from lathesim.live.sources.samples import Block, LiveError, Source
 from lathesim.live.watching.background_diagnosis import Verdict, Window, diagnose_window
-from lathesim.live.watching.drift_course import DriftCourse
 from lathesim.live.watching.event import Event
+from lathesim.live.watching.followed_sizes import followed_sizes, scales
+from lathesim.live.watching.following import Following
 from lathesim.live.watching.going_on import with_named
 from lathesim.live.watching.known_effects import KnownEffects
 from lathesim.live.watching.residual_stream import ResidualStream
@@ -33,8 +34,6 @@ _ANSWER = 45.0
 _LEAST = 200
 """Samples of a window that are worth a diagnosis."""
 _FOR_THE_PERIOD = 20
-_MINUTE = 60.0
-"""Seconds between two sentences about the same uncertain value."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +65,7 @@ class WatchSession:
         self, prepared: Prepared, registry: Registry, source: Source, settings: WatchSettings, tell: Callable[[Event], None]
     ) -> None:
         self._prepared, self._registry, self._source, self._settings, self._tell = prepared, registry, source, settings, tell
+        self._first = prepared
         recordings = prepared.case.lesson.settings.recordings
         if recordings is None or not recordings.drive or not recordings.compare:
             place = str(prepared.case.lesson.path)
@@ -78,11 +78,10 @@ class WatchSession:
         self._raw: deque[tuple[float, FloatArray]] = deque()
         self._windows: list[_Pending] = []
         self._tasks: set[asyncio.Task[None]] = set()
-        self._drifts: list[DriftCourse] = []
+        self._following: Following | None = None
+        self._drifting: Alarm | None = None
         self._number = 0
         self._learnt = False
-        self._values_seen = 0
-        self._values_told: dict[str, float] = {}
         self._end = 0.0
         self.alarms = 0
 
@@ -151,8 +150,32 @@ class WatchSession:
         own = self._prepared.plan.assembly.sample_period
         period = own * max(1, round(period / own))
         self._clock = SampleClock(period)
-        residuals = ResidualStream(self._prepared, self._drive, compare, period)
-        self._watch = Watch(residuals, period, learn=self._settings.learn, block=self._settings.block)
+        residuals, plain = self._simulations(compare, period)
+        self._watch = Watch(residuals, period, learn=self._settings.learn, block=self._settings.block, plain=plain)
+        self._follow()
+
+    def _simulations(self, compare: Sequence[str], period: float) -> tuple[ResidualStream, ResidualStream | None]:
+        """Return the machine with the sizes of its effects followed, and, where a tolerance asks what they do, the lesson's first one."""
+        followed = scales(followed_sizes(self._prepared, self._registry))
+        residuals = ResidualStream(self._prepared, self._drive, compare, period, followed=followed)
+        if not followed or not self._settings.tolerance:
+            return residuals, None
+        first = scales(followed_sizes(self._first, self._registry))
+        return residuals, ResidualStream(self._first, self._drive, compare, period, followed=first, plain=True)
+
+    def _new(self, residuals: ResidualStream) -> FloatArray:
+        """Return how large the followed effects are that the lesson did not have at first [scales], (parameters,)."""
+        first, sizes = followed_sizes(self._first, self._registry), followed_sizes(self._prepared, self._registry)
+        return np.array([
+            (sizes[name].value - sizes[name].neutral) / residuals.scales[name] if free and name not in first else 0.0
+            for name, free in zip(residuals.parameters, residuals.free, strict=True)
+        ])  # fmt: skip
+
+    def _follow(self) -> None:
+        """Follow the values of the simulation as it is now."""
+        assert self._watch is not None
+        sizes = followed_sizes(self._prepared, self._registry)
+        self._following = Following(self._watch, sizes, self._known, self._settings.tolerance, self._following)
 
     def _judge(self, block: Block) -> None:
         assert self._clock is not None
@@ -181,22 +204,33 @@ class WatchSession:
 
     def _alarm(self, alarm: Alarm) -> None:
         assert self._watch is not None
-        self.alarms += 1
+        assert self._following is not None
         self._learnt = False
-        when = "has drifted" if alarm.drift else "has changed"
-        sentence = (
-            f"t = {alarm.time:.1f} s: {alarm.channel} {when} since t = {alarm.begun:.1f} s{self._where(alarm.begun)}, {alarm.state}, "
-            f"by {alarm.size:.1f} usual deviations or more."
-        )
-        data = {"since_s": alarm.begun, "channel": alarm.channel, "state": alarm.state, "deviations": alarm.size}
-        self._tell(Event(alarm.kind, alarm.time, sentence, data))
+        goes_on = self._drifting
+        if goes_on is not None and (alarm.drift or (alarm.channel, alarm.state) == (goes_on.channel, goes_on.state)):
+            sentence = (
+                f"t = {alarm.time:.1f} s: the drift since t = {goes_on.begun:.1f} s goes on: {alarm.channel}, {alarm.state}, "
+                f"by {alarm.size:.1f} usual deviations or more."
+            )
+            data = {"since_s": goes_on.begun, "channel": alarm.channel, "state": alarm.state, "deviations": alarm.size, "grown": []}
+            self._tell(Event("growth", alarm.time, sentence, data))
+        else:
+            self.alarms += 1
+            when = "has drifted" if alarm.drift else "has changed"
+            sentence = (
+                f"t = {alarm.time:.1f} s: {alarm.channel} {when} since t = {alarm.begun:.1f} s{self._where(alarm.begun)}, {alarm.state}, "
+                f"by {alarm.size:.1f} usual deviations or more."
+            )
+            data = {"since_s": alarm.begun, "channel": alarm.channel, "state": alarm.state, "deviations": alarm.size}
+            self._tell(Event(alarm.kind, alarm.time, sentence, data))
+            self._drifting = alarm if alarm.drift else None
+        self._following.alarmed(alarm.drift)
         if self._settings.diagnose:
             begin = diagnosis_begin(alarm, self._settings.window)
             end = begin + self._settings.window * (1 + self._settings.validation_windows)
-            self._windows.append(_Pending(begin, end, alarm))
+            since = alarm.begun if self._drifting is None else self._drifting.begun
+            self._windows.append(_Pending(begin, end, since, alarm))
             self._watch.pause()
-        if alarm.drift and not self._drifts:
-            self._drifts = [DriftCourse(channel, tolerance) for channel, tolerance in self._settings.tolerance.items()]
 
     def _after(self, stretch: Stretch) -> None:
         """Report what is known now: learnt values, values that moved, windows that are whole, drifts that go on."""
@@ -206,20 +240,12 @@ class WatchSession:
             off = ", ".join(f"{name} {value:+.1f}" for name, value in self._watch.values.items())
             sentence = f"t = {self._end:.1f} s: what is usual is learnt; uncertain values are off by {off} standard deviations."
             self._tell(Event("learnt", self._end, sentence, {"values": self._watch.values}))
-        for time, name in self._watch.absorbed[self._values_seen :]:
-            if time - self._values_told.get(name, -np.inf) < _MINUTE:
-                continue
-            self._values_told[name] = time
-            sentence = f"t = {time:.1f} s: {name} moved, within what the lesson calls uncertain."
-            self._tell(Event("values", time, sentence, {"parameter": name}))
-        self._values_seen = len(self._watch.absorbed)
         for pending in [item for item in self._windows if self._end >= item.end]:
             self._windows.remove(pending)
             self._diagnose(pending)
-        for drift in self._drifts:
-            told = drift.take(self._watch, self._end)
-            if told is not None:
-                self._tell(told)
+        assert self._following is not None
+        for event in self._following.news(self._end):
+            self._tell(event)
 
     def _close_windows(self) -> None:
         """Diagnose what is there of the windows that the end of the source cut."""
@@ -244,28 +270,29 @@ class WatchSession:
         validation = Window(pending.begin, period, signals, further) if further.shape[1] >= _LEAST else None
         self._number += 1
         window = Window(pending.begin, period, signals, whole)
-        task = asyncio.ensure_future(self._verdict(pending.alarm, window, validation, self._number))
+        task = asyncio.ensure_future(self._verdict(pending, window, validation, self._number))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _verdict(self, alarm: Alarm, window: Window, validation: Window | None, number: int) -> None:
+    async def _verdict(self, pending: _Pending, window: Window, validation: Window | None, number: int) -> None:
         folder = self._settings.folder
         try:
             verdict = await diagnose_window(
-                self._prepared, window, validation, folder, number, self._settings.patience, self._settings.plugins
+                self._prepared, self._known.texts(), window, validation, folder, number, self._settings.patience, self._settings.plugins
             )
         except (LatheSimError, OSError) as error:
             verdict = Verdict({}, f"it could not be made: {error}")
-        until = window.begin + window.values.shape[1] * window.period if alarm.drift else alarm.begun
+        until = window.begin + window.values.shape[1] * window.period if self._drifting is not None else pending.since
         names = verdict.answer.get("verdict") in NAMING
-        grown = self._known.grown(verdict.answer, alarm.begun, until) if names else []
+        grown = self._known.grown(verdict.answer, pending.since, until) if names else []
         self._tell(told_verdict(verdict, window.begin, grown, folder / f"watch_{number}.json"))
+        self._drifting = None if names else self._drifting
         self._go_on(self._with_named(verdict, folder / f"watch_{number}_goes_on.yaml") if names else None)
 
     def _with_named(self, verdict: Verdict, place: Path) -> Prepared | None:
         """Return the machine with what was named; None, and a sentence, where it cannot be put in."""
         try:
-            return with_named(self._prepared, verdict.answer, self._registry, place)
+            return with_named(self._prepared, verdict.answer, self._known, self._registry, place)
         except (LatheSimError, OSError) as error:
             self._tell(Event("continued", self._end, f"What was named cannot be put into the lesson: {error}", {"lesson": None}))
             return None
@@ -275,12 +302,13 @@ class WatchSession:
         assert self._watch is not None
         assert self._clock is not None
         if changed is None:
-            self._watch.go_on()
+            self._watch.go_on(as_changed=self._drifting is None)
             self._tell(Event("continued", self._end, f"t = {self._end:.1f} s: watching goes on from the changed state.", {"lesson": None}))
             return
         self._prepared = changed
-        residuals = ResidualStream(changed, self._drive, self._watch.residuals.compare, self._clock.period)
-        self._watch.go_on(residuals, keep_first=bool(self._settings.tolerance))
+        residuals, plain = self._simulations(self._watch.residuals.compare, self._clock.period)
+        self._watch.go_on(residuals, plain, self._new(residuals))
+        self._follow()
         place = changed.case.lesson.path
         sentence = f"t = {self._end:.1f} s: watching goes on with that in the simulation ({place})."
         self._tell(Event("continued", self._end, sentence, {"lesson": str(place)}))
@@ -308,10 +336,11 @@ class WatchSession:
 
 @dataclass(frozen=True)
 class _Pending:
-    """A window that is still being filled, and the alarm that asked for it."""
+    """A window that is still being filled, since when it is about something, and the alarm that asked for it."""
 
     begin: float
     end: float
+    since: float
     alarm: Alarm
 
 

@@ -53,7 +53,7 @@ def run_case(case: Case, patience: float) -> dict[str, Any]:
 
     def tell(event: Event) -> None:
         events.append(event)
-        if event.kind in ("verdict", "growth"):
+        if "verdict" in event.data:
             children.append(_children())
             spent.append(children[-1] - children[-2])
 
@@ -67,7 +67,7 @@ def run_case(case: Case, patience: float) -> dict[str, Any]:
         asyncio.run(session.run(asyncio.Event()))
     watched = time.process_time() - begun
     told = [{"event": event.kind, "time_s": event.time, **event.data} for event in events if event.kind != "learnt"]
-    verdicts = [item for item in told if item["event"] in ("verdict", "growth")]
+    verdicts = [item for item in told if "verdict" in item]
     return {
         "case": asdict(case),
         "truth": {"channel": stream.channel, "tolerance": stream.tolerance, "reached_s": stream.reached},
