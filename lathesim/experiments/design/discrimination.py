@@ -5,10 +5,15 @@ make the recording read, with the machine's uncertain values free within what th
 
     T(a, b) = min over p of  |W (y_a - y_b(p))|^2 + sum ((p - given)/deviation)^2
 
-The logarithm of the ratio of likelihoods is then about normal, N(T/2, T). A run decides for a against b where that logarithm is above
-``DECIDES`` and above the share of what a explains at all, T(a, nothing)/2, below which a diagnosis calls two explanations tied: a model is
-never quite right. A program is worth the chance that it decides, less the price of its seconds.
-Source: Atkinson, Fedorov, Biometrika 62 (1975), 57; Lindley, Ann. Math. Statist. 27 (1956), 986.
+A diagnosis estimates its noise, so that n values with a share k of T in them raise the logarithm of the likelihood by
+
+    G(T) = n/2 ln(1 + k T/n)
+
+A run decides for a against b where G(T(a, b)) is above ``DECIDES`` and above the share of G(T(a, nothing)), what a explains at all, below
+which a diagnosis calls two explanations tied: a model is never quite right. How far above is known to a factor, so the chance is
+Phi(ln(gained/needed)/spread). A program is worth the chance that it decides, less the price of its seconds.
+Source: Atkinson, Fedorov, Biometrika 62 (1975), 57; Lindley, Ann. Math. Statist. 27 (1956), 986; Seber, Wild, Nonlinear Regression (1989),
+section 2.1 (likelihood with the variance estimated).
 """
 
 from __future__ import annotations
@@ -17,44 +22,43 @@ import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from lathesim.diagnosis.method import STANDARD
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.design.laying import Laid
+from lathesim.experiments.design.refit import Descent, linear_refit, starts_alike, steps_of
 from lathesim.experiments.design.rivals import NOTHING, Rival
 from lathesim.experiments.design.scene import Scene
-from lathesim.identification.records.candidate import Candidate as Term
 
 DECIDES = 3.4
 """Logarithm of the likelihood ratio from which on a run decides: 30 to 1."""
-_EFFICIENCY = 2e-5
-"""Share of T that a diagnosis makes use of: the noise of a machine is more than what its sensors cannot resolve. Calibrated on fourteen
-sealed cases of lesson 12: at T from 9.7e5 on ten of twelve were named, at 2.2e5 and below none of two; half decide at 3.4e5."""
-_BEYOND = 10.0
-"""Ranges beyond its usual bounds to which a rival may go when it is refitted: an unusual size is no proof against it."""
+_EFFICIENCY = 1e-2
+"""Share of T that a diagnosis makes use of: the noise of a machine is more than what its sensors cannot resolve. Calibrated on nine sealed
+cases: at T from 6.7e4 on all were told, one of them with 0.2 % of what its effect explains, and none at T of 100 and below."""
+_SPREAD = 1.0
+"""Standard deviation of the logarithm of what a run gains over what is needed: sizes, noise and loads are not known; assumed."""
 _ALL_BUT_SURE = 2.054
 """Standard normal deviation below which 98 % lie."""
+_SURE = 2.6
+"""Standard normal deviation below which 99.5 % lie."""
+_LOGARITHM_OF_ALL = 600.0
+"""Largest argument of an exponential that is still a number."""
 NESTED = (_ALL_BUT_SURE + math.sqrt(_ALL_BUT_SURE**2 + 2.0 * DECIDES)) ** 2
 """T below which a rival does what another one does: where T/2 - DECIDES = 2.054 sqrt(T), so that even a likelihood that knows the noise
 fails to decide in 2 % of the runs."""
 PRICE = 0.005
 """What a second of program costs, as a share of a decision; assumed."""
-_STEP = 0.25
-"""Step of the slopes, in standard deviations or as a share of a size: large against rounding, small against curvature."""
-_FINER, _FINEST = 0.2, 0.01
-"""By how much the steps of the slopes shrink from round to round of a refit, and to which share at most; assumed."""
-_FURTHEST = 6.0
-"""Standard deviations by which an uncertain value may be off when a rival is refitted."""
-_WORTH_A_ROUND = 0.05
-"""Share of T that a round of a refit must gain to be followed by another; assumed."""
-_HELD = 1e3
-"""Largest number of noise levels that counts of one stretch: beyond, no more is told."""
 
 
 Places = dict[tuple[int, int], tuple[int, list[tuple[int, float]]]]
 """(rival, draw) -> its row, and the (value, step) of the rows behind it, one for each slope."""
+
+
+Ends = dict[tuple[int, int, int], FloatArray]
+"""(true rival, other rival, draw) -> the values at which the other one is most like the true one."""
 
 
 @dataclass(frozen=True)
@@ -92,24 +96,60 @@ class Conditions:
     steady_floor: bool = True
 
 
-def chance_to_decide(apart: FloatArray, explained: FloatArray | float = 0.0) -> FloatArray:
+def gained(apart: FloatArray, values: int) -> FloatArray:
+    """Return by how much [nats] a likelihood that estimates its noise tells rivals ``apart`` (T) with so many ``values``."""
+    return np.asarray(0.5 * values * np.log1p(_EFFICIENCY * np.asarray(apart) / values))
+
+
+def needed(explained: FloatArray, values: int) -> FloatArray:
+    """Return what a run must gain [nats] to decide, where the true rival explains so much (T)."""
+    return np.maximum(DECIDES, STANDARD.selection.tie_share * gained(explained, values))
+
+
+def chance_to_decide(apart: FloatArray, explained: FloatArray, values: int) -> FloatArray:
     """Return the chance that a run decides where rivals are ``apart`` (T) and the true one explains as much as ``explained`` (T)."""
     from scipy.special import ndtr
 
-    usable = np.maximum(_EFFICIENCY * apart, 1e-12)
-    needed = np.maximum(DECIDES, STANDARD.selection.tie_share * _EFFICIENCY * np.asarray(explained) / 2.0)
-    return np.asarray(ndtr((usable / 2.0 - needed) / np.sqrt(usable)))
+    gain = np.maximum(gained(apart, values), 1e-12)
+    return np.asarray(ndtr(np.log(gain / needed(explained, values)) / _SPREAD))
 
 
-def worths(scene: Scene, programs: Sequence[Laid], floors: FloatArray, draws: int, conditions: Conditions, refits: int = 0) -> list[Worth]:
-    """Return what programs are worth: all their runs are one batch; ``refits`` further rounds follow the rivals where they bend."""
+def worths(scene: Scene, programs: Sequence[Laid], floors: FloatArray, draws: int, conditions: Conditions) -> list[Worth]:
+    """Return what programs are worth where rivals are refitted along slopes: all their runs are one batch."""
+    held = [_Held.of(scene, program, floors, conditions) for program in programs]
+    rows, where = _rows(scene, draws if conditions.average else 1)
+    found = scene.readings(programs, [rows] * len(programs))
+    scaled = [item.levels(readings).reshape(len(readings), -1) for item, readings in zip(held, found, strict=True)]
+    return [item.worth(*item.by_slopes(values, rows, where)[:2], values.shape[1]) for item, values in zip(held, scaled, strict=True)]
+
+
+def refitted_worth(
+    scene: Scene, program: Laid, floors: FloatArray, draws: int, conditions: Conditions, rounds: int, at_least: Callable[[Worth], bool]
+) -> Worth | None:
+    """Return what a program is worth where ``rounds`` follow the rivals where they bend; None once it cannot be ``at_least`` that good.
+
+    A refit makes T smaller, so what is not followed yet stands for the best that can come of it.
+    """
+    held = _Held.of(scene, program, floors, conditions)
     used = draws if conditions.average else 1
     rows, where = _rows(scene, used)
-    found = scene.readings(programs, [rows] * len(programs))
-    return [
-        _worth(scene, program, readings, rows, where, used, floors, conditions, refits)
-        for program, readings in zip(programs, found, strict=True)
-    ]
+    scaled = held.levels(scene.readings([program], [rows])[0]).reshape(len(rows), -1)
+    apart, explained, starts = held.by_slopes(scaled, rows, where)
+    if not conditions.refit:
+        return held.worth(apart, explained, scaled.shape[1])
+    for a, b, draw in sorted(starts, key=lambda place: float(apart[place])):
+        settled = _settled(explained[a, draw], scaled.shape[1])
+        descent = Descent(scene, program, scaled[where[a, draw][0]], scene.rivals[b], held.levels, 0.1 * NESTED, settled)
+        best = np.inf
+        for start in (starts[a, b, draw], *starts_alike(scene, a, b, draw)):
+            best = min(best, descent.followed(start, rounds)[0])
+            if best < 0.1 * NESTED:
+                break
+        apart[a, b, draw] = best
+        found = held.worth(apart, explained, scaled.shape[1])
+        if not at_least(found):
+            return None
+    return found
 
 
 def _sound(draws: int) -> Rival:
@@ -124,7 +164,7 @@ def _rows(scene: Scene, draws: int) -> tuple[FloatArray, Places]:
     for number, rival in enumerate((*scene.rivals, _sound(draws))):
         for draw in range(draws):
             base = scene.values(rival, rival.sizes[draw])
-            steps = _steps(scene, rival, base)
+            steps = steps_of(scene, rival, base)
             where[number, draw] = (len(rows), steps)
             rows.append(base)
             for column, step in steps:
@@ -134,205 +174,50 @@ def _rows(scene: Scene, draws: int) -> tuple[FloatArray, Places]:
     return np.array(rows), where
 
 
-def _steps(scene: Scene, rival: Rival, base: FloatArray) -> list[tuple[int, float]]:
-    """Return which values are refitted for a rival, with the step of each slope."""
-    steps = [(place, _STEP * float(size)) for place, size in enumerate(scene.deviation)]
-    if rival.term is None:
-        return steps
-    for place, column in enumerate(scene.columns(rival)):
-        low, high = float(rival.term.low[place]), float(rival.term.high[place])
-        spread = float(rival.term.usual[place] - rival.term.least[place])
-        step = _STEP * (abs(base[column]) or abs(spread) or 1.0)
-        steps.append((column, step if base[column] + step <= high else -min(step, base[column] - low)))
-    return [(column, step) for column, step in steps if step != 0.0]
+@dataclass(frozen=True)
+class _Held:
+    """A program with how its readings count: its rivals held against each other."""
 
+    scene: Scene
+    program: Laid
+    levels: Callable[[FloatArray], FloatArray]
+    conditions: Conditions
 
-def _worth(
-    scene: Scene, program: Laid, readings: FloatArray, rows: FloatArray, where: Places, draws: int, floors: FloatArray,
-    conditions: Conditions, refits: int,
-) -> Worth:  # fmt: skip
-    count = len(scene.rivals)
-    levels = functools.partial(scene.in_noise_levels, program=program, floors=floors, steady=conditions.steady_floor)
-    scaled = levels(readings).reshape(len(readings), -1)
-    apart, explained = np.zeros((count, count, draws)), np.zeros((count, draws))
-    for a in range(count):
-        for draw in range(draws):
+    @classmethod
+    def of(cls, scene: Scene, program: Laid, floors: FloatArray, conditions: Conditions) -> _Held:
+        """Return a program with its noise levels."""
+        levels = functools.partial(scene.in_noise_levels, program=program, floors=floors, steady=conditions.steady_floor)
+        return cls(scene, program, levels, conditions)
+
+    def by_slopes(self, scaled: FloatArray, rows: FloatArray, where: Places) -> tuple[FloatArray, FloatArray, Ends]:
+        """Return T (a, b, draws), T of each rival against the machine without it (a, draws), and the values each refit ends at."""
+        count, draws = len(self.scene.rivals), len(where) // (len(self.scene.rivals) + 1)
+        refit = functools.partial(linear_refit, self.scene, scaled, refitted=self.conditions.refit, rows=rows)
+        apart, explained, ends = np.zeros((count, count, draws)), np.zeros((count, draws)), {}
+        for a, draw in product(range(count), range(draws)):
             truth = scaled[where[a, draw][0]]
-            explained[a, draw] = _refitted(scene, scaled, truth, rows, where[count, draw], conditions)[0]
-            for b in range(count):
-                if a != b:
-                    starts = [_refitted(scene, scaled, truth, rows, where[b, other], conditions) for other in range(draws)]
-                    best = min(starts, key=lambda pair: pair[0])
-                    if refits and conditions.refit:
-                        alike = [(np.inf, row) for row in _alike(scene, a, b, draw)]
-                        ends = [_followed(scene, program, truth, b, start, levels, refits) for start in (best, *alike)]
-                        best = min(ends, key=lambda pair: pair[0])
-                    apart[a, b, draw] = best[0]
-    apart = _by_simplicity(apart)
-    decided = chance_to_decide(apart, explained[:, None, :])
-    chances = np.array([np.delete(decided[a], a, axis=0).min(axis=0) for a in range(count)])
-    return Worth(float(chances.mean()), tuple(float(row.mean()) for row in chances), apart, explained, decided, program.seconds)
+            explained[a, draw] = refit(truth=truth, place=where[count, draw])[0]
+            for b in (number for number in range(count) if number != a):
+                starts = [refit(truth=truth, place=where[b, other]) for other in range(draws)]
+                apart[a, b, draw], ends[a, b, draw] = min(starts, key=lambda pair: pair[0])
+        return apart, explained, ends
+
+    def worth(self, apart: FloatArray, explained: FloatArray, values: int) -> Worth:
+        """Return what the program is worth with rivals that far apart."""
+        far = _by_simplicity(apart)
+        decided = chance_to_decide(far, explained[:, None, :], values)
+        chances = np.array([np.delete(decided[a], a, axis=0).min(axis=0) for a in range(len(decided))])
+        by_rival = tuple(float(row.mean()) for row in chances)
+        return Worth(float(chances.mean()), by_rival, far, explained.copy(), decided, self.program.seconds)
+
+
+def _settled(explained: FloatArray, values: int) -> float:
+    """Return T from which on a run decides all but surely, where the true rival explains so much (T)."""
+    gain = float(needed(explained, values)) * math.exp(_SURE * _SPREAD)
+    return values / _EFFICIENCY * math.expm1(min(2.0 * gain / values, _LOGARITHM_OF_ALL))
 
 
 def _by_simplicity(apart: FloatArray) -> FloatArray:
     """Return T with that of the other way round where one rival holds the other as a special case: of two that fit, the simpler counts."""
     other = apart.transpose(1, 0, 2)
     return np.asarray(np.where(apart < NESTED, np.maximum(apart, other), apart))
-
-
-def _refitted(
-    scene: Scene, scaled: FloatArray, truth: FloatArray, rows: FloatArray, place: tuple[int, list[tuple[int, float]]],
-    conditions: Conditions,
-) -> tuple[float, FloatArray]:  # fmt: skip
-    """Return T after a linear refit of a rival, and the values that it ends at."""
-    first, steps = place
-    base = scaled[first]
-    row = rows[first]
-    difference = np.nan_to_num(truth - base, nan=_HELD)
-    if not conditions.refit or not steps:
-        return _held_power(difference), row
-    slopes = np.array([(scaled[first + 1 + number] - base) / step for number, (_, step) in enumerate(steps)]).T
-    shift, cost = _least(scene, slopes, difference, steps, row)
-    moved = row.copy()
-    for (column, _), amount in zip(steps, shift, strict=True):
-        moved[column] += amount
-    return cost, moved
-
-
-def _alike(scene: Scene, a: int, b: int, draw: int) -> list[FloatArray]:
-    """Return values at which a rival is as much like another one as the names of its parameters allow: where one effect holds the other
-    as a special case, or both have a pitch and a phase, no descent from elsewhere finds that. Phases are also turned by half a turn:
-    one effect may count as a push what the other counts as a drag."""
-    first, second = scene.rivals[a], scene.rivals[b]
-    row = scene.values(second, second.sizes[draw])
-    if first.term is None or second.term is None:
-        if second.term is not None:
-            row[scene.columns(second)] = second.term.neutral
-        return [row]
-    own = _carried_over(first.term, second.term, first.sizes[draw])
-    for place, column in enumerate(scene.columns(second)):
-        item = second.term.parameters[place].partition(".")[2]
-        neutral = second.term.effect.neutral.get(item)
-        if item in own:
-            row[column] = min(max(own[item], float(second.term.low[place])), float(second.term.high[place]))
-        elif neutral is not None:
-            row[column] = neutral
-    phases = [scene.columns(second)[place] for place, name in enumerate(second.term.parameters) if name.endswith("phase")]
-    if not phases:
-        return [row]
-    turned = row.copy()
-    turned[phases] += np.where(turned[phases] > 0.0, -np.pi, np.pi)
-    return [row, turned]
-
-
-def _carried_over(first: Term, second: Term, sizes: FloatArray) -> dict[str, float]:
-    """Return what the sizes of the first would be as parameters of the second: by name, else in order, where the units agree."""
-    units, values = [], {}
-    for term in (first, second):
-        names = [name.partition(".")[2] for name in term.parameters]
-        units.append({name: term.effect.declarations[name].unit for name in names})
-    for name, size in zip(units[0], sizes, strict=True):
-        values[name] = float(size)
-    spare = [name for name in units[0] if units[1].get(name) != units[0][name]]
-    found = {name: values[name] for name in units[0] if name not in spare}
-    for name in units[1]:
-        alike = next((other for other in spare if units[0][other] == units[1][name]), None) if name not in found else None
-        if alike is not None:
-            found[name] = values[alike]
-            spare.remove(alike)
-    return found
-
-
-def _least(
-    scene: Scene, slopes: FloatArray, difference: FloatArray, steps: Sequence[tuple[int, float]], row: FloatArray
-) -> tuple[FloatArray, float]:
-    """Return the shift of the values with the least sum of squares, and that sum; rivals' sizes are kept near where slopes hold.
-
-    An uncertain value stays within six standard deviations: beyond, what the lesson says of it counts more than ``NESTED`` by itself.
-    """
-    from scipy.optimize import lsq_linear
-
-    count = len(steps)
-    pull, offset = np.zeros((count, count)), np.zeros(count)
-    low, high = np.full(count, -np.inf), np.full(count, np.inf)
-    uncertain = len(scene.uncertain)
-    for number, (column, step) in enumerate(steps):
-        width = float(scene.deviation[column]) if column < uncertain else 4.0 * abs(step)
-        pull[number, number] = 1.0 / width
-        if column < uncertain:
-            off = row[column] - scene.given[column]
-            offset[number] = -off / width
-            low[number], high[number] = min(-_FURTHEST * width - off, -1e-9 * width), max(_FURTHEST * width - off, 1e-9 * width)
-    stacked = np.vstack([np.nan_to_num(slopes), pull])
-    goal = np.concatenate([difference, offset])
-    shift = np.linalg.lstsq(stacked, goal, rcond=None)[0]
-    if np.any(shift < low) or np.any(shift > high):
-        orthogonal, triangle = np.linalg.qr(stacked)
-        shift = np.asarray(lsq_linear(triangle, orthogonal.T @ goal, (low, high), method="bvls").x)
-    return shift, _held_power(goal - stacked @ shift)
-
-
-def _held_power(difference: FloatArray) -> float:
-    """Return the sum of squares of a difference in noise levels, of which no stretch counts more than ``_HELD``."""
-    return float(np.square(np.clip(difference, -_HELD, _HELD)).sum())
-
-
-def _followed(
-    scene: Scene,
-    program: Laid,
-    truth: FloatArray,
-    rival: int,
-    start: tuple[float, FloatArray],
-    levels: Callable[[FloatArray], FloatArray],
-    rounds: int,
-) -> tuple[float, FloatArray]:
-    """Return T and values at the end of a descent: each round takes slopes where it stands, over ever smaller steps.
-
-    Of the shift, a half and a tenth of it the best end is taken. The descent ends after ``rounds``, where a round gains less than a
-    twentieth, or where the rival does what the other one does.
-    """
-    term = scene.rivals[rival].term
-    columns = scene.columns(scene.rivals[rival])
-    uncertain = len(scene.uncertain)
-
-    def kept(row: FloatArray) -> FloatArray:
-        if term is not None:
-            reach = _BEYOND * (term.high - term.low)
-            row[columns] = np.clip(row[columns], np.where(term.low < 0.0, term.low - reach, term.low), term.high + reach)
-        return row
-
-    def left(scaled: FloatArray, row: FloatArray) -> tuple[FloatArray, float]:
-        length = min(len(scaled), len(truth))
-        difference = np.nan_to_num(truth[:length] - scaled[:length], nan=_HELD)
-        penalty = np.square((row[:uncertain] - scene.given[:uncertain]) / scene.deviation).sum()
-        return difference, _held_power(difference) + float(penalty)
-
-    def run(rows: FloatArray) -> FloatArray:
-        return levels(scene.readings([program], [rows])[0]).reshape(len(rows), -1)
-
-    row = kept(start[1].copy())
-    best = (np.inf, row)
-    for turn in range(rounds):
-        finer = max(_FINEST, _FINER**turn)
-        steps = [(column, finer * step) for column, step in _steps(scene, scene.rivals[rival], row)]
-        scaled = run(np.array([row, *[row + step * (np.arange(len(row)) == column) for column, step in steps]]))
-        difference, cost = left(scaled[0], row)
-        best = min(best, (cost, row), key=lambda pair: pair[0])
-        if cost < 0.1 * NESTED:
-            break
-        slopes = np.array([(scaled[1 + number] - scaled[0])[: len(difference)] / step for number, (_, step) in enumerate(steps)]).T
-        shift, _ = _least(scene, slopes, difference, [(column, step / finer) for column, step in steps], row)
-        moved = []
-        for share in (1.0, 0.5, 0.1):
-            end = row.copy()
-            end[[column for column, _ in steps]] += share * shift
-            moved.append(kept(end))
-        ends = [left(readings, end)[1] for readings, end in zip(run(np.array(moved)), moved, strict=True)]
-        place = int(np.argmin(ends))
-        gains = ends[place] < (1.0 - _WORTH_A_ROUND) * cost
-        if ends[place] < best[0]:
-            best = (ends[place], moved[place])
-        if not gains and finer == _FINEST:
-            break
-        row = moved[place] if ends[place] < cost else row
-    return best

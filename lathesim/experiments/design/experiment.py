@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.experiments.design.discrimination import NESTED, Conditions, Worth, worths
+from lathesim.experiments.design.discrimination import NESTED, Conditions, Worth, refitted_worth, worths
 from lathesim.experiments.design.families import Candidate, candidates
 from lathesim.experiments.design.laying import Laid, lay_those_that_fit, walking_time
 from lathesim.experiments.design.rivals import Named, place_rivals
@@ -33,6 +33,12 @@ _SPARE = 10
 """Programs in reserve for those that the reading of a program refuses."""
 _LOOKED_AT = 8
 """Programs, each family first, in which no rival may drive the machine to a limit; assumed."""
+_OF_TURNED = 2
+"""Programs of cut and spindle for each one that is wanted: half of them do not move what is recorded."""
+_STEPPED = 2
+"""Programs on which coarser steps of the integration are held against the lesson's own; assumed."""
+_SIFTED = 3
+"""One of so many programs goes on from the first draw of the sizes to all of them; assumed."""
 _FINALISTS = 6
 _REFITS = 8
 """Rounds of the refit on the best programs, at most."""
@@ -102,21 +108,25 @@ def design_experiment(
     resolution = {signal.target: signal.resolution for signal in mapping.signals if signal.resolution}
     uncertain = uncertainties(lesson, prepared.plan) if lesson.settings.uncertain else {}
     found = _programs(room, wish)
-    laid = lay_those_that_fit(found, room, wish.at_most)[: wish.candidates]
+    laid = lay_those_that_fit(found, room, wish.at_most)
     rivals = with_sizes_in_reach(assembly, rivals, laid[:_LOOKED_AT], f"{room.interpolator.name}.path")
     scene = Scene(assembly, rivals, channels, uncertain, room, resolution, 1.1 * wish.at_most + 1.0, stop)
-    say(f"{len(rivals)} rivals: {', '.join(rival.name for rival in rivals)}. Trying {len(laid)} programs ...")
     floors = np.max([scene.floors(program) for program in laid[:_LOOKED_AT]], axis=0)
+    laid = (scene.those_that_move(laid, floors) or laid)[: wish.candidates]
+    say(f"{len(rivals)} rivals: {', '.join(rival.name for rival in rivals)}. Trying {len(laid)} programs ...")
+    scene.step_as_coarsely_as_may_be(laid[:_STEPPED], floors, NESTED)
     judged: list[tuple[Laid, Worth]] = []
-    stopped = False
+    tried, stopped = judged, False
     try:
         for first in range(0, len(laid), _BATCH):
             some = laid[first : first + _BATCH]
-            judged += zip(some, worths(scene, some, floors, wish.draws, wish.conditions), strict=True)
+            judged += zip(some, worths(scene, some, floors, 1, wish.conditions), strict=True)
             say(f"  {len(judged)} of {len(laid)} programs; the best decides with a chance of {max(item.chance for _, item in judged):.2f}")
-        best = sorted(judged, key=lambda pair: -_score(pair[1], wish.conditions))[:_FINALISTS]
+        best = sorted(judged, key=lambda pair: -_score(pair[1], wish.conditions))[: max(_FINALISTS, len(judged) // _SIFTED)]
+        some = [program for program, _ in best]
+        tried, judged = judged, list(zip(some, worths(scene, some, floors, wish.draws, wish.conditions), strict=True))
         say("Refitting the rivals to each other on the best programs ...")
-        final = [(program, worths(scene, [program], floors, wish.draws, wish.conditions, _REFITS)[0]) for program, _ in best]
+        final = _finals(scene, judged, floors, wish)
     except KeyboardInterrupt:
         if not judged:
             raise
@@ -126,13 +136,13 @@ def design_experiment(
     ranked = sorted(final, key=lambda pair: -_score(pair[1], wish.conditions))
     program, worth = ranked[0]
     pairs, by_channel, traces = _told_by(scene, program, worth, floors)
-    tried = tuple((item.candidate.title, item.seconds, value.chance) for item, value in judged)
+    told = tuple((item.candidate.title, item.seconds, value.chance) for item, value in tried)
     return Designed(
         lesson,
         scene,
         program,
         worth,
-        tried,
+        told,
         floors,
         pairs,
         by_channel,
@@ -144,11 +154,35 @@ def design_experiment(
     )
 
 
+def _finals(scene: Scene, judged: Sequence[tuple[Laid, Worth]], floors: FloatArray, wish: Wish) -> list[tuple[Laid, Worth]]:
+    """Return the programs that were best after each refit, the last of them the best: a refit only takes from what a program is worth, so
+    the rest is not followed once it cannot be better."""
+    found: list[tuple[Laid, Worth]] = []
+    best = -np.inf
+    for program, slopes in sorted(judged, key=lambda pair: -_score(pair[1], wish.conditions))[:_FINALISTS]:
+        if _score(slopes, wish.conditions) <= best:
+            break
+        limit = best
+        worth = refitted_worth(
+            scene,
+            program,
+            floors,
+            wish.draws,
+            wish.conditions,
+            _REFITS,
+            lambda item: _score(item, wish.conditions) > limit,  # noqa: B023
+        )
+        if worth is not None:
+            found.append((program, worth))
+            best = _score(worth, wish.conditions)
+    return found
+
+
 def _programs(room: Room, wish: Wish) -> list[Candidate]:
     """Return the programs to be tried: those of the axes, and where the lesson turns something those of cut and spindle by turns."""
     walking, count = walking_time(wish.at_most), wish.candidates + _SPARE
     moved = candidates(room, walking, count, wish.seed, arcs=wish.arcs)
-    turned = turned_candidates(room, walking, count, np.random.default_rng([wish.seed, 11]))
+    turned = turned_candidates(room, walking, _OF_TURNED * count, np.random.default_rng([wish.seed, 11]))
     return [item for pair in zip_longest(turned, moved) for item in pair if item is not None] if turned else moved
 
 

@@ -61,6 +61,7 @@ def as_json(found: Designed, foretold: Sequence[Foretold]) -> dict[str, Any]:
             {
                 "rival": rival.name,
                 "chance_to_decide": _rival_chance(found, foretold, number),
+                "apart": float(np.median(np.delete(found.worth.apart[number], number, axis=0).min(axis=0))),
                 "explains": float(np.median(found.worth.explained[number])),
                 "verdict": next((item.verdict for item in foretold if item.rival == rival.name), None),
                 "named": next((list(item.named) for item in foretold if item.rival == rival.name), []),

@@ -9,6 +9,9 @@ from dataclasses import dataclass, field
 from lathesim.experiments.design.room import Room
 from lathesim.program.dialects import DIALECTS
 
+_IDLE_WAY = 5e-3
+"""How far an idle axis goes while the others rest [m]; assumed."""
+
 
 @dataclass(frozen=True)
 class Move:
@@ -82,7 +85,7 @@ def _rest(seconds: float, room: Room, standing: dict[str, float]) -> list[str]:
         return [f"G4 {letter}{_number(seconds / unit)}"]
     if room.idle is None:
         return []
-    way = 5e-3
+    way = round(min(_IDLE_WAY, room.feed * seconds), 7)
     target = room.idle.start if standing[room.idle.letter] != room.idle.start else room.idle.start + way
     standing[room.idle.letter] = target
     shown = _shown(room.idle.letter, target, dialect.x_is_diameter)

@@ -16,7 +16,7 @@ from lathesim.experiments.design.families import Candidate
 from lathesim.experiments.design.laying import Laid, lay_candidate
 from lathesim.experiments.design.rivals import Rival
 from lathesim.experiments.design.room import Room
-from lathesim.experiments.design.sizes_in_reach import shown_lags
+from lathesim.experiments.design.sizes_in_reach import counts_of, shown_lags
 from lathesim.experiments.replica import given_values
 from lathesim.identification.signal.resolution import channel_floor
 
@@ -24,19 +24,6 @@ _ROWS = 1200
 """Mean values of a recording that are compared for each channel; a finer look costs time and tells little more; assumed."""
 _STEADY = 0.1
 """Share of a floor by which all readings of a channel may be off together: what no model follows; assumed."""
-
-
-def _counts(assembly: Assembly) -> dict[str, float]:
-    """Return ``part.parameter`` -> what one count of each sensor is worth [SI]."""
-    found = {}
-    for part in assembly.parts:
-        ports = part.component.ports
-        if "measured" in ports and "resolution" in ports:
-            declared = part.component.declarations[ports["resolution"]]
-            size = float(part.parameters.get(ports["resolution"], getattr(declared, "default", 0.0)))
-            if size > 0.0 and getattr(declared, "low", 1.0) <= 0.0:
-                found[f"{part.name}.{ports['resolution']}"] = size
-    return found
 
 
 def _unrounded(assembly: Assembly, counts: Mapping[str, float]) -> Assembly:
@@ -62,7 +49,7 @@ class Scene:
     ) -> None:  # fmt: skip
         self.rivals, self.channels, self.room, self.stop = tuple(rivals), tuple(channels), room, stop
         self.path_name = f"{room.interpolator.name}.path"
-        self.rounding = _counts(assembly)
+        self.rounding = counts_of(assembly)
         machine = dataclasses.replace(_unrounded(assembly, self.rounding), finish="", record=self.channels)
         self.period = machine.sample_period
         self.plan = wire(machine)
@@ -89,12 +76,32 @@ class Scene:
         row[self.columns(rival)] = sizes
         return row
 
+    def step_as_coarsely_as_may_be(self, programs: Sequence[Laid], floors: FloatArray, small: float) -> None:
+        """Take the fewest steps a sample with which no rival's run differs from that at the lesson's step by ``small`` (a sum of squares in
+        noise levels): what a finer step would add tells no rival from another."""
+        rows = np.array([self.values(rival, size) for rival in self.rivals for size in rival.sizes])
+        full = self.plan.steps_per_sample
+        exact = [self.in_noise_levels(self.readings([item], [rows])[0], item, floors) for item in programs]
+        for steps in (count for count in range(1, full) if full % count == 0):
+            self.batch = dataclasses.replace(self.batch, steps_per_sample=steps)
+            off = 0.0
+            for item, fine in zip(programs, exact, strict=True):
+                coarse = self.in_noise_levels(self.readings([item], [rows])[0], item, floors)
+                change = float(np.square(coarse - fine).sum(axis=(1, 2)).max()) if coarse.shape == fine.shape else math.inf
+                off = max(off, change if math.isfinite(change) else math.inf)
+            if off < small:
+                return
+        self.batch = dataclasses.replace(self.batch, steps_per_sample=0)
+
     def lay(self, candidate: Candidate, title: Sequence[str] = ()) -> Laid:
         """Return a candidate as path; its text is read back as any part program is. Raises what the reading of a program raises."""
         return lay_candidate(candidate, self.room, title)
 
     def readings(self, programs: Sequence[Laid], rows: Sequence[FloatArray]) -> list[FloatArray]:
-        """Return for each program the means (members, channels, stretches) [SI] of its ``rows`` (members, names): one batch of one plan."""
+        """Return for each program the means (members, channels, stretches) [SI] of its ``rows`` (members, names): one batch of one plan.
+
+        A run whose numbers leave all bounds reads nothing but NaN.
+        """
         if self.stop is not None and self.stop.is_set():
             raise KeyboardInterrupt
         values = self._shown(np.vstack(rows))
@@ -103,19 +110,20 @@ class Scene:
         tables = {self.path_name: [programs[int(place)].table for place in owner]}
         stretches = {length: max(1, length // _ROWS) for length in set(lengths)}
 
-        def reduced(record: FloatArray) -> FloatArray:
-            length = int(np.isfinite(record[0]).sum()) or record.shape[1]
-            every = stretches.get(length, max(1, length // _ROWS))
-            whole = length // every * every
-            return np.asarray(record[:, :whole].reshape(record.shape[0], -1, every).mean(axis=2))
+        def reduced(record: FloatArray) -> FloatArray | None:
+            length = int(np.isfinite(record[0]).sum())
+            every = stretches.get(length)
+            return (
+                None if every is None else np.asarray(record[:, : length // every * every].reshape(record.shape[0], -1, every).mean(axis=2))
+            )
 
         found = self.batch.run(self.names, values, reduced, tables, lengths)
         self.runs += len(values)
         result, first = [], 0
-        for item in rows:
-            members = found[first : first + len(item)]
-            shortest = min(member.shape[1] for member in members)
-            result.append(np.array([member[:, :shortest] for member in members]))
+        for program, item in zip(programs, rows, strict=True):
+            length = self._samples(program)
+            broken = np.full((len(self.channels), length // stretches[length]), np.nan)
+            result.append(np.array([broken if member is None else member for member in found[first : first + len(item)]]))
             first += len(item)
         return result
 
@@ -129,6 +137,11 @@ class Scene:
 
     def _samples(self, program: Laid) -> int:
         return min(self.batch.samples, max(20, math.ceil(program.seconds / self.period)))
+
+    def those_that_move(self, programs: Sequence[Laid], floors: FloatArray) -> list[Laid]:
+        """Return the programs in which something that is recorded moves by more than it is uncertain."""
+        found = self.readings(programs, [self.given[None, :]] * len(programs))
+        return [item for item, read in zip(programs, found, strict=True) if (np.ptp(read[0], axis=1) > 10.0 * floors).any()]
 
     def floors(self, program: Laid) -> FloatArray:
         """Return what a sample of each channel cannot resolve (channels,) [SI], one standard deviation, from a run whose sensors count."""

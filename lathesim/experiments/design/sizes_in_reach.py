@@ -22,10 +22,25 @@ from lathesim.experiments.design.rivals import Rival
 from lathesim.experiments.replica import given_values
 from lathesim.identification.records.candidate import Candidate as Term
 
+_ROUNDING = 1e-9
+"""Share of its range by which a signal that stands may change from sample to sample: rounding of what it is computed from."""
 _HALVINGS = 10
 """Times that a size is halved until the machine does its program: it is a thousandth then."""
 _STANDS = 2
 """Samples for which a signal must stay exactly at its extreme to be at a limit: without noise nothing else holds one that long."""
+
+
+def counts_of(assembly: Assembly) -> dict[str, float]:
+    """Return ``part.parameter`` -> what one count of each sensor is worth [SI]."""
+    found = {}
+    for part in assembly.parts:
+        ports = part.component.ports
+        if "measured" in ports and "resolution" in ports:
+            declared = part.component.declarations[ports["resolution"]]
+            size = float(part.parameters.get(ports["resolution"], getattr(declared, "default", 0.0)))
+            if size > 0.0 and getattr(declared, "low", 1.0) <= 0.0:
+                found[f"{part.name}.{ports['resolution']}"] = size
+    return found
 
 
 def shown_lags(term: Term, sizes: FloatArray, plan: Plan) -> FloatArray:
@@ -47,8 +62,10 @@ def with_sizes_in_reach(assembly: Assembly, rivals: Sequence[Rival], programs: S
     lengths = [math.ceil(program.seconds / machine.sample_period) for program in programs]
     batch = Batch(plan, max(lengths), noisy=False)
     terms = [rival.term for rival in rivals if rival.term is not None]
-    names = [name for term in terms for name in term.parameters]
+    counts = counts_of(assembly)
+    names = [*(name for term in terms for name in term.parameters), *counts]
     idle = given_values(plan, names)
+    idle[len(names) - len(counts) :] = 0.0  # a reading that waits for its next count stands at no limit
     for term in terms:
         idle[[names.index(name) for name in term.parameters]] = term.neutral
     own = {term.part for term in terms}
@@ -98,18 +115,24 @@ def _halved(term: Term, sizes: FloatArray) -> FloatArray:
 def _is_at_a_limit(record: FloatArray, looked: Sequence[int], sound: FloatArray) -> bool:
     """Return whether a signal (channels, samples) stands at an extreme beyond that of the sound machine while most others move.
 
-    One that stands at other levels as often is counted in steps, and at no limit.
+    One that stands at other levels as often is counted in steps, and at no limit; nor is one that stands where that of the sound machine
+    does, as the force of a steady cut.
     """
     seen = record[looked, : sound.shape[1]]
     if not np.isfinite(seen).all():
         return True
-    still = np.diff(seen, axis=1) == 0.0
+    still, usually_still = (_still(rows) for rows in (seen, sound))
     alive = ~still.all(axis=1)
     moving = still[alive].mean(axis=0) < STANDARD.shared.larger_part if alive.any() else np.zeros(seen.shape[1] - 1, dtype=bool)
-    for row, steps, usual in zip(seen, still, sound, strict=True):
+    for row, steps, usual, rests in zip(seen, still, sound, usually_still, strict=True):
         for extreme, is_beyond in ((row.max(), row.max() > usual.max()), (row.min(), row.min() < usual.min())):
-            stands = steps & moving
-            there = int(np.count_nonzero(stands & (row[1:] == extreme)))
+            stands = steps & moving & ~rests
+            there = int(np.count_nonzero(stands & (np.abs(row[1:] - extreme) <= _ROUNDING * np.ptp(row))))
             if is_beyond and there >= _STANDS and there > STANDARD.shared.larger_part * np.count_nonzero(stands):
                 return True
     return False
+
+
+def _still(rows: FloatArray) -> FloatArray:
+    """Return where signals (channels, samples) stay as they are, but for rounding."""
+    return np.asarray(np.abs(np.diff(rows, axis=1)) <= _ROUNDING * np.ptp(rows, axis=1)[:, None])

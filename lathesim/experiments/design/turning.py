@@ -55,12 +55,13 @@ def turned_candidates(room: Room, at_most: float, count: int, random: np.random.
 
 def _cuts(room: Room, turning: Turning, budget: float, random: np.random.Generator) -> Candidate | None:
     """Return passes along the part, each at one depth, with a stretch for each step of feed or speed; all is done in even shares of the
-    time, and twice where there is room: a recording is judged on the half that was not fitted."""
-    passes = int(random.integers(1, 4))
-    depths = turning.depth * np.sort(random.uniform(_LOWEST[1], 1.0, passes)) / max(1, passes - 1 or 1)
+    time, and twice: a recording is judged on the half that was not fitted."""
+    different = int(random.integers(1, 3))
+    shares = np.tile(random.uniform(_LOWEST[1], 1.0, different), 2)
+    passes, depths = len(shares), turning.depth * float(random.uniform(_LOWEST[1], 1.0)) * shares / shares.sum()
     steps = int(random.integers(2, 5))
     what = [("feed",), ("speed",), ("feed", "speed"), ("depth",)][int(random.integers(4))]
-    title = f"a cut with steps of {' and '.join(dict.fromkeys([*what, *(['depth'] if passes > 1 else [])]))}"
+    title = f"a cut with steps of {' and '.join(dict.fromkeys([*what, *(['depth'] if different > 1 else [])]))}"
     feeds = turning.feed * (np.geomspace(_LOWEST[0], 1.0, steps) if "feed" in what else np.full(steps, random.uniform(0.5, 1.0)))
     speeds = turning.speed * (np.geomspace(_LOWEST[2], 1.0, steps) if "speed" in what else np.full(steps, random.uniform(0.7, 1.0)))
     order = random.permutation(steps)

@@ -17,12 +17,15 @@ def table(results: Sequence[dict[str, Any]]) -> list[str]:
         return ["no case ended with a program"]
     right = [item["designed"]["decided"] and item["designed"]["runs"] == 1 for item in done]
     usual = [item["exercise"]["decided"] and item["exercise"]["runs"] == 1 for item in done]
-    shares = [item["designed"]["seconds"] / item["exercise"]["seconds"] for item in done]
+    shares = [item["designed"]["seconds"] / item["exercise"]["seconds"] if item["designed"]["decided"] else np.inf for item in done]
     chances = np.array([item["chance"] for item in done], dtype=float)
+    alone = [sum(bool(item[way].get("alone")) for item in done) for way in ("designed", "exercise")]
     lines = [
         f"{len(done)} of {len(results)} cases with a program; all of them pass 'program': {all(item['passes_program'] for item in done)}",
-        f"right after one run: designed {sum(right)}/{len(done)}, the exercise {sum(usual)}/{len(done)}",
-        f"seconds, designed against the exercise repeated: median {np.median(shares):.2f}",
+        f"right after one run: designed {sum(right)}/{len(done)}, the exercise {sum(usual)}/{len(done)}; "
+        f"named alone, in no tie: {alone[0]} and {alone[1]}",
+        f"seconds, designed against the exercise repeated: median {np.median(shares):.2f} (at most, as an exercise that does not decide "
+        "counts one run more)",
         f"predicted chance {chances.mean():.2f}, right {np.mean(right):.2f}, Brier {np.mean(np.square(chances - right)):.3f}",
     ]
     for low, high in BINS:

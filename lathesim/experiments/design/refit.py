@@ -1,0 +1,236 @@
+"""A rival refitted to what another one would make a recording read: from several starts, by linear rounds that follow where it bends.
+
+    T(a, b) = min over p of  |W (y_a - y_b(p))|^2 + sum ((p - given)/deviation)^2
+
+A round takes slopes where it stands and goes to the least sum of squares of them. A descent ends early where a further round cannot change
+what a run would decide.
+Source: Atkinson, Fedorov, Biometrika 62 (1975), 57; Nocedal, Wright, Numerical Optimization, 2nd ed. (2006), chapter 10 (Gauss-Newton).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.experiments.design.laying import Laid
+from lathesim.experiments.design.rivals import Rival
+from lathesim.experiments.design.scene import Scene
+from lathesim.identification.records.candidate import Candidate as Term
+
+_BEYOND = 10.0
+"""Ranges beyond its usual bounds to which a rival may go when it is refitted: an unusual size is no proof against it."""
+_STEP = 0.25
+"""Step of the slopes, in standard deviations or as a share of a size: large against rounding, small against curvature."""
+_FINER, _FINEST = 0.2, 0.01
+"""By how much the steps of the slopes shrink from round to round of a refit, and to which share at most; assumed."""
+_FURTHEST = 6.0
+"""Standard deviations by which an uncertain value may be off when a rival is refitted."""
+_WORTH_A_ROUND = 0.05
+"""Share of T that a round of a refit must gain to be followed by another; assumed."""
+_HELD = 1e3
+"""Largest number of noise levels that counts of one stretch: beyond, no more is told."""
+_FAR = 1e6 * _HELD
+"""Largest change in noise levels that a slope is taken of: beyond, a run has left all bounds."""
+_PROMISE = 0.5
+"""Share of T that slopes must promise to take away for a descent to go on where T is settled; assumed."""
+
+
+def steps_of(scene: Scene, rival: Rival, base: FloatArray) -> list[tuple[int, float]]:
+    """Return which values are refitted for a rival, with the step of each slope."""
+    steps = [(place, _STEP * float(size)) for place, size in enumerate(scene.deviation)]
+    if rival.term is None:
+        return steps
+    for place, column in enumerate(scene.columns(rival)):
+        low, high = float(rival.term.low[place]), float(rival.term.high[place])
+        spread = float(rival.term.usual[place] - rival.term.least[place])
+        step = _STEP * (abs(base[column]) or abs(spread) or 1.0)
+        steps.append((column, step if base[column] + step <= high else -min(step, base[column] - low)))
+    return [(column, step) for column, step in steps if step != 0.0]
+
+
+def linear_refit(
+    scene: Scene, scaled: FloatArray, truth: FloatArray, rows: FloatArray, place: tuple[int, list[tuple[int, float]]],
+    *, refitted: bool,
+) -> tuple[float, FloatArray]:  # fmt: skip
+    """Return T after a linear refit of a rival, and the values that it ends at."""
+    first, steps = place
+    base = scaled[first]
+    row = rows[first]
+    difference = np.nan_to_num(truth - base, nan=_HELD)
+    if not refitted or not steps:
+        return _held_power(difference), row
+    slopes = _slopes(scaled[first + 1 : first + 1 + len(steps)], base, [step for _, step in steps], len(difference))
+    shift, cost = _least(scene, slopes, difference, steps, row)
+    moved = row.copy()
+    for (column, _), amount in zip(steps, shift, strict=True):
+        moved[column] += amount
+    return cost, moved
+
+
+def starts_alike(scene: Scene, a: int, b: int, draw: int) -> list[FloatArray]:
+    """Return values at which a rival is as much like another one as the names of its parameters allow: where one effect holds the other
+    as a special case, or both have a pitch and a phase, no descent from elsewhere finds that. Phases are also turned by half a turn:
+    one effect may count as a push what the other counts as a drag."""
+    first, second = scene.rivals[a], scene.rivals[b]
+    row = scene.values(second, second.sizes[draw])
+    if first.term is None or second.term is None:
+        if second.term is not None:
+            row[scene.columns(second)] = second.term.neutral
+        return [row]
+    own = _carried_over(first.term, second.term, first.sizes[draw])
+    for place, column in enumerate(scene.columns(second)):
+        item = second.term.parameters[place].partition(".")[2]
+        neutral = second.term.effect.neutral.get(item)
+        if item in own:
+            row[column] = min(max(own[item], float(second.term.low[place])), float(second.term.high[place]))
+        elif neutral is not None:
+            row[column] = neutral
+    phases = [scene.columns(second)[place] for place, name in enumerate(second.term.parameters) if name.endswith("phase")]
+    if not phases:
+        return [row]
+    turned = row.copy()
+    turned[phases] += np.where(turned[phases] > 0.0, -np.pi, np.pi)
+    return [row, turned]
+
+
+def _carried_over(first: Term, second: Term, sizes: FloatArray) -> dict[str, float]:
+    """Return what the sizes of the first would be as parameters of the second: by name, else in order, where the units agree."""
+    units, values = [], {}
+    for term in (first, second):
+        names = [name.partition(".")[2] for name in term.parameters]
+        units.append({name: term.effect.declarations[name].unit for name in names})
+    for name, size in zip(units[0], sizes, strict=True):
+        values[name] = float(size)
+    spare = [name for name in units[0] if units[1].get(name) != units[0][name]]
+    found = {name: values[name] for name in units[0] if name not in spare}
+    for name in units[1]:
+        alike = next((other for other in spare if units[0][other] == units[1][name]), None) if name not in found else None
+        if alike is not None:
+            found[name] = values[alike]
+            spare.remove(alike)
+    return found
+
+
+def _least(
+    scene: Scene, slopes: FloatArray, difference: FloatArray, steps: Sequence[tuple[int, float]], row: FloatArray
+) -> tuple[FloatArray, float]:
+    """Return the shift of the values with the least sum of squares, and that sum; rivals' sizes are kept near where slopes hold.
+
+    An uncertain value stays within six standard deviations: beyond, what the lesson says of it counts more than ``NESTED`` by itself.
+    """
+    from scipy.optimize import lsq_linear
+
+    count = len(steps)
+    pull, offset = np.zeros((count, count)), np.zeros(count)
+    low, high = np.full(count, -np.inf), np.full(count, np.inf)
+    uncertain = len(scene.uncertain)
+    for number, (column, step) in enumerate(steps):
+        width = float(scene.deviation[column]) if column < uncertain else 4.0 * abs(step)
+        pull[number, number] = 1.0 / width
+        if column < uncertain:
+            off = row[column] - scene.given[column]
+            offset[number] = -off / width
+            low[number], high[number] = min(-_FURTHEST * width - off, -1e-9 * width), max(_FURTHEST * width - off, 1e-9 * width)
+    stacked = np.vstack([slopes, pull])
+    goal = np.concatenate([difference, offset])
+    shift = np.linalg.lstsq(stacked, goal, rcond=None)[0]
+    if np.any(shift < low) or np.any(shift > high):
+        orthogonal, triangle = np.linalg.qr(stacked)
+        shift = np.asarray(lsq_linear(triangle, orthogonal.T @ goal, (low, high), method="bvls").x)
+    return shift, _held_power(goal - stacked @ shift)
+
+
+def _held_power(difference: FloatArray) -> float:
+    """Return the sum of squares of a difference in noise levels, of which no stretch counts more than ``_HELD``."""
+    return float(np.square(np.clip(difference, -_HELD, _HELD)).sum())
+
+
+@dataclass(frozen=True)
+class Descent:
+    """The descent of one rival to what a truth makes a program's recording read (``truth``, in noise levels).
+
+    ``levels`` turns readings into noise levels. ``settled`` is T from which on more of it changes nothing, and ``nested`` T below which the
+    rival does what the other one does.
+    """
+
+    scene: Scene
+    program: Laid
+    truth: FloatArray
+    rival: Rival
+    levels: Callable[[FloatArray], FloatArray]
+    nested: float
+    settled: float
+
+    def followed(self, start: FloatArray, rounds: int) -> tuple[float, FloatArray]:
+        """Return T and values at the end: each round takes slopes where it stands, over ever smaller steps.
+
+        The whole shift is tried, then a half and a tenth of it. The descent ends after ``rounds``, where a round gains less than a
+        twentieth, where the rival does what the other one does, or where even what the slopes promise leaves T settled.
+        """
+        row = self._kept(start.copy())
+        scaled = self._run([row])[0]
+        difference, cost = self._left(scaled, row)
+        for turn in range(rounds):
+            if cost < self.nested:
+                break
+            finer = max(_FINEST, _FINER ** (turn + 1))
+            steps = steps_of(self.scene, self.rival, row)
+            moved = self._run([row + finer * step * (np.arange(len(row)) == column) for column, step in steps])
+            slopes = _slopes(moved, scaled, [finer * step for _, step in steps], len(difference))
+            shift, promised = _least(self.scene, slopes, difference, steps, row)
+            if promised > max(self.settled, _PROMISE * cost):
+                break
+            ended = self._along(row, shift, [column for column, _ in steps], cost)
+            if ended is not None:
+                gained = ended[2] < (1.0 - _WORTH_A_ROUND) * cost
+                row, scaled = ended[:2]
+                difference, cost = self._left(scaled, row)
+            if (ended is None or not gained) and finer == _FINEST:
+                break
+        return cost, row
+
+    def _along(self, row: FloatArray, shift: FloatArray, columns: list[int], cost: float) -> tuple[FloatArray, FloatArray, float] | None:
+        """Return the best end (values, readings, T) on the way of a shift; None where none is better than staying."""
+        best = None
+        for shares in ((1.0,), (0.5, 0.1)):
+            ends = []
+            for share in shares:
+                end = row.copy()
+                end[columns] += share * shift
+                ends.append(self._kept(end))
+            for end, scaled in zip(ends, self._run(ends), strict=True):
+                left = self._left(scaled, end)[1]
+                if left < (best[2] if best else cost):
+                    best = end, scaled, left
+            if best is not None and best[2] < (1.0 - _WORTH_A_ROUND) * cost:
+                break
+        return best
+
+    def _kept(self, row: FloatArray) -> FloatArray:
+        """Return values with those of the rival inside what it may be."""
+        term = self.rival.term
+        if term is not None:
+            reach = _BEYOND * (term.high - term.low)
+            columns = self.scene.columns(self.rival)
+            row[columns] = np.clip(row[columns], np.where(term.low < 0.0, term.low - reach, term.low), term.high + reach)
+        return row
+
+    def _left(self, scaled: FloatArray, row: FloatArray) -> tuple[FloatArray, float]:
+        """Return what the rival leaves, in noise levels, and T."""
+        length = min(len(scaled), len(self.truth))
+        uncertain = len(self.scene.uncertain)
+        difference = np.nan_to_num(self.truth[:length] - scaled[:length], nan=_HELD)
+        penalty = np.square((row[:uncertain] - self.scene.given[:uncertain]) / self.scene.deviation).sum()
+        return difference, _held_power(difference) + float(penalty)
+
+    def _run(self, rows: Sequence[FloatArray]) -> FloatArray:
+        return self.levels(self.scene.readings([self.program], [np.array(rows)])[0]).reshape(len(rows), -1)
+
+
+def _slopes(moved: FloatArray, base: FloatArray, steps: Sequence[float], length: int) -> FloatArray:
+    """Return slopes (readings, values); where a run of the two broke off, none is counted."""
+    change = np.clip(np.nan_to_num(moved - base), -_FAR, _FAR)[:, :length]
+    return np.asarray((change / np.array(steps)[:, None]).T)
