@@ -39,7 +39,7 @@ def diagnose_together(
     """Return one verdict of a recording and the others of the same machine.
 
     The new recording is fitted, and each other one judges: its start, its phases and what else belongs to one recording are fitted anew,
-    values of the machine and of the effects are shared. With several others their likelihoods are added up. Raises
+    values of the machine and of the effects are shared. The likelihoods of all recordings are added up. Raises
     :class:`LessonError` where a recording is one of another machine.
     """
     question = ask(case)
@@ -54,7 +54,7 @@ def diagnose_together(
             # both folders of a class hold a recording.csv, and the answer names the one that judged
             judging = replace(judging, name=str(other.recording))
         answers.append(diagnose(replace(question, validation=judging), tell))
-    return answers[0] if len(answers) == 1 else joined(answers)
+    return joined(answers)
 
 
 def _check_same(case: LoadedCase, further: LoadedCase, other: Other) -> None:
@@ -99,10 +99,11 @@ def joined(answers: Sequence[Diagnosis]) -> Diagnosis:
 
     Values of machine and effect are shared, what belongs to a recording is its own, so the joint log-likelihood of an explanation is its
     gain on the new recording and the sum of its gains on all others. Of what any answer names or ties, the likeliest is named, and tied
-    with what differs from it by less than two explanations must. Answers of several effects have no such sum: their odds are multiplied.
+    with what differs from it by less than two explanations must. Effects that stand together are each held against what was tried in
+    their place. Where answers differ in how many effects there are, their odds are multiplied.
     """
     if any(len(answer.effects) != 1 for answer in answers):
-        return _by_odds(answers)
+        return _together(answers) if len({_key(answer) for answer in answers}) == 1 else _by_odds(answers)
     named = {_name(answer.effects[0]): answer for answer in reversed(answers)}
     gains = [{name: (fitted, judged) for name, fitted, judged in answer.evidence.tried} for answer in answers]
     if any(name not in own for name in named for own in gains):
@@ -123,6 +124,30 @@ def joined(answers: Sequence[Diagnosis]) -> Diagnosis:
     return _with_verdict(answers, named[best], (effect,), is_tied=bool(tied))
 
 
+def _together(answers: Sequence[Diagnosis]) -> Diagnosis:
+    """Return the answer of several effects that all answers agree on, with the ties that are left when the recordings are added up.
+
+    Each effect is ahead of whatever was tried in its place, beside the same others, by at least what the next best of that is behind on
+    each recording that judges.
+    """
+    effects = []
+    for effect in answers[0].effects:
+        name = _name(effect)
+        own = [next(item for item in answer.effects if _name(item) == name) for answer in answers]
+        tied = tuple(dict.fromkeys(other for item in own for other in item.tied_with))
+        gains = [judged for answer in answers for other, _, judged in answer.evidence.tried if other == name]
+        behind = [by for answer in answers for first, _, by in answer.evidence.runners_up if first == name]
+        resolution = max(STANDARD.per_parameter, STANDARD.selection.tie_share.times(abs(sum(gains))))
+        told_apart = len(behind) == len(answers) and sum(behind) >= resolution
+        probability = min(item.probability for item in own) if tied and not told_apart else max(item.probability for item in own)
+        effects.append(replace(effect, probability=probability, tied_with=() if told_apart else tied))
+    return _with_verdict(answers, answers[0], tuple(effects), is_tied=any(effect.tied_with for effect in effects))
+
+
+def _key(answer: Diagnosis) -> tuple[str, ...]:
+    return tuple(sorted(_name(effect) for effect in answer.effects))
+
+
 def _name(effect: FoundEffect) -> str:
     return f"{effect.effect} at {effect.at}"
 
@@ -138,12 +163,12 @@ def _with_verdict(answers: Sequence[Diagnosis], chosen: Diagnosis, effects: tupl
 
 def _by_odds(answers: Sequence[Diagnosis]) -> Diagnosis:
     """Return the answer whose effects have the best odds in all of them together."""
-    keys = {tuple(sorted((effect.effect, effect.at) for effect in answer.effects)) for answer in answers}
+    keys = {_key(answer) for answer in answers}
 
-    def odds(key: tuple[tuple[str, str], ...]) -> float:
+    def odds(key: tuple[str, ...]) -> float:
         total = 0.0
         for answer in answers:
-            own = {(effect.effect, effect.at): effect.probability for effect in answer.effects}
+            own = {_name(effect): effect.probability for effect in answer.effects}
             sizes = [own.get(item, _LEAST) for item in key] or [1.0 if not answer.effects else _LEAST]
             total += sum(math.log(max(size, _LEAST)) for size in sizes) / len(sizes)
         return total
@@ -151,6 +176,6 @@ def _by_odds(answers: Sequence[Diagnosis]) -> Diagnosis:
     weights = {key: math.exp(odds(key)) for key in keys}
     best = max(weights, key=lambda key: weights[key])
     share = weights[best] / sum(weights.values())
-    chosen = next(answer for answer in answers if tuple(sorted((effect.effect, effect.at) for effect in answer.effects)) == best)
+    chosen = next(answer for answer in answers if _key(answer) == best)
     effects = tuple(replace(effect, probability=min(effect.probability, share)) for effect in chosen.effects)
     return _with_verdict(answers, chosen, effects, is_tied=chosen.verdict == "tied" or share < _SURE)

@@ -159,3 +159,35 @@ def test_recordings_that_do_not_tell_together_leave_the_tie() -> None:
     found = joined([judged_by(name, "Backlash", "CoulombFriction", gains=gains) for name in ("a.csv", "b.csv")])
     assert found.verdict == "tied"
     assert found.effects[0].tied_with == ("CoulombFriction at x_axis",)
+
+
+def test_one_other_recording_adds_its_likelihood_too() -> None:
+    # the new recording alone leaves a tie, what judges is far ahead
+    gains = {"Backlash": (900.0, 800.0), "CoulombFriction": (895.0, 600.0)}
+    found = joined([judged_by("a.csv", "Backlash", "CoulombFriction", gains=gains)])
+    assert found.verdict == "named"
+    assert found.effects[0].tied_with == ()
+
+
+def test_an_answer_without_effects_stays_as_it_is() -> None:
+    nothing = Diagnosis("no_mismatch", "", LESSON, "new.csv", "a.csv")
+    assert joined([nothing]).verdict == "no_mismatch"
+
+
+@pytest.mark.parametrize(("behind", "verdict", "ties"), [(40.0, "named", ()), (10.0, "tied", ("Cogging",))])
+def test_effects_that_stand_together_are_held_against_what_was_tried_in_their_place(
+    behind: float, verdict: str, ties: tuple[str, ...]
+) -> None:
+    # 3 % of 1600 nats on both recordings are 48
+    effects = (
+        FoundEffect("CoulombFriction", "x_axis", "reversal", 0.9, {}),
+        FoundEffect("TorqueRipple", "x_axis", "once per turn", 0.6, {}, tied_with=("Cogging",)),
+    )
+    evidence = Evidence(
+        tried=(("CoulombFriction at x_axis", 900.0, 900.0), ("TorqueRipple at x_axis", 800.0, 800.0)),
+        runners_up=(("CoulombFriction at x_axis", "DriveGain at x_axis", 300.0), ("TorqueRipple at x_axis", "Cogging at x_axis", behind)),
+    )
+    answers = [Diagnosis("tied", "", LESSON, "new.csv", name, effects=effects, evidence=evidence) for name in ("a.csv", "b.csv")]
+    found = joined(answers)
+    assert found.verdict == verdict
+    assert [effect.tied_with for effect in found.effects] == [(), ties]

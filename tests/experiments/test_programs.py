@@ -11,7 +11,7 @@ from lathesim.experiments.design.families import candidates, strokes_in_turn
 from lathesim.experiments.design.laying import lay_candidate, lay_those_that_fit
 from lathesim.experiments.design.rivals import Named, place_rivals
 from lathesim.experiments.design.room import Room, room_of
-from lathesim.experiments.design.sizes_in_reach import shown_lags, with_sizes_in_reach
+from lathesim.experiments.design.sizes_in_reach import _is_at_a_limit, counts_of, shown_lags, with_sizes_in_reach
 from lathesim.experiments.design.turning import turned_candidates
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
@@ -63,6 +63,21 @@ def test_cuts_and_spindle_speeds_stay_within_what_the_lesson_does(registry: Regi
 
 def test_axis_without_a_spindle_has_no_cuts(registry: Registry) -> None:
     assert turned_candidates(room(AXIS, registry), 12.0, 4, np.random.default_rng(1)) == []
+
+
+def test_sensors_and_converters_are_exact_in_designs(registry: Registry) -> None:
+    counts = counts_of(prepare(load_lesson("10_spindle_droop"), registry).machinery)
+    assert counts["spindle_dac.bits"] == (12.0, 32.0) and counts["tachometer_adc.bits"] == (12.0, 32.0)
+    assert counts["x_encoder.resolution"] == (1e-6, 0.0)
+
+
+def test_steady_force_stands_at_no_limit() -> None:
+    # a cut at one feed and another: with an edge force the force stands higher, where it stood before
+    sound = np.repeat([[0.0, 100.0, 0.0, 200.0]], 50, axis=1)
+    moving = np.linspace([0.0, 1.0], [1.0, 3.0], 200).T
+    assert not _is_at_a_limit(np.vstack([1.3 * sound, moving]), [0, 1, 2], np.vstack([sound, moving]))
+    wave = np.sin(np.linspace(0.0, 20.0, 200))[None, :]
+    assert _is_at_a_limit(np.vstack([np.clip(2.0 * wave, -1.5, 1.5), moving]), [0, 1, 2], np.vstack([wave, moving]))
 
 
 @pytest.mark.slow

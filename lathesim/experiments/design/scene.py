@@ -26,18 +26,17 @@ _STEADY = 0.1
 """Share of a floor by which all readings of a channel may be off together: what no model follows; assumed."""
 
 
-def _unrounded(assembly: Assembly, counts: Mapping[str, float]) -> Assembly:
-    """Return the machine with sensors that read exactly: what a count more or less makes of a run tells no rival from another."""
-    silenced = {name.partition(".")[0]: name.partition(".")[2] for name in counts}
-    parts = (
-        dataclasses.replace(part, parameters={**part.parameters, silenced[part.name]: 0.0}) if part.name in silenced else part
-        for part in assembly.parts
-    )
+def _unrounded(assembly: Assembly, counts: Mapping[str, tuple[float, float]]) -> Assembly:
+    """Return the machine with sensors and converters that are exact: a count more or less tells no rival from another."""
+    parts = []
+    for part in assembly.parts:
+        own = {name.partition(".")[2]: exact for name, (_, exact) in counts.items() if name.partition(".")[0] == part.name}
+        parts.append(dataclasses.replace(part, parameters={**part.parameters, **own}) if own else part)
     return dataclasses.replace(assembly, parts=tuple(parts))
 
 
 class Scene:
-    """The machine with all rivals and its uncertain values, and the channels of a recording. Its sensors read without counting.
+    """The machine with all rivals and its uncertain values, and the channels of a recording. Its sensors and converters do not count.
 
     ``names`` are the uncertain values, then the parameters of every rival. ``given`` are their values with all rivals neutral,
     ``deviation`` one standard deviation of the uncertain ones.
@@ -145,7 +144,7 @@ class Scene:
 
     def floors(self, program: Laid) -> FloatArray:
         """Return what a sample of each channel cannot resolve (channels,) [SI], one standard deviation, from a run whose sensors count."""
-        names, values = (*self.names, *self.rounding), np.array([[*self.given, *self.rounding.values()]])
+        names, values = (*self.names, *self.rounding), np.array([[*self.given, *(given for given, _ in self.rounding.values())]])
         record = self.batch.run(names, values, np.copy, {self.path_name: [program.table]}, [self._samples(program)])[0]
         found = []
         for name, values in zip(self.channels, record, strict=True):

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from lathesim.component import Parameter
 from lathesim.diagnosis.method import STANDARD
 from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.engine.running.batch import Batch
@@ -22,6 +23,8 @@ from lathesim.experiments.design.rivals import Rival
 from lathesim.experiments.replica import given_values
 from lathesim.identification.records.candidate import Candidate as Term
 
+_BITS = "bits"
+"""Parameter of a converter that counts."""
 _ROUNDING = 1e-9
 """Share of its range by which a signal that stands may change from sample to sample: rounding of what it is computed from."""
 _HALVINGS = 10
@@ -30,16 +33,21 @@ _STANDS = 2
 """Samples for which a signal must stay exactly at its extreme to be at a limit: without noise nothing else holds one that long."""
 
 
-def counts_of(assembly: Assembly) -> dict[str, float]:
-    """Return ``part.parameter`` -> what one count of each sensor is worth [SI]."""
+def counts_of(assembly: Assembly) -> dict[str, tuple[float, float]]:
+    """Return ``part.parameter`` -> (given, exact) for all that counts: what one count of a sensor is worth [SI], and the bits of a
+    converter, which has most of them where it is exact."""
     found = {}
     for part in assembly.parts:
-        ports = part.component.ports
-        if "measured" in ports and "resolution" in ports:
-            declared = part.component.declarations[ports["resolution"]]
-            size = float(part.parameters.get(ports["resolution"], getattr(declared, "default", 0.0)))
-            if size > 0.0 and getattr(declared, "low", 1.0) <= 0.0:
-                found[f"{part.name}.{ports['resolution']}"] = size
+        declarations, ports = part.component.declarations, part.component.ports
+        name = ports["resolution"] if {"measured", "resolution"} <= set(ports) else _BITS
+        declared = declarations.get(name)
+        if not isinstance(declared, Parameter):
+            continue
+        given = float(part.parameters.get(name, declared.default))
+        if name == _BITS and declared.high is not None:
+            found[f"{part.name}.{name}"] = given, float(declared.high)
+        elif name != _BITS and given > 0.0 and (declared.low is None or declared.low <= 0.0):
+            found[f"{part.name}.{name}"] = given, 0.0
     return found
 
 
@@ -65,7 +73,8 @@ def with_sizes_in_reach(assembly: Assembly, rivals: Sequence[Rival], programs: S
     counts = counts_of(assembly)
     names = [*(name for term in terms for name in term.parameters), *counts]
     idle = given_values(plan, names)
-    idle[len(names) - len(counts) :] = 0.0  # a reading that waits for its next count stands at no limit
+    # a reading that waits for its next count stands at no limit
+    idle[len(names) - len(counts) :] = [exact for _, exact in counts.values()]
     for term in terms:
         idle[[names.index(name) for name in term.parameters]] = term.neutral
     own = {term.part for term in terms}

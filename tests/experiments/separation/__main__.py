@@ -9,11 +9,8 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import resource
 import shutil
-import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -24,19 +21,9 @@ from tests.experiments.separation.axis_truth import AxisTruth
 from tests.experiments.separation.table import table
 from tests.experiments.separation.ties import Tie, schedule
 from tests.experiments.separation.turning_truth import CutTruth, SpindleTruth
+from tests.experiments.separation.warm_command import command
 
 TRUTHS = {"axis": AxisTruth, "cut": CutTruth, "spindle": SpindleTruth}
-
-
-def command(*arguments: object) -> dict[str, Any]:
-    """Run a command of the program in a process of its own and return its JSON; what it says where it has none."""
-    process = [sys.executable, "-m", "lathesim", *map(str, arguments)]
-    done = subprocess.run(process, capture_output=True, text=True, env=os.environ, check=False)
-    try:
-        told: dict[str, Any] = json.loads(done.stdout)
-    except ValueError:
-        told = {"error": done.stderr[-400:]}
-    return told
 
 
 def seconds_used() -> float:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
-from tests.experiments.separation.__main__ import command
+from tests.experiments.separation.warm_command import command
 
 LESSON = "12_what_is_wrong_with_this_machine"
 CURRENT, SCALE = "x_drive.current", "x_scale.position"
