@@ -28,8 +28,10 @@ from lathesim.live.sources.clock_statistics import ClockStatistics
 from lathesim.live.sources.samples import Signal, Sink
 from lathesim.record import FloatArray
 
-PATIENCE = 10.0
-"""Seconds a peer may take for its greeting, and a planner may be silent, before it is let go."""
+PATIENCE = 5.0
+"""Seconds a peer may take for its greeting, and a planner for its next whole frame, before it is let go."""
+COMPLETE = "complete"
+"""Reason of a session that ended as it should."""
 CHUNK = 1 << 16
 """Bytes read at once."""
 _STATUS_EVERY = 0.02
@@ -116,7 +118,7 @@ class Playing:
             "arrived": count.arrived, "consumed": count.consumed, "underruns": count.underruns, "hard_stops": count.hard_stops,
             "lowest_fill": count.lowest,
         }  # fmt: skip
-        session.reason = session.reason or "complete"
+        session.reason = session.reason or COMPLETE
         self._feedback.close()
         self._onlookers.end()
         if self._sink is not None:
@@ -126,6 +128,8 @@ class Playing:
     async def _read(self, decoder: Decoder, frames: list[Frame]) -> None:
         """Put what comes into the buffer; stop reading while it is full."""
         expected = 0
+        clock = asyncio.get_running_loop().time
+        deadline = clock() + PATIENCE
         while True:
             for item in frames:
                 if item.kind is Kind.END:
@@ -142,8 +146,10 @@ class Playing:
                     raise WireError(fact)
                 await self._store(numbers.values)
                 expected += len(numbers.values)
+            if frames:  # single bytes now and then are no frame, and the planner is as good as silent
+                deadline = clock() + PATIENCE
             try:
-                data = await asyncio.wait_for(self._reader.read(CHUNK), PATIENCE)
+                data = await asyncio.wait_for(self._reader.read(CHUNK), max(0.0, deadline - clock()))
             except TimeoutError:
                 self._session.reason = f"the planner was silent for {PATIENCE:g} s after {expected} set-points"
                 return

@@ -19,7 +19,7 @@ import numpy as np
 
 from lathesim.errors import LatheSimError
 from lathesim.live.servo.onlookers import Onlookers, refuses
-from lathesim.live.servo.servo_session import CHUNK, PATIENCE, Playing, ServoSettings, Session
+from lathesim.live.servo.servo_session import CHUNK, COMPLETE, PATIENCE, Playing, ServoSettings, Session
 from lathesim.live.servo.set_point_buffer import SetPointBuffer
 from lathesim.live.servo.stepped_machine import SteppedMachine
 from lathesim.live.servo.wire_format import Decoder, Frame, Kind, WireError, read_text, text_frame
@@ -108,6 +108,7 @@ class ServoSide:
         while not frames:
             data = await asyncio.wait_for(reader.read(CHUNK), max(0.0, deadline - asyncio.get_running_loop().time()))
             if not data:
+                self._tell(f"{peer.partition(':')[0]} no greeting", f"{peer}: went away before its greeting was whole.")
                 return
             frames = decoder.feed(data)
         port = _looks_on(frames[0])
@@ -135,6 +136,8 @@ class ServoSide:
                 self._settings, machine, session, reader, writer, (host, hello.udp_port), sink, self._tell, self._onlookers
             )  # fmt: skip
             await playing.run(decoder, frames[1:])
+            if session.reason != COMPLETE:
+                self._tell(f"{peer.partition(':')[0]} {session.reason}", f"{peer}: {session.reason}; let go.")
         finally:
             self._busy = False
             self.ended.set()
