@@ -11,6 +11,7 @@ import pytest
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
+from lathesim.live.watching.background_diagnosis import Verdict
 from lathesim.live.watching.event import Event
 from lathesim.live.watching.forecast import bend, line_through
 from lathesim.live.watching.growth_course import Growth, GrowthCourse
@@ -100,3 +101,34 @@ def test_an_inserted_friction_that_moves_is_told_without_an_alarm(tmp_path: Path
     truth = friction[int(found["until_s"] / PERIOD)]
     assert truth == pytest.approx(last, abs=0.25 * abs(last - first))
     assert found["sizes"]["level"]["to"] == pytest.approx(truth, abs=0.1 * abs(last - first))
+
+
+async def test_what_was_named_is_followed_and_forecast_from_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A friction that a diagnosis names grows on: growth and a forecast, and no further alarm."""
+    seconds, begin = 200.0, 30.0
+    time = np.arange(int(seconds / PERIOD)) * PERIOD
+    friction = np.where(time < begin, 0.0, 4.0 + 4.0 * (time - begin) / (seconds - begin))
+    warm = 1.0 + 0.05 * np.exp(-time / 60.0)
+    at = {"effect": "CoulombFriction", "at": "x_axis"}
+    answer = {
+        "verdict": "named",
+        "effects": [{**at, "parameters": {"level": {"value": 4.2, "unit": "N"}}}],
+        "insert": [{**at, "level": "4.2 N"}],
+    }
+
+    async def diagnosed(*_: object) -> Verdict:
+        return Verdict(answer)
+
+    monkeypatch.setattr("lathesim.live.watching.watch_session.diagnose_window", diagnosed)
+    events: list[Event] = []
+    settings = WatchSettings(learn=14.0, window=20.0, folder=tmp_path, waits=True, tolerance={"x_encoder.position": 1.0})
+    prepared = prepare(load_lesson(LESSON), load_registry([]))
+    await WatchSession(
+        prepared, load_registry([]), Stream(stream(seconds, 13, friction=friction, viscous=warm)), settings, events.append
+    ).run(asyncio.Event())
+    assert [event.kind for event in events if event.kind in ("change", "drift")] in (["change"], ["drift"])
+    (growth,) = (event for event in events if event.kind == "growth")
+    assert growth.data["rate"] > 0.0
+    (found,) = events[-1].data["found"]
+    assert found["sizes"]["level"]["to"] == pytest.approx(friction[int(found["until_s"] / PERIOD)], rel=0.1)
+    assert [event.data["channel"] for event in events if event.kind == "forecast"][:1] == ["x_encoder.position"]

@@ -94,6 +94,7 @@ class ChangeTest:
         self._centre = np.concatenate([centre, np.zeros(parameters)])
         self._bound = ~np.concatenate([free, free])
         self._prior = np.concatenate([np.ones(parameters), np.full(parameters, DRIFT**-2)])
+        self._grown = np.zeros(parameters)
 
     def __len__(self) -> int:
         return self._end - self._begin
@@ -124,7 +125,9 @@ class ChangeTest:
         part = slice(self._begin, self._end)
         self._u[part] -= self._h[part] @ by
         self._b[part] -= self._a[part].sum(axis=1) @ by
-        self._centre[: len(by)] -= np.where(self._bound[: len(by)], by, 0.0)
+        bound = self._bound[: len(by)]
+        self._centre[: len(by)] -= np.where(bound, by, 0.0)
+        self._grown += np.where(bound, 0.0, by)
 
     def test(self) -> Found | None:
         """Return what is likeliest now; None while there are too few blocks."""
@@ -174,8 +177,10 @@ class ChangeTest:
         certain = 1.0 + m / np.maximum(learnt, 1e-12) + LINEAR**2 * left_out * known  # what is usual was learnt from so much, and varies
         own = _tails(self._a[part][None], starts)[0]
         value = theta[:, :parameters]
-        power = np.einsum("tp,tcpq,tq->tc", value, own, value, optimize=True) / (self._samples * (len(since) - starts))[:, None]
-        unsure = 1.0 + LINEAR**2 * power  # of the noise, as the sensitivities hold nearby only
+        count = (self._samples * (len(since) - starts))[:, None]
+        power = np.einsum("tp,tcpq,tq->tc", value, own, value, optimize=True) / count
+        moved = value + self._grown  # since what is usual was learnt, of followed sizes, with which the simulation has gone on
+        unsure = 1.0 + LINEAR**2 * np.einsum("tp,tcpq,tq->tc", moved, own, moved, optimize=True) / count  # sensitivities hold nearby only
         full = (u - effect) ** 2 / known / certain
         return _Windows(gain, full / unsure[:, :, None], full, delta, value, normal, power.max(axis=1))
 

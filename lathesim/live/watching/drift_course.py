@@ -54,12 +54,12 @@ class DriftCourse:
         points = [(at, value) for at, value in zip(self.series.times, self.series.values, strict=True) if at >= time]
         self.series.times, self.series.values = [at for at, _ in points], [value for _, value in points]
 
-    def take(self, time: float, value: float, now: float) -> Event | None:
-        """Take a point of the course, and return a forecast every minute until the tolerance is reached."""
+    def take(self, time: float, value: float, now: float, *, drifts: bool = True) -> Event | None:
+        """Take a point of the course. Where it ``drifts``, return a forecast every minute until the tolerance is reached."""
         if self._reached or not np.isfinite(value):
             return None
         self.series.add(time, value)
-        if now < self._next_told:
+        if now < self._next_told or not drifts:
             return None
         found = forecast(np.array(self.series.times), np.array(self.series.values), self.tolerance, LEAST_FLOOR)
         if found is None:

@@ -102,10 +102,9 @@ class Following:
                     self._known.moved(size, course.newest, point.time, course.until)
             else:
                 yield from self._range(name, float(point.values[at]), float(point.deviations[at]), now)
-        if not self._courses or not self._drifting:
-            return
-        for drift in self._drifts:
-            told = drift.take(point.time, float(point.excess[self._watch.residuals.compare.index(drift.channel)]), now)
+        for drift in self._drifts if self._courses else []:
+            excess = float(point.excess[self._watch.residuals.compare.index(drift.channel)])
+            told = drift.take(point.time, excess, now, drifts=self._drifting)
             if told is not None:
                 yield told
 

@@ -23,8 +23,8 @@ class Forecast:
 
 @dataclass(frozen=True)
 class Line:
-    """A straight line ``place + slope (t - middle)`` through points: their ``variance`` about it, the ``spread`` of their times (sum of
-    squares), and how many independent ones they are worth (``effective``)."""
+    """A straight line ``place + slope (t - middle)`` through ``count`` points: their ``variance`` about it, larger where they depend on
+    their neighbours, and the ``spread`` of their times (sum of squares)."""
 
     middle: float
     place: float
@@ -32,7 +32,6 @@ class Line:
     variance: float
     spread: float
     count: int
-    effective: float
 
     def at(self, time: float) -> float:
         """Return the value of the line at a time [s]."""
@@ -40,7 +39,7 @@ class Line:
 
     def rises(self, error: float) -> float:
         """Return the sign of the slope where it is not 0 at a probability of ``error`` to be wrong, else 0."""
-        limit = _student(1.0 - 0.5 * error, self.effective - 2.0) * np.sqrt(self.variance / self.spread)
+        limit = _student(1.0 - 0.5 * error, self.count - 2.0) * np.sqrt(self.variance / self.spread)
         return float(np.sign(self.slope)) if abs(self.slope) > limit else 0.0
 
 
@@ -60,7 +59,7 @@ def line_through(time: FloatArray, value: FloatArray) -> Line | None:
     correlation = float(np.clip(np.sum(rest[1:] * rest[:-1]) / max(square, 1e-300), 0.0, 0.95))
     effective = max(3.0, len(t) * (1.0 - correlation) / (1.0 + correlation))
     variance = square / max(1.0, len(t) - 2) * len(t) / effective
-    return Line(middle, float(place), float(slope), variance, float(np.sum((t - middle) ** 2)), len(t), effective)
+    return Line(middle, float(place), float(slope), variance, float(np.sum((t - middle) ** 2)), len(t))
 
 
 def forecast(time: FloatArray, value: FloatArray, tolerance: float, doubt: float = 0.0) -> Forecast | None:
@@ -76,7 +75,7 @@ def forecast(time: FloatArray, value: FloatArray, tolerance: float, doubt: float
     at = line.middle + (tolerance - line.place) / line.slope
     if at < last:
         return Forecast(at, at, at)
-    quantile = _student(0.975, line.effective - 2.0)
+    quantile = _student(0.975, line.count - 2.0)
     # Fieller: (goal - place - slope u)^2 = q^2 (variance (1/n + u^2/spread) + (doubt goal)^2), u = time - middle
     a = line.slope**2 - quantile**2 * line.variance / line.spread
     b = -2.0 * line.slope * (tolerance - line.place)

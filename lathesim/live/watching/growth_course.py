@@ -43,20 +43,18 @@ class GrowthCourse:
     told: bool = False
     _series: Series = field(default_factory=Series)
     _stepped: float | None = None
+    _mixed: tuple[float, float] | None = None
 
     def take(self, time: float, value: float, deviation: float) -> Growth | None:
         """Take the size over a segment around ``time`` [s], with its standard deviation; return its growth where that can be told, once."""
-        stepped = self._stepped
-        if stepped is not None and time - 0.5 * SEGMENT < stepped:
-            return None  # a segment with the step in it is neither before nor after
-        self._stepped = None
+        if self._stepped is not None and time - 0.5 * SEGMENT < self._stepped:
+            self._mixed = (time, value)  # a segment with the step in it is neither before nor after
+            return None
+        stepped, self._stepped = self._stepped, None
         if stepped is not None:
-            expected, unsure = self._expected(time)
-            if abs(value - expected) > max(_WORTH * self.scale, _SURE * np.hypot(deviation, unsure)):
-                self._series.clear()
-                self.told = False
-                self._series.add(time, value)
-                return Growth(expected, value, stepped)
+            step = self._confirmed(stepped, time, value, deviation)
+            if step is not None:
+                return step
         self._series.add(time, value)
         times, values = np.array(self._series.times), np.array(self._series.values)
         if self.told or not self._moves(times, values):
@@ -68,6 +66,19 @@ class GrowthCourse:
         self.told = True
         first = max(bent, float(times[0]))
         return Growth(line.at(first), line.at(time), bent if self.named is None else self.named, line.slope)
+
+    def _confirmed(self, begun: float, time: float, value: float, deviation: float) -> Growth | None:
+        """Return the step at ``begun`` [s] that the segment around ``time`` [s] confirms, and begin anew there; None where it does not."""
+        expected, unsure = self._expected(time)
+        mixed, self._mixed = self._mixed, None
+        if abs(value - expected) <= max(_WORTH * self.scale, _SURE * np.hypot(deviation, unsure)):
+            if mixed is not None:
+                self._series.add(*mixed)
+            return None
+        self._series.clear()
+        self.told = False
+        self._series.add(time, value)
+        return Growth(expected, value, begun)
 
     def _moves(self, times: FloatArray, values: FloatArray) -> bool:
         """Return whether the size rises or falls over the newest ten segments, or twice, four times ... as many."""

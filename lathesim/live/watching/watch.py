@@ -116,6 +116,7 @@ class Watch:
         self._centred = not residuals.parameters
         self._theta = np.zeros(len(residuals.parameters))
         self._unsettled = -np.inf
+        self._seen_since = np.inf
         self._excess = np.zeros(len(residuals.compare))
         self._first: list[FloatArray] = []
         self._base: FloatArray | None = None
@@ -286,8 +287,10 @@ class Watch:
         """Take the uncertain values that explain the newest blocks; what was before their last step is not looked at any more."""
         assert self._test is not None
         stepped = found.moved > self._step_limit
-        if stepped and self._time - found.moved_at < _SURE * self._block_time:
+        self._seen_since = min(self._seen_since, self._time - self._block_time) if stepped else np.inf
+        if stepped and self._time - max(found.moved_at, self._seen_since) < _SURE * self._block_time:
             return
+        self._seen_since = np.inf
         before, self._theta = self._theta, self.residuals.nominal + found.theta
         if stepped:
             moved = np.abs(self._theta - before)
@@ -344,6 +347,8 @@ class Watch:
             self._held, self._base, self._first = None, None, []
             self._excess = np.zeros(len(residuals.compare))
             self._settled_at = max(self._settled_at, self._time + SETTLE)
+        if self._reference is not None:
+            self._course = self._new_course(self._reference)
         self.relearn()
 
 
