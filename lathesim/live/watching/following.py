@@ -63,7 +63,7 @@ class Following:
             yield from self._unnamed(now)
 
     def _moved(self, moved: Moved) -> Iterator[Event]:
-        """Tell a step of a value: growth of a known effect, or what the lesson allows."""
+        """Return what a step of a value is: of an uncertain one an event; of a known size the next whole segment tells."""
         name = moved.parameter
         if name in self._courses:
             self._courses[name].stepped(moved.begun)
@@ -109,7 +109,7 @@ class Following:
                 yield told
 
     def _range(self, name: str, value: float, deviation: float, now: float) -> Iterator[Event]:
-        """Tell once that an uncertain value has left what the lesson allows."""
+        """Return the event of an uncertain value that has left what the lesson allows, once."""
         if name in self._outside or abs(value) - _SURE * deviation < FURTHEST:
             return
         self._outside.add(name)
@@ -120,7 +120,7 @@ class Following:
         yield Event("range", now, sentence, {"parameter": name, "deviations": value})
 
     def _unnamed(self, now: float) -> Iterator[Event]:
-        """Take down by how much channels differ while nothing is named, and tell when that reaches a tolerance."""
+        """Return forecasts from by how much channels differ while nothing is named."""
         self._raw_since = now if np.isnan(self._raw_since) else self._raw_since
         for drift, squares in zip(self._drifts, self._raw, strict=True):
             squares.append(self._watch.excess(drift.channel))
