@@ -41,8 +41,8 @@ from lathesim.diagnosis.reporting.remarks import implausible_values, not_determi
 from lathesim.diagnosis.selection.laboratory import Laboratory, judged_score
 from lathesim.diagnosis.verdict.adequacy import Adequacy, adequacy
 from lathesim.diagnosis.verdict.deciding_channel import deciding_channel
-from lathesim.diagnosis.verdict.decision import decide, sentence_of
-from lathesim.diagnosis.verdict.further_effects import further_effects
+from lathesim.diagnosis.verdict.decision import CLOSEST, decide, sentence_of
+from lathesim.diagnosis.verdict.further_effects import Possible, further_effects
 from lathesim.diagnosis.verdict.grounds import gathered
 from lathesim.diagnosis.verdict.ranking import RankedEffect, rank_effects, removed_share
 from lathesim.diagnosis.verdict.stability import stability
@@ -96,20 +96,20 @@ def describe(
     own = _own_simulation(validation, found, before, reported_fit)
     evidence = gather(experiment, validation, found, own, method=method)
     ranked = _ranked(experiment, found, counts, method)
-    baseline = _baseline(experiment, found, values)
     taken = removed_share(validation, before, reported_fit, method=method)
-    laws = other_laws(question, found, experiment, validation)
+    baseline, laws = _baseline(experiment, found, values), other_laws(question, found, experiment, validation)
     judged = adequacy(experiment, validation, found, evidence, own, baseline, taken, laws, values, method=method)
     sure = with_error_of_form(values, found.model.candidates, judged.form_left) if judged.form_left else values
-    grounds = gathered(found, ranked, judged, moved, sure, method)
+    further = _further_effects(prepared, found)
+    grounds = gathered(found, ranked, judged, moved, sure, bool(further), method)
     rule = decide(grounds)
     outcome = _Outcome(prepared, found, own, evidence, baseline, judged, rule.verdict in NAMING)
     effects = _effects(outcome, ranked, replace(sure, by_name={**sure.by_name, **_read(counts)}), taken)
     location = _location(outcome, effects, [candidate for candidate, _ in counts])
-    formula, possible = _formula(outcome, progress), _possible(outcome, rule.verdict)
+    formula, possible = _formula(outcome, progress), _possible(outcome, further, rule.verdict)
     return Diagnosis(
         verdict=rule.verdict,
-        sentence=sentence_of(rule.verdict, effects, found.values_off, found.jointly_off),
+        sentence=sentence_of(rule, effects, found.values_off, found.jointly_off),
         lesson=question.lesson,
         recording=question.fitted.name,
         validation="",
@@ -118,7 +118,7 @@ def describe(
         fit=own.fit,
         removed_share=taken,
         adequate=judged.adequate,
-        shortfall=judged.shortfall if outcome.names else "",
+        shortfall=judged.shortfall if outcome.names or rule.reason == CLOSEST else "",
         baseline=baseline,
         insert=_entries(outcome, effects, ranked),
         left=_left(outcome, possible),
@@ -204,15 +204,19 @@ def _entries(outcome: _Outcome, effects: Sequence[FoundEffect], ranked: Sequence
     return tuple(lesson_entry(effect, item.candidate, fitted, experiment) for effect, item in zip(effects, ranked, strict=True))
 
 
-def _possible(outcome: _Outcome, verdict: Verdict) -> tuple[PossibleEffect, ...]:
-    """Return what is possible beside the model, where physics is missing: the sizes are those of the fit with it."""
-    found, prepared, method = outcome.found, outcome.prepared, outcome.method
-    if verdict not in (*NAMING, "unknown") or not found.complete:
+def _further_effects(prepared: Prepared, found: SearchResult) -> tuple[Possible, ...]:
+    """Return what is possible beside the model; a search that was stopped has not asked."""
+    if not found.complete:
         return ()
-    laboratory = Laboratory(prepared.experiment, prepared.validation, lambda text: None, method=method)
+    laboratory = Laboratory(prepared.experiment, prepared.validation, lambda text: None, method=prepared.question.method)
     laboratory.weigh(found.baseline.fitted)
-    told = []
-    for one in further_effects(laboratory, found, method):
+    return further_effects(laboratory, found, prepared.question.method)
+
+
+def _possible(outcome: _Outcome, further: Sequence[Possible], verdict: Verdict) -> tuple[PossibleEffect, ...]:
+    """Return what is told of further effects, where physics is missing: the sizes are those of the fit with each."""
+    prepared, told = outcome.prepared, list[PossibleEffect]()
+    for one in further if verdict in (*NAMING, "unknown") else ():
         trial = one.trial
         values = estimates(trial.model, prepared.experiment, prepared.validation, prepared.whole)
         ranked = RankedEffect(trial.candidate, one.probability, (), (), trial.share_of_all, trial.share_of_rest)

@@ -104,12 +104,11 @@ def hardly_missed(evidence: Evidence, channels: Sequence[str], at: str = "", met
         structured_share(
             max((bar.before for bar in evidence.bars if bar.channel == channel), default=0.0),
             missing.share_before,
-            method.verdict.follows_no_more,
         )
         for channel, missing in zip(channels, evidence.missing, strict=True)
         if not at or (missing.at.partition(".")[0] == at and missing.unit in FORCES)
     ]
-    return bool(asked) and max(asked) < method.verdict.adequate
+    return bool(asked) and max(asked) < method.verdict.within_laws
 
 
 def _own(validation: Experiment, found: SearchResult, values: Estimates) -> Compared:

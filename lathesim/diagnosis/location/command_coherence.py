@@ -63,7 +63,7 @@ def command_coherence(
             share = foretold(asked[0], left[0][row], asked[1], left[1][row], length)
             found.append(CommandCoherence(channel, driven, share, over))
     best = max(found, key=lambda item: item.share, default=None)
-    return best if best is not None and best.share > method.location.coherent_share else None
+    return best if best is not None and best.share > method.shared.dependence else None
 
 
 def _block(experiments: tuple[Experiment, Experiment], method: Method) -> int:

@@ -73,6 +73,11 @@ class NarrowBand:
     high: float
 
     @property
+    def octave(self) -> str:
+        """The name of the octave of its channel in which it is."""
+        return in_octave(self.channel, self.frequency)
+
+    @property
     def place(self) -> str:
         """Where it is, in words: at a frequency, or between two."""
         if self.high - self.low < 2.0 * _TOP * self.frequency:
@@ -86,18 +91,27 @@ class NarrowBand:
         )
 
 
-def band_strength(residual: FloatArray, model: NoiseModel, method: Method = STANDARD) -> float:
-    """Return by how much the strongest band of a residual (samples,) stands out, over what it must reach to be looked at."""
+def in_octave(channel: str, frequency: float) -> str:
+    """Return the name of the octave of a channel in which a frequency [Hz] lies."""
+    return f"{channel}, octave {math.floor(math.log2(frequency))}"
+
+
+def band_strengths(channel: str, residual: FloatArray, model: NoiseModel, seconds: float, method: Method = STANDARD) -> dict[str, float]:
+    """Return by how much the strongest band of a residual (samples,) over some ``seconds`` stands out in each octave, over what it must
+    reach to be looked at; by the names of :func:`in_octave`.
+
+    A loop that swings by itself does so at its own frequency: what swings elsewhere is held against what the loop does there.
+    """
     power = np.abs(spectrum(residual, model.differences, model.window)) ** 2 / model.power
-    strongest = 0.0
+    lines = np.arange(int(method.location.band_least_cycles), int(method.location.band_highest * len(power)))
+    stands_out = np.zeros(len(lines))
     for width, prominent in method.location.bands:
         if len(power) < 2 * method.location.band_around * width or not np.any(power):
             break
-        prominence = _prominence(power, width, method)[
-            int(method.location.band_least_cycles) : int(method.location.band_highest * len(power))
-        ]
-        strongest = max(strongest, float(np.max(prominence, initial=0.0)) / prominent)
-    return strongest
+        stands_out = np.maximum(stands_out, _prominence(power, width, method)[lines] / prominent)
+    octaves = np.floor(np.log2(lines / seconds))
+    begins = [np.flatnonzero(octaves == octave) for octave in np.unique(octaves)]
+    return {in_octave(channel, lines[inside[0]] / seconds): float(np.max(stands_out[inside])) for inside in begins}
 
 
 def narrow_bands(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> list[NarrowBand]:
@@ -120,10 +134,7 @@ def narrow_bands(experiment: Experiment, fitted: Fitted, method: Method = STANDA
             near = slice(max(0, peak - method.location.band_near * width), peak + method.location.band_near * width + 1)
             share = float(np.sum(power[near]) / np.sum(power))
             raw = np.abs(spectrum(fitted.residual[row])) ** 2
-            is_most = (
-                prominence[peak] > method.location.band_towers * prominent
-                and float(np.sum(raw[near]) / np.sum(raw)) > method.location.coherent_share
-            )
+            is_most = float(np.sum(raw[near]) / np.sum(raw)) > method.location.band_share
             stands_out = share > method.location.band_share or (is_most and not _is_driven(experiment, peak, width, method=method))
             stands_out = stands_out and peak >= int(method.location.band_least_cycles) and prominence[peak] > prominent
             if stands_out and not _is_low_pass(power - around, peak, method=method):

@@ -11,12 +11,6 @@ from lathesim.limit import Limit
 class LocationLimits:
     """Limits of where something is missing and what it depends on."""
 
-    coherent_share: Limit = Limit(
-        0.3, "share of residual",
-        "coherent with the command above this share, or in a band that towers, a residual is what the model lacks",
-        "calibrated",
-        "on sound machines no share was coherent; on one with a table on a spring 0.87 was",
-    )  # fmt: skip
     answers: int = 20
     """Answers to a command, one after the other, that a recording is taken for ..."""
     shortest_answer: int = 64
@@ -37,13 +31,11 @@ class LocationLimits:
         "calibrated",
         "a simulation that steps leaves 0.2 % on the project's own axes",
     )  # fmt: skip
-    band_share: Limit = Limit(0.2, "share of whitened residual", "a narrow band must hold this share to be reported")
-    band_towers: Limit = Limit(
-        50.0, "times the prominence limit",
-        "a band that stands out by this much more is reported at a smaller share",
-        "calibrated",
-        "suite 712604, 28 cases: 24 right answers at 0.59 of it at most, 6 at 1.33 at least; of 3 wrong ones all at 0.56 at most",
-    )  # fmt: skip
+    band_share: Limit = Limit(
+        0.2,
+        "share of whitened residual",
+        "a narrow band must hold this share to be reported, or of the residual as it is where nothing drives it",
+    )
     band_below: float = 0.25
     """Share of its frequency up to which the power below a swing is looked at."""
     band_quiet: Limit = Limit(0.2, "share of top power", "below a swing the power stays under this share of its top")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from scipy.stats import norm
+
 from lathesim.limit import Limit
 
 
@@ -17,6 +19,16 @@ class VerdictLimits:
         """Replicates of the fitted model that are simulated where a test of what is left fails: n of them show a probability of 1/(n + 1)
         at the least, which has to be below ``false_alarms``."""
         return math.ceil(1.0 / self.false_alarms)
+
+    @property
+    def within_laws(self) -> Limit:
+        """What errors of the lesson's laws leave of a force that goes with the motion, but for a share ``false_alarms`` of machines."""
+        return self.law_error.times(float(norm.isf(self.false_alarms)))
+
+    @property
+    def within_form(self) -> Limit:
+        """What the error of its form leaves of what an effect explains, but for a share ``false_alarms`` of machines."""
+        return self.form_error.times(float(norm.isf(self.false_alarms)))
 
     finer_steps: Limit = Limit(
         4.0, "1", "so many steps of a replicate make one of the lesson's: a real machine makes none, and its residual shows the lesson's",
@@ -34,16 +46,17 @@ class VerdictLimits:
         "an interval that comes this near the neutral value leaves the size undetermined",
     )  # fmt: skip
     sensors_apart: Limit = Limit(20.0, "resolutions", "redundant sensors may differ by this without a reason, as by their interpolation")
-    adequate: Limit = Limit(
-        0.025, "share of acting force",
-        "a model is inadequate where the operating conditions explain a larger missing force on the validation recording",
+    law_error: Limit = Limit(
+        0.005, "share of a law",
+        "a law of the lesson may be wrong by this, one standard deviation: each value that is uncertain is drawn so in a replicate",
+        "derived",
+        "declared: with it a missing force that goes with the motion is a doubt above 1 % of what acts, five times what integration leaves",
     )  # fmt: skip
-    other_form: Limit = Limit(
-        0.11, "share of missing force",
-        "above this what is left has a form of its own, so the named effect is not the whole cause",
+    form_error: Limit = Limit(
+        0.05, "share of an effect",
+        "an effect of the catalogue may be of another form by this, one standard deviation: each of its sizes is drawn so in a replicate",
         "calibrated",
-        "concealed cases: effects in their own form left up to 0.10, others 0.114 and more (a brake of eddy currents for a dry "
-        "friction); counts not recorded",
+        "concealed cases: effects in their own form left up to 0.10 of what was missing, others 0.114 and more; counts not recorded",
     )  # fmt: skip
     leaves_much: Limit = Limit(
         0.37, "share of missing force",
@@ -56,14 +69,3 @@ class VerdictLimits:
         "a missing force above this is no noise and no small load", "calibrated", "concealed cases: sound machines left up to a tenth",
     )  # fmt: skip
     load_shows: Limit = Limit(5.0, "noise floors", "it must move the closed-loop simulation by this")
-    follows_motion: Limit = Limit(
-        0.01, "share of acting force",
-        "a missing force that mostly follows the motion counts above this",
-        "derived",
-        "five times what the integration steps leave (0.2 %)",
-    )  # fmt: skip
-    follows_no_more: Limit = Limit(
-        0.01, "share of missing force", "and follows it no more below this",
-        "calibrated",
-        "suite 712604, 28 cases: 23 right answers at 0.81 of it at most, 14 at 1.18 at least; of 3 wrong ones 3 at 0.004, one at 55",
-    )  # fmt: skip

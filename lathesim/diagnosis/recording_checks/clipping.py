@@ -28,7 +28,7 @@ def clipped_reading(experiment: Experiment, fitted: Fitted, method: Method = STA
         ends = ((recorded.max(), 1.0), (recorded.min(), -1.0))
         levels = [level for level, side in ends if _goes_beyond(recorded, simulated, level, side, method=method)]
         others = [other for other in range(len(experiment.machine.compare)) if other != row]
-        if levels and others and all(missing_share(experiment, fitted, other)[0] < method.verdict.adequate for other in others):
+        if levels and others and all(missing_share(experiment, fitted, other)[0] < method.verdict.within_laws for other in others):
             stand = int(np.count_nonzero(np.isin(recorded, levels)))
             where = " and ".join(shown_with_unit(float(level), unit) for level in levels)
             return (

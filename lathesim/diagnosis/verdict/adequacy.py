@@ -132,8 +132,7 @@ def _coherent(experiment: Experiment, validation: Experiment, found: SearchResul
 def _with_replicates(judged: Judged, experiment: Experiment, validation: Experiment, found: SearchResult, method: Method) -> Judged:
     """Return the same with the probabilities of its statistics under the fitted model; nothing is simulated where no test fails that is
     held against them."""
-    kinds = CALIBRATED[:1] if judged.effects else CALIBRATED
-    asked = any(test.name in kinds and not test.passed for test in residual_tests(judged, method))
+    asked = any(test.name in CALIBRATED and not test.passed for test in residual_tests(judged, method))
     doubts = calibrated_doubts(experiment, validation, found.model, method) if asked else None
     return judged if doubts is None else replace(judged, probabilities=doubts.probability, replicates=doubts.replicates)
 

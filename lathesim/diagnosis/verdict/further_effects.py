@@ -1,4 +1,4 @@
-"""Which further effect is possible beside the model: it explains much of what is left, and too little of all to be named."""
+"""Which further effect is possible beside the model: it explains most of what is left, and too little of all to be named."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Possible:
 def further_effects(laboratory: Laboratory, found: SearchResult, method: Method) -> tuple[Possible, ...]:
     """Return the best further effect, and those that cannot be told from it, the best first.
 
-    Each gains on both recordings what an accepted effect must gain, and explains a share of what is left that is worth a name. What it is
-    not asked is how much it explains of all, and how far it moves a channel. The probabilities are those of
+    Each gains on both recordings what an accepted effect must gain, and explains nearly all of what is left somewhere. What it is not
+    asked is how much it explains of all, and how far it moves a channel. The probabilities are those of
     :func:`lathesim.diagnosis.verdict.ranking.rank_effects`: exp(-gap / half the resolution), over the sum of all that were tried there.
     """
     held = [trial for trial in _best_of_each(found, method) if _may_be_there(laboratory, found, trial, method)]
@@ -66,7 +66,7 @@ def _may_be_there(laboratory: Laboratory, found: SearchResult, trial: Trial, met
     return (
         sound
         and gains_enough(trial, method, found.null_maximum)
-        and trial.share_of_rest > method.share_of_rest
+        and trial.share_of_rest > method.nearly_all_of_rest
         and trial.closed_loop_degradation < method.shared.alike
         and of_usual_size(trial.candidate, values, method)
         and not is_part_of_a_wave(trial, found.model, method=method)

@@ -23,7 +23,9 @@ class Grounds:
 
     ``accepted`` are criteria of effects of the model that hold, ``refused`` those of further effects that do not. ``ties`` hold where an
     effect cannot be distinguished from the first one; ``tied`` says that another reason ties it: a form that the recording could not have
-    shown, a value of the lesson. ``moved`` holds where other values of the lesson explain much, ``values_off`` where one is the answer.
+    shown, a value of the lesson. ``rest_explained`` says that a further effect is possible, which explains nearly all of what is left, and
+    ``at_first`` of which channels and values the tests speak of the place of the first effect.
+    ``moved`` holds where other values of the lesson explain much, ``values_off`` where one is the answer.
     """
 
     effects: bool
@@ -34,6 +36,8 @@ class Grounds:
     accepted: tuple[Criterion, ...] = ()
     refused: tuple[Criterion, ...] = ()
     ties: tuple[Criterion, ...] = ()
+    rest_explained: bool = False
+    at_first: frozenset[str] = frozenset()
     tied: bool = False
     values_off: bool = False
 
@@ -109,9 +113,11 @@ def gathered(
     adequate: Adequacy,
     moved: Criterion,
     values: Estimates,
+    possible: bool,
     method: Method,
 ) -> Grounds:
-    """Return what a decision rests on; ``values`` are the estimates with the error of the effects' form."""
+    """Return what a decision rests on; ``values`` are the estimates with the error of the effects' form, and ``possible`` says whether a
+    further effect explains what is left."""
     first = ranked[0] if ranked else None
     rivals = ties(first, found, method) if first else ()
     by_number = sum(criterion.holds for criterion in rivals)
@@ -124,9 +130,20 @@ def gathered(
         accepted=of_the_model(found, method),
         refused=of_the_rest(found, method),
         ties=rivals,
+        rest_explained=possible,
+        at_first=_at_place(first, adequate) if first else frozenset(),
         tied=bool(first and (len(first.tied) > by_number or found.values_instead)),
         values_off=bool(found.values_off),
     )
+
+
+def _at_place(first: RankedEffect, adequate: Adequacy) -> frozenset[str]:
+    """Return what tests are of that speak of the place of an effect: channels and values of its part, channels behind which its part misses
+    something, and the whole model."""
+    part = first.candidate.at.partition(".")[0]
+    behind = {channel for channel, missing, _ in adequate.judged.missing() if missing.at.partition(".")[0] == part}
+    own = {test.channel for test in adequate.tests if test.channel.partition(".")[0] == part}
+    return frozenset(("", *behind, *own))
 
 
 def _gain_error(gain: float, parameters: int) -> float:

@@ -119,7 +119,7 @@ def ratio(value: float, other: float) -> float:
     return value / other if other > 0.0 and not math.isnan(value) else math.inf
 
 
-def structured_share(explained: float, share: float, least: float) -> float:
-    """Return the size of what is missing and depends on the motion, as a ``share`` of what acts; nothing where a variable explains less
-    than ``least`` of it."""
-    return share * math.sqrt(explained) if explained >= least and math.isfinite(share) else 0.0
+def structured_share(explained: float, share: float) -> float:
+    """Return the size of what is missing and depends on the motion, as a ``share`` of what acts, where a variable has ``explained`` a part
+    of it."""
+    return share * math.sqrt(explained) if explained > 0.0 and math.isfinite(share) else 0.0

@@ -21,7 +21,7 @@ from lathesim.diagnosis.location.command_coherence import coherent_share
 from lathesim.diagnosis.location.dependence import bars
 from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.missing_share import missing_share
-from lathesim.diagnosis.location.narrow_band import band_strength
+from lathesim.diagnosis.location.narrow_band import band_strengths
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.condition import Kind
 from lathesim.engine.assembly import FloatArray
@@ -36,7 +36,7 @@ from lathesim.identification.signal.analysis import root_mean_square
 BAND, COHERENCE = "narrow band", "coherence with the command"
 DEPENDENCE, SENSORS = "dependence on the motion", "redundant sensors"
 Statistics = dict[tuple[str, str], float]
-"""Kind of test and channel -> its statistic."""
+"""Kind of test and channel, of a band with its octave -> its statistic."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,10 @@ def calibrated_doubts(experiment: Experiment, validation: Experiment, model: Mod
     fits = ((experiment, model.fitted), (validation, model.validation_fit))
     told = _told_by_motion((experiment, validation), (model.fitted, model.validation_fit), effects=bool(model.candidates), method=method)
     made = [
-        replicates(one, model.candidates, fitted.by_name, _loads(one, fitted, told), number, seed, _noise(one, fitted), finer)
+        replicates(
+            one, model.candidates, fitted.by_name, _loads(one, fitted, told), number, seed, _noise(one, fitted), finer,
+            _errors(one, model, method),
+        )
         for seed, (one, fitted) in enumerate(fits)
     ]  # fmt: skip
     count = min(len(one.drawn) for one in made)
@@ -96,13 +99,16 @@ def _statistics(pair: tuple[Experiment, Experiment], made: list[Replicates], fit
     for one, of, known in zip(pair, made, fitted, strict=True):
         residual = one.sensed.one({name: of.values[name] for name in one.sensed.settable(of.values)})
         noise = noise_of(residual, of.own.sensed.noise_shapes(of.values))
-        left.append(replace(known, residual=residual, noise=noise))
+        # the machine of a replicate knows the values of its own effects alone, and not those that an effect left behind
+        nothing = np.zeros(0)
+        left.append(replace(known, free=(), values=nothing, constant=of.values, residual=residual, noise=noise))
+        seconds = one.sensed.samples * one.machine.assembly.sample_period
         controllers = {part.name for part in one.machine.assembly.parts if decides(part.component)}
         for row, channel in enumerate(one.machine.compare):
             if channel.partition(".")[0] in controllers:
                 continue
-            strength = band_strength(residual[row], noise[row], method)
-            found[BAND, channel] = max(found.get((BAND, channel), 0.0), strength)
+            for octave, strength in band_strengths(channel, residual[row], noise[row], seconds, method).items():
+                found[BAND, octave] = max(found.get((BAND, octave), 0.0), strength)
     for channel, share in coherent_share(pair, (made[0].values, made[1].values), method).items():
         found[COHERENCE, channel] = share
     return found | _motion_and_sensors(pair, (left[0], left[1]), effects=bool(made[0].own.candidates), method=method)
@@ -129,6 +135,21 @@ def _told_by_motion(pair: tuple[Experiment, Experiment], left: tuple[Fitted, Fit
         if not effects or bar.kind is not Kind.TOGETHER:
             explained[bar.channel] = max(explained.get(bar.channel, 0.0), bar.share)
     return explained
+
+
+def _errors(experiment: Experiment, model: Model, method: Method) -> dict[str, float]:
+    """Return by how much the laws of the lesson and of the effects may be wrong, one standard deviation of each value that stands for one:
+    the values that the lesson calls uncertain, and the sizes of effects.
+
+    What a law leaves where its form is wrong is drawn as what it leaves where its size is. Source: M. C. Kennedy, A. O'Hagan, J. R. Stat.
+    Soc. B 63 (2001), 425-464 (a model has a discrepancy, declared before the data are looked at). Left out: refitting to each replicate.
+    """
+    values, verdict = model.fitted.by_name, method.verdict
+    errors = {name: verdict.law_error * abs(values[name]) for name in experiment.machine.uncertain if name in values}
+    for candidate in model.candidates:
+        sizes = [name for name in candidate.parameters if name.partition(".")[2] in candidate.effect.neutral]
+        errors |= {name: verdict.form_error * abs(values[name]) for name in sizes}
+    return errors
 
 
 def _noise(experiment: Experiment, fitted: Fitted) -> dict[str, float]:

@@ -20,10 +20,9 @@ CALIBRATED = (
     "narrow band",
     "coherent with the command",
     "force follows the motion",
-    "small force follows the motion",
     "redundant sensors agree",
 )
-"""Tests that are held against replicates where they fail: all without effects, beside effects the first."""
+"""Tests that are held against replicates where they fail."""
 Test = Callable[[Judged, Method], Iterator[ResidualTest]]
 
 
@@ -35,9 +34,9 @@ def force_follows_motion(judged: Judged, method: Method) -> Iterator[ResidualTes
     """
     for channel, missing, bar in judged.off():
         explained, fit = bar.after if bar else 0.0, judged.fit[channel]
-        share = structured_share(explained, missing.share_after, method.verdict.follows_no_more)
+        share = structured_share(explained, missing.share_after)
         left = f"{missing.share_after:.1%} of what acts at {missing.at} is still missing"
-        follows = (held(share, ">=", method.verdict.adequate, share * relative_error(missing.after)),)
+        follows = (held(share, ">=", method.verdict.within_laws, share * relative_error(missing.after)),)
         no_noise = (
             held(missing.share_after, "<=", method.shared.larger_part, missing.share_after * relative_error(missing.after)),
             held(ratio(fit.after, fit.floor), ">=", method.shared.alike),
@@ -65,7 +64,7 @@ def narrow_bands(judged: Judged, method: Method) -> Iterator[ResidualTest]:
     for band in judged.bands:
         if band.channel not in judged.by_chance:
             yield ResidualTest(
-                "narrow band", band.channel, _beyond_replicates(judged, BAND, band.channel, band.share, method.location.band_share, method),
+                "narrow band", band.channel, _beyond_replicates(judged, BAND, band.octave, band.share, method.location.band_share, method),
                 f"{band.channel} still swings {band.place}",
             )  # fmt: skip
 
@@ -81,7 +80,7 @@ def another_form(judged: Judged, method: Method) -> Iterator[ResidualTest]:
     if found:
         share, (channel, missing, bar) = max(found, key=lambda pair: pair[0])
         yield ResidualTest(
-            OTHER_FORM, channel, all_of(held(share, ">=", method.verdict.other_form, share * relative_error(missing.after))),
+            OTHER_FORM, channel, all_of(held(share, ">=", method.verdict.within_form, share * relative_error(missing.after))),
             f"{share:.0%} of what was missing at {missing.at} is left and goes with {bar.variable if bar else ''}",
         )  # fmt: skip
 
@@ -110,8 +109,8 @@ def removes_too_little(judged: Judged, method: Method) -> Iterator[ResidualTest]
         verdict, signals = method.verdict, judged.evidence.missing
         before, after = (max((getattr(bar, side) for bar in judged.evidence.bars), default=0.0) for side in ("before", "after"))
         more = (
-            held(after, ">=", verdict.follows_no_more),
-            *(held(item.share_after, ">=", verdict.adequate, item.share_after * relative_error(item.after)) for item in signals),
+            held(after, ">", 0.0),
+            *(held(item.share_after, ">=", verdict.within_laws, item.share_after * relative_error(item.after)) for item in signals),
             *(() if judged.waves else (held(before, "<=", method.shared.dependence),)),
         )
         clauses = (
@@ -154,7 +153,7 @@ def value_leaves_form(judged: Judged, method: Method) -> Iterator[ResidualTest]:
 def answers_to_command(judged: Judged, method: Method) -> Iterator[ResidualTest]:
     """What no effect explains answers to a driven input."""
     for one in judged.coherent if _nothing_found(judged) else ():
-        criterion = _beyond_replicates(judged, COHERENCE, one.channel, one.share, method.location.coherent_share, method)
+        criterion = _beyond_replicates(judged, COHERENCE, one.channel, one.share, method.shared.dependence, method)
         yield ResidualTest("coherent with the command", one.channel, criterion, str(one))
 
 
@@ -182,29 +181,6 @@ def sensors_apart(judged: Judged, method: Method) -> Iterator[ResidualTest]:
         far = (held(pair.resolutions, ">", method.verdict.sensors_apart),)
         criterion = Criterion((far, *_no_chance(judged, SENSORS, pair.channels[0], method)))
         yield ResidualTest("redundant sensors agree", pair.channels[0], criterion, sentence)
-
-
-def small_force_follows_motion(judged: Judged, method: Method) -> Iterator[ResidualTest]:
-    """Most of a force that is missing follows the motion, though it is small beside all that acts.
-
-    A load that nobody measured follows nothing: on concealed cases a sixth of one did by chance.
-    """
-    for channel, missing, bar in judged.off() if _nothing_found(judged) else ():
-        if bar is None or not of_forces(missing):
-            continue
-        share = missing.share_after * math.sqrt(max(bar.after, 0.0))
-        yield ResidualTest(
-            "small force follows the motion",
-            channel,
-            Criterion(
-                (
-                    (held(bar.after, ">", method.shared.larger_part),),
-                    (held(share, ">=", method.verdict.follows_motion, share * relative_error(missing.after)),),
-                    *_no_chance(judged, DEPENDENCE, channel, method),
-                )
-            ),
-            f"{missing.share_after:.1%} of what acts at {missing.at} is still missing, and goes with {bar.variable}",
-        )
 
 
 def every_channel_worse(judged: Judged, method: Method) -> Iterator[ResidualTest]:
@@ -255,7 +231,7 @@ def sizes_determined(judged: Judged, method: Method) -> Iterator[ResidualTest]:
 
 RESIDUAL_TESTS: tuple[Test, ...] = (
     force_follows_motion, implausible_values, narrow_bands, another_form, controller_laws, removes_nothing, removes_too_little,
-    value_leaves_much, value_leaves_form, answers_to_command, force_is_missing, sensors_apart, small_force_follows_motion,
+    value_leaves_much, value_leaves_form, answers_to_command, force_is_missing, sensors_apart,
     every_channel_worse, waves_draw_anything, impossible_machine, sizes_determined,
 )  # fmt: skip
 """In the order in which their reasons are told."""
@@ -319,9 +295,8 @@ def _beyond_replicates(judged: Judged, kind: str, channel: str, share: float, le
 
 
 def _no_chance(judged: Judged, kind: str, channel: str, method: Method) -> Iterator[tuple[Condition, ...]]:
-    """Return the clause by which no replicate of the fitted model shows as much; none where none was simulated, nor beside effects: of
-    what is left there much is the error of their form, which no replicate knows."""
-    if not judged.effects and (probability := judged.probabilities.get((kind, channel))) is not None:
+    """Return the clause by which no replicate of the fitted model shows as much; none where none was simulated."""
+    if (probability := judged.probabilities.get((kind, channel))) is not None:
         error = math.sqrt(probability * (1.0 - probability) / (1 + judged.replicates))
         yield (held(probability, "<=", method.verdict.false_alarms, error),)
 

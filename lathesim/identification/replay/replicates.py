@@ -79,23 +79,27 @@ def replicates(
     seed: int = 0,
     noise: Mapping[str, float] | None = None,
     finer: float = 1.0,
+    errors: Mapping[str, float] | None = None,
 ) -> Replicates:
     """Return so many replicates of a recording from the model with ``candidates`` at ``values`` (``part.parameter`` or ``part.state``).
 
     Sensors get the ``noise`` (channel -> standard deviation with rounding, by default the floor of the recording) beyond their rounding;
-    what acts beside the drive are ``loads``. So many ``finer`` steps make one of the lesson's.
+    what acts beside the drive are ``loads``. So many ``finer`` steps make one of the lesson's. Values with ``errors`` (name -> standard
+    deviation) are drawn anew in each replicate, alike for every ``seed``: replicates of two recordings are of one machine.
     """
     plain = _with_effects_alone(experiment, candidates)
     beyond = {name: _beyond_rounding(experiment, name, (noise or experiment.floors)[name]) for name in experiment.machine.compare}
     noisy = wire(_noisy(plain, loads, beyond, finer))
     names = [name for name in plain.own.settable(values) if name in noisy.parameters or name in noisy.states]
     row = np.array([[values[name] for name in names]], dtype=float)
+    spread = np.array([(errors or {}).get(name, 0.0) for name in names])
     positions = [noisy.channels.index(channel) for channel in plain.own.channels]
     samples = (plain.own.samples - 1) * plain.own.every + 1
     drawn = []
     for place in range(number):
         pick = lambda record: record[positions, :: plain.own.every].copy()  # noqa: E731 - one expression, named for the reader
-        simulated = Batch(noisy, samples, seed=1 + place + number * seed, threads=1).run(names, row, pick)[0]
+        machine = row + spread * np.random.default_rng([place, number, len(names)]).standard_normal(len(names))
+        simulated = Batch(noisy, samples, seed=1 + place + number * seed, threads=1).run(names, machine, pick)[0]
         if np.isfinite(simulated).all():
             drawn.append(replace(plain, record=_as_recorded(plain, simulated, beyond, np.random.default_rng([seed, place]))))
     return Replicates(plain, tuple(drawn), {name: values[name] for name in names})

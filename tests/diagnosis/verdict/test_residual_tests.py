@@ -17,6 +17,7 @@ from lathesim.diagnosis.records.residual_test import ResidualTest
 from lathesim.diagnosis.reporting.html_report import report_html
 from lathesim.diagnosis.reporting.terminal_text import answer_lines
 from lathesim.diagnosis.verdict.judged import Judged, ValueOff, structured_share
+from lathesim.diagnosis.verdict.replicate_check import DEPENDENCE
 from lathesim.diagnosis.verdict.residual_tests import (
     another_form,
     effects_leave_much,
@@ -27,7 +28,6 @@ from lathesim.diagnosis.verdict.residual_tests import (
     removes_nothing,
     removes_too_little,
     residual_tests,
-    small_force_follows_motion,
     value_leaves_form,
 )
 from tests.diagnosis.pushed_table import POSITION
@@ -52,14 +52,21 @@ def failed(test: Callable[[Judged, Method], Iterator[ResidualTest]], asked: Judg
     return [one.sentence for one in test(asked, STANDARD) if not one.passed]
 
 
+@pytest.mark.parametrize(("probability", "told"), [(0.3, False), (0.01, True)], ids=["as errors of laws leave", "more than they leave"])
+def test_what_replicates_with_errors_of_laws_leave_too_is_no_doubt(probability: float, told: bool) -> None:
+    asked = judged(evidence(0.1, 0.81), probabilities={(DEPENDENCE, POSITION): probability}, replicates=50)
+    assert bool(failed(force_follows_motion, asked)) == told
+    assert bool(failed(force_follows_motion, replace(asked, effects=True))) == told
+
+
 @pytest.mark.parametrize(
     ("share_after", "explained", "told"),
     [(0.1, 0.0, 0.0), (0.1, 0.81, 0.09), (0.0, 0.9, 0.0), (math.nan, 0.9, 0.0)],
     ids=["noise alone", "a pattern", "nothing left", "nothing acts there"],
 )
 def test_only_what_has_a_pattern_makes_a_model_inadequate(share_after: float, explained: float, told: float) -> None:
-    assert structured_share(explained, share_after, 0.01) == pytest.approx(told)
-    assert bool(failed(force_follows_motion, judged(evidence(share_after, explained)))) == (told > 0.025)
+    assert structured_share(explained, share_after) == pytest.approx(told)
+    assert bool(failed(force_follows_motion, judged(evidence(share_after, explained)))) == (told > 0.01)
 
 
 @pytest.mark.parametrize(("floors", "told"), [(1.1, False), (8.0, True)], ids=["at the floor", "off"])
@@ -166,7 +173,7 @@ def test_what_stepping_leaves_of_a_force_is_of_no_other_form(share_after: float,
     ids=["the wind of a fan", "a load", "as stepping leaves"],
 )
 def test_a_small_force_that_mostly_follows_the_motion_is_no_load(share_after: float, explained: float, told: bool) -> None:
-    reasons = failed(small_force_follows_motion, judged(evidence(share_after, explained)))
+    reasons = failed(force_follows_motion, judged(evidence(share_after, explained)))
     assert reasons == (["1.7% of what acts at x_axis.disturbance is still missing, and goes with velocity of x_axis"] if told else [])
 
 
