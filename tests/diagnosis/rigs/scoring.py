@@ -12,8 +12,8 @@ from scipy.stats import norm
 
 QUESTIONS = ("sound called sound", "only values off, said so", "one effect, that name or tied", "one effect, exactly that name",
              "two effects, both named or tied", "outside, not named", "fault, said so", "added input, place and shape told")  # fmt: skip
-
-
+SOUND = ("no_mismatch", "parameters_only")
+"""Verdicts that leave no physics out."""
 LATE = ("current_late", "rows")
 """Faults that are one channel shifted in time."""
 
@@ -52,7 +52,7 @@ def marks(answer: Answer) -> dict[str, bool]:
     verdict = told.get("verdict", "")
     match truth["kind"]:
         case "sound":
-            return {QUESTIONS[0]: verdict in ("no_mismatch", "parameters_only")}
+            return {QUESTIONS[0]: verdict in SOUND}
         case "values":
             return {QUESTIONS[1]: verdict == "parameters_only"}
         case "single":
@@ -129,9 +129,10 @@ def _cost(answers: list[Answer]) -> str:
     hopeless = len({answer.truth["case"] for answer in answers if not answer.truth.get("answerable", True)})
     beyond = [answer for answer in answers if answer.truth["kind"] == "outside"]
     named = sum(bool(answer.names) for answer in beyond)
+    sound = sum(answer.told.get("verdict") in SOUND for answer in beyond)
     return (
         f"{np.median(seconds):.0f} s of processor time at the median, {seconds.max():.0f} s at most. {hopeless} cases that no channel "
-        f"shows do not count. {named} of {len(beyond)} answers to something outside have a name."
+        f"shows do not count. {named} of {len(beyond)} answers to something outside have a name, {sound} call the machine sound."
     )
 
 
