@@ -105,10 +105,31 @@ def table(answers: list[Answer]) -> str:
         cells = []
         for column in order:
             asked = columns[column][question]
-            low, high = wilson(sum(asked), len(asked))
-            cells.append(f"{sum(asked)}/{len(asked)} ({100 * low:.0f} to {100 * high:.0f} %)" if asked else "-")
+            cells.append(_cell(asked))
         rows.append(f"| {question} | {' | '.join(cells)} |")
-    return "\n".join([*rows, "", _agreement(answers), _cost(answers), *_verdicts(answers)])
+    return "\n".join([*rows, "", *_by_case(answers), "", _agreement(answers), _cost(answers), *_verdicts(answers)])
+
+
+def _cell(asked: list[bool]) -> str:
+    low, high = wilson(sum(asked), len(asked))
+    return f"{sum(asked)}/{len(asked)} ({100 * low:.0f} to {100 * high:.0f} %)" if asked else "-"
+
+
+def _by_case(answers: list[Answer]) -> list[str]:
+    """Return the table of cases that are right in every description asked: descriptions of one recording are no independent trials."""
+    cases: dict[tuple[str, bool], dict[str, bool]] = defaultdict(dict)
+    for answer in answers:
+        for question, right in marks(answer).items():
+            found = cases[question, answer.truth["calibrating"]]
+            found[answer.truth["case"]] = found.get(answer.truth["case"], True) and right
+    rows = ["| cases right in every description asked | calibration | held out |", "|---|---|---|"]
+    for question in QUESTIONS:
+        cells = []
+        for half in (True, False):
+            asked = list(cases[question, half].values())
+            cells.append(_cell(asked))
+        rows.append(f"| {question} | {' | '.join(cells)} |")
+    return rows
 
 
 def _verdicts(answers: list[Answer]) -> list[str]:

@@ -17,7 +17,7 @@ from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
 from tests.diagnosis.rigs.describe import Given
 from tests.diagnosis.rigs.faults import write_table
-from tests.diagnosis.rigs.scoring import Answer, marks
+from tests.diagnosis.rigs.scoring import Answer, marks, table
 from tests.diagnosis.rigs.second.cases import COUNTS, VISIBLE, draw, record, schedule, shown, write_case
 from tests.diagnosis.rigs.second.describe import PARTS, files, lesson
 from tests.diagnosis.rigs.second.hidden import BESIDE, KNOWN, NEW, hide, possible, right_names
@@ -103,3 +103,12 @@ def test_a_case_brings_its_controller_and_its_truth(tmp_path: Path) -> None:
 def test_what_no_channel_shows_is_not_asked() -> None:
     truth = {"kind": "sound", "rig": "a", "description": "table", "calibrating": True, "answerable": False}
     assert marks(Answer(truth, {"verdict": "unknown"}, 1.0)) == {}
+
+
+def test_a_case_is_right_when_it_is_right_in_every_description() -> None:
+    truth = {"kind": "sound", "rig": "a", "calibrating": True, "case": "a__sound_00"}
+    told = {"table": {"verdict": "no_mismatch"}, "motor": {"verdict": "unknown"}}
+    answers = [Answer(truth | {"description": side}, one, 1.0) for side, one in told.items()]
+    rows = table(answers).splitlines()
+    assert "| sound called sound | 1/1 (21 to 100 %) | 0/1 (0 to 79 %) |" in rows
+    assert "| sound called sound | 0/1 (0 to 79 %) | - |" in rows
