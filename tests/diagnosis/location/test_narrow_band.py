@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from lathesim.diagnosis.location.narrow_band import narrow_bands
+from lathesim.diagnosis.location.narrow_band import band_strengths, in_octave, narrow_bands
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.noise.noise_model import NoiseModel
 from lathesim.identification.records.fit import Fitted
@@ -108,3 +108,18 @@ def test_a_staircase_that_is_climbed_steadily_is_no_hum() -> None:
     time = np.arange(experiment.sensed.samples) * PERIOD
     swings = fitted.residual + 0.1e-6 * np.sin(2.0 * math.pi * 40.0 * time)
     assert narrow_bands(experiment, Fitted(**{**fitted.__dict__, "residual": swings})) == []
+
+
+def test_what_swings_stands_out_in_its_own_octave_alone() -> None:
+    """A loop that swings at 56 Hz by itself says nothing of a squeal at 180 Hz."""
+    seconds, samples = 8.0, 8000
+    time = np.arange(samples) * seconds / samples
+    noise = np.random.default_rng(2).standard_normal(samples)
+    white = NoiseModel(np.ones(samples // 2 + 1), samples)
+    swing = noise + 2.0 * np.sin(2.0 * np.pi * 180.0 * time)
+    quiet, loud = (band_strengths("a", values, white, seconds) for values in (noise, swing))
+    assert quiet.keys() == loud.keys()
+    assert loud[in_octave("a", 180.0)] > 5.0 > 1.0 > max(quiet.values())
+    others = {name: strength for name, strength in loud.items() if name != in_octave("a", 180.0)}
+    assert max(others.values()) < 1.0
+    assert in_octave("a", 130.0) == in_octave("a", 250.0) != in_octave("a", 260.0)
