@@ -13,14 +13,20 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.live.watching.background_diagnosis import Verdict
 from lathesim.live.watching.event import Event
+from lathesim.live.watching.following import Following
 from lathesim.live.watching.forecast import bend, line_through
 from lathesim.live.watching.growth_course import Growth, GrowthCourse
+from lathesim.live.watching.known_effects import KnownEffects
+from lathesim.live.watching.residual_stream import ResidualStream
+from lathesim.live.watching.value_course import Point
+from lathesim.live.watching.watch import Watch
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
 from tests.live.other_axis import PERIOD, stream
 from tests.live.servo import LESSON
-from tests.live.test_watch import Stream
+from tests.live.servo import prepared as lesson_machine
+from tests.live.test_watch import COMPARE, DRIVE, Stream
 
 EVERY = 20.0
 
@@ -132,3 +138,18 @@ async def test_what_was_named_is_followed_and_forecast_from_there(tmp_path: Path
     (found,) = events[-1].data["found"]
     assert found["sizes"]["level"]["to"] == pytest.approx(friction[int(found["until_s"] / PERIOD)], rel=0.1)
     assert [event.data["channel"] for event in events if event.kind == "forecast"][:1] == ["x_encoder.position"]
+
+
+def test_an_uncertain_value_beyond_what_the_lesson_allows_is_told_once() -> None:
+    ready = lesson_machine()
+    residuals = ResidualStream(ready, DRIVE, COMPARE, PERIOD)
+    watch = Watch(residuals, PERIOD)
+    following = Following(watch, {}, KnownEffects(ready, load_registry([])), {}, None)
+    at = residuals.parameters.index("x_axis.viscous")
+    told_of = []
+    for number, value in enumerate((0.5, 3.9, 4.1, 4.6, 5.0)):
+        values = np.zeros(len(residuals.parameters))
+        values[at] = value
+        watch.points.append(Point(20.0 * number, values, np.full(len(values), 0.1), np.zeros(len(COMPARE))))
+        told_of += [(number, event.kind, event.data["parameter"]) for event in following.news(20.0 * number + 10.0)]
+    assert told_of == [(3, "range", "x_axis.viscous")]

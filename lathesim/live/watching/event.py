@@ -9,8 +9,8 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Event:
-    """Something to tell: ``kind`` (learnt, change, drift, recording, values, verdict, growth, forecast, end), ``time`` [s], a sentence, and
-    the same as plain data."""
+    """Something to tell: ``kind`` (learnt, change, drift, recording, values, range, verdict, continued, growth, forecast, end), ``time``
+    [s], a sentence, and the same as plain data."""
 
     kind: str
     time: float
