@@ -176,7 +176,11 @@ def _term(item: Named, terms: Sequence[Term], assembly: Assembly, place: str) ->
 
 
 def _sizes(term: Term, known: dict[str, tuple[float, float]], draws: int, seed: int) -> FloatArray:
-    """Return sizes (draws, parameters) between what is known or usual, spread evenly, on a logarithmic scale above zero."""
+    """Return sizes (draws, parameters) between what is known or usual, spread evenly, on a logarithmic scale above zero.
+
+    Where an effect is made by several parameters, it has all of them in the first draw, and one of them in each further one: a machine
+    may have one alone, and a program that tells it by another is none.
+    """
     from scipy.stats import qmc
 
     count = len(term.parameters)
@@ -189,6 +193,11 @@ def _sizes(term: Term, known: dict[str, tuple[float, float]], draws: int, seed: 
         low, high = known.get(item) or _range(term, column)
         low, high = max(low, float(term.low[column])), min(high, float(term.high[column]))
         rows[:, column] = low * (high / low) ** unit[:, column] if low > 0.0 else low + (high - low) * unit[:, column]
+    made = [column for column, name in enumerate(term.parameters) if name.partition(".")[2] in term.effect.neutral]
+    if len(made) > 1 and not known:
+        for draw in range(1, draws):
+            idle = [column for column in made if column != made[(draw - 1) % len(made)]]
+            rows[draw, idle] = np.asarray(term.neutral)[idle]
     return rows
 
 
