@@ -6,19 +6,17 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from lathesim.live.watching.drift_course import DriftCourse
+from lathesim.live.watching.courses.drift_course import DriftCourse
+from lathesim.live.watching.courses.growth_course import GrowthCourse
+from lathesim.live.watching.courses.value_course import SEGMENT, Point
+from lathesim.live.watching.effects.followed_sizes import FollowedSize
+from lathesim.live.watching.effects.known_effects import KnownEffects
 from lathesim.live.watching.event import Event
-from lathesim.live.watching.followed_sizes import FollowedSize
-from lathesim.live.watching.growth_course import GrowthCourse
-from lathesim.live.watching.known_effects import KnownEffects
-from lathesim.live.watching.residual_stream import FURTHEST
-from lathesim.live.watching.value_course import SEGMENT, Point
+from lathesim.live.watching.thresholds import ERRORS, FOLLOWING
 from lathesim.live.watching.watch import Moved, Watch
 
 _MINUTE = 60.0
 """Seconds between two sentences about the same uncertain value."""
-_SURE = 1.96
-"""Standard deviations within which a value lies at 95 %."""
 
 
 class Following:
@@ -110,12 +108,12 @@ class Following:
 
     def _range(self, name: str, value: float, deviation: float, now: float) -> Iterator[Event]:
         """Return the event of an uncertain value that has left what the lesson allows, once."""
-        if name in self._outside or abs(value) - _SURE * deviation < FURTHEST:
+        if name in self._outside or abs(value) - FOLLOWING.range * deviation < ERRORS.furthest:
             return
         self._outside.add(name)
         sentence = (
             f"t = {now:.1f} s: {name} leaves its range: it is {value:+.1f} standard deviations from the lesson's, "
-            f"and {FURTHEST:g} are allowed."
+            f"and {ERRORS.furthest:g} are allowed."
         )
         yield Event("range", now, sentence, {"parameter": name, "deviations": value})
 

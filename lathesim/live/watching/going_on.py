@@ -12,7 +12,7 @@ from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.live.watching.known_effects import KnownEffects
+from lathesim.live.watching.effects.known_effects import KnownEffects
 from lathesim.plugins import Registry
 
 

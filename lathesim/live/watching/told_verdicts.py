@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from lathesim.live.watching.background_diagnosis import Verdict
+from lathesim.live.watching.effects.known_effects import KnownEffect
 from lathesim.live.watching.event import Event
-from lathesim.live.watching.known_effects import KnownEffect
 
 NAMING = ("named", "tied")
 """Verdicts that hold effects."""

@@ -13,48 +13,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.live.sources.sample_clock import Stretch
-from lathesim.live.watching.block_sums import LIKE, averaged
-from lathesim.live.watching.change_test import ChangeTest, Found
-from lathesim.live.watching.cusum import Cusum
-from lathesim.live.watching.directions import direction_names
-from lathesim.live.watching.residual_stream import Residual, ResidualStream
-from lathesim.live.watching.usual import Usual, learn
-from lathesim.live.watching.value_course import Point, ValueCourse
+from lathesim.live.watching.changes.change_test import ChangeTest, Found
+from lathesim.live.watching.changes.cusum import Cusum
+from lathesim.live.watching.courses.value_course import Point, ValueCourse
+from lathesim.live.watching.residuals.block_sums import LIKE, averaged
+from lathesim.live.watching.residuals.directions import direction_names
+from lathesim.live.watching.residuals.residual_stream import Residual, ResidualStream
+from lathesim.live.watching.residuals.usual import Usual, learn
+from lathesim.live.watching.thresholds import CHANGE, FOLLOWING, NOISE
 from lathesim.record import FloatArray
 
 SETTLE = 2.0
 """Seconds after a restart that are not judged: the simulation has to get to where the machine is."""
-_SHIFT = 0.5
-"""k of the CUSUM of the noise [standard deviations]: half of the smallest shift that is worth telling."""
-_LEAST_LIMIT = 15.0
-"""h of the CUSUM at least: with k = 0.5 and independent blocks a false alarm in 1e7 blocks."""
-_LEAST_RATIO = 40.0
-"""Limit of the likelihood ratio at least: with 30 directions and 100 times of change a false alarm in 1e6 blocks by Bonferroni's bound."""
-_OVER_LEARNT = 2.5
-"""A limit is this many times the largest value while learning, where blocks depend on one another."""
-_LARGEST = 5.0
-"""Standard deviations that the noise of one block counts at most: no single block makes an alarm."""
-_LEAST_LEFT = 0.1
-"""Share of the floor that is added to the slow noise of a block, as the model's own error is to the quick one: it is no constant."""
-_LEAST_DEVIATION = 0.3
-"""Standard deviation of the logarithm of a block's noise at least: two quantised signals shake by a third more or less as they coincide."""
-_SLOW = 15.0
-"""Seconds from the beginning to the alarm from which on it is a drift."""
-_SURE = 10
-"""Blocks after which a step of the uncertain values is believed, and the simulation goes on with them."""
-_FAR = 0.3
-"""Standard deviations from the simulation's values from which on it goes on with other ones: sensitivities hold nearby only."""
-_SEEN = 10.0
-"""Power of what other values do, in that of the noise, from which on it does: an error of a tenth then adds a tenth to the noise. Values
-that no channel shows stay, as the sensitivities hold nothing there but the noise of quantised sensors."""
-_TELLING = 2.0
-"""Standard deviations by which a followed size must differ from the simulated one before the simulation goes on with it."""
 _BETWEEN = 5.0
 """Seconds between two notes of the uncertain values."""
 _REMEMBERED = 120
 """Notes of the uncertain values that are kept: of ten minutes."""
-_LINKED = 20.0
-"""Seconds within which a step of the uncertain values and what follows it have one cause."""
 _GETTING_THERE = 0.5
 """Seconds that the simulation needs to get to where it would be with other values."""
 _NOISE = "in its noise"
@@ -112,7 +86,7 @@ class Watch:
         self._usual: Usual | None = None
         self._test: ChangeTest | None = None
         self._noise: _NoiseTest | None = None
-        self._limit = self._step_limit = _LEAST_RATIO
+        self._limit = self._step_limit = float(CHANGE.least_ratio)
         self._centred = not residuals.parameters
         self._theta = np.zeros(len(residuals.parameters))
         self._unsettled = -np.inf
@@ -201,7 +175,7 @@ class Watch:
 
     def _resize(self, point: Point) -> None:
         """Go on with the sizes of known effects as a whole segment shows them; no shorter time tells them surely enough."""
-        sure = np.abs(point.values - self.residuals.nominal) > _TELLING * point.deviations
+        sure = np.abs(point.values - self.residuals.nominal) > FOLLOWING.telling * point.deviations
         if (self.residuals.free & sure).any():
             self._theta = np.where(self.residuals.free, point.values, self.residuals.nominal)
             self._move()
@@ -233,7 +207,7 @@ class Watch:
         if not self._centred:
             self._centred = True
             self._theta = self.residuals.nominal + usual.theta
-            if np.abs(usual.theta).max(initial=0.0) > _FAR:
+            if np.abs(usual.theta).max(initial=0.0) > FOLLOWING.far:
                 self._learning = []
                 self._move()
             return
@@ -251,8 +225,8 @@ class Watch:
             found = self._test.test() if number % 3 == 0 else None
             if found is not None:
                 largest, moved = max(largest, found.statistic), max(moved, found.moved)
-        self._limit = max(_LEAST_RATIO, _OVER_LEARNT * largest)
-        self._step_limit = max(_LEAST_RATIO, _OVER_LEARNT * moved)
+        self._limit = max(CHANGE.least_ratio, CHANGE.over_learnt * largest)
+        self._step_limit = max(CHANGE.least_ratio, CHANGE.over_learnt * moved)
 
     def _move(self) -> None:
         """Go on with the simulation at the uncertain values that were found; until it has got there nothing is judged."""
@@ -272,13 +246,13 @@ class Watch:
         self._test.take(block)
         found = self._test.test()
         if found is not None and found.moved > self._step_limit:
-            self._unsettled = self._time + _SURE * self._block_time
+            self._unsettled = self._time + FOLLOWING.believed * self._block_time
         noisy = self._noise.take(block.left if self._time > self._unsettled else np.full(len(block.left), np.nan), self._time)
         if found is not None and found.statistic > self._limit:
             return self._changed(found)
         if noisy is not None:
             channel, begun, size = noisy
-            return self._told(channel % len(self.residuals.compare), begun, _NOISE, self._time - begun > _SLOW, size)
+            return self._told(channel % len(self.residuals.compare), begun, _NOISE, self._time - begun > CHANGE.slow, size)
         if found is not None and found.statistic < 0.5 * self._limit:
             self._follow(found)
         return None
@@ -288,26 +262,26 @@ class Watch:
         assert self._test is not None
         stepped = found.moved > self._step_limit
         self._seen_since = min(self._seen_since, self._time - self._block_time) if stepped else np.inf
-        if stepped and self._time - max(found.moved_at, self._seen_since) < _SURE * self._block_time:
+        if stepped and self._time - max(found.moved_at, self._seen_since) < FOLLOWING.believed * self._block_time:
             return
         self._seen_since = np.inf
         before, self._theta = self._theta, self.residuals.nominal + found.theta
         if stepped:
             moved = np.abs(self._theta - before)
             likeliest = int(np.argmax(moved / found.deviations)) if len(moved) else 0
-            if moved.max(initial=0.0) > _FAR:
+            if moved.max(initial=0.0) > FOLLOWING.far:
                 name = self.residuals.parameters[likeliest]
                 self.moved.append(Moved(self._time, found.moved_at, name, float(before[likeliest]), float(self._theta[likeliest])))
             self._chain.take(found.moved_at)
             self._test.forget_before(found.moved_at)
-        if np.abs(found.theta[~self.residuals.free]).max(initial=0.0) > _FAR and found.power > _SEEN:
+        if np.abs(found.theta[~self.residuals.free]).max(initial=0.0) > FOLLOWING.far and found.power > FOLLOWING.power:
             self._theta[self.residuals.free] = self.residuals.nominal[self.residuals.free]
             self._move()
             self._test.forget_before(self._time)
 
     def _changed(self, found: Found) -> Alarm:
         begun = self._chain.begun(found.begun)
-        return self._told(found.channel, begun, self._names[found.direction], self._time - begun > _SLOW, found.size)
+        return self._told(found.channel, begun, self._names[found.direction], self._time - begun > CHANGE.slow, found.size)
 
     def _told(self, channel: int, begun: float, state: str, drift: bool, size: float) -> Alarm:
         told = Alarm(self._time, begun, self.residuals.compare[channel], state, drift, size)
@@ -360,13 +334,13 @@ class _Chain:
 
     def take(self, time: float) -> None:
         """Take a step at a time [s]."""
-        if time - self._last > _LINKED:
+        if time - self._last > CHANGE.linked:
             self._first = time
         self._last = time
 
     def begun(self, time: float) -> float:
         """Return when it began [s], where a change was found since ``time``."""
-        return min(self._first, time) if time - self._last <= _LINKED else time
+        return min(self._first, time) if time - self._last <= CHANGE.linked else time
 
 
 class _NoiseTest:
@@ -375,20 +349,20 @@ class _NoiseTest:
     def __init__(self, learnt: FloatArray, block_time: float) -> None:
         self._block_time = block_time
         slow = np.arange(learnt.shape[1]) < learnt.shape[1] // 2
-        self._least = np.where(slow, _LEAST_LEFT, 1.0)
+        self._least = np.where(slow, NOISE.least_left, 1.0)
         scores = np.log(learnt + self._least)
         self._mean = scores.mean(axis=0)
-        self._deviation = np.maximum(scores.std(axis=0), _LEAST_DEVIATION) * (1.0 + 2.0 / np.sqrt(len(learnt)))
-        trial = Cusum(self._mean.shape, _SHIFT, np.full(self._mean.shape, np.inf))
+        self._deviation = np.maximum(scores.std(axis=0), NOISE.least_deviation) * (1.0 + 2.0 / np.sqrt(len(learnt)))
+        trial = Cusum(self._mean.shape, NOISE.shift, np.full(self._mean.shape, np.inf))
         largest = np.zeros(self._mean.shape)
         for row in scores:
             trial.take(self._score(row), 0.0)
             largest = np.maximum(largest, trial.sums.max(axis=0))
-        self._cusum = Cusum(self._mean.shape, _SHIFT, np.maximum(_LEAST_LIMIT, _OVER_LEARNT * largest))
+        self._cusum = Cusum(self._mean.shape, NOISE.shift, np.maximum(NOISE.least, CHANGE.over_learnt * largest))
         self._kept: deque[tuple[float, FloatArray]] = deque(maxlen=300)
 
     def _score(self, logarithm: FloatArray) -> FloatArray:
-        return np.asarray(np.clip((logarithm - self._mean) / self._deviation, -_LARGEST, _LARGEST))
+        return np.asarray(np.clip((logarithm - self._mean) / self._deviation, -NOISE.largest, NOISE.largest))
 
     def take(self, left: FloatArray, time: float) -> tuple[int, float, float] | None:
         """Return channel, beginning [s] and size where the noise has changed."""
@@ -404,6 +378,6 @@ class _NoiseTest:
         scores = np.array([value for _, value in since])
         sums = np.cumsum(scores[::-1])[::-1]
         best = int(np.argmax(sums**2 / np.arange(len(scores), 0, -1))) if len(scores) else 0
-        if since and time - begun <= _SLOW:
+        if since and time - begun <= CHANGE.slow:
             begun = since[best][0] - self._block_time
-        return channel, begun, float(abs(scores.mean())) if len(scores) else _SHIFT
+        return channel, begun, float(abs(scores.mean())) if len(scores) else NOISE.shift

@@ -18,12 +18,12 @@ from lathesim.live.sources.file_source import FileSource
 from lathesim.live.sources.sample_clock import SampleClock, Stretch
 from lathesim.live.sources.samples import Block, LiveError, Source
 from lathesim.live.watching.background_diagnosis import Verdict, Window, diagnose_window
+from lathesim.live.watching.effects.followed_sizes import followed_sizes, scales
+from lathesim.live.watching.effects.known_effects import KnownEffects
 from lathesim.live.watching.event import Event
-from lathesim.live.watching.followed_sizes import followed_sizes, scales
 from lathesim.live.watching.following import Following
 from lathesim.live.watching.going_on import with_named
-from lathesim.live.watching.known_effects import KnownEffects
-from lathesim.live.watching.residual_stream import ResidualStream
+from lathesim.live.watching.residuals.residual_stream import ResidualStream
 from lathesim.live.watching.told_verdicts import NAMING, told_verdict
 from lathesim.live.watching.watch import Alarm, Watch
 from lathesim.plugins import Registry

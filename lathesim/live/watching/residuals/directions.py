@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lathesim.live.watching.residual_stream import Residual
+from lathesim.live.watching.residuals.residual_stream import Residual
 from lathesim.record import FloatArray
 
 

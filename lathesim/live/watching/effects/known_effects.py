@@ -8,7 +8,7 @@ from typing import Any
 
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.simulate import Prepared
-from lathesim.live.watching.followed_sizes import FollowedSize, followed_sizes, neutral_values
+from lathesim.live.watching.effects.followed_sizes import FollowedSize, followed_sizes, neutral_values
 from lathesim.plugins import Registry
 
 

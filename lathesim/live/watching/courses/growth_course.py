@@ -6,18 +6,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lathesim.live.watching.drift_course import Series
-from lathesim.live.watching.forecast import bend, line_through
-from lathesim.live.watching.value_course import SEGMENT
+from lathesim.live.watching.courses.drift_course import Series
+from lathesim.live.watching.courses.forecast import bend, line_through
+from lathesim.live.watching.courses.value_course import SEGMENT
+from lathesim.live.watching.thresholds import FOLLOWING
 from lathesim.record import FloatArray
 
 _FALSE = SEGMENT / (8.0 * 3600.0)
 """Probability of each test to be wrong: one in eight hours of segments, as asked of the alarms."""
-_WORTH = 0.1
-"""Share of its size by which it must have moved before that is told: less says nothing about what it does."""
 
-_SURE = 4.0
-"""Standard deviations that a step must measure: a false one in 16 000 looks, should each look at noise alone."""
 
 _NEWEST = 10
 """Segments from which the next one is foretold: of some minutes, over which a drift is straight."""
@@ -61,7 +58,7 @@ class GrowthCourse:
             return None
         bent = bend(times, values)
         line = line_through(times[times >= bent], values[times >= bent]) or line_through(times[-_NEWEST:], values[-_NEWEST:])
-        if line is None or abs(line.at(time) - line.at(max(bent, times[0]))) < _WORTH * self.scale:
+        if line is None or abs(line.at(time) - line.at(max(bent, times[0]))) < FOLLOWING.worth * self.scale:
             return None
         self.told = True
         first = max(bent, float(times[0]))
@@ -71,7 +68,7 @@ class GrowthCourse:
         """Return the step at ``begun`` [s] that the segment around ``time`` [s] confirms, and begin anew there; None where it does not."""
         expected, unsure = self._expected(time)
         mixed, self._mixed = self._mixed, None
-        if abs(value - expected) <= max(_WORTH * self.scale, _SURE * np.hypot(deviation, unsure)):
+        if abs(value - expected) <= max(FOLLOWING.worth * self.scale, FOLLOWING.step * np.hypot(deviation, unsure)):
             if mixed is not None:
                 self._series.add(*mixed)
             return None

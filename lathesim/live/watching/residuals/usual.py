@@ -12,20 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.live.watching.block_sums import BlockSums, block_sums
-from lathesim.live.watching.directions import directions
-from lathesim.live.watching.residual_stream import Residual
+from lathesim.live.watching.residuals.block_sums import BlockSums, block_sums
+from lathesim.live.watching.residuals.directions import directions
+from lathesim.live.watching.residuals.residual_stream import Residual
+from lathesim.live.watching.thresholds import ERRORS
 from lathesim.record import FloatArray
 
-LEAST_FLOOR = 0.02
-"""Floor of a channel at least, in what a standard deviation of an uncertain value does there: the model is no better than that."""
-DRIFT = 1.0 / 60.0
-"""Standard deviations a second that an uncertain value moves steadily, as a standard deviation: a machine warms up within minutes."""
 _PASSES = 3
 _HELD = 1e-6
 """Share of its own information by which the mean of a direction is held at zero."""
-_SEEN = 0.02
-"""Share of its usual information from which on a block tells something about a direction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +75,7 @@ def learn(
     size = values.shape[1] // len(residuals)
     sample_times = np.repeat(times, size)
     allowed = np.mean(sensitivities**2, axis=2).max(axis=0, initial=0.0)
-    least = np.maximum(LEAST_FLOOR * np.sqrt(allowed), 1e-9 * scale[len(speed) :])
+    least = np.maximum(ERRORS.least_floor * np.sqrt(allowed), 1e-9 * scale[len(speed) :])
     noise = np.maximum(np.sqrt(np.mean(values**2, axis=1)), least)
     rest = values
     for _ in range(_PASSES):
@@ -126,7 +121,7 @@ def _from_blocks(none: Usual, blocks: list[BlockSums], lesson: FloatArray) -> tu
     times = np.array([block.time for block in blocks])
     since = (times - times[-1]) / max(times[-1] - times[0], 1e-9)
     seen = np.einsum("bcgg->bcg", normal[:, :, :count, :count])
-    told = seen > _SEEN * seen.mean(axis=0)
+    told = seen > ERRORS.seen * seen.mean(axis=0)
     often = np.maximum(1, told.sum(axis=0))
     variance, mean, theta = np.ones(channels), none.mean, none.theta
     for _ in range(_PASSES):

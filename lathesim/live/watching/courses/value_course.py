@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lathesim.live.watching.change_test import LINEAR
-from lathesim.live.watching.residual_stream import FREE, Residual
-from lathesim.live.watching.usual import Usual
+from lathesim.live.watching.residuals.residual_stream import FREE, Residual
+from lathesim.live.watching.residuals.usual import Usual
+from lathesim.live.watching.thresholds import ERRORS
 from lathesim.record import FloatArray
 
 SEGMENT = 20.0
@@ -98,7 +98,7 @@ class ValueCourse:
         score = rights - normals @ plain
         ratio = float(np.trace(np.linalg.solve(whole + np.diag(self._prior), score.T @ score))) / max(1, len(plain))
         changed = np.where(self._free, plain + self._new, 0.0)
-        noise = max(1.0, ratio, 1.0 + LINEAR**2 * float(changed @ whole @ changed) / self._samples)
+        noise = max(1.0, ratio, 1.0 + ERRORS.linear**2 * float(changed @ whole @ changed) / self._samples)
         hold = 1.0
         while True:
             prior = np.where(self._free, 1.0, hold) * self._prior

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lathesim.live.watching.courses.forecast import forecast
 from lathesim.live.watching.event import Event
-from lathesim.live.watching.forecast import forecast
-from lathesim.live.watching.usual import LEAST_FLOOR
+from lathesim.live.watching.thresholds import ERRORS
 
 POINTS = 400
 """Points of a course that are kept; with more of them every second one goes."""
@@ -61,7 +61,7 @@ class DriftCourse:
         self.series.add(time, value)
         if now < self._next_told or not drifts:
             return None
-        found = forecast(np.array(self.series.times), np.array(self.series.values), self.tolerance, LEAST_FLOOR)
+        found = forecast(np.array(self.series.times), np.array(self.series.values), self.tolerance, ERRORS.least_floor)
         if found is None:
             return None
         self._next_told = now + _EVERY

@@ -20,12 +20,11 @@ from lathesim.identification.replay.open_loop import seen
 from lathesim.lessons.simulate import Prepared
 from lathesim.live.servo.stepped_machine import SteppedMachine
 from lathesim.live.sources.samples import LiveError
+from lathesim.live.watching.thresholds import ERRORS
 from lathesim.record import FloatArray
 
 _HALF = 0.5
 """Share of a value by which it is changed at most."""
-FURTHEST = 4.0
-"""Standard deviations from the lesson's values that the simulation goes on with at most."""
 LARGEST_RATIO = 1000
 """Periods of the machine between two samples of a recording at most."""
 FREE = 1e-6
@@ -124,7 +123,7 @@ class ResidualStream:
         given, scales = self.given(), np.array(list(self.scales.values()))
         if not len(scales):
             return given, given
-        most = np.minimum(FURTHEST, np.where(given != 0.0, _HALF * np.abs(given) / scales, FURTHEST))
+        most = np.minimum(ERRORS.furthest, np.where(given != 0.0, _HALF * np.abs(given) / scales, ERRORS.furthest))
         declared = [self._declared(name) for name in self.scales]
         low = np.array([item.low for item in declared])
         high = np.array([item.high for item in declared])

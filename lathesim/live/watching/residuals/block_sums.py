@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.live.watching.residual_stream import Residual
+from lathesim.live.watching.residuals.residual_stream import Residual
 from lathesim.record import FloatArray
 
 _RIDGE = 1e-9

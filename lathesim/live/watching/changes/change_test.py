@@ -16,24 +16,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lathesim.live.watching.block_sums import BlockSums
-from lathesim.live.watching.residual_stream import FURTHEST
-from lathesim.live.watching.usual import DRIFT, Usual
+from lathesim.live.watching.residuals.block_sums import BlockSums
+from lathesim.live.watching.residuals.usual import Usual
+from lathesim.live.watching.thresholds import CHANGE, ERRORS
 from lathesim.record import FloatArray
 
 KEPT = 300
 """Blocks that are looked at."""
-LINEAR = 0.1
-"""Share of what an uncertain value does that its sensitivity may be wrong by: the lesson's machine is not linear. As large a share of what
-the model leaves out anyway may come and go: a change is told where it is new."""
-_LEAST_BLOCKS = 3
-"""Blocks that a change must have been seen in."""
-_ALONE = 0.5
-"""Share of the statistic that must be left without the block that counts most: no single block makes an alarm."""
 _HOLD_MORE, _HOLD_MOST = 10.0, 1e9
 """By how much more values that go too far are held at a time, and at most."""
-_LONGER = 4.0
-"""By how much more a ramp must raise the statistic than a step does: it begins before the step, and has that freedom."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +84,7 @@ class ChangeTest:
         centre = np.where(free, 0.0, -nominal)  # the lesson's values, from the nominal ones; of followed sizes these
         self._centre = np.concatenate([centre, np.zeros(parameters)])
         self._bound = ~np.concatenate([free, free])
-        self._prior = np.concatenate([np.ones(parameters), np.full(parameters, DRIFT**-2)])
+        self._prior = np.concatenate([np.ones(parameters), np.full(parameters, ERRORS.drift**-2)])
         self._grown = np.zeros(parameters)
 
     def __len__(self) -> int:
@@ -132,7 +123,7 @@ class ChangeTest:
     def test(self) -> Found | None:
         """Return what is likeliest now; None while there are too few blocks."""
         count = len(self)
-        if count < _LEAST_BLOCKS:
+        if count < CHANGE.least_blocks:
             return None
         part = slice(self._begin, self._end)
         starts = _starts(count)
@@ -174,20 +165,22 @@ class ChangeTest:
         delta = (u - effect) / known
         learnt = self._weight[:, None] * self.usual.information
         left_out = self._weight[:, None] * self.usual.left_out[:, None] / np.maximum(learnt, 1e-12)
-        certain = 1.0 + m / np.maximum(learnt, 1e-12) + LINEAR**2 * left_out * known  # what is usual was learnt from so much, and varies
+        # what is usual was learnt from so much, and varies
+        certain = 1.0 + m / np.maximum(learnt, 1e-12) + ERRORS.linear**2 * left_out * known
         own = _tails(self._a[part][None], starts)[0]
         value = theta[:, :parameters]
         count = (self._samples * (len(since) - starts))[:, None]
         power = np.einsum("tp,tcpq,tq->tc", value, own, value, optimize=True) / count
         moved = value + self._grown  # since what is usual was learnt, of followed sizes, with which the simulation has gone on
-        unsure = 1.0 + LINEAR**2 * np.einsum("tp,tcpq,tq->tc", moved, own, moved, optimize=True) / count  # sensitivities hold nearby only
+        # sensitivities hold nearby only
+        unsure = 1.0 + ERRORS.linear**2 * np.einsum("tp,tcpq,tq->tc", moved, own, moved, optimize=True) / count
         full = (u - effect) ** 2 / known / certain
         return _Windows(gain, full / unsure[:, :, None], full, delta, value, normal, power.max(axis=1))
 
     def _within(self, normal: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return normal matrices held by what the lesson allows, the estimates (windows, 2 parameters), and their 2 log-likelihoods.
 
-        Where an uncertain value would go further than ``FURTHEST``, all of them are held the more: a change that is large enough could else
+        Where an uncertain value would go further than it may, all of them are held the more: a change that is large enough could else
         be explained by values that no machine has. Followed sizes are free.
         """
         parameters = self._b.shape[1]
@@ -199,7 +192,7 @@ class ChangeTest:
             held = normal + prior[:, :, None] * np.eye(2 * parameters)
             pull = right + prior * self._centre
             found = np.linalg.solve(held, pull[:, :, None])[:, :, 0]
-            far = (np.abs(found - self._centre) * self._bound)[:, :parameters].max(axis=1) > FURTHEST
+            far = (np.abs(found - self._centre) * self._bound)[:, :parameters].max(axis=1) > ERRORS.furthest
             if not far.any() or hold.max() > _HOLD_MOST:
                 break
             hold = np.where(far, _HOLD_MORE * hold, hold)
@@ -212,10 +205,10 @@ class ChangeTest:
         h, m = self._h[begin : self._end, channel, direction], self._m[begin : self._end, channel, direction]
         u = self._u[begin : self._end, channel, direction] - h @ theta
         whole = u.sum() ** 2 / max(m.sum(), 1e-12)
-        if len(u) < _LEAST_BLOCKS or whole <= 0.0:
+        if len(u) < CHANGE.least_blocks or whole <= 0.0:
             return 0.0
         without = (u.sum() - u) ** 2 / np.maximum(m.sum() - m, 1e-12)
-        return 1.0 if without.min() > _ALONE * whole else float(max(0.0, without.min() / whole))
+        return 1.0 if without.min() > CHANGE.alone * whole else float(max(0.0, without.min() / whole))
 
     def _grows(self, part: slice, starts: FloatArray, channel: int, direction: int, step: float, begun: float) -> tuple[bool, float]:
         """Return whether what changed grows steadily rather than having stepped, and since when [s]."""
@@ -236,7 +229,7 @@ class ChangeTest:
             if told > best:
                 best, at, line = told, int(place), float(np.sum(rise * u) / max(float(np.sum(rise**2 * m)), 1e-12))
         plain = [float(u[place:].sum()) ** 2 / max(float(m[place:].sum()), 1e-12) for place in starts]
-        if line == 0.0 or best < max(plain) + _LONGER:
+        if line == 0.0 or best < max(plain) + CHANGE.longer:
             return False, begun
         return True, float(times[at] - self._block_time)
 

@@ -1,0 +1,1 @@
+"""Whether and when what is left out changed."""

@@ -1,0 +1,1 @@
+"""The effects that are known of a machine, and their sizes."""
