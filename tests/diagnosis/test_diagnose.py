@@ -131,10 +131,21 @@ def test_where_nothing_is_named_no_effect_is_surer_than_what_it_took_away(monkey
     assert found.location.components == ("x_axis",)
 
 
-def test_a_named_model_that_is_not_adequate_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(left, "RESIDUAL_TESTS", (something_is_left,))
+def something_is_left_elsewhere(asked: Judged, method: Method) -> Iterator[ResidualTest]:
+    """A test of what is left at another place than that of a friction."""
+    yield ResidualTest("something", "neighbour.position", Criterion(), "something is left")
+
+
+@pytest.mark.parametrize(("test", "verdict"), [(something_is_left, "unknown"), (something_is_left_elsewhere, "named")])
+def test_a_model_that_is_not_adequate_says_why(test: Any, verdict: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is left at its place, and nothing explains, leaves an effect the closest of the catalogue; elsewhere it stays the name."""
+    monkeypatch.setattr(left, "RESIDUAL_TESTS", (test,))
     found = diagnose(question(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2)))
-    assert (found.verdict, found.adequate, found.shortfall) == ("named", False, "The model is not adequate: something is left.")
+    assert (found.verdict, found.adequate, found.shortfall) == (verdict, False, "The model is not adequate: something is left.")
+    assert ("CoulombFriction at x_axis" in found.sentence) and found.sentence.startswith("Physics is missing") == (verdict == "unknown")
+
+
+def test_an_adequate_model_falls_short_of_nothing() -> None:
     assert diagnosis(Hidden(dry=8.0)).shortfall == ""
 
 
