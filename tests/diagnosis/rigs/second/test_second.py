@@ -43,7 +43,11 @@ def simulated(rig: Rig, description: str, table: dict[str, np.ndarray], folder: 
     return dict(zip(columns, run, strict=True))
 
 
-@pytest.mark.parametrize("name", list(BY_NAME))
+QUICK = ("servo_current_2k", "belt_gear_500")
+"""Rigs of which every run of the tests asks; the others take a minute together."""
+
+
+@pytest.mark.parametrize("name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in BY_NAME])
 def test_each_description_simulates_a_sound_recording_to_within_its_noise(name: str, tmp_path: Path) -> None:
     """A simulation is no further from a recording than another recording with other noise."""
     rig = replace(BY_NAME[name], seconds=3.0)
