@@ -4,22 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from tests.diagnosis.rigs.hidden import EFFECTS
 from tests.diagnosis.rigs.second.physics import Physics
 from tests.diagnosis.rigs.second.rig import Rig
 
-KNOWN: dict[str, tuple[str, ...]] = {
-    "coulomb": ("CoulombFriction",),
-    "stribeck": ("StribeckFriction",),
-    "gravity": ("ForceOffset",),
-    "converter_offset": ("ConverterOffset",),
-    "dead_zone": ("AmplifierDeadZone",),
-    "saturation": ("CurrentLimit", "DriveSaturation"),
-    "delay": ("TransportDelay",),
-    "inductance": ("MotorInductance", "CurrentLoopLag"),
-    "cogging": ("Cogging", "TorqueRipple"),
-    "backlash": ("Backlash",),
-    "pitch_wave": ("PeriodicPitchError", "EncoderEccentricity"),
-}
+KNOWN = EFFECTS
 """Key -> names that are right, of effects that the first set hides too."""
 NEW: dict[str, tuple[str, ...]] = {
     "asymmetric": ("AsymmetricFriction",),
