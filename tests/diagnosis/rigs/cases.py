@@ -82,7 +82,7 @@ def write_case(case: Case, folder: Path) -> list[Path]:
     """Write the recordings of a case once, and a folder with the lesson for each description; return those folders."""
     rng = np.random.default_rng(case.seed)
     hidden = hide(case.rig, case.keys, rng)
-    given = _given(case, rng)
+    given = given_values(case, rng)
     tables = {name: _recorded(case, hidden, rng) for name in ("fit.csv", "validate.csv")}
     if case.kind == "fault":
         tables = {name: faulty(case.fault, table, case.rig.physics.encoder) for name, table in tables.items()}
@@ -104,10 +104,9 @@ def write_case(case: Case, folder: Path) -> list[Path]:
     return folders
 
 
-def _given(case: Case, rng: np.random.Generator) -> Given:
-    values = {name: float(1.0 + SIGMA[name] * np.clip(rng.standard_normal(), -2.0, 2.0)) for name in ("inertia", "viscous")}
-    values |= {name: float(1.0 + SIGMA[name] * np.clip(rng.standard_normal(), -2.0, 2.0)) for name in ("torque_constant", "resistance")}
-    given = Given(**values)
+def given_values(case: Case, rng: np.random.Generator) -> Given:
+    """Return what the lesson says of the machine: off by its own doubt, or far off in the case of wrong values."""
+    given = Given(**{name: float(1.0 + share * np.clip(rng.standard_normal(), -2.0, 2.0)) for name, share in SIGMA.items()})
     if case.kind != "values":
         return given
     wrong = [("inertia",), ("viscous",), ("inertia", "viscous")][case.number % 3]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.diagnosis.rigs.describe import SIGMA, Given
+from tests.diagnosis.rigs.cases import given_values
 from tests.diagnosis.rigs.faults import faulty, write_table
 from tests.diagnosis.rigs.hidden import FAULTS
 from tests.diagnosis.rigs.motion import wandering
@@ -138,7 +138,7 @@ def write_case(case: Case, folder: Path) -> list[Path]:
     """Write the recordings of a case once, and a folder with the lesson for each description; return those folders."""
     rig, rng = case.rig, np.random.default_rng(case.seed)
     physics = hide(rig, case.keys, rng)
-    given, beside = _given(case, rng), _given(replace(case, kind="sound"), rng)
+    given, beside = given_values(case, rng), given_values(replace(case, kind="sound"), rng)
     drawn = {name: draw(rig, rng) for name in ("fit.csv", "validate.csv")}
     tables = {name: record(rig, physics, one) for name, one in drawn.items()}
     if case.kind == "fault":
@@ -162,13 +162,3 @@ def write_case(case: Case, folder: Path) -> list[Path]:
         (place / "truth.json").write_text(json.dumps(truth | {"description": description}, indent=1), encoding="utf-8")
         folders.append(place)
     return folders
-
-
-def _given(case: Case, rng: np.random.Generator) -> Given:
-    """Return what the lesson says of the machine: off by its own doubt, or far off in the case of wrong values."""
-    given = Given(**{name: float(1.0 + share * np.clip(rng.standard_normal(), -2.0, 2.0)) for name, share in SIGMA.items()})
-    if case.kind != "values":
-        return given
-    wrong = [("inertia",), ("viscous",), ("inertia", "viscous")][case.number % 3]
-    size = float(rng.uniform(0.25, 0.6)) * float(rng.choice([-1.0, 1.0]))
-    return replace(given, **dict.fromkeys(wrong, 1.0 / (1.0 + size)))
