@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from tests.diagnosis.rigs.case import Case, write_folders
 from tests.diagnosis.rigs.describe import FAR, SIGMA, Given, lesson, machine_files
-from tests.diagnosis.rigs.faults import faulty, write_table
+from tests.diagnosis.rigs.faults import faulty
 from tests.diagnosis.rigs.hidden import AT_THE_SCALE, BESIDE, EFFECTS, FAULTS, INPUTS, OUTSIDE, Hidden, hide, possible
 from tests.diagnosis.rigs.machines import RIGS, Rig
 from tests.diagnosis.rigs.motion import added, course, voltages, wandering
@@ -21,29 +22,7 @@ COUNTS = {"sound": 20, "values": 6, "single": 12, "pair": 4, "outside": 3, "faul
 """Cases of a rig; a sample takes the first few of each."""
 
 
-@dataclass(frozen=True)
-class Case:
-    """One case of one rig: what kind, what is hidden, and the seed of its chance."""
-
-    rig: Rig
-    kind: str
-    number: int
-    keys: tuple[str, ...]
-    fault: str
-    seed: int
-
-    @property
-    def name(self) -> str:
-        """The name of its folder."""
-        return f"{self.rig.name}__{self.kind}_{self.number:02d}"
-
-    @property
-    def descriptions(self) -> tuple[str, ...]:
-        """The descriptions that it is asked in."""
-        return self.rig.descriptions
-
-
-def schedule(seed: int, counts: dict[str, int] | None = None) -> list[Case]:
+def schedule(seed: int, counts: dict[str, int] | None = None) -> list[Case[Rig]]:
     """Return the cases of all rigs."""
     cases = []
     for place, rig in enumerate(RIGS):
@@ -72,13 +51,12 @@ def schedule(seed: int, counts: dict[str, int] | None = None) -> list[Case]:
                     if rig.kind == "spindle":
                         continue
                     fault = INPUTS[(n + place) % len(INPUTS)]
-                cases.append(
-                    Case(rig, kind, n, hidden, fault, int(np.random.default_rng([seed, place, sum(map(ord, kind)), n]).integers(2**31)))
-                )
+                own = int(np.random.default_rng([seed, place, sum(map(ord, kind)), n]).integers(2**31))
+                cases.append(Case(rig, kind, n, hidden, fault, own, rig.descriptions))
     return cases
 
 
-def write_case(case: Case, folder: Path) -> list[Path]:
+def write_case(case: Case[Rig], folder: Path) -> list[Path]:
     """Write the recordings of a case once, and a folder with the lesson for each description; return those folders."""
     rng = np.random.default_rng(case.seed)
     hidden = hide(case.rig, case.keys, rng)
@@ -86,25 +64,17 @@ def write_case(case: Case, folder: Path) -> list[Path]:
     tables = {name: _recorded(case, hidden, rng) for name in ("fit.csv", "validate.csv")}
     if case.kind == "fault":
         tables = {name: faulty(case.fault, table, case.rig.physics.encoder) for name, table in tables.items()}
-    right = {key: list(EFFECTS.get(key, ())) for key in case.keys}
-    truth = {"rig": case.rig.name, "calibrating": case.rig.calibrating, "kind": case.kind, "keys": list(case.keys), "right": right,
-             "beside": [name for key in case.keys for name in BESIDE.get(key, ())], "fault": case.fault,
-             "words": FAULTS.get(case.fault, case.fault), "given": asdict(given), "hidden": hidden.physics._asdict()}  # fmt: skip
-    folders = []
-    for description in case.descriptions:
-        place = folder / f"{case.name}__{description}"
-        place.mkdir(parents=True, exist_ok=True)
-        for name, table in tables.items():
-            write_table(place / name, table)
-        for name, text in machine_files(case.rig, description).items():
-            (place / name).write_text(text, encoding="utf-8")
-        (place / "lesson.yaml").write_text(lesson(case.rig, description, given), encoding="utf-8")
-        (place / "truth.json").write_text(json.dumps(truth | {"description": description}, indent=1), encoding="utf-8")
-        folders.append(place)
-    return folders
+    truth = {"right": {key: list(EFFECTS.get(key, ())) for key in case.keys},
+             "beside": [name for key in case.keys for name in BESIDE.get(key, ())], "words": FAULTS.get(case.fault, case.fault),
+             "given": asdict(given), "hidden": hidden.physics._asdict()}  # fmt: skip
+
+    def texts(description: str) -> dict[str, str]:
+        return machine_files(case.rig, description) | {"lesson.yaml": lesson(case.rig, description, given)}
+
+    return write_folders(case, folder, tables, texts, truth)
 
 
-def given_values(case: Case, rng: np.random.Generator) -> Given:
+def given_values(case: Case[Any], rng: np.random.Generator) -> Given:
     """Return what the lesson says of the machine: off by its own doubt, or far off in the case of wrong values."""
     given = Given(**{name: float(1.0 + share * np.clip(rng.standard_normal(), -2.0, 2.0)) for name, share in SIGMA.items()})
     if case.kind != "values":
@@ -114,7 +84,7 @@ def given_values(case: Case, rng: np.random.Generator) -> Given:
     return replace(given, **dict.fromkeys(wrong, 1.0 / (1.0 + size)))
 
 
-def _recorded(case: Case, hidden: Hidden, rng: np.random.Generator) -> dict[str, np.ndarray]:
+def _recorded(case: Case[Rig], hidden: Hidden, rng: np.random.Generator) -> dict[str, np.ndarray]:
     rig, p = case.rig, hidden.physics
     samples = round(rig.seconds / p.period)
     fine = max(8, round(p.period / 25e-6))

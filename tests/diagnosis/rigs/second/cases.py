@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from tests.diagnosis.rigs.case import Case, write_folders
 from tests.diagnosis.rigs.cases import given_values
-from tests.diagnosis.rigs.faults import faulty, write_table
+from tests.diagnosis.rigs.faults import faulty
 from tests.diagnosis.rigs.hidden import FAULTS
 from tests.diagnosis.rigs.motion import wandering
 from tests.diagnosis.rigs.second.describe import files, lesson
@@ -27,29 +27,7 @@ VISIBLE = 0.5
 """What an effect has to change in some recorded channel, over what new noise changes there (both root mean squares), to be asked about."""
 
 
-@dataclass(frozen=True)
-class Case:
-    """One case of one rig: what kind, what is hidden, and the seed of its chance."""
-
-    rig: Rig
-    kind: str
-    number: int
-    keys: tuple[str, ...]
-    fault: str
-    seed: int
-
-    @property
-    def name(self) -> str:
-        """The name of its folder."""
-        return f"{self.rig.name}__{self.kind}_{self.number:02d}"
-
-    @property
-    def descriptions(self) -> tuple[str, ...]:
-        """The descriptions that it is asked in: only a lesson of both axes can tell that their columns were exchanged."""
-        return ("lathe",) if self.fault == "other_axis" else self.rig.descriptions
-
-
-def schedule(seed: int, counts: dict[str, int] | None = None) -> list[Case]:
+def schedule(seed: int, counts: dict[str, int] | None = None) -> list[Case[Rig]]:
     """Return the cases of all rigs; singles alternate between effects that only this set hides and the others."""
     cases = []
     for place, rig in enumerate(RIGS):
@@ -63,8 +41,13 @@ def schedule(seed: int, counts: dict[str, int] | None = None) -> list[Case]:
                 hidden = {"single": (singles[n % len(singles)],), "pair": pairs[n % len(pairs)], "outside": (beyond[n % len(beyond)],)}
                 fault = faults[n % len(faults)] if kind == "fault" else ""
                 own = int(np.random.default_rng([seed, place, sum(map(ord, kind)), n, 17]).integers(2**31))
-                cases.append(Case(rig, kind, n, hidden.get(kind, ()), fault, own))
+                cases.append(Case(rig, kind, n, hidden.get(kind, ()), fault, own, _descriptions(rig, fault)))
     return cases
+
+
+def _descriptions(rig: Rig, fault: str) -> tuple[str, ...]:
+    """Return the descriptions that a case is asked in: only a lesson of both axes can tell that their columns were exchanged."""
+    return ("lathe",) if fault == "other_axis" else rig.descriptions
 
 
 def _faults(rig: Rig) -> list[str]:
@@ -134,7 +117,7 @@ def _size(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def write_case(case: Case, folder: Path) -> list[Path]:
+def write_case(case: Case[Rig], folder: Path) -> list[Path]:
     """Write the recordings of a case once, and a folder with the lesson for each description; return those folders."""
     rig, rng = case.rig, np.random.default_rng(case.seed)
     physics = hide(rig, case.keys, rng)
@@ -144,21 +127,12 @@ def write_case(case: Case, folder: Path) -> list[Path]:
     if case.kind == "fault":
         tables = {name: faulty(case.fault, table, rig.physics.encoder) for name, table in tables.items()}
     visible = shown(rig, physics, case.keys, drawn["fit.csv"], drawn["validate.csv"])
-    truth = {"rig": rig.name, "calibrating": rig.calibrating, "kind": case.kind, "keys": list(case.keys),
-             "right": {key: right_names(rig, key) for key in case.keys},
-             "beside": [name for key in case.keys for name in BESIDE.get(key, ())], "fault": case.fault, "visible": visible,
+    truth = {"right": {key: right_names(rig, key) for key in case.keys},
+             "beside": [name for key in case.keys for name in BESIDE.get(key, ())], "visible": visible,
              "answerable": all(ratio >= VISIBLE for ratio in visible.values()), "words": WORDS.get(case.fault, case.fault),
              "given": asdict(given), "hidden": physics._asdict()}  # fmt: skip
-    folders = []
-    for description in case.descriptions:
-        place = folder / f"{case.name}__{description}"
-        place.mkdir(parents=True, exist_ok=True)
-        for name, table in tables.items():
-            write_table(place / name, table)
-        for name, text in files(rig, description).items():
-            (place / name).parent.mkdir(exist_ok=True)
-            (place / name).write_text(text, encoding="utf-8")
-        (place / "lesson.yaml").write_text(lesson(rig, description, given, beside), encoding="utf-8")
-        (place / "truth.json").write_text(json.dumps(truth | {"description": description}, indent=1), encoding="utf-8")
-        folders.append(place)
-    return folders
+
+    def texts(description: str) -> dict[str, str]:
+        return files(rig, description) | {"lesson.yaml": lesson(rig, description, given, beside)}
+
+    return write_folders(case, folder, tables, texts, truth)
