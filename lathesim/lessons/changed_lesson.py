@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 
+from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.lesson import Lesson, find_program
 from lathesim.shipped import shipped_files
 
@@ -24,12 +25,14 @@ def changed_lesson(
     program: Path | None = None,
     seed: int | None = None,
     further: Mapping[str, Any] | None = None,
+    sizes: Mapping[str, str] | None = None,
 ) -> str:
     """Return the YAML text of a lesson with further ``insert:`` entries and ``set:`` values, for a file in ``folder``.
 
     ``replace`` puts other components into places, ``program`` and ``seed`` take the place of the lesson's, and so do the keys
-    of ``further`` (``sample_period``, ``recordings`` ...). With a ``variant`` its changes
-    become the lesson's own and the text has no variants: what runs is that variant with the other changes on top.
+    of ``further`` (``sample_period``, ``recordings`` ...). ``sizes`` are those of inserted effects, by their names ``part.parameter``.
+    With a ``variant`` its changes become the lesson's own and the text has no variants: what runs is that variant with the other changes
+    on top.
 
     A machine template, a part program or a recording that stands with the lesson is named by its way from the new folder, what came with
     lathesim by its name: the new lesson runs where it is written, and after both have moved together. Comments of the lesson are lost.
@@ -46,6 +49,7 @@ def changed_lesson(
     data |= further or {}
     if insert:
         data["insert"] = [*data.get("insert", []), *[dict(entry) for entry in insert]]
+    _take_sizes(data, sizes or {})
     if values:
         data["set"] = {**data.get("set", {}), **values}
     if lesson.machine.path.resolve() not in {path.resolve() for path in shipped_files("lesson_configs/machines", "*.yaml")}:
@@ -64,6 +68,13 @@ def changed_lesson(
                 changes["program"] = found.name if found.resolve() in shipped else _way(found, folder)
     text: str = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120)
     return text
+
+
+def _take_sizes(data: dict[str, Any], sizes: Mapping[str, str]) -> None:
+    """Write the sizes of inserted effects to their entries."""
+    for entry in data.get("insert", []):
+        part = str(entry.get("name", "")) or effect_part_name(str(entry["at"]), str(entry.get("effect", entry.get("remedy"))))
+        entry.update({name.rpartition(".")[2]: value for name, value in sizes.items() if name.rpartition(".")[0] == part})
 
 
 def _take_variant(data: dict[str, Any], name: str) -> None:

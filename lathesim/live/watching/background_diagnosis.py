@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.simulate import Prepared
 from lathesim.live.recording.record_mapping import recordings_for
 from lathesim.live.sources.samples import Signal
-from lathesim.live.watching.going_on import with_sizes
 from lathesim.record import Channel, FloatArray, Record
 from lathesim.record_writer import save
 
@@ -54,21 +54,48 @@ class Verdict:
         return [(str(entry.get("effect", "")), str(entry.get("at", ""))) for entry in self.answer.get("effects", [])]
 
 
+@dataclass(frozen=True)
+class Before:
+    """What was known before a change, as a lesson takes it, by the names ``part.parameter``: the ``sizes`` of effects, the ``values`` that
+    the lesson calls uncertain, and how ``uncertain`` these are after it."""
+
+    sizes: Mapping[str, str]
+    values: Mapping[str, str]
+    uncertain: Mapping[str, str]
+
+
+def known_before(prepared: Prepared, sizes: Mapping[str, str], expected: Mapping[str, tuple[float, float]]) -> Before:
+    """Return what was known before a change, with the uncertain values ``expected`` after it: how far from the lesson's, and their standard
+    deviations, both in the deviations that the lesson declares."""
+    plan, declared = prepared.plan, uncertainties(prepared.case.lesson, prepared.plan)
+    values, uncertain = {}, {}
+    for name, (offset, deviation) in expected.items():
+        part, _, item = name.partition(".")
+        unit = plan.parts[part].component.declarations[item].unit
+        ending = "" if unit in ("", "1") else f" {unit}"
+        values[name] = f"{plan.parameter_values[plan.parameters[name]] + offset * declared[name]:.9g}{ending}"
+        uncertain[name] = f"{deviation * declared[name]:.6g}{ending}"
+    return Before(sizes, values, uncertain)
+
+
 async def diagnose_window(
-    prepared: Prepared, sizes: Mapping[str, str], window: Window, validation: Window | None, folder: Path, number: int, patience: float,
+    prepared: Prepared, before: Before, window: Window, validation: Window | None, folder: Path, number: int, patience: float,
     plugins: Sequence[Path],
 ) -> Verdict:  # fmt: skip
     """Return the diagnosis of a window; its record, lesson and answer stay in ``folder``; ``patience`` [s] bounds it.
 
-    ``sizes`` are those of the effects that are known, as they are by now.
+    It begins from what was known ``before``: what the laps before have shown of a value need not be found again.
     """
     folder.mkdir(parents=True, exist_ok=True)
     record, lesson, answer = (folder / f"watch_{number}{ending}" for ending in (".h5", "_lesson.yaml", ".json"))
     save(window.as_record(), record)
-    further = {"recordings": recordings_for(prepared, [signal.name for signal in window.signals])}
+    further = {
+        "recordings": recordings_for(prepared, [signal.name for signal in window.signals]),
+        "uncertain": {**prepared.case.lesson.settings.uncertain, **before.uncertain},
+    }
     variant = prepared.case.variant
-    text = changed_lesson(prepared.case.lesson, [], {}, folder, variant=variant, further=further)
-    lesson.write_text(with_sizes(text, sizes), encoding="utf-8")
+    text = changed_lesson(prepared.case.lesson, [], before.values, folder, variant=variant, further=further, sizes=before.sizes)
+    lesson.write_text(text, encoding="utf-8")
     command = [sys.executable, "-m", "lathesim", "diagnose", str(lesson), str(record), "--json", str(answer), "--no-report"]
     command += ["--at-most", f"{patience:g} s", "--out", str(folder / f"watch_{number}")]
     if validation is not None:

@@ -42,7 +42,7 @@ class Following:
         self._drifting: bool = before is not None and before._drifting
         self._outside: set[str] = set() if before is None else before._outside
         self._told: dict[str, float] = {} if before is None else before._told
-        self._raw: list[list[float]] = [[] for _ in self._drifts]
+        self._raw: list[list[tuple[float, float]]] = [[] for _ in self._drifts]
         self._raw_since = np.nan
         for drift in self._drifts:
             drift.begin()
@@ -118,15 +118,16 @@ class Following:
         yield Event("range", now, sentence, {"parameter": name, "deviations": value})
 
     def _unnamed(self, now: float) -> Iterator[Event]:
-        """Return forecasts from by how much channels differ while nothing is named."""
+        """Return forecasts from by how much channels differ while nothing is named; what moved values may do there is not known."""
         self._raw_since = now if np.isnan(self._raw_since) else self._raw_since
         for drift, squares in zip(self._drifts, self._raw, strict=True):
-            squares.append(self._watch.excess(drift.channel))
+            squares.append((self._watch.excess(drift.channel), self._watch.excess_by_values(drift.channel)))
         if now - self._raw_since < SEGMENT:
             return
         middle, self._raw_since = 0.5 * (self._raw_since + now), now
         for drift, squares in zip(self._drifts, self._raw, strict=True):
-            told = drift.take(middle, float(np.sqrt(max(0.0, float(np.mean(squares))))), now)
+            excess, doubt = np.sqrt(np.maximum(0.0, np.mean(squares, axis=0))).tolist()
+            told = drift.take(middle, excess, now, doubt=doubt)
             squares.clear()
             if told is not None:
                 yield told

@@ -14,13 +14,14 @@ import numpy as np
 
 from lathesim.live.sources.sample_clock import Stretch
 from lathesim.live.watching.changes.change_test import ChangeTest, Found
-from lathesim.live.watching.changes.cusum import Cusum
+from lathesim.live.watching.changes.noise_test import NoiseTest, others_noise
+from lathesim.live.watching.courses.expected_values import Expected, expected_values
 from lathesim.live.watching.courses.value_course import Point, ValueCourse
-from lathesim.live.watching.residuals.block_sums import LIKE, averaged
+from lathesim.live.watching.residuals.block_sums import LIKE, averaged, averaged_others
 from lathesim.live.watching.residuals.directions import direction_names
 from lathesim.live.watching.residuals.residual_stream import Residual, ResidualStream
 from lathesim.live.watching.residuals.usual import Usual, learn
-from lathesim.live.watching.thresholds import CHANGE, FOLLOWING, NOISE
+from lathesim.live.watching.thresholds import CHANGE, FOLLOWING
 from lathesim.record import FloatArray
 
 SETTLE = 2.0
@@ -83,19 +84,22 @@ class Watch:
         self._time = 0.0
         self._settled_at = -np.inf
         self._learning: list[tuple[float, Residual, FloatArray]] = []
+        self._others: list[list[tuple[FloatArray, FloatArray]]] = []
         self._usual: Usual | None = None
         self._test: ChangeTest | None = None
-        self._noise: _NoiseTest | None = None
+        self._noise: NoiseTest | None = None
         self._limit = self._step_limit = float(CHANGE.least_ratio)
         self._centred = not residuals.parameters
         self._theta = np.zeros(len(residuals.parameters))
         self._unsettled = -np.inf
         self._seen_since = np.inf
         self._excess = np.zeros(len(residuals.compare))
-        self._first: list[FloatArray] = []
+        self._sensitive = np.zeros((len(residuals.parameters), len(residuals.compare)))
         self._base: FloatArray | None = None
         self._before: deque[tuple[float, FloatArray]] = deque(maxlen=_REMEMBERED)
         self._held: FloatArray | None = None
+        self._sound: list[tuple[float, FloatArray]] = []
+        self._first_sound: list[tuple[float, FloatArray]] = []
         self._reference: Usual | None = None
         self._course: ValueCourse | None = None
         self._reference_values: dict[str, float] = {}
@@ -122,12 +126,29 @@ class Watch:
         """Return how far each value that may move is from the lesson's, in its scale: for an uncertain value its standard deviation."""
         return dict(zip(self.residuals.parameters, self._theta.tolist(), strict=True))
 
+    def expected(self, time: float) -> dict[str, tuple[float, float]]:
+        """Return each uncertain value that is expected at a time [s] from the laps before the last alarm, with its standard deviation.
+
+        Both are in the value's scale, the value from the lesson's. It is empty where nothing was noted before.
+        """
+        found = _expected(self._sound, time)
+        if found is None:
+            return {}
+        rows = zip(self.residuals.parameters, found.values.tolist(), found.deviations.tolist(), self.residuals.free, strict=True)
+        return {name: (value, deviation) for name, value, deviation, free in rows if not free}
+
     def excess(self, channel: str) -> float:
         """Return by how much the mean square of a channel's newest residual is above that of the first laps.
 
         The uncertain values that held before the last alarm are taken off.
         """
         return float(self._excess[self.residuals.compare.index(channel)])
+
+    def excess_by_values(self, channel: str) -> float:
+        """Return the mean square of what the uncertain values may do to a channel, moving since the first alarm as before it."""
+        found = _expected(self._first_sound, self._time)
+        deviations = np.ones(len(self._sensitive)) if found is None else found.deviations
+        return float(np.square(deviations) @ self._sensitive[:, self.residuals.compare.index(channel)])
 
     def take(self, stretch: Stretch) -> list[Alarm]:
         """Return the alarms of a stretch."""
@@ -156,10 +177,10 @@ class Watch:
         if self._time < self._settled_at or not np.isfinite(residual.values).all():
             return None
         self.blocks += 1
-        self._measure(residual)
+        mean, quick = averaged(residual, self._like)
+        self._measure(mean, quick)
         if self._paused:
             return None
-        mean, quick = averaged(residual, self._like)
         if self._course is not None:
             difference = None if plain is None else mean.simulated - averaged(plain, self._like)[0].simulated
             point = self._course.take(mean, quick, self.residuals.nominal, difference, self._time)
@@ -168,6 +189,7 @@ class Watch:
                 self._resize(point)
         if self._usual is None:
             self._learning.append((self._time, mean, quick))
+            self._others.append(averaged_others(residual, self._like))
             if len(self._learning) >= (self._to_learn if self._centred else self._to_learn // 3):
                 self._learn()
             return None
@@ -180,17 +202,13 @@ class Watch:
             self._theta = np.where(self.residuals.free, point.values, self.residuals.nominal)
             self._move()
 
-    def _measure(self, residual: Residual) -> None:
+    def _measure(self, mean: Residual, quick: FloatArray) -> None:
         """Take down how far the machine is from what the first laps showed, and which values held when."""
-        theta = self._theta if self._held is None else self._held
-        left = residual.values - np.einsum("p,pcn->cn", theta - self.residuals.nominal, residual.sensitivities)
-        square = np.mean(left**2, axis=1)
-        if self._usual is None and self._base is None:
-            self._first.append(square)
-            return
         if self._base is None:
-            self._base, self._first = np.mean(self._first, axis=0), []
-        self._excess = square - self._base
+            return
+        theta = self._theta if self._held is None else self._held
+        self._excess = _mean_square(mean, quick, theta - self.residuals.nominal) - self._base
+        self._sensitive = np.mean(mean.sensitivities**2, axis=2)
         if not self._before or self._time - self._before[-1][0] >= _BETWEEN:
             self._before.append((self._time, self._theta.copy()))
 
@@ -202,19 +220,21 @@ class Watch:
     def _learn(self) -> None:
         """Find what is usual from the first blocks, and how large the statistics get without a change."""
         times = np.array([time for time, _, _ in self._learning])
-        residuals, quick = [item for _, item, _ in self._learning], [item for _, _, item in self._learning]
+        residuals, quick, others = [item for _, item, _ in self._learning], [item for _, _, item in self._learning], self._others
         usual, blocks = learn(residuals, quick, times, np.where(self.residuals.free, 0.0, -self.residuals.nominal))
         if not self._centred:
             self._centred = True
             self._theta = self.residuals.nominal + usual.theta
             if np.abs(usual.theta).max(initial=0.0) > FOLLOWING.far:
-                self._learning = []
+                self._learning, self._others = [], []
                 self._move()
             return
-        self._learning = []
+        self._learning, self._others = [], []
         self._usual, self._theta = usual, self.residuals.nominal + usual.theta
-        self._noise = _NoiseTest(np.array([block.left for block in blocks]), self._block_time)
+        self._noise = NoiseTest(np.array([block.left for block in blocks]), others_noise(usual, residuals, others), self._block_time)
         self._test = ChangeTest(usual, self._block_time, self.size // self._like, self.residuals.nominal, self.residuals.free)
+        if self._base is None:
+            self._base = np.mean([_mean_square(item, fast, usual.theta) for item, fast in zip(residuals, quick, strict=True)], axis=0)
         if self._reference is None:
             self._reference = usual
             self._reference_values = self.values
@@ -285,9 +305,10 @@ class Watch:
 
     def _told(self, channel: int, begun: float, state: str, drift: bool, size: float) -> Alarm:
         told = Alarm(self._time, begun, self.residuals.compare[channel], state, drift, size)
+        self._sound = self._sound or [(time, theta) for time, theta in self._before if time <= begun - _BETWEEN]
         if self._held is None:
-            earlier = [theta for time, theta in self._before if time <= begun - _BETWEEN]
-            self._held = earlier[-1] if earlier else self._theta.copy()
+            self._first_sound = self._sound
+            self._held = self._sound[-1][1] if self._sound else self._theta.copy()
         self._course = None
         self.relearn()
         return told
@@ -295,7 +316,7 @@ class Watch:
     def relearn(self) -> None:
         """Learn anew what is usual: after an alarm the machine is another."""
         self._usual, self._test, self._noise = None, None, None
-        self._learning, self._centred = [], not self.residuals.parameters
+        self._learning, self._others, self._centred = [], [], not self.residuals.parameters
 
     def pause(self) -> None:
         """Judge and learn nothing until :meth:`go_on`: what changed is not known yet."""
@@ -313,17 +334,32 @@ class Watch:
         self._paused = False
         self._new = self._new if new is None else new
         if as_changed:
-            self._reference = None
+            self._reference, self._sound = None, []
+            self._before.clear()
         if residuals is not None:
             self.residuals, self._plain = residuals, plain
             self._theta = np.zeros(len(residuals.parameters))
             self._before.clear()
-            self._held, self._base, self._first = None, None, []
+            self._held, self._base, self._sound = None, None, []
             self._excess = np.zeros(len(residuals.compare))
+            self._sensitive = np.zeros((len(residuals.parameters), len(residuals.compare)))
             self._settled_at = max(self._settled_at, self._time + SETTLE)
         if self._reference is not None:
             self._course = self._new_course(self._reference)
         self.relearn()
+
+
+def _expected(notes: list[tuple[float, FloatArray]], time: float) -> Expected | None:
+    """Return the values expected at a time [s] from notes of them; None where there are none."""
+    if not notes:
+        return None
+    return expected_values(np.array([at for at, _ in notes]), np.array([theta for _, theta in notes]), time)
+
+
+def _mean_square(mean: Residual, quick: FloatArray, theta: FloatArray) -> FloatArray:
+    """Return the mean square of each channel of a block with the values ``theta`` from the nominal ones, (channels,)."""
+    left = mean.values - np.einsum("p,pcn->cn", theta, mean.sensitivities)
+    return np.asarray(np.mean(left**2, axis=1) + quick)
 
 
 class _Chain:
@@ -341,43 +377,3 @@ class _Chain:
     def begun(self, time: float) -> float:
         """Return when it began [s], where a change was found since ``time``."""
         return min(self._first, time) if time - self._last <= CHANGE.linked else time
-
-
-class _NoiseTest:
-    """CUSUM of the logarithm of the noise in each channel, against what was learnt from the first blocks (blocks, channels)."""
-
-    def __init__(self, learnt: FloatArray, block_time: float) -> None:
-        self._block_time = block_time
-        slow = np.arange(learnt.shape[1]) < learnt.shape[1] // 2
-        self._least = np.where(slow, NOISE.least_left, 1.0)
-        scores = np.log(learnt + self._least)
-        self._mean = scores.mean(axis=0)
-        self._deviation = np.maximum(scores.std(axis=0), NOISE.least_deviation) * (1.0 + 2.0 / np.sqrt(len(learnt)))
-        trial = Cusum(self._mean.shape, NOISE.shift, np.full(self._mean.shape, np.inf))
-        largest = np.zeros(self._mean.shape)
-        for row in scores:
-            trial.take(self._score(row), 0.0)
-            largest = np.maximum(largest, trial.sums.max(axis=0))
-        self._cusum = Cusum(self._mean.shape, NOISE.shift, np.maximum(NOISE.least, CHANGE.over_learnt * largest))
-        self._kept: deque[tuple[float, FloatArray]] = deque(maxlen=300)
-
-    def _score(self, logarithm: FloatArray) -> FloatArray:
-        return np.asarray(np.clip((logarithm - self._mean) / self._deviation, -NOISE.largest, NOISE.largest))
-
-    def take(self, left: FloatArray, time: float) -> tuple[int, float, float] | None:
-        """Return channel, beginning [s] and size where the noise has changed."""
-        score = self._score(np.log(left + self._least))
-        self._kept.append((time, score))
-        above = self._cusum.take(score, time - self._block_time)
-        if not (above > 0.0).any():
-            return None
-        side, channel = (int(place) for place in np.unravel_index(np.argmax(above), above.shape))
-        begun = float(self._cusum.begun[side, channel])
-        known = [(when, float(row[channel])) for when, row in self._kept if np.isfinite(row[channel])]
-        since = [(when, value) for when, value in known if when > begun + 0.5 * self._block_time]
-        scores = np.array([value for _, value in since])
-        sums = np.cumsum(scores[::-1])[::-1]
-        best = int(np.argmax(sums**2 / np.arange(len(scores), 0, -1))) if len(scores) else 0
-        if since and time - begun <= CHANGE.slow:
-            begun = since[best][0] - self._block_time
-        return channel, begun, float(abs(scores.mean())) if len(scores) else NOISE.shift

@@ -17,7 +17,7 @@ from lathesim.lessons.simulate import Prepared
 from lathesim.live.sources.file_source import FileSource
 from lathesim.live.sources.sample_clock import SampleClock, Stretch
 from lathesim.live.sources.samples import Block, LiveError, Source
-from lathesim.live.watching.background_diagnosis import Verdict, Window, diagnose_window
+from lathesim.live.watching.background_diagnosis import Before, Verdict, Window, diagnose_window, known_before
 from lathesim.live.watching.effects.followed_sizes import followed_sizes, scales
 from lathesim.live.watching.effects.known_effects import KnownEffects
 from lathesim.live.watching.event import Event
@@ -270,22 +270,26 @@ class WatchSession:
         validation = Window(pending.begin, period, signals, further) if further.shape[1] >= _LEAST else None
         self._number += 1
         window = Window(pending.begin, period, signals, whole)
-        task = asyncio.ensure_future(self._verdict(pending, window, validation, self._number))
+        assert self._watch is not None
+        expected = self._watch.expected(pending.begin + 0.5 * self._settings.window)
+        before = known_before(self._prepared, self._known.texts(), expected)
+        task = asyncio.ensure_future(self._verdict(pending, before, window, validation, self._number))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _verdict(self, pending: _Pending, window: Window, validation: Window | None, number: int) -> None:
+    async def _verdict(self, pending: _Pending, before: Before, window: Window, validation: Window | None, number: int) -> None:
         folder = self._settings.folder
         try:
             verdict = await diagnose_window(
-                self._prepared, self._known.texts(), window, validation, folder, number, self._settings.patience, self._settings.plugins
+                self._prepared, before, window, validation, folder, number, self._settings.patience, self._settings.plugins
             )
         except (LatheSimError, OSError) as error:
             verdict = Verdict({}, f"it could not be made: {error}")
         until = window.begin + window.values.shape[1] * window.period if self._drifting is not None else pending.since
-        names = verdict.answer.get("verdict") in NAMING
+        # of two effects that explain as much, one that is put in would take the growth of the other for its own
+        names = verdict.answer.get("verdict") in (NAMING if self._drifting is None else NAMING[:1])
         grown = self._known.grown(verdict.answer, pending.since, until) if names else []
-        self._tell(told_verdict(verdict, window.begin, grown, folder / f"watch_{number}.json"))
+        self._tell(told_verdict(verdict, window.begin, grown, folder / f"watch_{number}.json", before.values))
         self._drifting = None if names else self._drifting
         self._go_on(self._with_named(verdict, folder / f"watch_{number}_goes_on.yaml") if names else None)
 

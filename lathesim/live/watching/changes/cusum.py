@@ -16,7 +16,7 @@ from lathesim.record import FloatArray
 class Cusum:
     """Sums for statistics of one ``shape``. ``begun`` holds the time at which each sum left zero: the estimate of when it changed."""
 
-    def __init__(self, shape: tuple[int, ...], k: float, h: FloatArray) -> None:
+    def __init__(self, shape: tuple[int, ...], k: float | FloatArray, h: FloatArray) -> None:
         self.k, self.h = k, h
         self.sums = np.zeros((2, *shape))
         self.begun = np.full((2, *shape), np.nan)

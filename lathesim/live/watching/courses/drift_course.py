@@ -8,7 +8,7 @@ import numpy as np
 
 from lathesim.live.watching.courses.forecast import forecast
 from lathesim.live.watching.event import Event
-from lathesim.live.watching.thresholds import ERRORS
+from lathesim.live.watching.thresholds import ERRORS, FOLLOWING
 
 POINTS = 400
 """Points of a course that are kept; with more of them every second one goes."""
@@ -54,14 +54,18 @@ class DriftCourse:
         points = [(at, value) for at, value in zip(self.series.times, self.series.values, strict=True) if at >= time]
         self.series.times, self.series.values = [at for at, _ in points], [value for _, value in points]
 
-    def take(self, time: float, value: float, now: float, *, drifts: bool = True) -> Event | None:
-        """Take a point of the course. Where it ``drifts``, return a forecast every minute until the tolerance is reached."""
+    def take(self, time: float, value: float, now: float, *, drifts: bool = True, doubt: float = 0.0) -> Event | None:
+        """Take a point of the course. Where it ``drifts``, return a forecast every minute until the tolerance is reached.
+
+        ``doubt`` [SI] is the standard deviation of what other causes may do to the channel.
+        """
         if self._reached or not np.isfinite(value):
             return None
         self.series.add(time, value)
         if now < self._next_told or not drifts:
             return None
-        found = forecast(np.array(self.series.times), np.array(self.series.values), self.tolerance, ERRORS.least_floor)
+        unsure = float(np.hypot(ERRORS.least_floor, doubt / self.tolerance))
+        found = forecast(np.array(self.series.times), np.array(self.series.values), self.tolerance, unsure, FOLLOWING.bend)
         if found is None:
             return None
         self._next_told = now + _EVERY

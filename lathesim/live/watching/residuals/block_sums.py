@@ -35,13 +35,24 @@ def averaged(residual: Residual, samples: int) -> tuple[Residual, FloatArray]:
     """Return means of so many ``samples``, and the mean square of each channel about straight lines through as many, (channels,)."""
     if samples <= 2:
         return residual, np.zeros(len(residual.values))
-    values = _means(residual.values, samples)
-    pieces = residual.values[:, : values.shape[1] * samples].reshape(-1, values.shape[1], samples)
+    values, quick = _averaged(residual.values, samples)
+    sensitivities, others = _means(residual.sensitivities, samples), residual.others[:0]
+    return Residual(values, sensitivities, _means(residual.speed, samples), _means(residual.simulated, samples), others), quick
+
+
+def averaged_others(residual: Residual, samples: int) -> list[tuple[FloatArray, FloatArray]]:
+    """Return the same of the residuals of the other machines: means (channels, samples) and mean squares (channels,) of each."""
+    if samples <= 2:
+        return [(values, np.zeros(len(values))) for values in residual.others]
+    return [_averaged(values, samples) for values in residual.others]
+
+
+def _averaged(residual: FloatArray, samples: int) -> tuple[FloatArray, FloatArray]:
+    values = _means(residual, samples)
+    pieces = residual[:, : values.shape[1] * samples].reshape(-1, values.shape[1], samples)
     ramp = np.arange(samples) - 0.5 * (samples - 1)
     slope = pieces @ ramp / (ramp @ ramp)
-    quick = np.mean((pieces - values[:, :, None] - slope[:, :, None] * ramp) ** 2, axis=(1, 2))
-    sensitivities = _means(residual.sensitivities, samples)
-    return Residual(values, sensitivities, _means(residual.speed, samples), _means(residual.simulated, samples)), quick
+    return values, np.asarray(np.mean((pieces - values[:, :, None] - slope[:, :, None] * ramp) ** 2, axis=(1, 2)))
 
 
 def _means(values: FloatArray, samples: int) -> FloatArray:

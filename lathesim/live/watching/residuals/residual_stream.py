@@ -34,12 +34,14 @@ FREE = 1e-6
 @dataclass(frozen=True, eq=False)
 class Residual:
     """Residuals of a stretch: ``values`` (channels, samples), ``sensitivities`` (parameters, channels, samples) per standard deviation,
-    the ``speed`` (drives, samples) of each driven input per sample, and what was ``simulated`` (channels, samples)."""
+    the ``speed`` (drives, samples) of each driven input per sample, what was ``simulated`` (channels, samples), and the residuals of the
+    ``others`` (2 uncertain values, channels, samples): machines with one value a standard deviation above and below."""
 
     values: FloatArray
     sensitivities: FloatArray
     speed: FloatArray
     simulated: FloatArray
+    others: FloatArray
 
 
 class ResidualStream:
@@ -169,10 +171,11 @@ class ResidualStream:
         residual = values[len(self.drive) :] - runs[0]
         count = len(self._shares)
         if self._plain:
-            return Residual(residual, np.zeros((len(self.scales), *residual.shape)), speed, runs[0])
+            return Residual(residual, np.zeros((len(self.scales), *residual.shape)), speed, runs[0], np.zeros((0, *residual.shape)))
         pairs = np.array(runs[1:]).reshape(count, 2, *residual.shape)
         sensitivities = (pairs[:, 0] - pairs[:, 1]) / self._shares.reshape(count, 1, 1)
-        return Residual(residual, sensitivities, speed, runs[0])
+        others = values[len(self.drive) :] - pairs[~self.free].reshape(-1, *residual.shape)
+        return Residual(residual, sensitivities, speed, runs[0], others)
 
     def _channels(self, machine: SteppedMachine, values: FloatArray) -> FloatArray:
         return values[[machine.plan.channels.index(output) for output in self._outputs]]

@@ -71,7 +71,7 @@ def learn(
     largest = np.maximum(np.abs(speed).max(axis=1), 1e-300)
     scale = np.concatenate([largest, np.maximum(np.sqrt(np.mean(simulated**2, axis=1)), 1e-300)])
     still = 1e-3 * largest
-    shown = directions(Residual(values, sensitivities, speed, simulated), still, scale)
+    shown = directions(Residual(values, sensitivities, speed, simulated, values[None, :0]), still, scale)
     size = values.shape[1] // len(residuals)
     sample_times = np.repeat(times, size)
     allowed = np.mean(sensitivities**2, axis=2).max(axis=0, initial=0.0)
