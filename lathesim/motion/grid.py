@@ -24,6 +24,10 @@ _CLOSELY = np.linspace(0.0, 1.0, 201)
 _MOST_NEAR = 16
 """How many segments those are."""
 
+Segments = slice | np.typing.NDArray[np.int64]
+"""Which segments are meant."""
+_ALL = slice(None)
+
 ToolSpeed = Callable[[FloatArray, FloatArray], FloatArray]
 """Positions and their derivative by s, (points, axes), to the distance of the tool tip per s, (points,)."""
 Slower = Callable[[FloatArray], FloatArray]
@@ -39,10 +43,10 @@ class Grid:
     span: np.typing.NDArray[np.int64]
     rest: np.typing.NDArray[np.int64]
 
-    def slopes(self, order: int, share: float) -> FloatArray:
-        """Return a derivative of q at a share of each segment, (segments, axes)."""
-        inside = (1.0 - share) * self.s[:-1] + share * self.s[1:] - self.curve.knots[self.span]
-        return self.curve.derivative(order, self.span, inside)
+    def slopes(self, order: int, share: float | FloatArray, of: Segments = _ALL) -> FloatArray:
+        """Return a derivative of q at a share of each segment, or of some, one share for each of these, (segments, axes)."""
+        inside = (1.0 - share) * self.s[:-1][of] + share * self.s[1:][of] - self.curve.knots[self.span[of]]
+        return self.curve.derivative(order, self.span[of], inside)
 
     def caps(self, limits: AxisLimits, tool_speed: ToolSpeed | None, slower: Slower | None) -> FloatArray:
         """Return the largest b = (ds/dt)^2 at each node that velocities and feed allow."""
@@ -78,11 +82,12 @@ class Grid:
         b: FloatArray = quickest(np.diff(self.s), *parts, cap)
         return b
 
-    def ratios(self, b: FloatArray, limits: AxisLimits, share: float) -> FloatArray:
-        """Return by how much to slow down at a share of each segment so that both limits hold: the larger of |v|/v and sqrt(|a|/a)."""
-        here = (1.0 - share) * b[:-1] + share * b[1:]
-        acceleration = np.diff(b) / (2.0 * np.diff(self.s))
-        q1, q2 = self.slopes(1, share), self.slopes(2, share)
+    def ratios(self, b: FloatArray, limits: AxisLimits, share: float | FloatArray, of: Segments = _ALL) -> FloatArray:
+        """Return by how much to slow down at a share of each segment, or of some, so that both limits hold: the larger of |v|/v and
+        sqrt(|a|/a)."""
+        here = (1.0 - share) * b[:-1][of] + share * b[1:][of]
+        acceleration = np.diff(b)[of] / (2.0 * np.diff(self.s)[of])
+        q1, q2 = self.slopes(1, share, of), self.slopes(2, share, of)
         speed = np.max(np.abs(q1) / limits.velocity, axis=1) * np.sqrt(here)
         force = np.max(np.abs(q1 * acceleration[:, None] + q2 * here[:, None]) / limits.acceleration, axis=1)
         larger: FloatArray = np.maximum(speed, np.sqrt(force))
@@ -100,9 +105,8 @@ class Grid:
         largest = np.max([self.ratios(b, limits, share) for share in _EVERYWHERE], axis=0)
         top = float(largest.max())
         near = np.argsort(largest)[-_MOST_NEAR:]
-        pairs = [Grid(self.curve, self.s[at : at + 2], self.span[at : at + 1], self.rest[:0]) for at in near]
-        closer = [pair.ratios(b[at : at + 2], limits, share) for at, pair in zip(near, pairs, strict=True) for share in _CLOSELY]
-        return max(top, float(np.max(closer)))
+        closer = self.ratios(b, limits, np.tile(_CLOSELY, len(near)), np.repeat(near, len(_CLOSELY)))
+        return max(top, float(closer.max()))
 
     def halved(self, which: np.typing.NDArray[np.bool_]) -> Grid:
         """Return the grid with some segments cut in two."""
