@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lathesim.component import Parameter
-from lathesim.diagnosis.recording_checks.mapping.mapped_elsewhere import mapped_elsewhere
+from lathesim.diagnosis.recording_checks.mapping.mapped_elsewhere import has_other_sign, mapped_elsewhere
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.record import Record
@@ -61,6 +61,17 @@ def test_a_converter_finer_than_the_recording_tells_nothing(axis: tuple[Machine,
     assert mapped_elsewhere(made(fine, logged), {}) == ""
 
 
+def test_a_command_that_swings_from_limit_to_limit_lies_between_the_levels_of_a_fine_converter(axis: tuple[Machine, Record]) -> None:
+    """A machine whose loop swings keeps its command at the ends of the converter, which are levels of any converter."""
+    machine, record = axis
+    parts = [
+        replace(part, parameters={**part.parameters, "bits": 24.0}) if part.name == "x_dac" else part for part in machine.assembly.parts
+    ]
+    fine = replace(machine, assembly=replace(machine.assembly, parts=tuple(parts)))
+    swinging = np.clip(40.0 * np.sin(0.7 * np.arange(record.time.size)), -10.0, 10.0)
+    assert mapped_elsewhere(made(fine, record.with_channel(VOLTAGE, "V", np.round(swinging, 3))), {}) == ""
+
+
 def test_a_command_that_was_recorded_before_the_converter(axis: tuple[Machine, Record]) -> None:
     machine, record = axis
     shown = replace(machine, compare=(POSITION, BEHIND))
@@ -85,6 +96,14 @@ def test_a_sign_that_is_turned_round(axis: tuple[Machine, Record]) -> None:
     turned = record.with_channel(CURRENT, "A", -record[CURRENT])
     sentence = "x_drive.current has the other sign than what the machine makes. Write scale: -1 for its column."
     assert mapped_elsewhere(made(machine, turned), {}) == sentence
+
+
+def test_a_place_that_drifts_the_other_way_has_no_other_sign() -> None:
+    """A replay of an open loop drifts: it may end on the other side of zero while all its motions go the right way."""
+    time = np.linspace(0.0, 3.0, 3000)
+    motion = 1e-4 * np.sin(30.0 * time)
+    assert not has_other_sign(7e-3 + motion, -5e-3 - 8e-3 * time + motion)
+    assert has_other_sign(7e-3 + motion, -5e-3 - 8e-3 * time - motion)
 
 
 @pytest.mark.parametrize(

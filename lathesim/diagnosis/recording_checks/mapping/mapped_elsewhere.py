@@ -60,9 +60,13 @@ def _rounded(update: Law, name: str, known: Mapping[str, float], column: FloatAr
 
 
 def _is_finer(law: Callable[[FloatArray], FloatArray], column: FloatArray) -> bool:
-    """Return whether a converter's levels lie closer than the values of a column: then it leaves any such column as it is."""
-    gap = float(np.min(np.diff(np.unique(column))))
-    between = column + gap / math.e  # no simple fraction of a step
+    """Return whether a converter's levels lie closer than the values of a column: then it leaves any such column as it is.
+
+    That is asked between the values, which a converter takes: beyond its range each of them gives its last level.
+    """
+    different = np.unique(column)
+    gap = float(np.min(np.diff(different)))
+    between = different[:-1] + gap / math.e  # no simple fraction of a step
     return bool(np.max(np.abs(law(between) - between)) < OFF_GRID * gap)
 
 
@@ -129,15 +133,23 @@ def _in_counts(experiment: Experiment, method: Method) -> str:
 def _turned_round(experiment: Experiment, simulated: FloatArray, method: Method) -> str:
     """Return the sentence for the one channel that is what the machine makes, with the other sign: no physics turns a sign round."""
     begin = int(SETTLING * experiment.sensed.samples)
-    recorded, made = np.nan_to_num(experiment.sensed.recorded)[:, begin:], simulated[:, begin:]
-    turned = []
-    for name, one, other in zip(experiment.machine.compare, recorded, made, strict=True):
-        factor = float(one @ other) / max(float(other @ other), 1e-300)
-        if factor < 0.0 and root_mean_square(one - factor * other) < method.shared.left_by_cause * root_mean_square(one):
-            turned.append(name)
+    rows = zip(np.nan_to_num(experiment.sensed.recorded)[:, begin:], simulated[:, begin:], strict=True)
+    turned = [name for name, pair in zip(experiment.machine.compare, rows, strict=True) if has_other_sign(*pair, method)]
     if len(turned) != 1:
         return ""
     return f"{turned[0]} has the other sign than what the machine makes. Write scale: -1 for its column."
+
+
+def has_other_sign(recorded: FloatArray, made: FloatArray, method: Method = STANDARD) -> bool:
+    """Return whether a recorded channel (samples,) is what the machine makes times a negative factor, but for a small part.
+
+    A place that an open loop integrates drifts. Where a channel stands and how it drifts tells no sign, so a straight line is taken away.
+    """
+    from scipy.signal import detrend
+
+    one, other = detrend(recorded), detrend(made)
+    factor = float(one @ other) / max(float(other @ other), 1e-300)
+    return factor < 0.0 and root_mean_square(one - factor * other) < method.shared.left_by_cause * root_mean_square(one)
 
 
 def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: Method) -> str:
