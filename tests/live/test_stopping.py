@@ -17,7 +17,7 @@ import pytest
 
 from lathesim.record import Channel, Record, load
 from lathesim.record_writer import save
-from tests.cli.command import call, environment
+from tests.cli.command import environment
 from tests.live.other_axis import PERIOD, step, stream
 from tests.live.servo import LESSON, wave
 
@@ -153,25 +153,6 @@ def test_a_publisher_and_its_recorder_end_and_keep_what_came(tmp_path: Path) -> 
         assert "stopped" in said
         assert len(load(tmp_path / "r.h5")) > 0
         interrupted(publisher)
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(300)
-def test_what_is_published_at_10_hz_is_too_slow_for_its_controller_and_not_at_fault(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    case, port = tmp_path / "case", free_port()
-    assert call(capsys, "conceal", LESSON, "--effect", "CoulombFriction:level=20 N@x_axis", "--seed", 3, "--out", case).code == 0
-    at_10_hz = ["--mtconnect", port, "--rate", "10 Hz", "--play", "recording.csv"]
-    with running(case, "publish", "lesson.yaml", *at_10_hz) as publisher:
-        says(publisher, "Published at")
-        with running(case, "record", f"http://127.0.0.1:{port}", "--lesson", "lesson.yaml", "--for", "20 s", "--out", "r.h5") as recorder:
-            says(recorder, "Next: lathesim diagnose")
-        interrupted(publisher)
-    said = call(capsys, "diagnose", case / "r_lesson.yaml", case / "r.h5", "--out", tmp_path / "out")
-    assert "too slow for this question" in said.out
-    assert "one sample every 100 ms, and x_controller decides every 1 ms" in said.out
-    assert "itself is at fault" not in said.out
 
 
 FULL = """

@@ -90,6 +90,7 @@ def test_two_hundred_random_paths_take_the_time_of_toppra_and_cost_no_more() -> 
         off = timing.duration / float(np.sum(2.0 * np.diff(grid) / (speed[1:] + speed[:-1]))) - 1.0
         if abs(off) > 2e-3:
             wrong.append((seed, off))
+    print(f"{ours:.1f} s of processor time, toppra {theirs:.1f} s")
     assert wrong == []
     assert ours < theirs
 
