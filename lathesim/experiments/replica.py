@@ -56,15 +56,21 @@ class Replica:
         """The plan of the first setting, in which the names stand."""
         return self._batches[0].plan
 
-    def readings(self, values: FloatArray, only: Sequence[int] | None = None) -> list[FloatArray]:
-        """Return for each setting the readings (members, channels, times) [SI] for values (members, names) [SI]; NaN where one diverged."""
+    def readings(
+        self, values: FloatArray, only: Sequence[int] | None = None, later: float = 0.0, until: float = math.inf
+    ) -> list[FloatArray]:  # fmt: skip
+        """Return for each setting the readings (members, channels, times) [SI] for values (members, names) [SI]; NaN where one diverged.
+
+        They are read ``later`` [s] than the setting says, and ``until`` a time [s] only: NaN behind it.
+        """
         members = np.atleast_2d(values)
         found = []
         for position in range(len(self.settings)) if only is None else only:
             if self.stop is not None and self.stop.is_set():
                 raise KeyboardInterrupt
             batch, setting = self._batches[position], self.settings[position]
-            rows = batch.run(self.names, members, _reader(setting, batch))
+            samples = batch.samples if until >= setting.times[-1] else math.ceil(until / batch.plan.assembly.sample_period) + 2
+            rows = batch.run(self.names, members, _reader(setting.times + later, batch), lengths=[samples] * len(members))
             self.runs += len(members)
             found.append(np.array(rows))
         return found
@@ -98,7 +104,7 @@ class ProgramRuns:
         owner = [place for place, rows in enumerate(values) for _ in rows]
         period = self.batch.plan.assembly.sample_period
         lengths = [min(self.batch.samples, math.ceil(seconds[place] / period) + 2) for place in owner]
-        found = self.batch.run(self.names, np.vstack(values), _reader(self.setting, self.batch), self._tables(paths, owner), lengths)
+        found = self.batch.run(self.names, np.vstack(values), _reader(self.setting.times, self.batch), self._tables(paths, owner), lengths)
         self.runs += len(owner)
         return [
             np.array([row[:, : math.ceil(seconds[place] * self.rate)] for row, own in zip(found, owner, strict=True) if own == place])
@@ -119,9 +125,9 @@ class ProgramRuns:
         return {f"{_laid(name)}.samples": [laid[place][number] for place in owner] for number, name in enumerate(self.wanted)}
 
 
-def _reader(setting: Setting, batch: Batch) -> Callable[[FloatArray], FloatArray]:
-    """Return what reads a record at the times of a setting, on straight lines between samples."""
-    position = np.clip(setting.times / batch.plan.assembly.sample_period, 0.0, batch.samples - 1.000001)
+def _reader(times: FloatArray, batch: Batch) -> Callable[[FloatArray], FloatArray]:
+    """Return what reads a record at these times [s], on straight lines between samples."""
+    position = np.clip(times / batch.plan.assembly.sample_period, 0.0, batch.samples - 1.000001)
     before = position.astype(int)
     share = position - before
 

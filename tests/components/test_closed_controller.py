@@ -189,6 +189,15 @@ def test_jerk_limited_interpolator_is_the_mean_of_ramps_whatever_the_sample_peri
         assert record.time[-1] == pytest.approx(12 * 2.1 + 1.0 + 0.06, abs=2e-3)
 
 
+@pytest.mark.parametrize(("cycle", "late"), [("1 ms", 0.0), ("8 ms", 4e-3)])
+def test_a_block_takes_whole_cycles_of_the_control(registry: Registry, cycle: str, late: float) -> None:
+    record = interpolated(registry, "0.25 ms", acceleration="0.3 m/s^2", cycle=cycle)
+    # 12 mm at 6 mm/s with ramps of 20 ms take 2.020 s: whole milliseconds, and 2.024 s in cycles of 8 ms; 1 s of rest are 125 of them
+    z_moves = record.time[np.argmax(record["interpolator.z_reference"] > 1e-9)]
+    assert z_moves == pytest.approx(2.02 + late, abs=1e-3)
+    assert record.time[-1] == pytest.approx(12 * (2.02 + late) + 1.0, abs=1e-3)
+
+
 def rightmost_root(delay: float, start: complex) -> complex:
     """Return the root of the closed loop of the X slide near ``start``, by Newton's method on equations (1) to (5)."""
 

@@ -7,6 +7,7 @@
    speed known to an order of magnitude.
 5. A force that only shifts readings, with and without the share of a floor that does not average out.
 6. 5000 simulations of the staircase of lesson 16, which took 182 minutes as published.
+7. Single settings for a friction that falls with a speed known to a factor of three: where the average over draws matters.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from __future__ import annotations
 import argparse
 import resource
 import time as clock
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +24,7 @@ import numpy as np
 from lathesim.experiments.design.discrimination import Conditions, refitted_worth
 from lathesim.experiments.design.experiment import Wish, design_experiment
 from lathesim.experiments.design.families import Candidate
+from lathesim.experiments.design.optimality import information
 from lathesim.experiments.design.precision import PrecisionBench, design_for_precision
 from lathesim.experiments.design.program_text import Move
 from lathesim.experiments.design.rivals import Named, named_between
@@ -137,13 +140,48 @@ def without_average(registry: Registry, count: int, seed: int, name: str, rate: 
 def without_floor(registry: Registry, count: int, seed: int) -> list[str]:
     """Return what is said of a small force that only shifts readings: a share of a floor that does not average out hides it."""
     lesson, lines = load_lesson(AXIS), []
-    named = [Named("ForceOffset", "x_axis", {"offset": (0.3, 0.9)}), Named("nothing", "", {})]
-    for floor in (True, False):
-        wish = Wish(8.0, count, seed=seed, conditions=Conditions(steady_floor=floor))
-        found = design_experiment(lesson, named, registry, wish)
-        said = f"{'with' if floor else 'without'} the floor: chance {found.worth.chance:.2f} said, T {found.pairs[0][2]:.3g}"
-        lines.append(f"{said}, {found.program.seconds:.1f} s; {found.program.candidate.title}")
+    for size in (0.1, 0.3, 1.0):
+        named = [Named("ForceOffset", "x_axis", {"offset": (0.8 * size, 1.25 * size)}), Named("nothing", "", {})]
+        for floor in (True, False):
+            wish = Wish(8.0, count, seed=seed, conditions=Conditions(steady_floor=floor))
+            found = design_experiment(lesson, named, registry, wish)
+            said = f"{size:g} N {'with' if floor else 'without'} the floor: chance {found.worth.chance:.2f} said, T {found.pairs[0][2]:.3g}"
+            lines.append(f"{said}, {found.program.seconds:.1f} s; {found.program.candidate.title}")
     return lines
+
+
+def single_settings() -> list[str]:
+    """Return how well single speeds make a friction known that falls with a speed known to a factor of three, one way only.
+
+    F = Fc + Fs exp(-v/w) + Fv v with Fs = 1 and w about 5 mm/s, as derivatives by Fc, Fs, Fv and ln w. The design at w = 5 mm/s and the one
+    over draws of w are each held against the best design at the w that the machine has, by (det/best det)^(1/4).
+    """
+    speeds = np.geomspace(2e-4, 0.1, 400)
+
+    def regressors(fall: float) -> np.ndarray:
+        shape = np.exp(-speeds / fall)
+        return np.column_stack([np.ones_like(speeds), shape, speeds / 0.1, shape * speeds / fall])
+
+    draws = [regressors(5e-3 * 3.0**power) for power in (-1.0, -0.5, 0.0, 0.5, 1.0)]
+    designs = {"at the given value": d_optimal_over(draws[2:3]), "over draws": d_optimal_over(draws)}
+    lines = []
+    for name, weights in designs.items():
+        shares = [
+            float(np.linalg.det(information(rows, weights)) / np.linalg.det(information(rows, d_optimal_over([rows])))) ** 0.25
+            for rows in draws
+        ]
+        lines.append(f"single settings, designed {name}: efficiency at w/3 .. 3 w: {', '.join(f'{share:.2f}' for share in shares)}")
+    return lines
+
+
+def d_optimal_over(draws: Sequence[np.ndarray]) -> np.ndarray:
+    """Return weights (settings,) that make the mean of ln det of the information over draws of regressors (settings, values) largest."""
+    weights = np.full(len(draws[0]), 1.0 / len(draws[0]))
+    for _ in range(5000):
+        inverses = [np.linalg.inv(information(rows, weights)) for rows in draws]
+        variance = np.mean([np.einsum("ij,jk,ik->i", rows, own, rows) for rows, own in zip(draws, inverses, strict=True)], axis=0)
+        weights = weights * variance / draws[0].shape[1]
+    return weights
 
 
 def five_thousand(registry: Registry, seed: int) -> list[str]:
@@ -171,13 +209,13 @@ def five_thousand(registry: Registry, seed: int) -> list[str]:
 def main() -> None:
     """Print the parts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--part", type=int, action="append", choices=(1, 2, 3, 4, 5, 6))
+    parser.add_argument("--part", type=int, action="append", choices=range(1, 8))
     parser.add_argument("--programs", type=int, default=100, help="undesigned programs, and programs tried for an ablation")
     parser.add_argument("--between", default=TWO, help="rivals of the ablations")
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     registry = load_registry(installed=False)
-    for part in asked.part or (1, 2, 3, 4, 5, 6):
+    for part in asked.part or range(1, 8):
         if part == 1:
             lines = precision(registry, asked.programs, asked.seed)
         elif part == 2:
@@ -189,6 +227,8 @@ def main() -> None:
             ]
         elif part == 6:
             lines = five_thousand(registry, asked.seed)
+        elif part == 7:
+            lines = single_settings()
         elif part == 5:
             lines = without_floor(registry, asked.programs, asked.seed)
         else:

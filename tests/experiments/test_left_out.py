@@ -1,4 +1,4 @@
-"""Programs left out of a fit are judged as if it had been made without them."""
+"""Stretches left out of a fit are judged as if it had been made without them."""
 
 import threading
 from collections.abc import Sequence
@@ -28,7 +28,9 @@ class Lines:
     def __init__(self, time: FloatArray) -> None:
         self.shapes = [np.vstack([time, np.ones_like(time)]), np.vstack([time**2, np.ones_like(time)])]
 
-    def readings(self, values: FloatArray, only: Sequence[int] | None = None) -> list[FloatArray]:
+    def readings(
+        self, values: FloatArray, only: Sequence[int] | None = None, later: float = 0.0, until: float = 1e9
+    ) -> list[FloatArray]:  # fmt: skip
         """Return the readings of both programs."""
         return [(values @ shape)[:, None, :] for shape in self.shapes]
 
@@ -39,7 +41,7 @@ def recorded(time: FloatArray, values: FloatArray) -> Waypoints:
     return Waypoints("program", Path("program.csv"), prepared, time, {"x": values}, {}, ())
 
 
-def test_each_program_is_judged_by_a_fit_to_the_others() -> None:
+def test_each_stretch_is_judged_by_a_fit_to_the_others() -> None:
     time = np.linspace(0.0, 1.0, 50)
     random = np.random.default_rng(3)
     machine = Lines(time)
@@ -51,10 +53,12 @@ def test_each_program_is_judged_by_a_fit_to_the_others() -> None:
         point = np.linalg.solve(whole.T @ whole / 0.01 / noise + np.eye(2), whole.T @ np.concatenate(truth) / 0.01 / noise)
         noise = float(np.square(objective.vector(point)[0]).mean())
     found, _ = left_out(objective, point)
-    for one, other, judged in ((0, 1, found[:50]), (1, 0, found[50:])):
-        shape = machine.shapes[other].T
-        alone = np.linalg.solve(shape.T @ shape / 0.01 / noise + np.eye(2), shape.T @ truth[other] / 0.01 / noise)
-        assert judged == pytest.approx((machine.shapes[one].T @ alone - truth[one]) / 0.1, abs=1e-6)
+    values, stretches = np.concatenate(truth), np.repeat(np.arange(8), [13, 12, 13, 12] * 2)
+    for stretch in range(8):
+        own, others = stretches == stretch, stretches != stretch
+        rows = whole[others]
+        alone = np.linalg.solve(rows.T @ rows / 0.01 / noise + np.eye(2), rows.T @ values[others] / 0.01 / noise)
+        assert found[own] == pytest.approx((whole[own] @ alone - values[own]) / 0.1, abs=1e-6)
     assert np.square(found).sum() > np.square(objective.vector(point)[0]).sum()
 
 

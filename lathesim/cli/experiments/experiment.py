@@ -20,10 +20,10 @@ _LONGEST = 3600.0
 
 @click.command()
 @click.argument("lesson")
-@click.argument("diagnosis", required=False, type=click.Path(path_type=Path), metavar="[DIAGNOSIS.json]")
+@click.argument("diagnosis", required=False, type=click.Path(path_type=Path), metavar="[DIAGNOSIS.json|EMULATION.json]")
 @click.option("--between", metavar="EFFECT@PART,...", help="The rivals; 'nothing' is one of them: the machine as the lesson has it.")
 @click.option("--for", "wanted", multiple=True, metavar="PART.NAME,...", help="Values to be known as well as possible, instead of rivals.")
-@click.option("--criterion", type=click.Choice(("D", "A", "E")), default="D", show_default=True, help="What is made best with --for.")
+@click.option("--criterion", type=click.Choice(("D", "A", "E", "V")), default="D", show_default=True, help="What is made best with --for.")
 @click.option("--rate", metavar="FREQUENCY", help="How often the recording takes a row, with --for [default: as the lesson says].")
 @click.option("--at-most", default="30 s", show_default=True, metavar="TIME", help="How long the program may last.")
 @click.option("--programs", type=click.IntRange(min=4), default=100, show_default=True, help="How many programs are tried.")
@@ -86,7 +86,7 @@ def experiment(
         raise UnitError(error.fact, place="--at-most", remedy=error.remedy) from None
     if limit < 2.0:
         raise LatheSimError(f"a program of {limit:g} s is too short to tell anything.", place="--at-most", remedy="Allow 2 s or more.")
-    if sum((diagnosis is not None, between is not None, bool(wanted))) != 1:
+    if (between is not None) + bool(wanted) + (diagnosis is not None and not wanted) != 1:
         raise click.UsageError("Name the rivals with --between, give a DIAGNOSIS.json, or name values with --for: one of the three.")
     if limit > _LONGEST:
         raise LatheSimError(f"a program of {limit:g} s is too long to be designed.", place="--at-most", remedy="Allow an hour or less.")
@@ -110,11 +110,13 @@ def experiment(
             click.echo(sentence, err=True)
 
     if wanted:
+        from lathesim.experiments.design.aims import before_design
         from lathesim.experiments.design.precision import design_for_precision, precision_lines, write_precision
 
+        before = before_design(diagnosis, loaded) if diagnosis is not None else None
         names = [name.strip() for text in wanted for name in text.split(",") if name.strip()]
         with interruptible() as stop:
-            precise = design_for_precision(loaded, names, registry, wish, criterion, variant, say, stop)
+            precise = design_for_precision(loaded, names, registry, wish, criterion, variant, say, stop, before)
         told = write_precision(precise, out)
         click.echo(json.dumps(told, indent=2) if as_json else "\n".join(precision_lines(precise, out)))
         return 130 if precise.stopped else 0

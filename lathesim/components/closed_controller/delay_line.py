@@ -83,5 +83,5 @@ class DelayLine(Component):
         """The cubic in Newton's backward form."""
         if delay == 0.0:
             return incoming
-        share = (time - began) / sample_period - offset
+        share = (time - began) * (1.0 / sample_period) - offset
         return latest + share * (first + (share + 1.0) * (second + (share + 2.0) * third))

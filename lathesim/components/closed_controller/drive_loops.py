@@ -79,7 +79,7 @@ class PowerController(Component):
     ) -> tuple[float, float]:  # fmt: skip
         """The PI law and the lag."""
         error = reference - feedback_gain * (measured + disturbance)
-        return error, (gain * (proportional * error + integral * summed) - late_voltage) / lag
+        return error, (gain * (proportional * error + integral * summed) - late_voltage) * (1.0 / lag)
 
     @staticmethod
     def output(held: float) -> float:

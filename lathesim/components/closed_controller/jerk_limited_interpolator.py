@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from lathesim.component import DiscreteState, Memory, Parameter
@@ -17,14 +18,18 @@ from lathesim.components.references.interpolator import (
 from lathesim.path_columns import DWELL, DWELL_PAUSE, KIND, LENGTH
 
 _CELLS = 2048
+_ALIKE = 0.02
+"""Share of a cycle by which the time of a block may exceed whole cycles and still count as them; assumed."""
 block_output = ConstantVelocityInterpolator.output
 
 
-def block_time(path: Any, row: int, speed: float, acceleration: float, pause: float) -> float:
-    """Return how long a row of the path takes [s]: its ramp and the rest behind it, or its dwell."""
-    if path[row][KIND] == DWELL_PAUSE:
-        return float(path[row][DWELL])
-    return ramp_time(path[row][LENGTH], 0.0, speed, acceleration) + pause
+def block_time(path: Any, row: int, speed: float, acceleration: float, pause: float, cycle: float) -> float:
+    """Return how long a row of the path takes [s]: its ramp or dwell in whole cycles, and the rest behind a ramp."""
+    dwells = path[row][KIND] == DWELL_PAUSE
+    whole = path[row][DWELL] * 1.0 if dwells else ramp_time(path[row][LENGTH], 0.0, speed, acceleration)
+    if cycle > 0.0:
+        whole = math.ceil(whole / cycle - _ALIKE) * cycle
+    return float(whole) if dwells else whole + pause
 
 
 def mean_place(places: Any, integrals: Any, newest: int, width: float, sample_period: float) -> float:
@@ -56,7 +61,8 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
 
     so their jerk is at most a/w. With a pause of w or more the path is kept; a shorter one rounds the corners. A change of the wanted speed
     within a block stretches its time. Blocks begin when they are due, not at a sample instant, so that the way depends smoothly on every
-    value; between instants a reference goes on at its speed.
+    value; between instants a reference goes on at its speed. With a ``cycle`` a block takes whole cycles, rounded up, before its rest: it
+    stands still for what is left of the last one.
 
     Source: the mean as a limit of jerk: L. Biagiotti, C. Melchiorri, FIR filters for online trajectory planning, Control Eng. Practice 20
     (2012). Left out: threads that follow the spindle angle, speeds carried over corners, an average longer than the ring of 2048 samples
@@ -66,6 +72,7 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
     acceleration = Parameter("m/s^2", 20.0, low=1e-3, doc="acceleration and deceleration along the path")
     pause = Parameter("s", 0.0, low=0.0, doc="rest after each block")
     averaging = Parameter("s", 0.0, low=0.0, doc="w: how long the references are averaged over")
+    cycle = Parameter("s", 0.0, low=0.0, doc="the control's interpolation cycle, in whole multiples of which a block lasts; 0: none")
 
     elapsed = DiscreteState("s", doc="time since the present block began")
     speed_of_block = DiscreteState("m/s", -1.0, doc="speed its ramp is laid out for; below zero: not yet")
@@ -86,7 +93,7 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
         elapsed: float, speed_of_block: float, newest: float, x_mean: float, z_mean: float, x_places: list[float], z_places: list[float],
         x_integrals: list[float], z_integrals: list[float], spindle_speed: float, feed_command: float, feed_override: float,
         spindle_override: float, rapid_speed: float, largest_spindle_speed: float, acceleration: float, pause: float, averaging: float,
-        time: float, sample_period: float,
+        cycle: float, time: float, sample_period: float,
     ) -> tuple[float, ...]:  # fmt: skip
         """Walk one sample further."""
         rows = len(path)
@@ -109,7 +116,7 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
                         if wanted <= 0.0:
                             break
                 pace = wanted / speed_of_block if speed_of_block > 0.0 else 1.0
-                whole = block_time(path, row, speed_of_block, acceleration, pause)
+                whole = block_time(path, row, speed_of_block, acceleration, pause, cycle)
                 if elapsed + pace * left < whole or (first and left == 0.0):
                     elapsed += pace * left
                     if path[row][KIND] != DWELL_PAUSE:

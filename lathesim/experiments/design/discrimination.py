@@ -27,6 +27,7 @@ from itertools import product
 import numpy as np
 
 from lathesim.diagnosis.method import STANDARD
+from lathesim.diagnosis.selection.compare_models import due
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.design.laying import Laid
 from lathesim.experiments.design.refit import Descent, linear_refit, starts_alike, steps_of
@@ -101,17 +102,27 @@ def gained(apart: FloatArray, values: int) -> FloatArray:
     return np.asarray(0.5 * values * np.log1p(_EFFICIENCY * np.asarray(apart) / values))
 
 
-def needed(explained: FloatArray, values: int) -> FloatArray:
-    """Return what a run must gain [nats] to decide, where the true rival explains so much (T)."""
-    return np.maximum(DECIDES, STANDARD.selection.tie_share * gained(explained, values))
+def needed(explained: FloatArray, values: int, least: FloatArray | float = DECIDES) -> FloatArray:
+    """Return what a run must gain [nats] to decide, where the true rival explains so much (T): ``least`` at the least."""
+    return np.maximum(least, STANDARD.selection.tie_share * gained(explained, values))
 
 
-def chance_to_decide(apart: FloatArray, explained: FloatArray, values: int) -> FloatArray:
+def chance_to_decide(apart: FloatArray, explained: FloatArray, values: int, least: FloatArray | float = DECIDES) -> FloatArray:
     """Return the chance that a run decides where rivals are ``apart`` (T) and the true one explains as much as ``explained`` (T)."""
     from scipy.special import ndtr
 
     gain = np.maximum(gained(apart, values), 1e-12)
-    return np.asarray(ndtr(np.log(gain / needed(explained, values)) / _SPREAD))
+    return np.asarray(ndtr(np.log(gain / needed(explained, values, least)) / _SPREAD))
+
+
+def least_gains(rivals: Sequence[Rival]) -> FloatArray:
+    """Return what a run must gain [nats] at the least to tell each rival from each other one (a, b)."""
+    found = np.full((len(rivals), len(rivals)), DECIDES)
+    for (a, one), (b, other) in product(enumerate(rivals), enumerate(rivals)):
+        effect = one.term or other.term
+        if effect is not None and (one.term is None or other.term is None):
+            found[a, b] = due(STANDARD, effects=1, parameters=len(effect.parameters))
+    return found
 
 
 def worths(scene: Scene, programs: Sequence[Laid], floors: FloatArray, draws: int, conditions: Conditions) -> list[Worth]:
@@ -205,7 +216,7 @@ class _Held:
     def worth(self, apart: FloatArray, explained: FloatArray, values: int) -> Worth:
         """Return what the program is worth with rivals that far apart."""
         far = _by_simplicity(apart)
-        decided = chance_to_decide(far, explained[:, None, :], values)
+        decided = chance_to_decide(far, explained[:, None, :], values, least_gains(self.scene.rivals)[:, :, None])
         chances = np.array([np.delete(decided[a], a, axis=0).min(axis=0) for a in range(len(decided))])
         by_rival = tuple(float(row.mean()) for row in chances)
         return Worth(float(chances.mean()), by_rival, far, explained.copy(), decided, self.program.seconds)

@@ -61,6 +61,8 @@ class Wish:
     rate: float = 0.0
     arcs: bool = True
     """Whether circles are among the programs, where two axes are free."""
+    exchanges: int = 40
+    """Rounds in which strokes of the best program are exchanged, with --for."""
 
 
 @dataclass(frozen=True, eq=False)

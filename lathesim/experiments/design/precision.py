@@ -1,25 +1,28 @@
-"""The program that makes values known as well as possible: D-, A- or E-optimality, over what is uncertain, per second."""
+"""The program that makes values known as well as possible: D-, A-, E- or V-optimality, over what is uncertain, per second."""
 
 from __future__ import annotations
 
 import json
+import math
 import threading
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
+from lathesim.errors import LatheSimError
+from lathesim.experiments.design.aims import NOTHING_BEFORE, Before, Ready, discounted, mean_variance, programs_to_run, ready
 from lathesim.experiments.design.exchange import neighbours
 from lathesim.experiments.design.experiment import Wish
 from lathesim.experiments.design.families import Candidate, candidates, strokes_in_turn
 from lathesim.experiments.design.laying import Laid, lay_candidate, lay_those_that_fit, lay_what_fits, walking_time
 from lathesim.experiments.design.optimality import criterion_value
 from lathesim.experiments.design.room import Room, room_of
-from lathesim.experiments.emulation.free_values import FreeValue, free_values, values_of
+from lathesim.experiments.emulation.free_values import FreeValue, bounds, free_values, values_of
 from lathesim.experiments.hidden_directions import Telling, telling
 from lathesim.experiments.replica import ProgramRuns
 from lathesim.lessons.changed_lesson import changed_lesson
@@ -34,8 +37,6 @@ _NOISE = 10e-6
 """Noise [m] of a channel of which the lesson tells no resolution; assumed."""
 _BATCH = 20
 """Programs of one batch, so that progress is told and Ctrl-C heard."""
-_EXCHANGES = 40
-"""Rounds in which strokes of the best program are exchanged; assumed."""
 _NEIGHBOURS = 8
 """Programs that are tried in such a round."""
 _AVERAGED = 5
@@ -63,12 +64,14 @@ class Precise:
 
 def design_for_precision(
     lesson: Lesson, names: Sequence[str], registry: Registry, wish: Wish, criterion: str, variant: str | None,
-    say: Callable[[str], None], stop: threading.Event | None = None,
+    say: Callable[[str], None], stop: threading.Event | None = None, before: Before | None = None,
 ) -> Precise:  # fmt: skip
     """Return the program that makes the named values known best, within the limits of the lesson.
 
     ``all`` names everything that the lesson calls uncertain. The information is that of the mapped channels at the rate of the recording,
-    with the resolution as noise, added to what the lesson knows; averaged over values drawn within a standard deviation.
+    with the resolution as noise, added to what the lesson and the programs recorded ``before`` know; averaged over values drawn within a
+    standard deviation. V makes known what the programs of the lesson will read, and goes no faster than
+    they do.
     """
     began = clock.perf_counter()
     prepared = prepare(lesson, registry, variant)
@@ -78,7 +81,12 @@ def design_for_precision(
     channels = mapping.targets("compare")
     noise = {signal.target: signal.resolution or _NOISE for signal in mapping.signals if signal.role == "compare"}
     rate = wish.rate or mapping.rate or 1.0 / prepared.machinery.sample_period
-    bench = PrecisionBench(prepared, room, free, channels, noise, rate, wish, criterion, stop)
+    aims = [ready(path, lesson, room) for path in programs_to_run(lesson)] if criterion == "V" else []
+    if criterion == "V" and not aims:
+        raise LatheSimError("the lesson has no part program that is to be foretold.", place="--criterion", remedy="Take D, A or E.")
+    if aims:  # a structure that is not quite right errs most at speeds that none of these programs uses
+        room = replace(room, feed=min(room.feed, max(item.fastest for item in aims)))
+    bench = PrecisionBench(prepared, room, free, channels, noise, rate, wish, criterion, stop, aims, before or NOTHING_BEFORE)
     walking = walking_time(wish.at_most)
     strokes = strokes_in_turn(room, walking, wish.candidates // 2, wish.seed)
     mixtures = candidates(room, walking, wish.candidates, wish.seed, arcs=wish.arcs)
@@ -133,7 +141,7 @@ def exchanges(
     """
     at_most, random = bench.wish.at_most, np.random.default_rng([bench.wish.seed, 3])
     here = bench.values([best[0]], central=False)[0]
-    for turn in range(_EXCHANGES):
+    for turn in range(bench.wish.exchanges):
         near = neighbours(best[0].candidate, bench.room, walking_time(at_most), random, _NEIGHBOURS)
         tried = lay_what_fits(near, bench.room, at_most)
         sizes = bench.values(tried, central=False)
@@ -144,7 +152,7 @@ def exchanges(
                 here, best = sizes[place], (tried[place], value)
                 yield best
         if turn % 10 == 9:
-            say(f"  {turn + 1} of {_EXCHANGES} exchanges; {bench.criterion} = {best[1]:.4g}")
+            say(f"  {turn + 1} of {bench.wish.exchanges} exchanges; {bench.criterion} = {best[1]:.4g}")
 
 
 class PrecisionBench:
@@ -152,24 +160,30 @@ class PrecisionBench:
 
     def __init__(
         self, prepared: Prepared, room: Room, free: Sequence[FreeValue], channels: Sequence[str], noise: dict[str, float], rate: float,
-        wish: Wish, criterion: str, stop: threading.Event | None,
+        wish: Wish, criterion: str, stop: threading.Event | None, aims: Sequence[Ready] = (), before: Before = NOTHING_BEFORE,
     ) -> None:  # fmt: skip
         self.prepared, self.room, self.free, self.channels, self.stop = prepared, room, list(free), tuple(channels), stop
         self.noise = np.array([noise[name] for name in channels])
         self.rate, self.criterion, self.wish = rate, criterion, wish
         names = [item.name for item in free]
-        self.machine = ProgramRuns(prepared.machinery, room.interpolator.name, channels, names, rate, wish.at_most)
+        lesson = prepared.case.lesson
+        self.aims, self.recorded, self.error = tuple(aims), [ready(path, lesson, room) for path in before.programs], before.error
+        longest = max([wish.at_most, *(item.seconds for item in (*self.aims, *self.recorded))])
+        self.machine = ProgramRuns(prepared.machinery, room.interpolator.name, channels, names, rate, longest)
+        self.spread = np.array([item.spread for item in free])
         self.prior = np.diag([1.0 / item.spread**2 for item in free])
+        self.beside: dict[int, tuple[FloatArray, FloatArray | None]] = {}
         random = np.random.default_rng(wish.seed)
         draws = max(1, wish.draws)
         spread = np.array([item.spread for item in free])
-        self.points = [np.zeros(len(free)), *[0.5 * spread * random.standard_normal(len(free)) for _ in range(draws - 1)]]
+        drawn = [0.5 * spread * random.standard_normal(len(free)) for _ in range(draws - 1)]
+        self.points = [np.clip(point, *bounds(free)) for point in (np.zeros(len(free)), *drawn)]
 
     def lay(self, candidate: Candidate) -> Laid:
         """Return a candidate as path."""
         return lay_candidate(candidate, self.room)
 
-    def readings(self, programs: Sequence[Laid], points: FloatArray) -> list[FloatArray]:
+    def readings(self, programs: Sequence[Laid | Ready], points: FloatArray) -> list[FloatArray]:
         """Return for each program what is read at points of the search (points, values), in noise levels (points, readings)."""
         if self.stop is not None and self.stop.is_set():
             raise KeyboardInterrupt
@@ -178,7 +192,7 @@ class PrecisionBench:
         found = self.machine.readings(paths, seconds, [values] * len(programs))
         return [np.nan_to_num(rows / self.noise[None, :, None]).reshape(len(rows), -1) for rows in found]
 
-    def slopes(self, programs: Sequence[Laid], point: FloatArray, *, central: bool = True) -> list[FloatArray]:
+    def slopes(self, programs: Sequence[Laid | Ready], point: FloatArray, *, central: bool = True) -> list[FloatArray]:
         """Return for each program the derivatives of all readings in noise levels (readings, values), by central differences or by
         forward ones, which take half the runs."""
         steps, count = _STEP * np.eye(len(self.free)), len(self.free)
@@ -192,7 +206,9 @@ class PrecisionBench:
         found: list[float] = []
         for first in range(0, len(programs), _BATCH):
             some = programs[first : first + _BATCH]
-            drawn = [[self._criterion(slopes) for slopes in self.slopes(some, point, central=central)] for point in self.points[:draws]]
+            drawn = [
+                [self._criterion(slopes, draw) for slopes in self.slopes(some, self.points[draw], central=central)] for draw in range(draws)
+            ]
             found += [float(size) for size in np.mean(drawn, axis=0)]
         return found
 
@@ -200,8 +216,21 @@ class PrecisionBench:
         """Return the criterion of a program at a point of the search."""
         return self._criterion(self.slopes([program], point)[0])
 
-    def _criterion(self, slopes: FloatArray) -> float:
-        return criterion_value(slopes.T @ slopes + self.prior, self.criterion)
+    def _criterion(self, slopes: FloatArray, draw: int = 0) -> float:
+        if draw not in self.beside:
+            self.beside[draw] = self._known_beside(self.points[draw])
+        known, aims = self.beside[draw]
+        counted = discounted(slopes, self.spread, self.error)
+        matrix = counted.T @ counted + known
+        return criterion_value(matrix, self.criterion) if aims is None else -0.5 * math.log(mean_variance(aims, matrix))
+
+    def _known_beside(self, point: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Return at a point what lesson and recorded programs know, and the derivatives of what is to be foretold."""
+        known = self.prior.copy()
+        for slopes in self.slopes(self.recorded, point) if self.recorded else ():
+            counted = discounted(slopes, self.spread, self.error)
+            known += counted.T @ counted
+        return known, np.vstack(self.slopes(self.aims, point)) if self.aims else None
 
     def told(self, program: Laid) -> Telling:
         """Return what the program tells of the values, at the given ones."""

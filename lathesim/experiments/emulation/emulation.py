@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time as clock
 from collections.abc import Callable, Sequence
@@ -13,12 +14,13 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.emulation.clock_check import clocks_apart
 from lathesim.experiments.emulation.free_values import FreeValue, bounds, free_values, values_of
 from lathesim.experiments.emulation.importance import Importance, importances
+from lathesim.experiments.emulation.left_out import gained, left_out
 from lathesim.experiments.emulation.methods import METHODS, Effort, Tell
 from lathesim.experiments.emulation.objective import Objective
 from lathesim.experiments.emulation.only_noise import is_noise
 from lathesim.experiments.emulation.structure import Change, changed, possible_changes
-from lathesim.experiments.emulation.structure_search import StructureSearch
-from lathesim.experiments.emulation.unseen import Unseen, judge_unseen
+from lathesim.experiments.emulation.structure_search import SURE, Chosen, StructureSearch
+from lathesim.experiments.emulation.unseen import Unseen, judge_unseen, own_band
 from lathesim.experiments.hidden_directions import Telling, telling
 from lathesim.experiments.replica import Replica, Setting
 from lathesim.experiments.waypoints import Waypoints, read_waypoints
@@ -29,6 +31,8 @@ _LEAST_FLOOR = 1e-6
 """Noise [m] below which way-points of machines are not; assumed."""
 _FIRST, _LATER = 12, 8
 """Runs of the machine that a descent may make before and after its floor is set to what is left, besides those for derivatives."""
+_FAR_OFF, _HORIZONS = 3e-3, (0.06, 0.12, 0.25, 0.5)
+"""Deviation (rms) [m] from which on a machine is fitted to the beginning of its programs first, and to which shares of them; assumed."""
 _SETTLED = 2.0
 """Time [s] from which on the cross-design tables count, as published."""
 
@@ -76,6 +80,10 @@ class Emulation:
     question: Question
     clocks: tuple[str, ...] = ()
     """A sentence for each recording whose clock seems to run apart from the program."""
+    error_share: float = 0.0
+    """b of the band: by which share of what its values might do the structure errs."""
+    wandering: float = 0.0
+    """q [s^2/s]: by how much the control's clock wanders against the program."""
 
 
 def emulate(
@@ -97,14 +105,14 @@ def emulate(
     given = as_given.position_rms(start)
     say(f"As given, the machine is off by {_listed_mm(given)} (rms).")
     best = fitted.best((), say, rounds=0 if question.structure else 2)
-    if question.structure and not best.stopped:
-        best = _with_structure(fitted, best, say)
-        if question.method == "replay" and not best.stopped:
-            try:
-                best = fitted.best(best.changes, say, best.point, rounds=1)
-            except KeyboardInterrupt:
-                fitted.heard()
-                best = replace(best, stopped=True)
+    try:
+        if question.structure and not best.stopped:
+            best = _with_structure(fitted, best, say)
+            if question.method == "replay" and not best.stopped:
+                best = _with_clock(fitted, fitted.best(best.changes, say, best.point, rounds=1), say)
+    except KeyboardInterrupt:
+        fitted.heard()
+        best = replace(best, stopped=True)
     return replace(_outcome(fitted, best, given, clock.perf_counter() - began, say), clocks=clocks)
 
 
@@ -162,16 +170,17 @@ class _Fitting:
         return Objective(replica, free, read, self.question.weight if weight is None else weight, floor)
 
     def holding(self, changes: Sequence[Change]) -> Replica:
-        """Return the machine that holds all changes, with the base values and what they bring as its names."""
+        """Return the machine that holds all changes, with the base values, what they bring and what they hold as its names."""
         read = self.read(changed(self.lesson, changes), self.given)
-        names = [item.name for item in self.free(changes)]
+        names = list(dict.fromkeys([*(item.name for item in self.free(changes)), *(name for change in changes for name in change.held)]))
         settings = [Setting(item.name, item.prepared.machinery, item.channels, item.time) for item in read]
         return Replica(settings, names, self.stop)
 
-    def best(self, changes: Sequence[Change], say: Say, start: FloatArray | None = None, method: str = "", rounds: int = 2) -> _Found:
+    def best(self, changes: Sequence[Change], say: Say, start: FloatArray | None = None, rounds: int = 2) -> _Found:
+        """Return the best point of a structure, with the search that was asked for."""
         objective = self.objective(changes)
         low, high = bounds(objective.free)
-        search = METHODS[method or self.question.method]
+        search = METHODS[self.question.method]
         told = [clock.monotonic()]
 
         def tell(runs: int, cost: float) -> None:
@@ -198,41 +207,66 @@ class _Fitting:
 def _descend(
     objective: Objective, low: FloatArray, high: FloatArray, question: Question, start: FloatArray | None, tell: Tell, rounds: int
 ) -> FloatArray:
-    """Return the end of the descent, with the floor set to what is left and the descent gone on with, so that the pull has its weight."""
+    """Return the end of the descent, with the noise set to what is left and the descent gone on with, so that the pull has its weight.
+
+    Times of blocks that are a little wrong add up. Where the machine is far off, its beginning is fitted first, then ever more of it: so a
+    block is never held against another one. Source: H. G. Bock, Recent advances in parameter identification techniques for ODE (1983).
+    """
     from lathesim.experiments.emulation.methods import descend
 
-    point = descend(objective, low, high, np.zeros(len(low)) if start is None else start, tell, _FIRST, 1e-2)
+    point = np.zeros(len(low)) if start is None else start
+    if max(objective.position_rms(point)) > _FAR_OFF:
+        longest = max(item.duration for item in objective.recorded)
+        for share in _HORIZONS:
+            objective.until = share * longest
+            point = descend(objective, low, high, point, tell, _LATER, 1e-2)
+        objective.until = math.inf
+    point = descend(objective, low, high, point, tell, _FIRST, 1e-2)
     for _ in range(rounds):
-        left = objective.floor * float(np.sqrt(np.square(objective.vector(point)).mean()))
-        if left < 1.2 * objective.floor:
+        before = objective.floor
+        objective.take_floor(point)
+        if objective.floor < 1.2 * before:
             break
-        objective.floor = left
         point = descend(objective, low, high, point, tell, _LATER)
     return point
 
 
 def _with_structure(fitted: _Fitting, best: _Found, say: Say) -> _Found:
-    """Return the machine with the changes of its structure that better programs not fitted; Ctrl-C keeps the best so far."""
+    """Return the machine with the changes of its structure that better what was not fitted; Ctrl-C keeps the best so far."""
     if is_noise(best.objective, best.point):
         return best
     changes = possible_changes(fitted.recorded[0].prepared, fitted.registry)
     if not changes:
         return best
     say(f"What is left is no noise. Looking at {len(changes)} changes of the structure ...")
-    try:
-        search = StructureSearch(
-            fitted.holding(changes), best.objective.free, changes, fitted.recorded, fitted.question.weight, best.objective.floor, say
-        )
-        chosen = search.run(best.point)
-        fitted.runs += search.replica.runs
-        found = fitted.objective(chosen.changes) if chosen.changes else best.objective
-        misfit = float(np.square(found.vector(chosen.point)).sum())
-    except KeyboardInterrupt:
-        fitted.heard()
-        return replace(best, stopped=True)
+    search = StructureSearch(fitted.holding(changes), fitted.objective(()).free, changes, best.objective, say)
+    chosen = search.run(Chosen(best.changes, best.point))
+    fitted.runs += search.replica.runs
+    found = fitted.objective(chosen.changes) if chosen.changes else best.objective
+    found.floor, found.wandering = search.floor, search.wandering
     if chosen.stopped:
         fitted.heard()
-    return _Found(chosen.changes, found, chosen.point, misfit, chosen.stopped)
+    return _Found(chosen.changes, found, chosen.point, float(np.square(found.vector(chosen.point)).sum()), chosen.stopped)
+
+
+def _with_clock(fitted: _Fitting, best: _Found, say: Say) -> _Found:
+    """Return the machine fitted with a clock that wanders, if that betters what was not fitted, and with what shows beside it.
+
+    It is asked last: an error of the structure that grows with speed looks like a clock too, but is the same in another program.
+    """
+    from lathesim.experiments.emulation.methods import descend
+
+    with_clock, plain = fitted.objective(best.changes), best.objective
+    with_clock.take_clock(best.point)
+    if with_clock.wandering is None:
+        return best
+    point = descend(with_clock, *bounds(with_clock.free), best.point, lambda runs, cost: None, _LATER)
+    worth = gained(left_out(plain, best.point)[0], left_out(with_clock, point, judge=plain)[0])
+    fitted.runs += with_clock.replica.runs
+    if worth < SURE:
+        return best
+    say(f"The control's clock wanders by {1e3 * with_clock.wandering.spread**0.5:.2g} ms in the first second.")
+    return _with_structure(fitted, _Found(best.changes, with_clock, point, float(np.square(with_clock.vector(point)).sum())), say)
 
 
 def _outcome(fitted: _Fitting, best: _Found, given: Sequence[float], wall: float, say: Say) -> Emulation:
@@ -261,7 +295,8 @@ def _outcome(fitted: _Fitting, best: _Found, given: Sequence[float], wall: float
         lesson, best.changes, objective.free, values_of(objective.free, point), objective.recorded, tuple(given),
         tuple(objective.position_rms(point)), cross, noise, told, tuple(ranked), tuple(unseen),
         unseen_objective.recorded if unseen_objective is not None else (), fitted.runs + objective.replica.runs, wall,
-        stopped or fitted.wished(), question,
+        stopped or fitted.wished(), question, error_share=own_band(objective, point).share,
+        wandering=objective.wandering.spread if objective.wandering else 0.0,
     )  # fmt: skip
 
 
@@ -281,9 +316,9 @@ def _cross(fitted: _Fitting, best: _Found, say: Say) -> tuple[tuple[float, ...],
     from lathesim.experiments.emulation.methods import descend
 
     columns = []
-    for text in fitted.given:
+    for number, text in enumerate(fitted.given):
         alone = fitted.objective(best.changes, [text])
-        alone.floor = best.objective.floor
+        alone.floor, alone.wandering = best.objective.floor, best.objective.wandering_of(number)
         low, high = bounds(alone.free)
         try:
             if fitted.question.method == "replay":

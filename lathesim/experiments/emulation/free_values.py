@@ -27,7 +27,7 @@ class FreeValue:
     """A value to be learnt [SI]: where it begins, its bounds, and how far it may be off by what the lesson says.
 
     A value above zero is searched on the scale of its logarithm: ``to_scale`` gives ln(value/given), in units of one. One that is zero, or
-    may be negative, is searched as (value - given)/``size``.
+    may be negative or none at all, is searched as (value - given)/``size``.
     """
 
     name: str
@@ -91,11 +91,20 @@ def _free(lesson: Lesson, plan: Plan, name: str, factor: float) -> FreeValue:
     given = plan.parameter_values[plan.parameters[name]]
     low, high = (declared.low, declared.high) if isinstance(declared, Parameter) else (-math.inf, math.inf)
     spread, size = _spread(lesson, name, given, declared.unit)
-    if given > 0.0:
+    may_be_none = low <= 0.0 and size * factor > given
+    if given > 0.0 and not (_is_absolute(lesson, name) and may_be_none):
         return FreeValue(name, declared.unit, given, max(low, given / factor) or given / factor, min(high, given * factor), spread)
+    if given > 0.0:
+        return FreeValue(name, declared.unit, given, max(low, given - factor * size), min(high, given + factor * size), 1.0, size)
     if given < 0.0:
         return FreeValue(name, declared.unit, given, max(low, given * factor), min(high, -given * (factor - 1.0)), 1.0, abs(given) * spread)
     return FreeValue(name, declared.unit, given, max(low, -factor * size), min(high, factor * size), 1.0, size)
+
+
+def _is_absolute(lesson: Lesson, name: str) -> bool:
+    """Return whether a lesson tells how far a value may be off as a quantity, not as a share of it."""
+    text = lesson.settings.uncertain.get(name)
+    return text is not None and split_quantity(text)[1] != "%"
 
 
 def _spread(lesson: Lesson, name: str, given: float, unit: str) -> tuple[float, float]:

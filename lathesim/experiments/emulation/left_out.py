@@ -1,4 +1,4 @@
-"""What a machine leaves of a program when it is fitted to the others: a look at programs not fitted, without running anything again."""
+"""What a machine leaves of a stretch when it is fitted to the rest: a look at what was not fitted, without running anything again."""
 
 from __future__ import annotations
 
@@ -8,41 +8,46 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.emulation.objective import Objective
 
 _PIECES = 4
-"""Pieces of time into which a single recording is cut, each of which is left out once."""
+"""Pieces of time into which a recording is cut, each of which is left out once; assumed."""
 _RELATED = 10
 """Way-points that count as one where deviations are compared: neighbours err alike; assumed."""
 
 
-def left_out(objective: Objective, point: FloatArray, slopes: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
-    """Return the deviations (numbers,) in floors of each program from a machine fitted to the others, and the slopes (numbers, values).
+def left_out(
+    objective: Objective, point: FloatArray, slopes: FloatArray | None = None, judge: Objective | None = None
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Return the deviations (numbers,) in floors of each stretch from a machine fitted to the others, and the slopes (numbers, values).
 
-    With r and J the deviations and derivatives at the best point p, P the weight of what the lesson says, and rows i of one program:
+    With a ``judge`` the deviations are counted as that objective counts them.
+
+    With r and J the deviations and derivatives at the best point p, P the weight of what the lesson says, and rows i of one stretch:
 
         d = -(J_o' J_o / s^2 + P)^-1 (J_o' r_o / s^2 + P p),   o: all other rows;   r_i + J_i d
 
-    which is the fit to the others on straight lines. A single recording is cut into four pieces of time. Source: D. M. Allen,
-    Technometrics 16 (1974), 125, for single rows.
+    which is the fit to the others on straight lines. Each recording is cut into four stretches of time. Whole recordings are not left out:
+    what one designed program tells the others cannot. Source: D. M. Allen, Technometrics 16 (1974), 125, for single rows; D. R. Roberts et
+    al., Ecography 40 (2017), 913, for stretches of what is related.
     """
     residual = objective.vector(point)[0]
     slopes = objective.slopes(point) if slopes is None else slopes
     pull = np.diag([1.0 / item.spread**2 for item in objective.free])
     noise = max(float(np.square(residual).mean()), 1e-12)
-    found = residual.copy()
+    found, ahead = (residual, slopes) if judge is None else (judge.vector(point)[0], judge.slopes(point))
+    found = found.copy()
     owner = owners(objective)
     for one in np.unique(owner):
         own, others = owner == one, owner != one
         matrix = slopes[others].T @ slopes[others] / noise + pull
         shift = np.linalg.solve(matrix, -(slopes[others].T @ residual[others] / noise + pull @ point))
-        found[own] = residual[own] + slopes[own] @ shift
+        found[own] += ahead[own] @ shift
     return found, slopes
 
 
 def owners(objective: Objective) -> FloatArray:
-    """Return for each number of the objective's vector the program (or piece of time) that it belongs to."""
-    several = len(objective.recorded) > 1
+    """Return for each number of the objective's vector the piece of a program that it belongs to."""
     found = []
     for number, item in enumerate(objective.recorded):
-        pieces = np.full(len(item.time), number) if several else np.arange(len(item.time)) * _PIECES // len(item.time)
+        pieces = number * _PIECES + np.arange(len(item.time)) * _PIECES // len(item.time)
         found += [pieces for _ in item.channels]
     return np.concatenate(found)
 

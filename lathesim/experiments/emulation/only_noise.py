@@ -22,7 +22,7 @@ def is_noise(objective: Objective, point: FloatArray, slopes: FloatArray | None 
 
     busyness = np.square(objective.slopes(point) if slopes is None else slopes).sum(axis=1)
     taken = 0
-    for deviation in objective.deviations(point):
+    for deviation in objective.news(point):
         for row in deviation[0]:
             activity = busyness[taken : taken + len(row)]
             taken += len(row)

@@ -11,15 +11,23 @@ from typing import Any
 import numpy as np
 
 from lathesim.experiments.emulation.emulation import Emulation
+from lathesim.experiments.emulation.free_values import FreeValue
 from lathesim.lessons.changed_lesson import changed_lesson
 
 SCHEMA = "lathesim-emulation/1"
 
 
 def lesson_text(found: Emulation, folder: Path) -> str:
-    """Return the lesson with the learnt values, for a file in ``folder``."""
+    """Return the lesson with the learnt values, for a file in ``folder``; what the structure brought is uncertain as it was before."""
     values = {item.name: f"{value:.10g} {item.unit}".removesuffix(" 1") for item, value in zip(found.free, found.values, strict=True)}
-    return changed_lesson(found.lesson, [], values, folder)
+    brought = [value for change in found.changes for value in change.brings]
+    uncertain = {**found.lesson.settings.uncertain, **{value.name: _before(value) for value in brought}}
+    return changed_lesson(found.lesson, [], values, folder, further={"uncertain": uncertain})
+
+
+def _before(value: FreeValue) -> str:
+    """Return as a lesson writes it how far a value may be off before anything is recorded."""
+    return f"{100.0 * value.spread:g} %" if value.is_ratio else f"{value.size:g} {value.unit}".removesuffix(" 1")
 
 
 def as_json(found: Emulation) -> dict[str, Any]:
@@ -36,12 +44,20 @@ def as_json(found: Emulation) -> dict[str, Any]:
             for item, value in zip(found.free, found.values, strict=True)
         },
         "recordings": [
-            {"name": name, "rms_given_m": given, "rms_m": fitted, "waypoints": int(item.time.size)}
+            {
+                "name": name,
+                "program": str(item.prepared.case.program) if item.prepared.case.program else None,
+                "rms_given_m": given,
+                "rms_m": fitted,
+                "waypoints": int(item.time.size),
+            }
             for name, item, given, fitted in zip(names, found.recorded, found.given_rms, found.fitted_rms, strict=True)
         ],
         "cross_design_m": {"rows": names, "columns": names, "rms": [list(row) for row in found.cross]} if found.cross else None,
         "clocks": list(found.clocks),
+        "clock_wandering_s2_per_s": found.wandering,
         "noise_m": found.noise,
+        "model_error_share": found.error_share,
         "directions": {
             "known_to_10_percent": found.telling.known,
             "information": found.telling.information,
@@ -95,6 +111,8 @@ def telling_sentences(found: Emulation) -> Iterator[str]:
             else f"These {number} combinations do not show, whatever the program"
         )
         yield f"{text}: the readings stay still when the machine is run again along {'it' if number == 1 else 'them'}."
+    if found.wandering > 0.0:
+        yield f"The control's clock wanders against the program by {1e3 * found.wandering**0.5:.2g} ms in the first second."
     rest = count - told.known - len(told.hidden)
     if rest > 0:
         yield f"{rest} more could show and do not, or not to 10 %: another program would tell more (lathesim experiment)."

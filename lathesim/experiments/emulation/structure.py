@@ -25,6 +25,8 @@ _INTERPOLATOR = "JerkLimitedInterpolator"
 _PLAIN_INTERPOLATORS = ("ConstantVelocityInterpolator", "ConstantAccelerationInterpolator")
 _ACCELERATION, _PAUSE, _AVERAGING = (0.05, 20.0), (0.0, 0.5), (0.0, 0.5)
 """Path acceleration [m/s^2], rest after a block [s] and averaging of references [s] within which a control is looked for; assumed."""
+_CYCLES = (1e-3, 2e-3, 4e-3, 8e-3)
+"""Interpolation cycles [s] of a control that are looked for; assumed."""
 _USUAL_PAUSE, _USUAL_AVERAGING = 0.01, 0.03
 """Standard deviations of what a control rests and averages [s]; assumed."""
 _PARTED = 0.5
@@ -37,7 +39,8 @@ _LOOKS = 3
 class Change:
     """A change of the structure: its title, its entries for the lesson, and the values it brings to be learnt.
 
-    With ``neutral`` [SI] values the machine is what it was before. ``probes`` (n, values) [SI] are where a search looks first.
+    With ``neutral`` [SI] values the machine is what it was before. ``probes`` (n, values) [SI] are where a search looks first. What is
+    ``held`` [SI] is part of the structure and not learnt; without the change it is zero.
     """
 
     title: str
@@ -48,6 +51,7 @@ class Change:
     replace: dict[str, str] = field(default_factory=dict)
     add: dict[str, Any] = field(default_factory=dict)
     wires: dict[str, str] = field(default_factory=dict)
+    held: dict[str, float] = field(default_factory=dict)
 
 
 def possible_changes(prepared: Prepared, registry: Registry) -> list[Change]:
@@ -57,19 +61,21 @@ def possible_changes(prepared: Prepared, registry: Registry) -> list[Change]:
 
 def _interpolators(prepared: Prepared) -> Iterable[Change]:
     for part in prepared.machinery.parts:
-        if part.component.__name__ not in _PLAIN_INTERPOLATORS:
+        if part.component.__name__ in _PLAIN_INTERPOLATORS:
+            middle = float(np.sqrt(_ACCELERATION[0] * _ACCELERATION[1]))
+            brings = (
+                FreeValue(f"{part.name}.acceleration", "m/s^2", middle, *_ACCELERATION, 1.5),
+                FreeValue(f"{part.name}.pause", "s", 0.0, *_PAUSE, 1.0, _USUAL_PAUSE),
+                FreeValue(f"{part.name}.averaging", "s", 0.0, *_AVERAGING, 1.0, _USUAL_AVERAGING),
+            )
+            grid = np.array(list(itertools.product((0.1, 0.3, 1.0, 4.0, 20.0), (0.0, 0.01, 0.04), (0.0, 0.02, 0.08))))
+            neutral, replaced = (_ACCELERATION[1], 0.0, 0.0), {part.name: _INTERPOLATOR}
+            yield Change(f"{part.name} accelerates, rests and averages", brings, neutral, grid, replace=replaced)
+        elif part.component.__name__ != _INTERPOLATOR or _value(part, "cycle") > 0.0:
             continue
-        middle = float(np.sqrt(_ACCELERATION[0] * _ACCELERATION[1]))
-        brings = (
-            FreeValue(f"{part.name}.acceleration", "m/s^2", middle, *_ACCELERATION, 1.5),
-            FreeValue(f"{part.name}.pause", "s", 0.0, *_PAUSE, 1.0, _USUAL_PAUSE),
-            FreeValue(f"{part.name}.averaging", "s", 0.0, *_AVERAGING, 1.0, _USUAL_AVERAGING),
-        )
-        grid = itertools.product((0.1, 0.3, 1.0, 4.0, 20.0), (0.0, 0.01, 0.04), (0.0, 0.02, 0.08))
-        neutral = (_ACCELERATION[1], 0.0, 0.0)
-        yield Change(
-            f"{part.name} accelerates, rests and averages", brings, neutral, np.array(list(grid)), replace={part.name: _INTERPOLATOR}
-        )
+        for cycle in _CYCLES:
+            title, held = f"{part.name} counts blocks in cycles of {1e3 * cycle:g} ms", {f"{part.name}.cycle": cycle}
+            yield Change(title, (), (), np.zeros((1, 0)), replace={part.name: _INTERPOLATOR}, held=held)
 
 
 def _parted_values(prepared: Prepared) -> Iterable[Change]:
@@ -151,5 +157,6 @@ def changed(lesson: Lesson, changes: Sequence[Change]) -> Lesson:
         made = {name: entry for change in changes for name, entry in getattr(change, key).items()}
         if made:
             further[key] = {**(lesson.source.data.get(key) or {}), **made}
-    text = changed_lesson(lesson, insert, {}, lesson.path.parent, replace=replace, further=further)
+    held = {name: f"{value:.9g} s" for change in changes for name, value in change.held.items()}
+    text = changed_lesson(lesson, insert, held, lesson.path.parent, replace=replace, further=further)
     return lesson_from_text(text, Path(lesson.path))

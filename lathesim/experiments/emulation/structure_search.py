@@ -1,9 +1,10 @@
-"""Which changes of the structure a machine needs: looked at on one machine that holds all of them, judged on programs not fitted."""
+"""Which changes of the structure a machine needs: looked at on one machine that holds all of them, judged on what was not fitted."""
 
 from __future__ import annotations
 
+import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,14 +16,14 @@ from lathesim.experiments.emulation.methods import descend
 from lathesim.experiments.emulation.objective import Objective
 from lathesim.experiments.emulation.only_noise import is_noise
 from lathesim.experiments.emulation.structure import Change
+from lathesim.experiments.emulation.wandering_clock import Wandering
 from lathesim.experiments.replica import Replica, given_values
-from lathesim.experiments.waypoints import Waypoints
 
 _MOST_CHANGES = 8
-_TRIED = 2
+_TRIED = 3
 """Changes of each round that are fitted in full, after a first look at all of them."""
-_SURE = 2.0
-"""Standard errors by which a change must better the programs not fitted."""
+SURE = 2.0
+"""Standard errors by which a change must better what was not fitted."""
 _RUNS = 10
 """Descents of a trial, each with its set of derivatives."""
 
@@ -50,11 +51,13 @@ class HeldReplica:
     def stop(self, event: threading.Event | None) -> None:
         self.replica.stop = event
 
-    def readings(self, values: FloatArray, only: Sequence[int] | None = None) -> list[FloatArray]:
-        """Return what the replica reads with these values and the others held."""
+    def readings(
+        self, values: FloatArray, only: Sequence[int] | None = None, later: float = 0.0, until: float = math.inf
+    ) -> list[FloatArray]:  # fmt: skip
+        """Return what the replica reads with these values and the others held, ``later`` [s], and ``until`` a time [s] only."""
         whole = np.tile(self.held, (len(values), 1))
         whole[:, self.columns] = values
-        return self.replica.readings(whole, only)
+        return self.replica.readings(whole, only, later, until)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,52 +73,76 @@ class StructureSearch:
     """A machine that holds all changes, each neutral until it is chosen."""
 
     def __init__(
-        self, replica: Replica, free: Sequence[FreeValue], changes: Sequence[Change], recorded: Sequence[Waypoints], weight: float,
-        floor: float, say: Say,
+        self, replica: Replica, free: Sequence[FreeValue], changes: Sequence[Change], before: Objective, say: Say
     ) -> None:  # fmt: skip
-        self.replica, self.free, self.changes, self.recorded = replica, list(free), list(changes), recorded
-        self.weight, self.floor, self.say = weight, floor, say
+        self.replica, self.free, self.changes, self.recorded = replica, list(free), list(changes), before.recorded
+        self.weight, self.say = before.weight, say
+        self.floor, self.least = before.floor, before.least
+        self.wandering: Wandering | None = before.wandering
         self.neutral = given_values(replica.plan, replica.names)
         for change in changes:
             for value, idle in zip(change.brings, change.neutral, strict=True):
                 self.neutral[replica.names.index(value.name)] = idle
+            self.neutral[[replica.names.index(name) for name in change.held]] = 0.0
 
     def objective(self, chosen: Sequence[Change]) -> Objective:
         """Return the objective of the machine with these changes: its base values and what they bring are free."""
         free = [*self.free, *(value for change in chosen for value in change.brings)]
-        held = HeldReplica(self.replica, [item.name for item in free], self.neutral)
-        return Objective(held, free, self.recorded, self.weight, self.floor)
+        held = HeldReplica(self.replica, [item.name for item in free], self._idle(chosen))
+        found = Objective(held, free, self.recorded, self.weight, self.floor)
+        found.wandering = self.wandering
+        return found
 
-    def run(self, start: FloatArray) -> Chosen:
-        """Return what is kept: change after change, while one betters the programs not fitted and what is left is more than noise.
+    def _idle(self, chosen: Sequence[Change]) -> FloatArray:
+        """Return the values [SI] of the machine with every change neutral but what the chosen ones hold."""
+        found = self.neutral.copy()
+        for change in chosen:
+            for name, value in change.held.items():
+                found[self.replica.names.index(name)] = value
+        return found
 
-        In each round every change is looked at where its probes are, with all other values refitted on straight lines. The best two are
+    def run(self, start: Chosen) -> Chosen:
+        """Return what is kept: change after change, while one betters what was not fitted and what is left is more than noise.
+
+        In each round every change is looked at where its probes are, with all other values refitted on straight lines. The best few are
         fitted in full. Ctrl-C keeps what was kept so far.
         """
-        chosen: tuple[Change, ...] = ()
-        point, starts = start, [start, np.zeros(len(start))]
-        objective = self.objective(())
+        found = start
+        starts = [start.point] if start.changes else [start.point, np.zeros(len(start.point))]
         try:
-            judged, slopes = left_out(objective, point)
-            while len(chosen) < _MOST_CHANGES and not is_noise(objective, point, slopes):
-                best: tuple[float, Change, FloatArray, FloatArray, FloatArray] | None = None
-                for change, begin in self._looked(chosen, starts)[:_TRIED]:
-                    trial = self.objective((*chosen, change))
-                    end = self._fitted(trial, begin)
-                    away, slopes = left_out(trial, end)
-                    self.say(f"  with {change.title}: {self._size(away)} on the program left out, {self._size(judged)} without")
-                    worth = gained(judged, away)
-                    if best is None or float(np.square(away).sum()) < float(np.square(best[3]).sum()):
-                        best = (worth, change, end, away, slopes)
-                if best is None or best[0] < _SURE:
-                    break
-                _, kept, point, judged, slopes = best
-                chosen, starts = (*chosen, kept), [point]
-                objective = self.objective(chosen)
-                self.say(f"Kept: {kept.title}.")
+            for kept in self._kept(found, starts):
+                found = kept
+                if self.wandering is not None:
+                    objective = self.objective(found.changes)
+                    objective.least = self.least
+                    objective.take_clock(found.point)
+                    self.floor, self.wandering = objective.floor, objective.wandering
         except KeyboardInterrupt:
-            return Chosen(chosen, point, stopped=True)
-        return Chosen(chosen, point)
+            return Chosen(found.changes, found.point, stopped=True)
+        return found
+
+    def _kept(self, found: Chosen, starts: Sequence[FloatArray]) -> Iterator[Chosen]:
+        """Yield what is kept, change after change."""
+        while len(found.changes) < _MOST_CHANGES:
+            objective = self.objective(found.changes)
+            judged, slopes = left_out(objective, found.point)
+            if is_noise(objective, found.point, slopes):
+                return
+            tried: list[tuple[float, float, Change, FloatArray]] = []
+            for change, begin in self._looked(found.changes, starts)[:_TRIED]:
+                trial = self.objective((*found.changes, change))
+                end = self._fitted(trial, begin)
+                away, _ = left_out(trial, end)
+                self.say(f"  with {change.title}: {self._size(away)} on what is left out, {self._size(judged)} without")
+                tried.append((float(np.square(away).sum()), gained(judged, away), change, end))
+            if not tried:
+                return
+            _, worth, kept, end = min(tried, key=lambda item: item[0])
+            if worth < SURE:
+                return
+            found, starts = Chosen((*found.changes, kept), end), [end]
+            self.say(f"Kept: {kept.title}.")
+            yield found
 
     def _size(self, deviations: FloatArray) -> str:
         return f"{1e3 * self.floor * float(np.sqrt(np.square(deviations).mean())):.4g} mm"
@@ -135,7 +162,10 @@ class StructureSearch:
 
     def _looked(self, chosen: Sequence[Change], starts: Sequence[FloatArray]) -> list[tuple[Change, FloatArray]]:
         """Return the changes not chosen yet, the one that promises most first, each with the point to begin its fit at."""
-        rest = [change for change in self.changes if change not in chosen]
+        held = {name for change in chosen for name in change.held}
+        rest = [change for change in self.changes if change not in chosen and not held & set(change.held)]
+        if self.wandering is None:  # a cycle shows by nothing but a clock that wanders
+            rest = [change for change in rest if not change.held]
         if not rest:
             return []
         base = self.objective(chosen)
@@ -143,20 +173,19 @@ class StructureSearch:
         found: dict[str, tuple[float, Change, FloatArray]] = {}
         for start in starts:
             slopes = base.slopes(start)
-            shared = self.neutral.copy()
-            shared[places] = values_of(base.free, start)
             owner = [(change, probe) for change in rest for probe in change.probes]
-            rows = np.tile(shared, (len(owner), 1))
+            rows = np.array([self._idle((*chosen, change)) for change, _ in owner])
+            rows[:, places] = values_of(base.free, start)
             for row, (change, probe) in zip(rows, owner, strict=True):
                 row[[self.replica.names.index(value.name) for value in change.brings]] = probe
             for (change, probe), residual in zip(owner, self._deviations(rows), strict=True):
                 shift, cost = _refitted(base, slopes, start, residual)
                 if change.title not in found or cost < found[change.title][0]:
                     found[change.title] = (cost, change, np.concatenate([start + shift, _scaled(change, probe)]))
-        return self._confirmed(base, [(change, point) for _, change, point in found.values()], starts)
+        return self._confirmed(base, chosen, [(change, point) for _, change, point in found.values()], starts)
 
     def _confirmed(
-        self, base: Objective, looked: Sequence[tuple[Change, FloatArray]], starts: Sequence[FloatArray]
+        self, base: Objective, chosen: Sequence[Change], looked: Sequence[tuple[Change, FloatArray]], starts: Sequence[FloatArray]
     ) -> list[tuple[Change, FloatArray]]:
         """Return changes with where to begin, in the order of what they leave when they are run: straight lines may lead astray."""
         count = len(base.free)
@@ -166,7 +195,7 @@ class StructureSearch:
             for start in starts
             for share in (1.0, 0.3)
         ]
-        rows = np.tile(self.neutral, (len(tried), 1))
+        rows = np.array([self._idle((*chosen, change)) for change, _ in tried])
         for row, (change, point) in zip(rows, tried, strict=True):
             free = [*base.free, *change.brings]
             row[[self.replica.names.index(item.name) for item in free]] = values_of(free, point)
@@ -180,7 +209,9 @@ class StructureSearch:
         """Return the deviations (members, numbers) in floors for values [SI] of everything that the machine holds."""
         free = [FreeValue(name, "1", 0.0, -np.inf, np.inf, 1.0) for name in self.replica.names]
         held = HeldReplica(self.replica, self.replica.names, self.neutral)
-        return Objective(held, free, self.recorded, self.weight, self.floor).vector(rows)
+        found = Objective(held, free, self.recorded, self.weight, self.floor)
+        found.wandering = self.wandering
+        return found.vector(rows)
 
 
 def _scaled(change: Change, probe: FloatArray) -> FloatArray:

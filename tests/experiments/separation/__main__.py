@@ -2,7 +2,8 @@
 
 For each case ``lathesim experiment`` gets the rivals and writes a program; a machine made by another integrator runs it; ``lathesim
 diagnose`` gets the recording and is held against the seal. Beside it today's way: the exercise of the lesson, repeated until it decides.
-What is in DIR already is not run again; the table at the end is that of all cases in DIR.
+What is in DIR already is not run again; the table at the end is that of all cases in DIR. ``--rescore`` runs nothing: it holds the
+diagnoses in DIR against their seals once more.
 """
 
 from __future__ import annotations
@@ -11,13 +12,13 @@ import argparse
 import json
 import resource
 import shutil
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from lathesim.plugins import Registry, load_registry
 from tests.diagnosis.suite.lessons import NAMES
 from tests.experiments.separation.axis_truth import AxisTruth
+from tests.experiments.separation.score import is_named_alone, is_right
 from tests.experiments.separation.table import table
 from tests.experiments.separation.ties import Tie, schedule
 from tests.experiments.separation.turning_truth import CutTruth, SpindleTruth
@@ -35,47 +36,6 @@ def seconds_used() -> float:
 def rival(key: str) -> str:
     """Return a rival as ``--between`` takes it."""
     return f"{NAMES[key].effect}@{NAMES[key].at}"
-
-
-def is_named_alone(told: dict[str, Any], tie: Tie) -> bool:
-    """Return whether a diagnosis names the true rival, alone and in no tie."""
-    others = {NAMES[key].effect for key in tie.rivals} - {NAMES[tie.rivals[tie.truth]].effect}
-    right = {name for name in NAMES[tie.rivals[tie.truth]].right if name not in others}
-    named = [item["effect"] for item in told.get("effects") or []]
-    mean = NAMES[tie.rivals[tie.truth]].mean
-    return told.get("verdict") == "named" and bool(named) and named[0] in right and all(name in right or name == mean for name in named)
-
-
-def is_right(told: dict[str, Any], tie: Tie) -> bool:
-    """Return whether a diagnosis tells the rivals apart: of what it names, or leaves tied, the true one is the only rival.
-
-    A tie with something that was no rival, as with an effect of the same equation at the same place, does not count against it.
-    """
-    if told.get("verdict") not in ("named", "tied"):
-        return False
-    left = {item for effect in told.get("effects") or [] for item in _with_ties(effect)}
-    truth = tie.rivals[tie.truth]
-    others = [key for key in tie.rivals if key != truth and NAMES[key].effect != NAMES[truth].mean]
-    return _stands(truth, left, NAMES[truth].right) and not any(_stands(key, left, (NAMES[key].effect,)) for key in others)
-
-
-def _with_ties(effect: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return an effect with those it is tied with as (effect, place)."""
-    found = [(str(effect["effect"]), str(effect["at"]))]
-    for text in effect.get("tied_with") or []:
-        name, _, place = str(text).partition(" at ")
-        found.append((name, place or found[0][1]))
-    return found
-
-
-def _stands(key: str, left: set[tuple[str, str]], names: Sequence[str]) -> bool:
-    """Return whether a rival is among what is left, at its place; what sits at a motion may be told at a sensor of it and the other way."""
-    own = NAMES[key].at
-    return any(name in names and (place.partition(".")[0] == own or _sensor(own) != _sensor(place)) for name, place in left)
-
-
-def _sensor(place: str) -> bool:
-    return any(word in place for word in ("encoder", "scale", "tachometer"))
 
 
 def said(told: dict[str, Any]) -> str:
@@ -102,6 +62,26 @@ def repeated(truth: Any, tie: Tie, lesson: Path | str, folder: Path, registry: R
         if is_right(told, tie):
             return {"seconds": total, "decided": True, "runs": turn + 1, "answers": answers, "alone": is_named_alone(told, tie)}
     return {"seconds": total * (most + 1) / most, "decided": False, "runs": most, "answers": answers, "alone": False}
+
+
+def rescored(result: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Return a case with its stored diagnoses scored once more."""
+    if "designed" not in result:
+        return result
+    rivals = tuple(result["rivals"])
+    tie = Tie(result["rig"], result["family"], rivals, rivals.index(result["truth"]))
+    again = dict(result)
+    for way, place in (("designed", folder), ("exercise", folder / "exercise")):
+        old = result[way]
+        one = old["seconds"] / (old["runs"] if old["decided"] else old["runs"] + 1)
+        told = [json.loads((place / f"diagnosis_{turn + 1}.json").read_text(encoding="utf-8")) for turn in range(old["runs"])]
+        first = next((turn for turn, item in enumerate(told) if is_right(item, tie)), None)
+        runs = old["runs"] if first is None else first + 1
+        again[way] = {
+            **old, "decided": first is not None, "runs": runs, "seconds": one * (runs + 1 if first is None else runs),
+            "alone": first is not None and is_named_alone(told[first], tie),
+        }  # fmt: skip
+    return again
 
 
 def one_case(tie: Tie, seed: int, folder: Path, registry: Registry, asked: argparse.Namespace) -> dict[str, Any]:
@@ -149,18 +129,21 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=1, help="how often a program is run at most")
     parser.add_argument("--trial", action="store_true", help="let the design try the diagnosis on simulated recordings")
     parser.add_argument("--rigs", default=",".join(TRUTHS))
+    parser.add_argument("--rescore", action="store_true", help="score what is in DIR once more, and run nothing")
     parser.add_argument("--out", type=Path, required=True)
     asked = parser.parse_args()
     registry = load_registry(installed=False)
     out = asked.out.resolve()
-    for number, tie in list(enumerate(schedule(asked.seed, tuple(asked.rigs.split(",")))))[asked.first : asked.first + asked.cases]:
+    first, last = asked.first, asked.first if asked.rescore else asked.first + asked.cases
+    for number, tie in list(enumerate(schedule(asked.seed, tuple(asked.rigs.split(",")))))[first:last]:
         folder = out / f"case_{number:03d}"
         kept = folder / "result.json"
         if not kept.is_file():
             result = one_case(tie, 1000 * asked.seed + number, folder, registry, asked)
             kept.write_text(json.dumps(result, indent=2), encoding="utf-8")
         print(kept.read_text(encoding="utf-8"), flush=True)
-    print("\n".join(table([json.loads(kept.read_text(encoding="utf-8")) for kept in sorted(out.glob("case_*/result.json"))])), flush=True)
+    results = [rescored(json.loads(kept.read_text(encoding="utf-8")), kept.parent) for kept in sorted(out.glob("case_*/result.json"))]
+    print("\n".join(table(results)), flush=True)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +43,20 @@ TIES: dict[tuple[str, str], tuple[tuple[str, ...], ...]] = {
 
 CONTAINED = {("cogging", "ripple"), ("spindle_cogging", "spindle_ripple")}
 """(truth, rival): the rival has a parameter that makes exactly this truth, so no run tells them; such a truth is hidden in no case."""
+
+
+TERMS: dict[str, frozenset[str]] = {
+    "CoulombFriction": frozenset({"level sgn v"}),
+    "ForceOffset": frozenset({"offset"}),
+    "AsymmetricFriction": frozenset({"level sgn v", "offset"}),
+}
+"""Effect -> the terms of its equation while the axis moves. An asymmetric friction is level (1 + a sgn v) sgn v = level sgn v + level a,
+so that two effects of one term each are together the same equation. An effect that does not stand here is a term of its own."""
+
+
+def terms(effects: Iterable[str]) -> frozenset[str]:
+    """Return the terms of the sum of effects."""
+    return frozenset().union(*(TERMS.get(name, frozenset({name})) for name in effects))
 
 
 def _truths(group: tuple[str, ...]) -> list[int]:

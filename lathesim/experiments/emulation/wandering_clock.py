@@ -1,0 +1,95 @@
+"""A control whose clock wanders against the program: the deviations it makes are related, and are taken apart before they are fitted.
+
+A control rounds each block up to its own cycle, or waits for a buffer. Block by block it is ahead or behind by a little more. An axis at
+speed v is then off by v tau, and tau walks at random:
+
+    deviation(t) = v(t) tau(t) + e(t),   d tau ~ N(0, q dt),   e ~ N(0, s^2)
+
+Taken as noise of one size, such deviations would pull values of the machine, most of all in fast programs. The Kalman filter gives what is
+new in each deviation, which is white if q and s are right, and the likelihood of both. Source: A. C. Harvey, Forecasting, Structural Time
+Series Models and the Kalman Filter (1989), sections 3.2 and 3.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.engine.assembly import FloatArray
+
+_QS = np.geomspace(1e-10, 1e-4, 13)
+"""Wandering q [s^2/s] that is looked at: 10 us to 10 ms in a second; assumed."""
+_SIZES = np.geomspace(0.01, 1.2, 19)
+"""White parts that are looked at, as shares of what is left; assumed."""
+_SURE = 6.0
+"""Gain in twice the logarithm of the likelihood from which on a clock is called wandering: a chance of 1 % with one value more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Wandering:
+    """A clock's wandering q [s^2/s], and how fast each channel of each recording changes (channels, times) [SI/s]."""
+
+    spread: float
+    rates: tuple[FloatArray, ...]
+
+
+def whitened(
+    deviation: FloatArray, weights: FloatArray, time: FloatArray, rates: FloatArray, spread: float, floor: float
+) -> FloatArray:  # fmt: skip
+    """Return what is new in deviations (members, channels, times), in standard deviations.
+
+    ``weights`` (channels,) is what a square counts, so that the white part of a channel is ``floor``/sqrt(weight). With no wandering these
+    are the deviations in white parts.
+    """
+    root = np.sqrt(weights)[:, None]
+    if spread <= 0.0:
+        return deviation * (root / floor)
+    return _filtered(deviation * root, time, rates * root, np.array([spread]), np.array([floor]))[0]
+
+
+def _filtered(
+    deviation: FloatArray, time: FloatArray, rates: FloatArray, spread: FloatArray, floor: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return what is new (members, channels, times) in standard deviations, and these (settings, channels, times).
+
+    ``spread`` and ``floor`` hold one number, or one for each member.
+    """
+    found, variances = np.empty((max(len(deviation), len(spread)), *rates.shape)), np.empty((len(spread), *rates.shape))
+    late, doubt, before = np.zeros(len(found)), np.zeros(len(spread)), 0.0
+    for place, now in enumerate(time):
+        doubt = doubt + spread * (now - before)
+        before = now
+        for channel in range(len(rates)):
+            slope = rates[channel, place]
+            variance = np.square(floor) + slope * slope * doubt
+            gain = doubt * slope / variance
+            new = deviation[:, channel, place] - slope * late
+            late = late + gain * new
+            doubt = doubt - gain * slope * doubt
+            variances[:, channel, place] = variance
+            found[:, channel, place] = new / np.sqrt(variance)
+    return found, np.sqrt(variances)
+
+
+def likely_wandering(
+    deviations: Sequence[FloatArray], weights: Sequence[FloatArray], times: Sequence[FloatArray], rates: Sequence[FloatArray]
+) -> tuple[float, float]:
+    """Return q [s^2/s] and the white part s under which deviations (channels, times) of each recording are most likely, from a grid.
+
+    q is zero where the likelihood does not ask for more.
+    """
+    rows = [(deviation * np.sqrt(weight)[:, None])[weight > 0.0] for deviation, weight in zip(deviations, weights, strict=True)]
+    slopes = [(rate * np.sqrt(weight)[:, None])[weight > 0.0] for rate, weight in zip(rates, weights, strict=True)]
+    total = np.concatenate([row.ravel() for row in rows])
+    rms = max(float(np.sqrt(np.square(total).mean())), 1e-12)
+    spreads, floors = (item.ravel() for item in np.meshgrid(_QS, _SIZES * rms))
+    costs = np.zeros(len(spreads))
+    for row, slope, time in zip(rows, slopes, times, strict=True):
+        new, sizes = _filtered(row[None], time, slope, spreads, floors)
+        costs += (np.square(new) + 2.0 * np.log(sizes)).sum(axis=(1, 2))
+    best = int(np.argmin(costs))
+    if costs[best] < len(total) * (2.0 * np.log(rms) + 1.0) - _SURE:
+        return float(spreads[best]), float(floors[best])
+    return 0.0, rms
