@@ -56,26 +56,27 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Before:
-    """What was known before a change, as a lesson takes it, by the names ``part.parameter``: the ``sizes`` of effects, the ``values`` that
-    the lesson calls uncertain, and how ``uncertain`` these are after it."""
+    """What was known before a change, as a lesson takes it, by the names ``part.parameter``: the ``sizes`` of effects, and the ``values``
+    that the lesson calls uncertain."""
 
     sizes: Mapping[str, str]
     values: Mapping[str, str]
-    uncertain: Mapping[str, str]
 
 
-def known_before(prepared: Prepared, sizes: Mapping[str, str], expected: Mapping[str, tuple[float, float]]) -> Before:
-    """Return what was known before a change, with the uncertain values ``expected`` after it: how far from the lesson's, and their standard
-    deviations, both in the deviations that the lesson declares."""
+def known_before(prepared: Prepared, sizes: Mapping[str, str], expected: Mapping[str, float]) -> Before:
+    """Return what was known before a change, with the uncertain values ``expected`` by then: how far from the lesson's, in the deviations
+    that it declares.
+
+    The doubt stays that of the lesson: a value may be what has changed, and then it is anywhere within it.
+    """
     plan, declared = prepared.plan, uncertainties(prepared.case.lesson, prepared.plan)
-    values, uncertain = {}, {}
-    for name, (offset, deviation) in expected.items():
+    values = {}
+    for name, offset in expected.items():
         part, _, item = name.partition(".")
         unit = plan.parts[part].component.declarations[item].unit
         ending = "" if unit in ("", "1") else f" {unit}"
         values[name] = f"{plan.parameter_values[plan.parameters[name]] + offset * declared[name]:.9g}{ending}"
-        uncertain[name] = f"{deviation * declared[name]:.6g}{ending}"
-    return Before(sizes, values, uncertain)
+    return Before(sizes, values)
 
 
 async def diagnose_window(
@@ -89,10 +90,7 @@ async def diagnose_window(
     folder.mkdir(parents=True, exist_ok=True)
     record, lesson, answer = (folder / f"watch_{number}{ending}" for ending in (".h5", "_lesson.yaml", ".json"))
     save(window.as_record(), record)
-    further = {
-        "recordings": recordings_for(prepared, [signal.name for signal in window.signals]),
-        "uncertain": {**prepared.case.lesson.settings.uncertain, **before.uncertain},
-    }
+    further = {"recordings": recordings_for(prepared, [signal.name for signal in window.signals])}
     variant = prepared.case.variant
     text = changed_lesson(prepared.case.lesson, [], before.values, folder, variant=variant, further=further, sizes=before.sizes)
     lesson.write_text(text, encoding="utf-8")

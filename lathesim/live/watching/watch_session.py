@@ -271,7 +271,7 @@ class WatchSession:
         self._number += 1
         window = Window(pending.begin, period, signals, whole)
         assert self._watch is not None
-        expected = self._watch.expected(pending.begin + 0.5 * self._settings.window)
+        expected = {name: value for name, (value, _) in self._watch.expected(pending.begin + 0.5 * self._settings.window).items()}
         before = known_before(self._prepared, self._known.texts(), expected)
         task = asyncio.ensure_future(self._verdict(pending, before, window, validation, self._number))
         self._tasks.add(task)
