@@ -59,10 +59,11 @@ def test_the_same_thing_twice_cannot_be_told_apart(capsys: pytest.CaptureFixture
         (["--between", "Backlash@x_axis,nothing", "--at-most", "1e9 s"], "--at-most: a program of 1e+09 s is too long to be designed."),
         (["--between", "Backlash@x_axis,nothing", "--at-most", "3 mm"], "--at-most: '3 mm' is given in mm, but s is wanted."),
         (["--for", "x_axis.mass", "--rate", "0 Hz"], "--rate: a recording cannot take a row 0 times a second."),
+        ([Path(__file__), "--for", "x_axis.mass"], "this is no emulation. Give the emulation.json of 'lathesim emulate'."),
         (["--for", "x_axis.mas"], "--for: the machine has no parameter 'x_axis.mas'. Did you mean 'x_axis.mass'?"),
     ],
 )
-def test_wishes_that_cannot_be_met(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: list[str], message: str) -> None:
+def test_wishes_that_cannot_be_met(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: list[str | Path], message: str) -> None:
     said = call(capsys, "experiment", LESSON, *arguments, "--out", tmp_path / "next")
     assert said.code == 1
     assert message in said.err

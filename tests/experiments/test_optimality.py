@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from lathesim.experiments.design.aims import discounted, mean_variance
 from lathesim.experiments.design.optimality import criterion_value, d_optimal, hidden_combinations, information, t_optimal
 
 
@@ -37,3 +38,20 @@ def test_one_direction_is_told_to_be_singular() -> None:
     assert criterion_value(matrix, "D") == -np.inf
     with pytest.raises(ValueError, match="Only the sum of value 1 and value 3 shows"):
         d_optimal(speeds, friction(speeds))
+
+
+def test_the_variance_of_a_line_is_least_where_it_was_measured() -> None:
+    """Of a line measured at -1 and 1, the variance at x is (1 + x^2) / 2; the mean over [-1, 1] is 2/3."""
+    line = np.array([[1.0, -1.0], [1.0, 1.0]])
+    places = np.linspace(-1.0, 1.0, 2001)
+    aims = np.column_stack([np.ones_like(places), places])
+    assert mean_variance(aims[[1000]], line.T @ line) == pytest.approx(0.5)
+    assert mean_variance(aims, line.T @ line) == pytest.approx(2.0 / 3.0, abs=1e-3)
+
+
+def test_a_reading_counts_less_where_the_structure_errs() -> None:
+    slopes, spread = np.array([[3.0, 0.0], [0.0, 1e-3]]), np.array([2.0, 1.0])
+    assert discounted(slopes, spread, 0.0) == pytest.approx(slopes)
+    counted = discounted(slopes, spread, 0.5)
+    assert counted[0, 0] == pytest.approx(3.0 / np.sqrt(1.0 + 0.25 * 36.0))
+    assert counted[1, 1] == pytest.approx(1e-3, rel=1e-6)

@@ -49,9 +49,11 @@ NOTHING_BEFORE = Before()
 
 
 def before_design(file: Path, lesson: Lesson) -> Before:
-    """Return what an ``emulation.json`` tells. Raises :class:`LatheSimError` where the file is none, or one of another machine's lesson."""
+    """Return what an ``emulation.json`` tells. Raises :class:`LatheSimError` where the file is none, or its programs are gone."""
     try:
         told = json.loads(file.read_text(encoding="utf-8"))
+        if not str(told["schema"]).startswith("lathesim-emulation/"):
+            raise KeyError("schema")
         programs = [item["program"] for item in told["recordings"] if item["program"]]
         error = float(told["model_error_share"])
     except (OSError, ValueError, KeyError, TypeError):
