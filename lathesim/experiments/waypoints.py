@@ -79,7 +79,8 @@ def read_waypoints(lesson: Lesson, given: str, registry: Registry) -> Waypoints:
     if all(np.nanmax(column) - np.nanmin(column) < max(_STILL, 0.0) for column in present.values()):
         raise RecordingError("nothing moves in the recording.", place=str(file), remedy="Record a program that moves the axes.")
     resolution = {signal.target: signal.resolution for signal in mapping.signals if signal.resolution}
-    return Waypoints(named or file.stem, file, prepared, time, present, resolution, tuple(findings))
+    name = named if named in lesson.variants else Path(named or file).stem
+    return Waypoints(name, file, prepared, time, present, resolution, tuple(findings))
 
 
 def _prepared(lesson: Lesson, named: str, file: Path, registry: Registry) -> Prepared:

@@ -9,6 +9,7 @@ import pytest
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.emulation.objective import Objective
+from lathesim.experiments.waypoints import read_waypoints
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry, load_registry
@@ -47,6 +48,15 @@ def short(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> Path:
     place = tmp_path_factory.mktemp("short") / "staircase.csv"
     write_waypoints(place, registry, "staircase", 10e-6, 9.0)
     return place
+
+
+@pytest.mark.parametrize(
+    ("given", "name"),
+    [("", "staircase"), ("three_speeds=", "three_speeds"), ("../part_programs/closed_controller_diamond.nc=", "closed_controller_diamond")],
+    ids=["by its file", "by a variant", "by a part program"],
+)
+def test_way_points_are_called_as_what_was_run(registry: Registry, short: Path, given: str, name: str) -> None:
+    assert read_waypoints(load_lesson(LESSON), f"{given}{short}", registry).name == name
 
 
 @pytest.mark.slow

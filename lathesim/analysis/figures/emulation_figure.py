@@ -25,7 +25,7 @@ def emulation_figure(title: str, panels: Sequence[Panel], singular: FloatArray) 
                 color = CYCLE[number % len(CYCLE)]
                 panel.fill_between(time, -1e6 * bands[channel], 1e6 * bands[channel], color=color, alpha=0.12, linewidth=0)
                 panel.plot(time, 1e6 * deviation, ".", markersize=3, color=color, label=channel)
-            dress(panel, "deviation [µm]", "time [s]", f"{name}: not fitted; shaded: 95 % band")
+            dress(panel, "deviation [µm]", "time [s]", f"{name}, not fitted, with 95 % band")
         else:
             for number, (channel, column) in enumerate(values.items()):
                 panel.plot(time, 1e3 * column, ".-", markersize=3, linewidth=0.7, color=CYCLE[number % len(CYCLE)], label=channel)
