@@ -1,7 +1,7 @@
 """The machines of the campaign, by integrators of their own: an axis, a lathe of two axes, and a turning cut.
 
-They share no code with the engine: steps of 50 us with the mean velocity in one compiled loop, and formulas for the cut. Each returns what
-is driven and what is compared, in the order of its lesson's ``recordings:``.
+They share no code with the engine: steps of 50 us with the mean velocity in one compiled loop, and a flexible tool for the cut. Each returns
+what is driven and what is compared, in the order of its lesson's ``recordings:``.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numba
 import numpy as np
 
 from lathesim.record import FloatArray
+from tests.live.campaign.flexible_tool import CLAMPED, PRESSURE, SHARE, loose, thickness
 
 PERIOD = 1e-3
 _FINE = 20
@@ -158,7 +159,10 @@ def lathe(seconds: float, seed: int, changes: Changes) -> FloatArray:
 
 
 def cut(seconds: float, seed: int, changes: Changes) -> FloatArray:
-    """Return feed, depth, speed, then main, thrust and feed force of a cut with rests, (6, samples)."""
+    """Return feed, depth, speed, then main, thrust and feed force of a cut with rests, (6, samples).
+
+    ``chatter`` is zero while the clamp holds; then it is the depth of the deep passes over the border of stability, one value in a stream.
+    """
     passes = [
         (0.2e-3, 1e-3, 2.0, 5.0),
         (0.0, 1e-3, 2.0, 1.0),
@@ -174,15 +178,16 @@ def cut(seconds: float, seed: int, changes: Changes) -> FloatArray:
     def of(name: str, sound: float) -> FloatArray:
         return np.asarray(changes.get(name, np.full(count, sound)), dtype=np.float64)
 
-    time = np.arange(count) * PERIOD
-    area = driven[0] * driven[1]
-    main = 1800e6 * area * of("hardness", 1.0) * (1.0 + of("wear", 0.0))
-    swing = of("chatter", 0.0) * (area > 0.0) * np.sin(2.0 * np.pi * 112.3 * time + 0.7 * np.sin(2.0 * np.pi * 1.3 * time))
-    thrust = 0.4 * main * (1.0 + 0.6 * of("wear", 0.0)) + 0.6 * swing
-    feed = 0.5 * main * (1.0 + 0.4 * of("wear", 0.0)) + 0.3 * swing
+    beyond = of("chatter", 0.0)
+    edge = PRESSURE * driven[1] * of("hardness", 1.0) * (1.0 + of("wear", 0.0))
+    along = SHARE * (1.0 + 0.4 * of("wear", 0.0))
+    tools = (CLAMPED, loose(float(beyond.max())) if beyond.any() else CLAMPED)
+    main = edge * thickness(driven[0], along * edge, driven[2], tools, beyond, PERIOD)
+    thrust = 0.4 * main * (1.0 + 0.6 * of("wear", 0.0))
+    feed = along * main
     noise = np.random.default_rng(seed).normal(size=(3, count)) * np.array([[4.0], [3.0], [3.0]])
     outside = of("load", 0.0)
-    return np.vstack([driven, (main + swing) * of("gain", 1.0), thrust + outside, feed]) + np.vstack([0.0 * driven, noise])
+    return np.vstack([driven, main * of("gain", 1.0), thrust + outside, feed]) + np.vstack([0.0 * driven, noise])
 
 
 MACHINES = {"axis": axis, "lathe": lathe, "cut": cut}
