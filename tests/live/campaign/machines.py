@@ -1,7 +1,7 @@
 """The machines of the campaign, by integrators of their own: an axis, a lathe of two axes, and a turning cut.
 
-They share no code with the engine: steps of 50 us with the mean velocity in one compiled loop, and a flexible tool for the cut. Each returns
-what is driven and what is compared, in the order of its lesson's ``recordings:``.
+They share no code with the engine: steps of 50 us, with the mean velocity for an axis and a flexible tool for the cut. Each returns what
+is driven and what is compared, in the order of its lesson's ``recordings:``.
 """
 
 from __future__ import annotations
