@@ -1,6 +1,14 @@
 """What holds for all tests: generated cases are the same in every run, and no verdict hangs on how fast the machine is."""
 
+import os
+import sys
+
 from hypothesis import HealthCheck, settings
+
+# Half of the time in which a worker begins goes into compiling the tests anew, and each process that a test starts compiles the program:
+# byte code is kept even where the environment asks for none.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 settings.register_profile("lathesim", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("lathesim")

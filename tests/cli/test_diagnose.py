@@ -1,5 +1,7 @@
 """``lathesim diagnose``: an answer for a person, JSON for a program, a report, and a lesson that explains the recording."""
 
+import contextlib
+import io
 import json
 import signal
 from pathlib import Path
@@ -7,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from lathesim.cli.main import run_command_line
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
@@ -41,6 +44,15 @@ def told(said: Said) -> dict[str, Any]:
     return found
 
 
+@pytest.fixture(scope="module")
+def answered(rubbing: tuple[Path, Path, Path], tmp_path_factory: pytest.TempPathFactory) -> tuple[Said, Path]:
+    """What a person is told about the table that rubs, and the folder of what is written besides."""
+    out = tmp_path_factory.mktemp("answered")
+    with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.redirect_stderr(io.StringIO()) as errors:
+        code = run_command_line([str(each) for each in ("diagnose", *rubbing[:2], "--validate", rubbing[2], *ONLY, "--out", out)])
+    return Said(code, printed.getvalue(), errors.getvalue()), out
+
+
 def test_json_is_json_and_nothing_else(rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
     answer = told(diagnosed(capsys, rubbing, "--json", "-", "--no-report"))
     assert set(answer) >= KEYS
@@ -66,25 +78,23 @@ def test_an_answer_with_a_step_left_out_says_so(rubbing: tuple[Path, Path, Path]
     assert "--without" in call(capsys, "diagnose", "--help").out
 
 
-def test_a_person_reads_what_where_and_how_sure(
-    rubbing: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    said = diagnosed(capsys, rubbing, "--out", tmp_path)
+def test_a_person_reads_what_where_and_how_sure(answered: tuple[Said, Path]) -> None:
+    said, folder = answered
     assert said.code == 0, said.err
     assert "The simulation left out CoulombFriction at x_axis." in said.out
     assert "Where: x_axis" in said.out
     assert "Paste into the lesson:\ninsert:\n  - {effect: CoulombFriction, at: x_axis, level: " in said.out
     assert "Traceback" not in said.err
-    assert (tmp_path / "report.html").is_file()
+    assert (folder / "report.html").is_file()
 
 
 def test_the_lesson_it_writes_explains_the_recording(
-    rubbing: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    answered: tuple[Said, Path], rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert diagnosed(capsys, rubbing, "--out", tmp_path).code == 0
-    explained = load_lesson(tmp_path / "table_explained.yaml")
+    _, folder = answered
+    explained = load_lesson(folder / "table_explained.yaml")
     assert "x_axis_coulomb_friction" in {part.name for part in prepare(explained, load_registry(installed=False)).machinery.parts}
-    answer = told(diagnosed(capsys, (tmp_path / "table_explained.yaml", *rubbing[1:]), "--json", "-", "--no-report"))
+    answer = told(diagnosed(capsys, (folder / "table_explained.yaml", *rubbing[1:]), "--json", "-", "--no-report"))
     assert (answer["verdict"], answer["effects"]) == ("no_mismatch", [])
 
 

@@ -43,6 +43,7 @@ def warm(lesson: Path, cache: Path) -> list[str]:
     return done.stdout.splitlines()
 
 
+@pytest.mark.slow
 def test_the_second_time_everything_is_there(lesson: Path, tmp_path: Path) -> None:
     first = warm(lesson, tmp_path / "cache")
     assert first[0].startswith("one_axis slow: compiling, about ")

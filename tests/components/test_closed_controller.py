@@ -104,6 +104,7 @@ def test_staircase_lags_by_what_the_loop_gain_and_the_delay_give(registry: Regis
     assert record.time[-1] == pytest.approx(25.0)
 
 
+@pytest.mark.slow
 def test_too_long_a_delay_swings_up_at_the_rate_of_its_rightmost_root(registry: Registry) -> None:
     overrides = {"x_late_position.delay": "2.6 ms"}
     with pytest.raises(SimulationError, match="stopped being a number") as caught:

@@ -58,6 +58,13 @@ def force(count: int, seed: int = 1, size: float = 60.0) -> FloatArray:
     return np.asarray(size * np.sum(waves, axis=0) / math.sqrt(5.0))
 
 
+@functools.cache
+def motion(hidden: Hidden, count: int, seed: int, size: float) -> tuple[FloatArray, FloatArray]:
+    """Return a force [N] and the place of the table that it pushes [m]; many tests ask for the same, with noise of their own."""
+    pushed = force(count, seed, size)
+    return pushed, travel(pushed, hidden)
+
+
 def travel(pushed: FloatArray, hidden: Hidden) -> FloatArray:
     """Return the place of the table at each sample [m], from rest at 0."""
     step, place, speed = PERIOD / _STEPS, 0.0, 0.0
@@ -82,10 +89,9 @@ def travel(pushed: FloatArray, hidden: Hidden) -> FloatArray:
 
 def recording(hidden: Hidden | None = None, *, count: int = 2000, seed: int = 1, noise: float = 0.3e-6, size: float = 60.0) -> Record:
     """Return a recording of a hidden machine: the force as it was and the place as the encoder saw it."""
-    pushed = force(count, seed, size)
-    place = travel(pushed, hidden or Hidden())
+    pushed, place = motion(hidden or Hidden(), count, seed, size)
     seen = np.round((place + noise * np.random.default_rng(seed + 1000).standard_normal(count)) / RESOLUTION) * RESOLUTION
-    return as_record({FORCE: ("N", pushed), POSITION: ("m", seen)})
+    return as_record({FORCE: ("N", pushed.copy()), POSITION: ("m", seen)})
 
 
 def as_record(columns: dict[str, tuple[str, FloatArray]]) -> Record:

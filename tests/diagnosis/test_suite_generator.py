@@ -65,6 +65,7 @@ def test_axis_of_the_truth_is_that_of_the_lesson(drawing: int, tmp_path: Path) -
     assert all(size < 2.0 for size in residuals_in_floors(made, tmp_path).values())
 
 
+@pytest.mark.slow
 def test_those_axes_differ_in_what_matters() -> None:
     made = [sound_axis(drawing) for drawing in DRAWINGS]
     assert {case.told.pid for case in made} == {True, False}
@@ -83,7 +84,9 @@ def test_cut_of_the_truth_is_that_of_the_lesson(tmp_path: Path) -> None:
     assert all(size < 1.1 for size in residuals_in_floors(made, tmp_path).values())
 
 
-@pytest.mark.parametrize("key", ["coulomb", pytest.param("backlash", marks=pytest.mark.slow), "edge_force", "tacho_filter"])
+@pytest.mark.parametrize(
+    "key", ["edge_force", "tacho_filter", *(pytest.param(key, marks=pytest.mark.slow) for key in ("coulomb", "backlash"))]
+)
 def test_hidden_effect_shows_as_large_as_the_truth_says(key: str, tmp_path: Path) -> None:
     maker = {"edge_force": make_cutting_case, "tacho_filter": make_spindle_case}.get(key, make_axis_case)
     made = maker(np.random.default_rng(3), [DRAWS[key]], "single")

@@ -29,6 +29,7 @@ def test_a_traced_limit_decides_as_the_limit_does_and_notes_the_margin() -> None
     assert noted["verdict.small_load"].times_below == 0
 
 
+@pytest.mark.slow
 def test_a_traced_diagnosis_gives_the_same_answer() -> None:
     recordings = tuple(Recorded(f"{seed}.csv", recording(Hidden(dry=8.0), seed=seed), ()) for seed in (1, 2))
     question = ask("A table", machine(), recordings, EFFECTS)

@@ -1,6 +1,7 @@
 """Every file of the program is short, has a telling name, and says what its public things are."""
 
 import ast
+import functools
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -41,16 +42,22 @@ def public(node: ast.Module | ast.ClassDef, prefix: str = "") -> Iterator[tuple[
                 yield from public(item, f"{prefix}{item.name}.")
 
 
+@functools.cache
+def parsed(path: Path) -> ast.Module:
+    """Return a module as a tree, which several tests walk."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def begins_oddly(path: Path) -> list[str]:
     """Return the functions of a module whose docstring begins with a verb that may mean either to return or to show."""
-    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    nodes = ast.walk(parsed(path))
     functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
     return [node.name for node in functions if (ast.get_docstring(node) or "").startswith(UNCLEAR)]
 
 
 def undocumented(path: Path) -> list[str]:
     """Return what of a module has no docstring; what sets a property is described where the property is read."""
-    module = ast.parse(path.read_text(encoding="utf-8"))
+    module = parsed(path)
     missing = [] if ast.get_docstring(module) else ["the module"]
     for name, item in public(module):
         is_law = "." in name and LAW.fullmatch(item.name) is not None

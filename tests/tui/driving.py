@@ -21,6 +21,7 @@ async def opened(
 ) -> AsyncIterator[tuple[LathesimApp, Pilot[None]]]:
     """Open the app; leaves it at the end, whatever happened."""
     app = make_app(lesson_or_record)
+    app.animation_level = "none"
     async with app.run_test(size=size) as pilot:
         await until(pilot, lambda: app.workbench.setup is not None or bool(app.workbench.runs), "the lesson")
         yield app, pilot

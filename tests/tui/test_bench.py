@@ -130,7 +130,7 @@ async def test_a_variant_is_chosen_and_undone() -> None:
         assert app.workbench.command() == "lathesim run 01_contour_error --variant I"
 
 
-@pytest.mark.parametrize("size", [(80, 24), (200, 60)])
+@pytest.mark.parametrize("size", [(80, 24), pytest.param((200, 60), marks=pytest.mark.slow)])
 async def test_the_bench_works_at_both_sizes_and_survives_a_tiny_terminal(size: tuple[int, int]) -> None:
     async with opened(size=size) as (app, pilot):
         await pilot.resize_terminal(20, 5)

@@ -109,7 +109,7 @@ async def test_columns_are_mapped_in_a_form_where_the_lesson_says_nothing() -> N
     rows = Path("whole.csv").read_text(encoding="utf-8").splitlines()
     names = rows[0].split(",")
     kept = [names.index(name) for name in ("time [s]", "x_axis.position [m]", "z_axis.position [m]")]
-    data = np.array([[float(row.split(",")[place]) for place in kept] for row in rows[1:]])
+    data = np.array([[float(row.split(",")[place]) for place in kept] for row in rows[1:2001]])
     header = "time [s],x axis position [m],z axis position [m]"
     np.savetxt("mine.csv", data, delimiter=",", header=header, comments="")
     async with opened("01_contour_error") as (app, pilot):

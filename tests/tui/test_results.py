@@ -32,6 +32,7 @@ async def answer(app: LathesimApp, pilot: Pilot[None], text: str) -> None:
     await pilot.pause()
 
 
+@pytest.mark.slow
 async def test_a_student_doubles_the_gain_sees_the_error_fall_and_saves_what_runs_the_same() -> None:
     async with opened() as (app, pilot):
         await run_to_end(app, pilot)
@@ -72,6 +73,11 @@ async def test_the_records_of_two_students_are_laid_over_each_other() -> None:
         assert "contour error in contact" in str(app.screen.query_one(TimePlot).border_title)
         columns = [str(column.label) for column in app.screen.query_one(DataTable).columns.values()]
         assert sorted(columns) == ["anna/001", "ben/001", "metric"]
+        app.screen.query_one(TimePlot).focus()
+        await pilot.press("g")
+        await pilot.pause()
+        await answer(app, pilot, "both.png")
+        assert Path("both.png").stat().st_size > 10_000
 
 
 @pytest.mark.slow

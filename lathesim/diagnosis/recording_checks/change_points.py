@@ -10,7 +10,7 @@ Abrupt Changes (1993), section 2.6 (one change at an unknown time, by least squa
 
 from __future__ import annotations
 
-import itertools
+import functools
 from collections.abc import Iterator
 
 import numpy as np
@@ -120,7 +120,8 @@ def _step(power: FloatArray, method: Method = STANDARD) -> tuple[float, tuple[in
     _, pair, left = min(steps, key=lambda step: step[2])
     # where a part stands still the step may be earlier or later
     place = float(np.mean([other for other, rows, error in steps if rows == pair and error <= method.shared.alike * left]))
-    steady = min(float(np.sum(power[line, np.arange(method.recording_checks.change_blocks)])) for line in _lines(len(power), method))
+    blocks = power.shape[1]
+    steady = float(np.min(np.sum(power[_lines(len(power), blocks), np.arange(blocks)], axis=1)))
     constant = float(np.min(np.sum(power, axis=1)))
     return (place, pair) if pair[0] != pair[1] and left < method.shared.left_by_cause * min(constant, steady) else None
 
@@ -133,8 +134,9 @@ def _steps(power: FloatArray, method: Method) -> Iterator[tuple[int, tuple[int, 
         yield place, pair, float(halves[0][pair[0]] + halves[1][pair[1]])
 
 
-def _lines(count: int, method: Method) -> Iterator[npt.NDArray[np.int64]]:
-    """Return rows that change steadily from one of ``count`` to another, block by block."""
-    some = range(0, count, max(1, count // 40))
-    for first, last in itertools.product(some, some):
-        yield np.rint(np.linspace(first, last, method.recording_checks.change_blocks)).astype(np.int64)
+@functools.cache
+def _lines(count: int, blocks: int) -> npt.NDArray[np.int64]:
+    """Return rows (lines, blocks) that change steadily from one of ``count`` to another, block by block."""
+    some = np.arange(0, count, max(1, count // 40))
+    first, last = (ends.ravel() for ends in np.meshgrid(some, some, indexing="ij"))
+    return np.rint(np.linspace(first, last, blocks, axis=1)).astype(np.int64)

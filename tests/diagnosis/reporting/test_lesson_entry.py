@@ -43,7 +43,11 @@ def check_units(name: str, effect: type) -> None:
 
 
 @pytest.mark.parametrize(
-    "template", [pytest.param(path, id=path.stem, marks=pytest.mark.slow if "lathe" in path.stem else ()) for path in TEMPLATES]
+    "template",
+    [
+        pytest.param(path, id=path.stem, marks=pytest.mark.slow if "two_axis" in path.stem or "lathe" in path.stem else ())
+        for path in TEMPLATES
+    ],
 )
 def test_every_value_of_every_candidate_is_written_with_the_unit_of_its_wire(template: Path, registry: Registry) -> None:
     assembly = check_machine(load_machine(template), registry).assembly

@@ -42,7 +42,10 @@ def assembly_of(template: Path, registry: Registry) -> Assembly:
     return check_machine(load_machine(template), registry).assembly
 
 
-@pytest.mark.parametrize("template", TEMPLATES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "template",
+    [pytest.param(path, id=path.stem, marks=pytest.mark.slow if path.stem == "two_axis_lathe_analytical" else ()) for path in TEMPLATES],
+)
 def test_every_candidate_of_every_template_is_neutral(template: Path, registry: Registry) -> None:
     """The plain run is the run with all candidates in it, bit for bit."""
     assembly = assembly_of(template, registry)

@@ -43,8 +43,8 @@ def simulated(rig: Rig, description: str, table: dict[str, np.ndarray], folder: 
     return dict(zip(columns, run, strict=True))
 
 
-QUICK = ("servo_current_2k", "belt_gear_500")
-"""Rigs of which every run of the tests asks; the others take a minute together."""
+QUICK = ("belt_gear_500",)
+"""The rig that every run of the tests simulates; the others take more than a minute together."""
 
 
 @pytest.mark.parametrize("name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in BY_NAME])
