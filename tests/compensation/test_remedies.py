@@ -194,10 +194,11 @@ def test_a_tied_or_inadequate_diagnosis_says_what_may_not_be_claimed(tmp_path: P
 
 def test_a_remedy_is_not_put_in_twice(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = diagnosis(("ForceOffset", "x_axis", {"offset": (40.0, "N")}))
-    code, out = remedied(tmp_path, found)
-    assert code == 0
-    capsys.readouterr()
-    assert remedied(tmp_path, found, lesson=str(out / "lesson.yaml"))[0] == 1
+    entry = "insert:\n  - {remedy: CommandBias, at: x_controller, name: x_controller_command_bias, bias: 1.1 V}\n"
+    source = load_lesson(AXIS)
+    mended = source.text.partition("variants:")[0].replace("../", f"{source.path.parents[1]}/") + entry
+    (tmp_path / "mended.yaml").write_text(mended, encoding="utf-8")
+    assert remedied(tmp_path, found, lesson=str(tmp_path / "mended.yaml"))[0] == 1
     assert "the lesson has CommandBias at x_controller already." in capsys.readouterr().err
 
 

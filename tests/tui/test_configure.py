@@ -74,6 +74,7 @@ async def test_a_change_is_marked_taken_back_and_undone() -> None:
         assert app.workbench.command() == "lathesim run 01_contour_error --variant I --set 'x_axis.gain=20 mm/(s*V)'"
 
 
+@pytest.mark.slow
 async def test_the_interpolator_is_exchanged_and_its_own_parameters_appear() -> None:
     async with opened() as (app, pilot):
         await app.show_parameter("interpolator.rapid_speed")

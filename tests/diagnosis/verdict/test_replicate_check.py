@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from lathesim.diagnosis.location.narrow_band import in_octave
 from lathesim.diagnosis.method import STANDARD
 from lathesim.diagnosis.selection.laboratory import Laboratory
-from lathesim.diagnosis.verdict.replicate_check import BAND, DEPENDENCE, adjusted, calibrated_doubts, first_order_noise
+from lathesim.diagnosis.verdict.replicate_check import BAND, DEPENDENCE, CalibratedDoubts, adjusted, calibrated_doubts, first_order_noise
 from lathesim.effects.friction import CoulombFriction
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.model import Model
@@ -32,6 +33,12 @@ def fitted(hidden: Hidden) -> tuple[Experiment, Experiment, Model]:
     return first, second, laboratory.model((), values)
 
 
+@functools.cache
+def doubts_of(hidden: Hidden) -> CalibratedDoubts | None:
+    """Return what speaks against the model of two recordings, beyond what replicates show."""
+    return calibrated_doubts(*fitted(hidden), method=FEWER)
+
+
 def test_replicates_are_the_machine_run_again_with_other_noise() -> None:
     first, _, model = fitted(Hidden())
     made = replicates(first, (), model.fitted.by_name, [Load("x_axis.disturbance", 2.0, 5.0)], 3)
@@ -47,7 +54,7 @@ def test_replicates_are_the_machine_run_again_with_other_noise() -> None:
 
 @pytest.mark.parametrize(("hidden", "stands"), [(Hidden(), False), (SQUEAL, True)], ids=["sound", "squeal"])
 def test_a_squeal_is_a_doubt_and_noise_is_none(hidden: Hidden, stands: bool) -> None:
-    doubts = calibrated_doubts(*fitted(hidden), method=FEWER)
+    doubts = doubts_of(hidden)
     assert doubts is not None and doubts.replicates == 20
     assert (doubts.probability[BAND, in_octave(POSITION, 70.0)] <= FEWER.verdict.false_alarms) is stands
 
@@ -85,6 +92,6 @@ DRAG = Hidden(law=lambda v, q, t: 1500.0 * v * abs(v))
 
 @pytest.mark.parametrize(("hidden", "stands"), [(Hidden(), False), (DRAG, True)], ids=["sound", "drag"])
 def test_what_goes_with_the_motion_beyond_chance_is_a_doubt(hidden: Hidden, stands: bool) -> None:
-    doubts = calibrated_doubts(*fitted(hidden), method=FEWER)
+    doubts = doubts_of(hidden)
     assert doubts is not None
     assert (doubts.probability[DEPENDENCE, POSITION] <= 1.0 / 20.0) is stands

@@ -31,6 +31,8 @@ from tests.diagnosis.pushed_table import EFFECTS, POSITION, Hidden, machine, pai
 
 TEMPLATES = sorted((Path(__file__).parents[3] / "lesson_configs" / "machines").glob("*.yaml"))
 FEWEST = {"voltage_axis": 20, "force_axis": 15, "cascade_axis": 20, "torque_spindle": 8, "cutting_process": 10}
+ALIKE = ("two_axis_lathe_analytical", "two_axis_table")
+"""Large machines much like ``two_axis_lathe``."""
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +45,7 @@ def assembly_of(template: Path, registry: Registry) -> Assembly:
 
 
 @pytest.mark.parametrize(
-    "template",
-    [pytest.param(path, id=path.stem, marks=pytest.mark.slow if path.stem == "two_axis_lathe_analytical" else ()) for path in TEMPLATES],
+    "template", [pytest.param(path, id=path.stem, marks=pytest.mark.slow if path.stem in ALIKE else ()) for path in TEMPLATES]
 )
 def test_every_candidate_of_every_template_is_neutral(template: Path, registry: Registry) -> None:
     """The plain run is the run with all candidates in it, bit for bit."""
