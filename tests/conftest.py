@@ -1,5 +1,6 @@
 """What holds for all tests: generated cases are the same in every run, and no verdict hangs on how fast the machine is."""
 
+import gc
 import os
 import sys
 
@@ -12,3 +13,9 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 settings.register_profile("lathesim", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("lathesim")
+
+
+def pytest_collection_finish() -> None:
+    """Take what was collected out of the garbage collector's sight: thousands of tests and modules stay until the end."""
+    gc.collect()
+    gc.freeze()

@@ -212,6 +212,7 @@ def test_a_lesson_that_is_sure_of_everything_is_asked(tmp_path: Path, capsys: py
     assert "the lesson does not say how sure its values are" in said.err
 
 
+@pytest.mark.slow
 def test_a_friction_that_a_controller_hides_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """In closed loop the position hardly shows it; the command does."""
     lesson = write_lesson(tmp_path, duration="2.6 s")

@@ -85,7 +85,7 @@ def test_cut_of_the_truth_is_that_of_the_lesson(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "key", ["edge_force", "tacho_filter", *(pytest.param(key, marks=pytest.mark.slow) for key in ("coulomb", "backlash"))]
+    "key", ["edge_force", *(pytest.param(key, marks=pytest.mark.slow) for key in ("coulomb", "backlash", "tacho_filter"))]
 )
 def test_hidden_effect_shows_as_large_as_the_truth_says(key: str, tmp_path: Path) -> None:
     maker = {"edge_force": make_cutting_case, "tacho_filter": make_spindle_case}.get(key, make_axis_case)

@@ -48,7 +48,7 @@ WRONG = [
 """Parameter, a text that is no value of it, and what is said below the field."""
 
 
-async def test_a_wrong_value_is_told_below_the_field_as_it_is_typed() -> None:
+async def test_a_wrong_value_is_told_as_it_is_typed_and_the_default_stands_in_the_unit_of_a_right_one() -> None:
     async with opened() as (app, pilot):
         for name, text, fault in WRONG:
             await app.show_parameter(name)
@@ -59,6 +59,11 @@ async def test_a_wrong_value_is_told_below_the_field_as_it_is_typed() -> None:
             assert said(app).startswith("✗")
         assert app.workbench.setup is not None
         assert not app.workbench.setup.is_changed
+        await edit(app, pilot, "x_controller.proportional", "0.449 V/mm")
+        screen = app.screen
+        assert isinstance(screen, ConfigureScreen)
+        assert screen.entry is not None
+        assert (screen.entry.text, screen.entry.default) == ("0.449 V/mm", "0.2245 V/mm")
 
 
 async def test_a_change_is_marked_taken_back_and_undone() -> None:
@@ -121,8 +126,18 @@ async def test_an_effect_is_inserted_set_and_removed() -> None:
         assert app.workbench.setup.inserted == ()
 
 
-async def test_the_wiring_shows_what_feeds_a_part_and_what_it_feeds() -> None:
+async def test_the_wiring_shows_what_feeds_a_part_and_what_it_feeds_and_the_arrows_go_on_from_it() -> None:
     async with opened() as (app, pilot):
+        await app.show_parameter("x_axis.gain")
+        await app.show_parameter("z_dac.bits")
+        for _ in range(4):
+            await pilot.pause()
+        about = app.screen.query_one("#about", Static)
+        assert str(about.content).startswith("z_dac: DAConverter")
+        app.screen.query_one(Tree).focus()
+        await pilot.press("down")
+        await pilot.pause()
+        assert str(about.content).startswith("tachometer: Tachometer")
         await app.show_parameter("x_dac.bits")
         app.screen.query_one(TabbedContent).active = "wiring"
         await pilot.pause()
@@ -142,15 +157,6 @@ async def test_a_wiring_that_is_too_wide_stands_one_below_the_other() -> None:
         assert "reference [m]        <── interpolator.x_reference" in box
         assert "voltage [V] ──> x_dac.command" in box
         assert max(map(len, box)) <= 50
-
-
-async def test_the_default_stands_in_the_unit_of_the_value() -> None:
-    async with opened() as (app, pilot):
-        await edit(app, pilot, "x_controller.proportional", "0.449 V/mm")
-        screen = app.screen
-        assert isinstance(screen, ConfigureScreen)
-        assert screen.entry is not None
-        assert (screen.entry.text, screen.entry.default) == ("0.449 V/mm", "0.2245 V/mm")
 
 
 @pytest.mark.slow
@@ -258,17 +264,3 @@ async def test_the_simulation_is_set_and_loaded_again() -> None:
         await pilot.press("enter")
         await pilot.pause()
         assert app.workbench.command().startswith("lathesim run 02_process_control")
-
-
-async def test_the_part_asked_for_last_is_shown_and_the_arrows_go_on_from_there() -> None:
-    async with opened() as (app, pilot):
-        await app.show_parameter("x_axis.gain")
-        await app.show_parameter("z_dac.bits")
-        for _ in range(4):
-            await pilot.pause()
-        about = app.screen.query_one("#about", Static)
-        assert str(about.content).startswith("z_dac: DAConverter")
-        app.screen.query_one(Tree).focus()
-        await pilot.press("down")
-        await pilot.pause()
-        assert str(about.content).startswith("tachometer: Tachometer")

@@ -49,6 +49,7 @@ async def test_a_thing_to_try_sets_its_values_on_the_bench() -> None:
         assert app.workbench.command() == "lathesim run 01_contour_error --variant I --set x_dac.bits=12 --set z_dac.bits=12"
 
 
+@pytest.mark.slow
 async def test_enter_puts_a_lesson_on_the_bench() -> None:
     async with opened() as (app, pilot):
         await pilot.press("f6")
