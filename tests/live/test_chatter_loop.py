@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lathesim.live.sources.sample_clock import Stretch
+from lathesim.live.watching.residuals.residual_stream import ResidualStream
+from lathesim.live.watching.watch import Watch
+from tests.live.campaign.cases import channels, prepared
 from tests.live.campaign.flexible_tool import CLAMPED, DEEP, PRESSURE, RADIUS, SHARE, Tool, loose, thickness
+from tests.live.campaign.machines import cut
 
 PERIOD = 1e-3
 TOOL = Tool(22.0, 12.5e6, 0.03)
@@ -87,3 +92,13 @@ def test_a_turn_longer_than_the_line_of_the_surface_is_refused() -> None:
     one = np.ones(10)
     with pytest.raises(ValueError, match=r"a turn takes longer than 0\.41 s"):
         thickness(1e-4 * one, one, 0.1 * one, (TOOL, TOOL), 0.0 * one, PERIOD)
+
+
+def test_the_watch_tells_chatter_by_its_noise_and_not_as_values_that_move() -> None:
+    seconds, begin = 90.0, 72.0
+    time = np.arange(round(seconds / PERIOD)) * PERIOD
+    values = cut(seconds, 39, {"chatter": np.where(time >= begin, 1.4, 0.0)})
+    watch = Watch(ResidualStream(prepared("cut"), *channels("cut"), PERIOD), PERIOD, learn=40.0)
+    (alarm, *_) = watch.take(Stretch(0.0, values, True))
+    assert alarm.state == "in its noise"
+    assert begin <= alarm.begun < alarm.time < begin + 10.0

@@ -30,9 +30,9 @@ _HOLD_MORE, _HOLD_MOST = 10.0, 1e9
 @dataclass(frozen=True)
 class Found:
     """What the test says: ``statistic`` of the likeliest ``channel`` and ``direction``, ``begun`` [s], the ``size`` of the change in noise
-    deviations of a block, whether it grows (``ramp``), 2 log-likelihood that a step of the uncertain values brings (``moved``, ``moved_at``
-    [s]), the values that may move as they are now (``theta``), from the nominal ones, with their standard ``deviations``, and the ``power``
-    of what they do, in that of the noise."""
+    deviations of a block, whether it grows (``ramp``), 2 log-likelihood that a step of the uncertain values brings with noise as loud as it
+    is since then (``moved``, ``moved_at`` [s]), the values that may move as they are now (``theta``), from the nominal ones, with their
+    standard ``deviations``, and the ``power`` of what they do, in that of the noise."""
 
     statistic: float
     channel: int
@@ -80,6 +80,7 @@ class ChangeTest:
         self._h = np.zeros((room, channels, count, parameters))
         self._m = np.zeros((room, channels, count))
         self._u = np.zeros((room, channels, count))
+        self._left = np.zeros((room, channels))
         self._begin, self._end = 0, 0
         centre = np.where(free, 0.0, -nominal)  # the lesson's values, from the nominal ones; of followed sizes these
         self._centre = np.concatenate([centre, np.zeros(parameters)])
@@ -93,7 +94,7 @@ class ChangeTest:
     def take(self, block: BlockSums) -> None:
         """Add a block; the oldest goes where there is no room."""
         if self._end == len(self._times):
-            for kept in (self._times, self._a, self._b, self._h, self._m, self._u):
+            for kept in (self._times, self._a, self._b, self._h, self._m, self._u, self._left):
                 kept[: len(self)] = kept[self._begin : self._end].copy()
             self._begin, self._end = 0, len(self)
         at, count, weight = self._end, self._count, self._weight
@@ -103,6 +104,7 @@ class ChangeTest:
         self._h[at] = weight[:, None, None] * block.normal[:, :count, count:]
         self._m[at] = weight[:, None] * np.einsum("cgg->cg", block.normal[:, :count, :count])
         self._u[at] = weight[:, None] * block.mixed[:, :count]
+        self._left[at] = weight * block.left[: len(weight)]
         self._end += 1
         self._begin = max(self._begin, self._end - KEPT)
 
@@ -146,10 +148,20 @@ class ChangeTest:
             ramp, since_when = self._grows(part, starts, channel, direction, float(ratio[:, channel, direction].max()), begun)
         size = abs(float(after.delta[at, channel, direction])) * np.sqrt(float(self._m[part][starts[at] :, channel, direction].mean()))
         return Found(
-            statistic, channel, direction, since_when, float(size), ramp, float(level[plain] - level[0]),
+            statistic, channel, direction, since_when, float(size), ramp, float(level[plain] - level[0]) / self._louder(starts[plain]),
             float(times[starts[plain]] - self._block_time), after.theta[plain], _deviations(after.normal[plain], after.theta.shape[1]),
             float(after.power[plain]),
         )  # fmt: skip
+
+    def _louder(self, start: int) -> float:
+        """Return how many times as much noise there is since a block as was learnt, at least 1.
+
+        With noise so much louder a likelihood ratio is so much less: chatter is no step of the values. Noise is what no constant value
+        explains within a block, so that a step leaves it at 1; blocks and channels count by what they tell of the values.
+        """
+        part = slice(self._begin + int(start), self._end)
+        told = np.einsum("bcpp->bc", self._a[part])
+        return max(1.0, float(np.sum(told * self._left[part]) / max(float(told.sum()), 1e-300)))
 
     def _windows(self, a: FloatArray, b: FloatArray, part: slice, since: FloatArray, starts: FloatArray) -> _Windows:
         parameters = self._b.shape[1]
