@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.component import Output, Parameter
+from lathesim.component import Component, Output, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import wire
@@ -65,6 +65,14 @@ def with_rounding(assembly: Assembly, rounding: Mapping[str, FloatArray]) -> Ass
         ends = {f"{sum_of_both}.incoming": output, f"{sum_of_both}.beyond": f"{signal}.value"}
         wires |= {target: Wire(target, source) for target, source in ends.items()}
     return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+
+
+def resolving_everything(component: type[Component]) -> dict[str, float]:
+    """Return the values of a component's parameters with which it resolves everything; empty where it has no steps."""
+    ports, declared = component.ports, component.declared(Parameter)
+    exact = {ports[role]: 0.0 for role in ("resolution",) if role in ports}
+    # steps of a converter hide what small changes of a value do to what it reads
+    return exact | {ports[role]: declared[ports[role]].high for role in ("bits",) if role in ports}
 
 
 def _rounded(assembly: Assembly, compared: Collection[str]) -> list[str]:

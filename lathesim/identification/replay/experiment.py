@@ -19,7 +19,7 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Free
 from lathesim.identification.replay.controller_memory import remembered_at_start, with_memory
 from lathesim.identification.replay.controller_rate import at_controllers_rate
-from lathesim.identification.replay.converter_rounding import plain_replay, with_rounding
+from lathesim.identification.replay.converter_rounding import plain_replay, resolving_everything, with_rounding
 from lathesim.identification.replay.initial_state import start_from
 from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, velocity_of
 from lathesim.identification.replay.open_loop import cut, drive, follow, look, seen, sense, sensed_share
@@ -253,10 +253,7 @@ def _exact_sensors(assembly: Assembly) -> Assembly:
     """Return the assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice."""
     parts = []
     for part in assembly.parts:
-        ports, declared = part.component.ports, part.component.declared(Parameter)
-        exact = {ports[role]: 0.0 for role in ("resolution",) if role in ports}
-        # steps of a converter hide what small changes of a value do to what it reads
-        exact |= {ports[role]: declared[ports[role]].high for role in ("bits",) if role in ports}
+        exact = resolving_everything(part.component)
         parts.append(replace(part, parameters={**part.parameters, **exact}) if exact else part)
     return replace(assembly, parts=tuple(parts))
 

@@ -102,7 +102,8 @@ class Following:
                 yield from self._range(name, float(point.values[at]), float(point.deviations[at]), now)
         for drift in self._drifts if self._courses else []:
             excess = float(point.excess[self._watch.residuals.compare.index(drift.channel)])
-            told = drift.take(point.time, excess, now, drifts=self._drifting)
+            # what followed sizes do is known by sensitivities
+            told = drift.take(point.time, excess, now, drifts=self._drifting, doubt=ERRORS.linear * drift.tolerance)
             if told is not None:
                 yield told
 

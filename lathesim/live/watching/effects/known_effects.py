@@ -83,6 +83,11 @@ class KnownEffects:
         """Return what was named while the machine was watched, and what grew, in the order in which it was found."""
         return [effect for effect in self._known.values() if effect.found]
 
+    @property
+    def drift(self) -> bool:
+        """Return whether an effect drifts that was found, or that the lesson had."""
+        return any(effect.until > effect.since for effect in self.changed)
+
     def drifting_since(self, followed: FollowedSize) -> float | None:
         """Return since when [s] an effect drifts that was found to do so; None for one that stepped, or that the lesson holds."""
         known = self._known.get(_key(followed.effect, followed.at))

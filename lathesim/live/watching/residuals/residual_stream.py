@@ -3,7 +3,7 @@
 Beside the nominal simulation two run for each uncertain value, a standard deviation above and below: half their difference is what that
 value would do to the residual. It does not share the quantisation noise of the nominal run, which would otherwise pass for a change of the
 value. A value that is off by what the lesson allows is no change of the machine. The sizes of known effects are followed in the same way,
-each on a scale of its own and without bounds but those of the parameter.
+each on a scale of its own, without bounds but those of the parameter, and, but for frictions, by machines whose sensors resolve everything.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lathesim.component import Parameter
+from lathesim.effects.effect import Effect
+from lathesim.identification.replay.converter_rounding import resolving_everything
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.identification.replay.open_loop import seen
 from lathesim.lessons.simulate import Prepared
@@ -69,6 +71,7 @@ class ResidualStream:
         if self.ratio < 1 or self.ratio > LARGEST_RATIO or abs(period / own - self.ratio) > 1e-3 * self.ratio:
             fact = f"the samples come every {1e3 * period:g} ms, and the machine is simulated every {1e3 * own:g} ms."
             raise LiveError(fact, remedy="Record at the machine's rate, or at a whole fraction of it.")
+        self._exact = _without_steps(prepared)
         self._shares: FloatArray = np.zeros(0)
         self._machines: list[SteppedMachine] = []
         self._outputs = [seen(prepared.machinery, channel) for channel in self.compare]
@@ -138,6 +141,11 @@ class ResidualStream:
         assert isinstance(declared, Parameter)
         return declared
 
+    def _sticks(self, name: str) -> bool:
+        """Return whether a followed size is that of a friction: it holds a machine still whose sensors have no steps to swing between."""
+        component = self._prepared.plan.parts[name.partition(".")[0]].component
+        return issubclass(component, Effect) and component.site == "effort" and bool(component.identification.sticks)
+
     def _values(self) -> list[dict[str, float]]:
         """Return the values [SI] of the nominal machine, and of two for each value: above and below."""
         given = dict(zip(self.scales, self.given().tolist(), strict=True))
@@ -145,16 +153,22 @@ class ResidualStream:
         found = [nominal]
         if self._plain:
             return found
-        for name in self.scales:
-            found += [{**nominal, name: nominal[name] + sign * self._step(name, nominal[name])} for sign in (1.0, -1.0)]
+        for name, free in zip(self.scales, self.free, strict=True):
+            others = {**nominal, **self._exact} if free and not self._sticks(name) else nominal
+            found += [{**others, name: nominal[name] + sign * self._step(name, nominal[name])} for sign in (1.0, -1.0)]
         self._shares = np.array([2.0 * self._step(name, nominal[name]) / self.scales[name] for name in self.scales])
         return found
 
     def _step(self, name: str, value: float) -> float:
-        scale = self.scales[name]
-        if self.free[list(self.scales).index(name)]:
-            return _HALF * scale
-        return min(scale, _HALF * abs(value)) if value else scale
+        """Return by how much a value is changed for its sensitivity [SI].
+
+        That of a followed size grows with how far it has moved: of a step of one count of an encoder half is chance.
+        """
+        scale, at = self.scales[name], list(self.scales).index(name)
+        if not self.free[at]:
+            return min(scale, _HALF * abs(value)) if value else scale
+        declared = self._declared(name)
+        return min(_HALF * scale * max(1.0, abs(float(self.nominal[at]))), value - declared.low, declared.high - value)
 
     def take(self, values: FloatArray) -> Residual:
         """Return the residual of the next samples; ``values`` (drive and compare, samples)."""
@@ -179,3 +193,13 @@ class ResidualStream:
 
     def _channels(self, machine: SteppedMachine, values: FloatArray) -> FloatArray:
         return values[[machine.plan.channels.index(output) for output in self._outputs]]
+
+
+def _without_steps(prepared: Prepared) -> dict[str, float]:
+    """Return the values of the machine's parameters with which its sensors and converters resolve everything.
+
+    Steps of a sensor hide half of what a small size does, and the noise of a real sensor brings it back.
+    """
+    plan = prepared.plan
+    exact = {f"{name}.{item}": value for name, part in plan.parts.items() for item, value in resolving_everything(part.component).items()}
+    return {name: value for name, value in exact.items() if name in plan.parameters}
