@@ -38,10 +38,13 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     Interrupted with Ctrl-C, the answer holds what was known until then (``complete`` is false).
     """
     began, progress = time.perf_counter(), tell or (lambda text: None)
+    if question.before is not None:
+        question = replace(question, method=question.method.beside_an_earlier_recording())
     prepared = prepare(question)
     if prepared.faults:
         return recording_fault(prepared.question, prepared.faults, prepared.findings, began)
-    found = replace(search(prepared.experiment, prepared.validation, question.method, progress), controller=prepared.controller)
+    found = search(prepared.experiment, prepared.validation, question.method, progress, prepared.before)
+    found = replace(found, controller=prepared.controller)
     if faults := against_model(prepared.experiments, found, question.method, two_files=question.validation is not None):
         return recording_fault(prepared.question, faults, prepared.findings, began)
     progress("fitting the found model to everything")
@@ -94,7 +97,18 @@ def _answer_without_effects(prepared: Prepared, found: SearchResult, answer: Dia
 
 
 def ask(
-    lesson: str, machine: Machine, recordings: tuple[Recorded, ...], effects: Iterable[type[Effect]], method: Method = STANDARD
+    lesson: str,
+    machine: Machine,
+    recordings: tuple[Recorded, ...],
+    effects: Iterable[type[Effect]],
+    method: Method = STANDARD,
+    *,
+    changed: bool = False,
 ) -> Question:
-    """Return a question; the second of the recordings, if there are two, is the one that judges."""
-    return Question(lesson, machine, recordings[0], recordings[1] if len(recordings) > 1 else None, tuple(effects), method)
+    """Return a question; the second of the recordings, if there are two, is the one that judges.
+
+    Where the machine has ``changed`` the last one is from before that.
+    """
+    before = recordings[-1] if changed else None
+    asked = recordings[:-1] if changed else recordings
+    return Question(lesson, machine, asked[0], asked[1] if len(asked) > 1 else None, tuple(effects), method, before)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from lathesim.diagnosis.candidates.eligibility import without_one_sided
 from lathesim.diagnosis.question import Question
@@ -49,6 +50,12 @@ class Prepared:
     controller: ControllerValue | None = None
     added: tuple[UnrecordedInput, ...] = ()
     doubts: tuple[Finding, ...] = ()
+
+    @cached_property
+    def before(self) -> Experiment | None:
+        """The recording from before the change, in the machine of the question."""
+        earlier, question = self.question.before, self.question
+        return None if earlier is None else build_experiments(question.machine, [(earlier.name, earlier.record)], question.effects)[0]
 
     @property
     def experiment(self) -> Experiment:
@@ -100,12 +107,15 @@ def _against_commands(prepared: Prepared, given: Mapping[str, float]) -> Prepare
 
 
 def _recordings(question: Question) -> list[Recorded]:
-    return [recorded for recorded in (question.fitted, question.validation) if recorded]
+    return [recorded for recorded in (question.fitted, question.validation, question.before) if recorded]
 
 
 def _findings(question: Question) -> tuple[str, ...]:
-    """Return what the reader found in the recordings; what both have in common once."""
-    return tuple(dict.fromkeys(str(finding) for recorded in _recordings(question) for finding in recorded.findings))
+    """Return what the reader found in the recordings, what they have in common once, and what the question is about."""
+    found = dict.fromkeys(str(finding) for recorded in _recordings(question) for finding in recorded.findings)
+    if question.before is not None:
+        found[f"Held beside {question.before.name}, from before the change: what explains as much of that is no part of the change."] = None
+    return tuple(found)
 
 
 def _with_controller_value(prepared: Prepared, other: ControllerValue) -> Prepared:

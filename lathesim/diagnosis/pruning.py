@@ -14,7 +14,7 @@ from lathesim.diagnosis.reporting.evidence import gather
 from lathesim.diagnosis.reporting.lesson_entry import on_validation
 from lathesim.diagnosis.selection.acceptance import is_of_a_clock
 from lathesim.diagnosis.selection.elimination import leave_out
-from lathesim.diagnosis.selection.refusal import all_push, is_much_of_it
+from lathesim.diagnosis.selection.refusing.refusal import all_push, is_much_of_it
 from lathesim.diagnosis.verdict.judged import structured_share
 from lathesim.diagnosis.verdict.ranking import explains_nothing
 from lathesim.identification.estimation.estimates import (
@@ -38,7 +38,11 @@ def prune_undetermined(prepared: Prepared, found: SearchResult, progress: Progre
         found = leave_out(found, doubtful, experiment, validation, progress, method=method)
         values = estimates(found.model, experiment, validation, prepared.whole)
     reported_fit = on_validation(validation, found, values.values())
-    if found.model.candidates and explains_nothing(validation, found.baseline.validation_fit, reported_fit, method=method):
+    if (
+        not method.beside_earlier
+        and found.model.candidates
+        and explains_nothing(validation, found.baseline.validation_fit, reported_fit, method=method)
+    ):
         names = ", ".join(candidate.name for candidate in found.model.candidates)
         progress(f"dropping {names}: it does not improve the validation recording")
         found = leave_out(found, found.model.candidates, experiment, validation, progress, method=method)
@@ -53,8 +57,9 @@ def doubtful_effects(
     such whose intervals hold nothing.
     All go that act at moving parts and explain next to nothing of what acts there.
     Of these a single one goes where nothing that matters was missing, and small ones beside others where no force that matters was missing
-    at their place or the lesson's own simulation is further off with the whole model in some channel."""
-    if _all_trifling(found, experiment, validation, method):
+    at their place or the lesson's own simulation is further off with the whole model in some channel. Beside a recording from before a
+    change all that matters is what is new, however little of what acts that is."""
+    if not method.beside_earlier and _all_trifling(found, experiment, validation, method):
         return list(found.model.candidates)
     period, model = experiment.machine.assembly.sample_period, found.model.fitted.by_name
     in_time = [
@@ -72,7 +77,7 @@ def doubtful_effects(
     ]
     single = len(found.model.candidates) == 1
     unsure = [candidate for candidate in unsure if single or found.removed_by(candidate) < method.shared.larger_part]
-    if not unsure:
+    if not unsure or method.beside_earlier:
         return doubtful
     own = _own(validation, found, values)
     if not single and degrades_a_channel(own.fit, method=method):

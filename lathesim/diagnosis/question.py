@@ -12,7 +12,10 @@ from lathesim.identification.replay.loading import Recorded
 
 @dataclass(frozen=True)
 class Question:
-    """What a diagnosis is asked: a machine, the recording it is fitted to, the one it is judged on, and the effects to be tried."""
+    """What a diagnosis is asked: a machine, the recording it is fitted to, the one it is judged on, and the effects to be tried.
+
+    With a recording from ``before`` the machine changed the question is what changed, and no longer what the lesson left out.
+    """
 
     lesson: str
     machine: Machine
@@ -20,3 +23,4 @@ class Question:
     validation: Recorded | None
     effects: tuple[type[Effect], ...]
     method: Method = field(default_factory=Method)
+    before: Recorded | None = None

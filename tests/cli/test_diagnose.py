@@ -233,3 +233,23 @@ def test_the_whole_catalogue_names_the_same(rubbing: tuple[Path, Path, Path], ca
     names = {name for effect in answer["effects"] for name in (effect["effect"], *effect["tied_with"])}
     assert answer["verdict"] in ("named", "tied")
     assert names & {"CoulombFriction", "AsymmetricFriction", "PreslidingFriction"}
+
+
+def test_beside_a_recording_from_before_only_what_changed_is_named(
+    rubbing: tuple[Path, Path, Path], sound: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    changed, unchanged = (
+        told(call(capsys, "diagnose", rubbing[0], rubbing[1], *ONLY, "--before", earlier, "--json", "-", "--no-report"))
+        for earlier in (sound[1], rubbing[2])
+    )
+    assert [effect["effect"] for effect in changed["effects"]] == ["CoulombFriction"]
+    assert unchanged["effects"] == []
+    assert any("from before the change" in line for line in unchanged["left"])
+
+
+def test_a_recording_from_before_is_not_asked_beside_another_lesson(
+    rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = call(capsys, "diagnose", rubbing[0], rubbing[1], "--before", rubbing[2], "--with", rubbing[0], rubbing[2])
+    assert said.code != 0
+    assert "--with and --before ask two questions: give one of them." in said.err

@@ -23,6 +23,12 @@ STOPPED = 130
 @click.argument("lesson")
 @click.argument("recording", type=click.Path(path_type=Path))
 @click.option("--validate", type=click.Path(path_type=Path), metavar="FILE", help="The recording that judges [default: the second half].")
+@click.option(
+    "--before",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="A recording from before the machine changed: what changed since is named, however small, and not what the lesson left out.",
+)
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where report and lesson go [default: lathesim_runs/LESSON/].")
 @click.option("--json", "json_file", type=click.Path(path_type=Path, allow_dash=True), metavar="FILE", help="Write JSON ('-': print it).")
 @click.option("--effect", "only", multiple=True, metavar="NAME", help="Try only these effects.")
@@ -50,6 +56,7 @@ def diagnose(
     lesson: str,
     recording: Path,
     validate: Path | None,
+    before: Path | None,
     out: Path | None,
     json_file: Path | None,
     only: tuple[str, ...],
@@ -87,10 +94,12 @@ def diagnose(
     effects = [registry.effect(name) for name in only] if only else list(registry.effects.values())
     loaded = load_lesson(lesson)
     quiet = json_file is not None and str(json_file) == "-"
-    case = load_case(loaded, [recording] if validate is None else [recording, validate], registry, variant=variant)
     if others and validate is not None:
         raise click.UsageError("--with and --validate both judge: give one of them.")
-    question = without(ask(loaded.title, case.machine, case.recordings, effects), left_out)  # type: ignore[arg-type]
+    if others and before is not None:
+        raise click.UsageError("--with and --before ask two questions: give one of them.")
+    case = load_case(loaded, [file for file in (recording, validate, before) if file is not None], registry, variant=variant)
+    question = without(ask(loaded.title, case.machine, case.recordings, effects, changed=before is not None), left_out)  # type: ignore[arg-type]
     question = replace(question, method=replace(question.method, longest=limit))
     with _progress(shown=not quiet) as tell, _terminated_as_interrupted():
         if others:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -73,6 +73,18 @@ class Method:
 
     despite_degradation: bool = False
     """Whether a closed-loop simulation that gets worse is no reason to refuse an effect."""
+
+    without_earlier: Method | None = None
+    """The limits that are asked of what a recording from before a change shows too; None where there is no such recording."""
+
+    @property
+    def beside_earlier(self) -> bool:
+        """Whether a recording from before a change stands beside: what the lesson's errors look like, it shows."""
+        return self.without_earlier is not None
+
+    def beside_an_earlier_recording(self) -> Method:
+        """Return the limits where a recording from before a change is held beside: what is new needs no share of the error."""
+        return replace(self, without_earlier=self, smallest_move=0.0, small_move=0.0, share_of_all=0.0, share_of_rest=0.0)
 
     def affords(self, runs: int, candidates: int) -> bool:
         """Return whether a search among so many candidates may go on after so many runs."""

@@ -40,6 +40,8 @@ class SearchResult:
     """By the part of an effect: the model before it came in."""
     refused: frozenset[str] = frozenset()
     """Parts of effects that were taken out again as they need a machine that is not there."""
+    there_before: frozenset[str] = frozenset()
+    """Parts of effects that explain as much of the recording from before a change."""
     jointly_off: tuple[str, ...] = ()
     """Values of the lesson that are all there is to it once they may be further off than it holds possible, the furthest first."""
     far_off: tuple[str, ...] = ()
@@ -59,6 +61,11 @@ class SearchResult:
     complete: bool = False
     ended_after: int = 0
     """Runs after which no further effect was looked for; 0 where the search came to its own end."""
+
+    @property
+    def excluded(self) -> frozenset[str]:
+        """The parts of effects that are not tried again."""
+        return self.refused | self.there_before
 
     @property
     def values_off(self) -> tuple[str, ...]:

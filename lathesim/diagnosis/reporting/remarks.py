@@ -37,6 +37,8 @@ def still_missing(
         sentences.append("What is left goes with nothing that the machine was doing: noise, or a load that nobody measured.")
     if found.ended_after:
         sentences.append(f"After {found.ended_after} runs no further effect was looked for.")
+    earlier = {trial.candidate.part: trial.candidate for trial in found.tried if trial.candidate.part in found.there_before}
+    sentences += [f"{one.name} at {one.at} explains as much of the recording from before the change." for one in earlier.values()]
     apart = {(one.effect.effect, one.effect.at) for one in possible}
     for trial in (trial for trial in found.tried if (trial.candidate.name, trial.candidate.at) not in apart):
         gains = Gains(trial.gain, trial.validation_gain)

@@ -117,11 +117,17 @@ def of_usual_size(candidate: Candidate, values: Mapping[str, float], method: Met
             usual, size, most = float(points.max(initial=0.0)), abs(values[name]), method.largest_size
             if item in candidate.effect.identification.nuisance or points.min(initial=1.0) <= 0.0:
                 continue
-            if size < least / method.largest_size:
+            if size < least / method.largest_size and not _may_have_begun(candidate, method):
                 return False
         if usual > 0.0 and size >= max(most * usual, method.possible.get(name, 0.0)):
             return False
     return all(_is_usual_product(candidate, values, method, size, other) for size, other in products)
+
+
+def _may_have_begun(candidate: Candidate, method: Method) -> bool:
+    """Return whether an effect may have begun between a recording from before a change and this one: it is there at once then, and how
+    quickly it came does not show."""
+    return method.beside_earlier and bool(candidate.effect.identification.history)
 
 
 def _is_usual_product(candidate: Candidate, values: Mapping[str, float], method: Method, size: str, other: str) -> bool:

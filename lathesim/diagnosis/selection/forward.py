@@ -27,7 +27,7 @@ from lathesim.diagnosis.selection.laboratory import Laboratory, becomes_implausi
 from lathesim.diagnosis.selection.moves.extend import extend_parameters
 from lathesim.diagnosis.selection.moves.generalise import generalise, may_be_worth
 from lathesim.diagnosis.selection.moves.merge_harmonics import merge_harmonics
-from lathesim.diagnosis.selection.refusal import pushes_at, quiet_parts, refusal
+from lathesim.diagnosis.selection.refusing.refusal import Refusal, pushes_at, quiet_parts, refusal
 from lathesim.diagnosis.selection.trials import Asked, side_by_side
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.execution.threads import TOGETHER
@@ -94,13 +94,32 @@ def _screened(laboratory: Laboratory, found: SearchResult, method: Method) -> tu
         [
             candidate
             for candidate in asked(found.model, laboratory.experiment)
-            if candidate.part not in found.refused and not pushes_at(candidate, quiet)
+            if candidate.part not in found.excluded and not pushes_at(candidate, quiet)
         ]
         for asked in (due, finer)
     )
     laboratory.progress(f"screening {len(simple) + len(refined)} candidates")
     points = starting_points(laboratory.experiment, found.model.fitted, [*simple, *refined], method=method)
-    return screen(laboratory.experiment.sensed, found.model.fitted, [*simple, *refined], points, method=method), simple
+    screening = screen(laboratory.experiment.sensed, found.model.fitted, [*simple, *refined], points, method=method)
+    return _with_sizes_elsewhere(laboratory, found, screening, method), simple
+
+
+def _with_sizes_elsewhere(laboratory: Laboratory, found: SearchResult, screening: Screening, method: Method) -> Screening:
+    """Return the screening with what acts in several places, by a size in each, in that finer shape where it promises more than in one
+    place: of a wear that raises all forces the lesson's specific force takes what it does to the main force."""
+    finer = [item.candidate.shaped for item in screening.ranked if item.candidate.shaped is not None and item.candidate.acts_elsewhere]
+    if not finer:
+        return screening
+    shaped = screen(laboratory.experiment.sensed, found.model.fitted, finer, method=method)
+    plain = {item.candidate.part: item for item in screening.ranked}
+    best = dict(plain)
+    for item in shaped.ranked:
+        other = plain[item.candidate.part]
+        more = len(item.candidate.parameters) - len(other.candidate.parameters)
+        if compare_models(Gains(item.gain - other.gain), method, parameters=more).better:
+            best[item.candidate.part] = item
+    ranked = sorted(best.values(), key=lambda item: -item.gain)
+    return Screening(tuple(ranked), max(screening.null_maximum, shaped.null_maximum))
 
 
 def same_effects(candidates: Collection[Candidate], others: Collection[Candidate]) -> bool:
@@ -111,8 +130,9 @@ def same_effects(candidates: Collection[Candidate], others: Collection[Candidate
 def in_turn(ranked: Sequence[Screened], plain: Sequence[Candidate], method: Method = STANDARD) -> list[tuple[Screened, ...]]:
     """Return the candidates as they are tried: simple effects and then finer ones, or the other way round where nothing simple scores what
     a finer one does."""
-    simple = tuple(item for item in ranked if item.candidate in plain)
-    refined = tuple(item for item in ranked if item.candidate not in plain)
+    parts = {candidate.part for candidate in plain}
+    simple = tuple(item for item in ranked if item.candidate.part in parts)
+    refined = tuple(item for item in ranked if item.candidate.part not in parts)
     of_refined, of_simple = (max((item.share for item in items), default=0.0) for items in (refined, simple))
     return [refined, simple] if of_refined > method.selection.almost_all and of_simple < method.selection.rival else [simple, refined]
 
@@ -141,8 +161,10 @@ def _add(
             return finer_form
         found = finer_form
     settled = laboratory.settled(best.model)
-    while why := refusal(laboratory, found.model, best, settled, method):
-        laboratory.progress(f"  {best.candidate.name} at {best.candidate.at} is refused: {why}")
+    while why := refusal(laboratory, found, best, settled, method):
+        laboratory.progress(f"  {best.candidate.name} at {best.candidate.at} is refused: {why.value}")
+        if why is Refusal.OLD_AND_SMALL:
+            found = replace(found, there_before=found.there_before | {best.candidate.part})
         good = [trial for trial in good if trial is not best]
         if not good:
             return found

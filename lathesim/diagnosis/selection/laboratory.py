@@ -36,6 +36,16 @@ class _Fit:
 
 
 @dataclass
+class Earlier:
+    """A recording from before a change, the lesson as it stands fitted to it, and what effects gain there, by their parts, for as many
+    samples as are fitted [nats]."""
+
+    laboratory: Laboratory
+    baseline: Model
+    gains: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass
 class Laboratory:
     """What every trial needs: the two recordings, and how the baseline's residual is weighed."""
 
@@ -49,6 +59,8 @@ class Laboratory:
     method: Method = STANDARD
     least_gain: float = 0.0
     """Gain in likelihood [nats] that a trial must reach for the validation recording to be asked about it."""
+    earlier: Earlier | None = None
+    """The recording from before a change, where there is one."""
 
     @property
     def runs(self) -> int:

@@ -25,6 +25,7 @@ from lathesim.diagnosis.selection.moves.simplify import simplify
 from lathesim.diagnosis.selection.moves.specialise import specialise
 from lathesim.diagnosis.selection.moves.split import note_forms_of_two, one_as_two
 from lathesim.diagnosis.selection.moves.values_first import values_first
+from lathesim.diagnosis.selection.refusing.earlier import earlier_recording, note_what_was_there
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.budget import Progress, until
 from lathesim.identification.records.candidate import Candidate
@@ -45,17 +46,28 @@ MOVES: tuple[Move, ...] = (
     retry_rivals,
     ties_of_late_effects,
     note_forms_of_two,
+    note_what_was_there,
 )
 """Moves on the grown model, in order. Effects become as simple as they may be before single values of the lesson compete with them, and
 rivals are tried again beside what stays; ties are noted last, of the model that is reported."""
 
 
-def search(experiment: Experiment, validation: Experiment, method: Method = STANDARD, tell: Progress | None = None) -> SearchResult:
-    """Return what a search among the candidates of an experiment finds; ``validation`` judges. Ctrl-C keeps what was found so far."""
+def search(
+    experiment: Experiment,
+    validation: Experiment,
+    method: Method = STANDARD,
+    tell: Progress | None = None,
+    before: Experiment | None = None,
+) -> SearchResult:
+    """Return what a search among the candidates of an experiment finds; ``validation`` judges. Ctrl-C keeps what was found so far.
+
+    What explains as much of a recording from ``before`` a change is no part of it.
+    """
     chosen = replace(method, possible=possible_sizes(experiment, method=method))
     progress = tell or (lambda text: None)
     progress("fitting the baseline")
     laboratory = Laboratory(experiment, validation, until(chosen.longest, progress), least_gain=due(chosen), method=chosen)
+    laboratory.earlier = None if before is None else earlier_recording(before, method=chosen)
     fitted = fit(experiment.sensed, [*baseline_free(experiment.machine), *experiment.start_states(experiment.sensed.plan)], rounds=3)
     laboratory.weigh(fitted)
     fitted = laboratory.with_better_motion(fitted, ())

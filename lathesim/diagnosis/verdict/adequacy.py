@@ -17,7 +17,7 @@ from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.diagnosis import BaselineValue, Evidence, listed
 from lathesim.diagnosis.records.residual_test import ResidualTest
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.selection.refusal import is_much_of_it
+from lathesim.diagnosis.selection.refusing.refusal import is_much_of_it
 from lathesim.diagnosis.verdict.judged import Judged, SensorsApart, Unsized, ValueOff
 from lathesim.diagnosis.verdict.limit_cycles import off_by_chance
 from lathesim.diagnosis.verdict.ranking import removed_in_band

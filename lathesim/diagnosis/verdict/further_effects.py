@@ -14,7 +14,7 @@ from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import compare_trials, gains_enough, merit, of_usual_size
 from lathesim.diagnosis.selection.elimination import is_in_time
 from lathesim.diagnosis.selection.laboratory import Laboratory
-from lathesim.diagnosis.selection.refusal import is_trifling
+from lathesim.diagnosis.selection.refusing.refusal import is_trifling
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Trial
 
@@ -52,7 +52,7 @@ def further_effects(laboratory: Laboratory, found: SearchResult, method: Method)
 def _best_of_each(found: SearchResult, method: Method) -> Iterable[Trial]:
     """Return the trials that were made on top of the model: of an effect that was tried in several ways the best."""
     best: dict[tuple[str, str], Trial] = {}
-    for trial in (trial for trial in found.tried if found.was_held_against(trial)):
+    for trial in (trial for trial in found.tried if found.was_held_against(trial) and trial.candidate.part not in found.there_before):
         key = trial.candidate.name, trial.candidate.at
         if key not in best or merit(trial, method) > merit(best[key], method):
             best[key] = trial

@@ -36,9 +36,9 @@ class RankedEffect:
 
 def rank_effects(found: SearchResult, method: Method, one_sided: Sequence[Candidate] = ()) -> list[RankedEffect]:
     """Return how sure each effect of the model is, the one that removes most first. It is tied with a ``one_sided`` form of it, which no
-    recording could have shown."""
+    recording could have shown. What was there before a change is none of it."""
     result = []
-    for candidate in found.model.candidates:
+    for candidate in (one for one in found.model.candidates if one.part not in found.there_before):
         trials, chosen = found.trials.get(candidate.part, ()), found.trial_of(candidate)
         unseen = tuple({other.part: other for other in found.unseen.get(candidate.part, ())}.values())
         if chosen is None:

@@ -50,6 +50,11 @@ class Candidate:
         return self.effect.__name__
 
     @property
+    def acts_elsewhere(self) -> bool:
+        """Return whether the effect acts in several places, by a size in each."""
+        return any(name in self.effect.neutral for name in self.effect.identification.extended)
+
+    @property
     def bare(self) -> Candidate | None:
         """The candidate in its simplest form, none where it has no other."""
         kept = [name for name in self.parameters if name.partition(".")[2] in self.effect.identification.minimal_form]

@@ -79,14 +79,23 @@ def known_before(prepared: Prepared, sizes: Mapping[str, str], expected: Mapping
     return Before(sizes, values)
 
 
+@dataclass(frozen=True)
+class Windows:
+    """The windows that a diagnosis is asked about: the one ``asked``, one that judges it, and one from before the change, if any."""
+
+    asked: Window
+    validation: Window | None
+    before: Window | None
+
+
 async def diagnose_window(
-    prepared: Prepared, before: Before, window: Window, validation: Window | None, folder: Path, number: int, patience: float,
-    plugins: Sequence[Path],
-) -> Verdict:  # fmt: skip
+    prepared: Prepared, before: Before, windows: Windows, folder: Path, number: int, patience: float, plugins: Sequence[Path]
+) -> Verdict:
     """Return the diagnosis of a window; its record, lesson and answer stay in ``folder``; ``patience`` [s] bounds it.
 
     It begins from what was known ``before``: what the laps before have shown of a value need not be found again.
     """
+    window = windows.asked
     folder.mkdir(parents=True, exist_ok=True)
     record, lesson, answer = (folder / f"watch_{number}{ending}" for ending in (".h5", "_lesson.yaml", ".json"))
     save(window.as_record(), record)
@@ -96,12 +105,13 @@ async def diagnose_window(
     lesson.write_text(text, encoding="utf-8")
     command = [sys.executable, "-m", "lathesim", "diagnose", str(lesson), str(record), "--json", str(answer), "--no-report"]
     command += ["--at-most", f"{patience:g} s", "--out", str(folder / f"watch_{number}")]
-    if validation is not None:
-        judged = folder / f"watch_{number}_validation.h5"
-        save(validation.as_record(), judged)
-        command += ["--validate", str(judged)]
-    for place in plugins:
-        command += ["--plugins", str(place)]
+    for option, beside in (("validate", windows.validation), ("before", windows.before)):
+        if beside is not None:
+            place = folder / f"watch_{number}_{option}.h5"
+            save(beside.as_record(), place)
+            command += [f"--{option}", str(place)]
+    for plugin in plugins:
+        command += ["--plugins", str(plugin)]
     process = await asyncio.create_subprocess_exec(
         *command, stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.PIPE, start_new_session=True, env=dict(os.environ)
     )

@@ -16,8 +16,8 @@ from lathesim.errors import LatheSimError
 from lathesim.lessons.simulate import Prepared
 from lathesim.live.sources.file_source import FileSource
 from lathesim.live.sources.sample_clock import SampleClock, Stretch
-from lathesim.live.sources.samples import Block, LiveError, Source
-from lathesim.live.watching.background_diagnosis import Before, Verdict, Window, diagnose_window, known_before
+from lathesim.live.sources.samples import Block, LiveError, Signal, Source
+from lathesim.live.watching.background_diagnosis import Before, Verdict, Window, Windows, diagnose_window, known_before
 from lathesim.live.watching.effects.followed_sizes import followed_sizes, scales
 from lathesim.live.watching.effects.known_effects import KnownEffects
 from lathesim.live.watching.event import Event
@@ -76,6 +76,7 @@ class WatchSession:
         self._clock: SampleClock | None = None
         self._rows: list[int] = []
         self._raw: deque[tuple[float, FloatArray]] = deque()
+        self._sound: Window | None = None
         self._windows: list[_Pending] = []
         self._tasks: set[asyncio.Task[None]] = set()
         self._following: Following | None = None
@@ -237,6 +238,7 @@ class WatchSession:
         assert self._watch is not None
         if self._watch.learnt and not self._learnt:
             self._learnt = True
+            self._sound = self._sound or self._newest_window()
             off = ", ".join(f"{name} {value:+.1f}" for name, value in self._watch.values.items())
             sentence = f"t = {self._end:.1f} s: what is usual is learnt; uncertain values are off by {off} standard deviations."
             self._tell(Event("learnt", self._end, sentence, {"values": self._watch.values}))
@@ -246,6 +248,17 @@ class WatchSession:
         assert self._following is not None
         for event in self._following.news(self._end):
             self._tell(event)
+
+    def _newest_window(self) -> Window | None:
+        """Return the newest samples as a window, of what is usual now; None where there are too few."""
+        assert self._clock is not None
+        period, values = self._clock.period, np.concatenate([piece for _, piece in self._raw], axis=1)
+        kept = values[:, -round(self._settings.window / period) :]
+        return Window(self._end - kept.shape[1] * period, period, self._signals, kept) if kept.shape[1] >= _LEAST else None
+
+    @property
+    def _signals(self) -> tuple[Signal, ...]:
+        return tuple(self._source.signals[row] for row in self._rows)
 
     def _close_windows(self) -> None:
         """Diagnose what is there of the windows that the end of the source cut."""
@@ -265,23 +278,22 @@ class WatchSession:
             self._tell(Event("verdict", pending.begin, sentence, {"verdict": "too_short"}))
             self._go_on(None)
             return
-        signals = tuple(self._source.signals[row] for row in self._rows)
         further = values[:, at[1] : at[2]]
-        validation = Window(pending.begin, period, signals, further) if further.shape[1] >= _LEAST else None
+        validation = Window(pending.begin, period, self._signals, further) if further.shape[1] >= _LEAST else None
         self._number += 1
-        window = Window(pending.begin, period, signals, whole)
+        windows = Windows(Window(pending.begin, period, self._signals, whole), validation, self._sound)
         assert self._watch is not None
         expected = {name: value for name, (value, _) in self._watch.expected(pending.begin + 0.5 * self._settings.window).items()}
         before = known_before(self._prepared, self._known.texts(), expected)
-        task = asyncio.ensure_future(self._verdict(pending, before, window, validation, self._number))
+        task = asyncio.ensure_future(self._verdict(pending, before, windows, self._number))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _verdict(self, pending: _Pending, before: Before, window: Window, validation: Window | None, number: int) -> None:
-        folder = self._settings.folder
+    async def _verdict(self, pending: _Pending, before: Before, windows: Windows, number: int) -> None:
+        folder, window = self._settings.folder, windows.asked
         try:
             verdict = await diagnose_window(
-                self._prepared, before, window, validation, folder, number, self._settings.patience, self._settings.plugins
+                self._prepared, before, windows, folder, number, self._settings.patience, self._settings.plugins
             )
         except (LatheSimError, OSError) as error:
             verdict = Verdict({}, f"it could not be made: {error}")
@@ -302,11 +314,16 @@ class WatchSession:
             return None
 
     def _go_on(self, changed: Prepared | None) -> None:
-        """Go on watching with a machine that holds what changed, or else from the changed state."""
+        """Go on watching with a machine that holds what changed, or else from the changed state.
+
+        What is usual then is what a later change is held against; of a drift that nothing names yet that stays what was before it.
+        """
         assert self._watch is not None
         assert self._clock is not None
+        if changed is not None or self._drifting is None:
+            self._sound = None
         if changed is None:
-            self._watch.go_on(as_changed=self._drifting is None)
+            self._watch.go_on(as_changed=not (self._drifting or self._known.drift))
             self._tell(Event("continued", self._end, f"t = {self._end:.1f} s: watching goes on from the changed state.", {"lesson": None}))
             return
         self._prepared = changed

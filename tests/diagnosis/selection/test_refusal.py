@@ -10,7 +10,7 @@ from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.forward import grow, last_of
 from lathesim.diagnosis.selection.laboratory import Laboratory
-from lathesim.diagnosis.selection.refusal import is_much_of_it, is_trifling, pushes_at, quiet_parts
+from lathesim.diagnosis.selection.refusing.refusal import is_much_of_it, is_trifling, pushes_at, quiet_parts
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.estimation.least_squares import fit

@@ -15,7 +15,7 @@ from lathesim.diagnosis.selection.acceptance import believable, merit, of_usual_
 from lathesim.diagnosis.selection.compare_models import Gains, compare_models, due
 from lathesim.diagnosis.selection.laboratory import Laboratory, is_implausible
 from lathesim.diagnosis.selection.moves.split import form_starts
-from lathesim.diagnosis.selection.refusal import is_trifling, pushes_at, quiet_parts
+from lathesim.diagnosis.selection.refusing.refusal import is_trifling, pushes_at, quiet_parts
 from lathesim.diagnosis.selection.trials import Asked, side_by_side
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial
@@ -85,7 +85,7 @@ def _refined_forms(experiment: Experiment, found: SearchResult, candidate: Candi
     return [
         other
         for other in experiment.candidates
-        if other.at == candidate.at and candidate.name in other.effect.identification.generalises and other.part not in found.refused
+        if other.at == candidate.at and candidate.name in other.effect.identification.generalises and other.part not in found.excluded
     ]
 
 

@@ -34,7 +34,7 @@ def restarts(laboratory: Laboratory, found: SearchResult, method: Method) -> Ite
     for trial in _exchanged(laboratory, found, refused):
         if believable(trial, method, found.null_maximum):
             yield SearchResult(found.baseline, trial.model, {**found.trials, trial.candidate.part: [trial]})
-    for trial in [trial for trial in found.restarted_from if trial.candidate.part not in found.refused][: method.selection.most_rivals]:
+    for trial in [trial for trial in found.restarted_from if trial.candidate.part not in found.excluded][: method.selection.most_rivals]:
         yield SearchResult(found.baseline, trial.model, {trial.candidate.part: [trial]})
 
 
@@ -42,7 +42,7 @@ def _refused(found: SearchResult, method: Method) -> Trial | None:
     """Return what explains most of what the effects that were found leave, moves a channel by more than the rest there, and is not believed
     beside them; nothing where a part of a wave that was found explains more. What is lost in the rest is no sign of a wrong beginning."""
     there = found.model.candidates
-    asked = [trial for trial in found.tried if trial.candidate.part not in found.refused]
+    asked = [trial for trial in found.tried if trial.candidate.part not in found.excluded]
     beside = [trial for trial in asked if trial.model.candidates[:-1] == there and trial.candidate not in there]
     gaining = [trial for trial in beside if compare_models(Gains(trial.gain, trial.validation_gain), method, effects=1).better]
     much = [trial for trial in gaining if trial.share_of_rest > method.shared.larger_part and trial.moves > method.smallest_move]
@@ -56,7 +56,7 @@ def _despite_implausible_values(found: SearchResult, method: Method) -> Trial | 
     beside = [
         trial
         for trial in found.tried
-        if trial.model.candidates[:-1] == found.model.candidates and trial.candidate.part not in found.refused
+        if trial.model.candidates[:-1] == found.model.candidates and trial.candidate.part not in found.excluded
     ]
     good = [trial for trial in beside if trial.implausible and believable(trial, at_given_values, found.null_maximum)]
     good = [trial for trial in good if not is_part_of_a_wave(trial, found.model, method=method)]

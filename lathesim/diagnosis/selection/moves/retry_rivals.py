@@ -95,12 +95,13 @@ def _near(candidate: Candidate, found: SearchResult, method: Method) -> list[Tri
 def _in_two_places(
     laboratory: Laboratory, found: SearchResult, candidate: Candidate, rivals: Sequence[Trial], method: Method
 ) -> SearchResult | None:
-    """Return the search with a rival of a late effect in its place and that of another one, if it does as well as both: two channels that
-    are late are one drive that is."""
-    both = [other for other in found.model.candidates if other is not candidate and {other.family, candidate.family} <= _LATE]
-    for other in both:
+    """Return the search with a rival of an effect in its place and that of another one, if it does as well as both: two channels that are
+    late are one drive that is, and two forces that grow are one edge that wears."""
+    for other in (other for other in found.model.candidates if other is not candidate):
+        asked = [trial for trial in rivals if _may_be_both(trial, candidate, other)]
+        if not asked:
+            continue
         before = fewer(laboratory, fewer(laboratory, found.model, candidate), other)
-        asked = [trial for trial in rivals if trial.candidate.family in _LATE]
         starts = [np.array([trial.model.fitted.by_name[name] for name in trial.candidate.parameters]) for trial in asked]
         tried = side_by_side(
             laboratory,
@@ -121,6 +122,12 @@ def _in_two_places(
                 trials = found.trials_with({trial.candidate.part: [replace(trial, share_of_all=shared)]}, candidate, other)
                 return found.accepted(settled, "retry rivals", "one effect explains what two did", trials=trials)
     return None
+
+
+def _may_be_both(trial: Trial, candidate: Candidate, other: Candidate) -> bool:
+    """Return whether the effect of a trial may be what two effects are: late where these are, or with a size in each of several places."""
+    late = {trial.candidate.family, candidate.family, other.family} <= _LATE
+    return late or (trial.candidate.acts_elsewhere and trial.candidate.shaped is None)
 
 
 def _is_better(trial: Trial, own: Trial, method: Method) -> bool:

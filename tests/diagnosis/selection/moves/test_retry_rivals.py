@@ -17,7 +17,9 @@ from tests.diagnosis.stand_ins import effect_of
 
 def candidate(name: str, family: str = "reversal") -> Any:
     effect, part = effect_of(family), f"try_{name}"
-    return SimpleNamespace(name=name, part=part, at="x_drive", parameters=(f"{part}.size",), family=family, effect=effect, shaped=None)
+    return SimpleNamespace(
+        name=name, part=part, at="x_drive", parameters=(f"{part}.size",), family=family, effect=effect, shaped=None, acts_elsewhere=False
+    )
 
 
 def model(*candidates: Any, score: float = 0.0) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from enum import Enum
 
 from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.diagnosis.location.missing_share import FORCES, missing_share, missing_signals, next_to_nothing
@@ -10,25 +11,35 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.selection.acceptance import of_usual_size
 from lathesim.diagnosis.selection.laboratory import Laboratory
+from lathesim.diagnosis.selection.refusing.earlier import is_old_and_small
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial
 from lathesim.identification.replay.experiment import Experiment
 
 
-def refusal(laboratory: Laboratory, before: Model, trial: Trial, settled: Model, method: Method) -> str:
-    """Return why the effect of a trial is refused; empty where it is not."""
+class Refusal(Enum):
+    """Why an effect is refused, in words."""
+
+    NO_SUCH_EFFECT = "fitted to the end it is no such effect"
+    OLD_AND_SMALL = "it explains as much of the recording from before the change"
+    TRIFLING = "what it takes away is next to nothing of what acts there"
+
+
+def refusal(laboratory: Laboratory, found: SearchResult, trial: Trial, settled: Model, method: Method) -> Refusal | None:
+    """Return why the effect of a trial is refused, or None where it is not."""
     if not of_usual_size(trial.candidate, settled.fitted.by_name, method):
-        return "fitted to the end it is no such effect"
-    if is_trifling(laboratory, before, settled, trial, method=method):
-        return "what it takes away is next to nothing of what acts there"
-    return ""
+        return Refusal.NO_SUCH_EFFECT
+    if is_old_and_small(laboratory, trial, settled, found.null_maximum, method):
+        return Refusal.OLD_AND_SMALL
+    return Refusal.TRIFLING if is_trifling(laboratory, found.model, settled, trial, method=method) else None
 
 
 def is_trifling(laboratory: Laboratory, before: Model, after: Model, trial: Trial, method: Method = STANDARD) -> bool:
     """Return whether an effect beside others explains next to nothing of what acts: what tiny steps of a simulation leave of large forces,
     any resonance explains."""
     small = (
-        bool(before.candidates)
+        not method.beside_earlier
+        and bool(before.candidates)
         and trial.share_of_all < method.selection.small_effect
         and all_push(laboratory.experiment, [trial.candidate])
     )
@@ -43,7 +54,7 @@ def is_much_of_it(candidate: Candidate, found: SearchResult, method: Method = ST
 def quiet_parts(laboratory: Laboratory, model: Model, method: Method = STANDARD) -> set[str]:
     """Return the parts at which a model with effects leaves so little of what acts that whatever pushed there would be refused."""
     quiet: dict[str, bool] = {}
-    if not model.candidates:
+    if not model.candidates or method.beside_earlier:
         return set()
     for row in range(len(laboratory.validation.machine.compare)):
         missing = missing_signal(laboratory.validation, model.validation_fit, row)

@@ -1,0 +1,1 @@
+"""Why an effect that was believed is refused after all."""
