@@ -109,7 +109,7 @@ def describe(
     formula, possible = _formula(outcome, progress), _possible(outcome, further, rule.verdict)
     return Diagnosis(
         verdict=rule.verdict,
-        sentence=sentence_of(rule, effects, found.values_off, found.jointly_off),
+        sentence=sentence_of(rule, effects, found.values_off, found.jointly_off, changed=question.before is not None),
         lesson=question.lesson,
         recording=question.fitted.name,
         validation="",

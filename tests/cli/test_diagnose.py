@@ -243,6 +243,7 @@ def test_beside_a_recording_from_before_only_what_changed_is_named(
         for earlier in (sound[1], rubbing[2])
     )
     assert [effect["effect"] for effect in changed["effects"]] == ["CoulombFriction"]
+    assert changed["sentence"] == "New since the recording from before: CoulombFriction at x_axis."
     assert unchanged["effects"] == []
     assert any("from before the change" in line for line in unchanged["left"])
 

@@ -72,8 +72,11 @@ def decide(grounds: Grounds) -> Rule:
     return next(rule for rule in RULES if rule.holds(found))
 
 
-def sentence_of(rule: Rule, effects: tuple[FoundEffect, ...], far_off: tuple[str, ...], jointly: tuple[str, ...] = ()) -> str:
-    """Return the verdict of a rule as a sentence; ``far_off`` are values of the lesson that are outside their plausible range."""
+def sentence_of(
+    rule: Rule, effects: tuple[FoundEffect, ...], far_off: tuple[str, ...], jointly: tuple[str, ...] = (), *, changed: bool = False
+) -> str:
+    """Return the verdict of a rule as a sentence; ``far_off`` are values of the lesson that are outside their plausible range. With
+    ``changed`` effects are what has changed, and not what the simulation left out."""
     verdict = rule.verdict
     if verdict == "parameters_only" and len(jointly) > 1:
         return f"No physics is missing, but {listed(jointly)} are further off than the lesson holds possible."
@@ -85,4 +88,4 @@ def sentence_of(rule: Rule, effects: tuple[FoundEffect, ...], far_off: tuple[str
     names = [f"{effect.effect} at {effect.at}" + (f" (or {', '.join(effect.tied_with)})" if effect.tied_with else "") for effect in effects]
     if rule.reason == CLOSEST:
         return f"{VERDICTS[verdict]} Closest to it {'is' if len(names) == 1 else 'are'} {listed(names)}."
-    return f"The simulation left out {listed(names)}."
+    return f"New since the recording from before: {listed(names)}." if changed else f"The simulation left out {listed(names)}."
