@@ -175,7 +175,7 @@ def _sized(
             except SimulationError:
                 continue
             moved = _moves(machine, columns, without, record, floors)
-            if not item.drawn or (max(moved.values()) >= SEEN and not _is_broken(machine, columns, without, record)):
+            if not item.size_is_drawn or (max(moved.values()) >= SEEN and not _is_broken(machine, columns, without, record)):
                 sized.append(tried)
                 break
         else:

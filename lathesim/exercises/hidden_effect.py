@@ -45,6 +45,11 @@ class Hidden:
     drawn: Mapping[str, tuple[float, float]]
 
     @property
+    def size_is_drawn(self) -> bool:
+        """Whether a size was not given: one that is has not to be seen."""
+        return any(name in self.effect.neutral for name in self.drawn)
+
+    @property
     def overrides(self) -> dict[str, float]:
         """The values by ``part.parameter``."""
         return {f"{self.part}.{name}": value for name, value in self.values.items()}

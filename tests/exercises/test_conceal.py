@@ -185,6 +185,13 @@ def test_sizes_that_are_not_given_are_drawn_until_they_are_seen(prepared: Prepar
         concealed_in(prepared, registry, "ThermalScrewGrowth@x_encoder")
 
 
+def test_a_size_that_is_given_need_not_be_seen(prepared: Prepared, registry: Registry) -> None:
+    """Where the play stands at the start is drawn; how wide it is was asked for."""
+    small = concealed_in(prepared, registry, "Backlash:width=50 nm@x_encoder")
+    assert small.hidden[0].values["width"] == pytest.approx(50e-9)
+    assert max(small.moves.values()) < 5.0
+
+
 def test_an_input_that_nothing_moves_is_refused(registry: Registry, tmp_path: Path) -> None:
     path = write_lesson(tmp_path)
     path.write_text(path.read_text().replace("wires: {x_controller.reference: exercise.x_reference}\n", ""), encoding="utf-8")
