@@ -10,8 +10,13 @@ from pathlib import Path
 import click
 import pytest
 
+from lathesim.analysis.metrics.metric import measure
 from lathesim.cli.main import group
+from lathesim.lessons.grading import judge
+from lathesim.lessons.lesson import lesson_from_text
+from lathesim.lessons.simulate import simulate
 from lathesim.manual.chapters import chapters
+from lathesim.plugins import load_registry
 from tests.cli.command import ROOT, call, environment
 
 README = "\n".join([(ROOT / "README.md").read_text(encoding="utf-8"), *(chapter.text for chapter in chapters())])
@@ -66,7 +71,19 @@ def test_the_part_and_the_lesson_of_the_readme_work(
     said = call(capsys, "check", "plugins/my_force.py", "mine.yaml")
     assert said.code == 0, said.err
     assert "\ncutting_force: MyForce\n" in call(capsys, "wiring", "mine.yaml").out
-    assert call(capsys, "run", "mine.yaml", "--variant", "stiff", "--plain", "--no-plots").code == 0
+
+
+LESSONS = [text for text in blocks("yaml") if text.startswith("lesson:")]
+
+
+@pytest.mark.parametrize("text", LESSONS, ids=lambda text: text.splitlines()[0])
+def test_a_lesson_of_the_manual_meets_its_goals_or_the_manual_says_which_case_misses(text: str) -> None:
+    lesson, registry = lesson_from_text(text, ROOT / "lesson.yaml"), load_registry(installed=False)
+    assert lesson.settings.goals
+    for variant in lesson.variants or (None,):
+        found = measure(simulate(lesson, registry, variant, engine="plain"), registry.metrics)
+        met = all(goal.met for goal in judge(lesson.settings.goals, found.values, found.skipped))
+        assert met != (f"The case `{variant}` misses its goal" in README), variant
 
 
 def test_the_mapping_of_the_readme_fits_its_lesson(
