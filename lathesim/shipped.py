@@ -10,6 +10,8 @@ from pathlib import Path
 from lathesim.errors import LatheSimError
 
 FOLDERS = ("lesson_configs", "part_programs", "plugins")
+SOLUTIONS = ("*_solution.md", "*_search.py", "*_designed.nc")
+"""Names of shipped files that hold the answer to a lesson: they are for teachers."""
 
 
 def shipped_folder(name: str) -> Path:

@@ -179,6 +179,21 @@ def test_init_copies_everything_and_never_overwrites(capsys: Capture) -> None:
     assert lesson.read_text(encoding="utf-8") == "lesson: mine\n"
 
 
+def test_init_copies_solutions_for_a_teacher_only(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    solutions = {
+        "lesson_configs/03_lathe_design_solution.md",
+        "lesson_configs/03_lathe_design_search.py",
+        "part_programs/axis_next_designed.nc",
+        "part_programs/axis_two_suspects_designed.nc",
+    }
+    call(capsys, "init", "student")
+    call(capsys, "init", "staff", "--teacher")
+    student, staff = ({str(path.relative_to(top)) for path in Path(top).rglob("*") if path.is_file()} for top in ("student", "staff"))
+    assert staff - student == solutions
+    monkeypatch.chdir("student")
+    assert call(capsys, "check", "lesson_configs/31_which_program_next.yaml", "lesson_configs/32_two_suspects_one_run.yaml").code == 0
+
+
 PLUGIN = """\
 from lathesim.component import Component, Output
 from lathesim.hookspecs import hookimpl

@@ -71,6 +71,7 @@ def test_the_part_and_the_lesson_of_the_readme_work(
     said = call(capsys, "check", "plugins/my_force.py", "mine.yaml")
     assert said.code == 0, said.err
     assert "\ncutting_force: MyForce\n" in call(capsys, "wiring", "mine.yaml").out
+    assert call(capsys, "run", "mine.yaml", "--variant", "stiff", "--plain", "--no-plots").code == 0
 
 
 LESSONS = [text for text in blocks("yaml") if text.startswith("lesson:")]

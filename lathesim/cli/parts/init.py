@@ -9,18 +9,19 @@ import click
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path, file_okay=False))
-def init(folder: Path) -> None:
+@click.option("--teacher", is_flag=True, help="Copy the solutions of the lessons too.")
+def init(folder: Path, teacher: bool) -> None:
     """Copy the lessons, part programs and sample plug-ins to FOLDER, to work on. Nothing that is there is overwritten."""
     import shutil
 
-    from lathesim.shipped import FOLDERS, shipped_folder
+    from lathesim.shipped import FOLDERS, SOLUTIONS, shipped_folder
     from lathesim.workspace import mark_workspace
 
     copied = kept = 0
     for name in FOLDERS:
         origin = shipped_folder(name)
         for path in sorted(origin.rglob("*")):
-            if not path.is_file() or "__pycache__" in path.parts:
+            if not path.is_file() or "__pycache__" in path.parts or (not teacher and any(path.match(name) for name in SOLUTIONS)):
                 continue
             target = folder / name / path.relative_to(origin)
             if target.exists():
