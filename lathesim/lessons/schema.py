@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import PydanticCustomError, core_schema
 
 from lathesim.lessons.yaml_source import kind_of
 
@@ -44,6 +45,21 @@ PartItem = Annotated[str, Field(pattern=r"^[A-Za-z_]\w*\.[A-Za-z_]\w*$")]
 Unit = Annotated[str, PlainValidator(_unit), WithJsonSchema({"anyOf": [{"type": "string"}, {"const": 1}]})]
 """A unit, as 'mm/s'; 1 for a pure number."""
 Count = Annotated[int, Field(strict=True, ge=1)]
+
+
+def _there(*keys: str) -> dict[str, Any]:
+    """Return the JSON Schema of a mapping in which all ``keys`` have a value."""
+    return {"required": list(keys), "properties": {key: {"not": {"type": "null"}} for key in keys}}
+
+
+def _without(*keys: str) -> dict[str, Any]:
+    """Return the JSON Schema of a mapping in which none of ``keys`` has a value."""
+    return {"not": {"anyOf": [_there(key) for key in keys]}}
+
+
+def _together(first: str, second: str) -> dict[str, Any]:
+    """Return the JSON Schema of a mapping that has both keys or neither."""
+    return {"anyOf": [_there(first, second), _without(first, second)]}
 
 
 class _Model(BaseModel):
@@ -102,19 +118,35 @@ class MachineSettings(_Model):
     )
 
 
+def _with_effect_or_remedy(schema: dict[str, Any]) -> None:
+    """Let ``remedy`` stand for ``effect``, as the alias of the field does."""
+    schema["properties"]["remedy"] = schema["properties"]["effect"]
+    schema["required"].remove("effect")
+    schema["oneOf"] = [_there("effect"), _there("remedy")]
+
+
 class InsertEntry(BaseModel):
     """An effect put on a wire. Further keys are its parameters, start values and the sources of its inputs."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True, json_schema_extra=_with_effect_or_remedy)
     __pydantic_extra__: dict[str, Quantity]
     effect: Text = Field(validation_alias=AliasChoices("effect", "remedy"), description="an effect, or a remedy")
     at: Text = Field(description="a part, or part.name: an input, parameter or output")
     name: Text = ""
     every: Count = 1
 
+    @model_validator(mode="before")
+    @classmethod
+    def _is_one(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "effect" in data and "remedy" in data:
+            raise PydanticCustomError("insert", "'effect' and 'remedy' stand in one entry. Write one of them.")
+        return data
+
 
 class Goal(_Model):
     """What a run of the lesson shall reach."""
+
+    model_config = ConfigDict(json_schema_extra={"anyOf": [_there("at_most"), _there("at_least")]})
 
     metric: Text
     at_most: Quantity | None = None
@@ -130,6 +162,8 @@ class Goal(_Model):
 
 class TimeColumn(_Model):
     """When the rows of a recording were taken."""
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [_there("column"), _there("rate")]})
 
     column: Text | None = None
     unit: Text = "s"
@@ -148,13 +182,23 @@ class RecordedSignal(_Model):
 
     column: Text
     unit: Unit
-    scale: float = 1.0
+    scale: float = Field(default=1.0, strict=True)
     resolution: Quantity | None = None
 
 
 class DrivingSignal(RecordedSignal):
     """A column that drives an input, or one that tells when the input is on: it is ``value`` from where the column rises through ``above``
     until it falls through ``until_below``, and 0 elsewhere."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "allOf": [
+                _together("above", "value"),
+                {"anyOf": [_there("above"), _without("until_below", "lasting")]},
+                {"anyOf": [_without("above"), _without("resolution")]},
+            ]
+        }
+    )
 
     above: Quantity | None = Field(default=None, description="level of the column, in its unit, from which on the input is on")
     value: Quantity | None = Field(default=None, description="what the input is then; 0 while it is off")
@@ -229,6 +273,16 @@ class TapEntry(_Model):
 class ToolPointEntry(_Model):
     """What decides whether a cut chatters: the modes of the tool point, its measured response or its parts, and the cut that excites it."""
 
+    model_config = ConfigDict(
+        json_schema_extra={
+            "allOf": [
+                {"oneOf": [{"required": ["modes"], "properties": {"modes": {"minItems": 1}}}, _there("response"), _there("assembly")]},
+                {"anyOf": [_there("cutting_stiffness"), _there("milling")]},
+                _together("speed", "width"),
+            ]
+        }
+    )
+
     modes: list[ModeEntry] = Field(default_factory=list)
     response: ResponseEntry | None = None
     assembly: Text | None = Field(default=None, description="an assembly file, as of 'lathesim couple'")
@@ -289,7 +343,9 @@ class LessonSettings(Changes):
     machine: Text = Field(description="name or path of a machine template")
     dialect: Text = "paper"
     tools: dict[Annotated[int, Field(ge=1)], ToolEntry] = Field(
-        default_factory=dict, description="tool number -> its nose, for G41 and G42"
+        default_factory=dict,
+        description="tool number -> its nose, for G41 and G42",
+        json_schema_extra={"propertyNames": {"pattern": r"^0*[1-9]\d*$"}},
     )
     engine: Literal["auto", "plain", "compiled"] = "auto"
     sample_period: Quantity | None = None
@@ -305,8 +361,17 @@ class LessonSettings(Changes):
     uncertain: dict[PartItem, Quantity] = Field(default_factory=dict, description="one standard deviation, as '5 %' or a quantity")
 
 
+class _Strict(GenerateJsonSchema):
+    """JSON Schema in which a mapping has no keys but those of its pattern."""
+
+    def dict_schema(self, schema: core_schema.DictSchema) -> JsonSchemaValue:
+        """Return the schema of a mapping; pydantic alone lets keys pass that match no pattern."""
+        found = super().dict_schema(schema)
+        return {**found, "additionalProperties": False} if "patternProperties" in found else found
+
+
 def json_schema(kind: str = "lesson") -> dict[str, Any]:
     """Return the JSON Schema of a lesson or of a machine template."""
     model: type[BaseModel] = MachineSettings if kind == "machine" else LessonSettings
-    schema = model.model_json_schema(by_alias=True)
+    schema = model.model_json_schema(by_alias=True, schema_generator=_Strict)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": f"lathesim-{kind}/1", **schema}
