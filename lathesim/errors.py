@@ -72,6 +72,10 @@ class RecordError(LatheSimError):
     """A record cannot be read or written."""
 
 
+class WriteError(RecordError):
+    """A file cannot be written; nothing was replaced."""
+
+
 class RecordingError(LatheSimError):
     """A recording made elsewhere cannot be used as it is mapped."""
 

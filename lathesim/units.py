@@ -7,32 +7,23 @@ unit of another kind are refused with what was meant.
 from __future__ import annotations
 
 import functools
-import hashlib
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from lathesim.cache_folder import cache_folder
 from lathesim.errors import UnitError
 from lathesim.unit_table import known_angle_power, known_unit
 
 
-def _kept_definitions(pint: Any) -> Path:
-    """Return the folder where this installation's unit definitions are kept ready.
-
-    Each installation has its own: what is kept names the files it was read from, and fails once another environment is deleted.
-    """
-    installed = hashlib.sha256(f"{pint.__version__} {pint.__file__}".encode()).hexdigest()[:16]
-    return cache_folder() / f"units-{installed}"
-
-
 @functools.cache
 def registry() -> Any:
-    """Return the one unit registry, made when first asked for (pint takes a third of a second to load)."""
+    """Return the one unit registry, made when first asked for (pint takes a third of a second to load).
+
+    Nothing of it is kept on disk: the table of known units spares it to most runs, and pint's own files can be torn.
+    """
     import pint
 
-    units: Any = pint.UnitRegistry(cache_folder=_kept_definitions(pint), autoconvert_offset_to_baseunit=True)
+    units: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
     units.define("percent = 0.01 = %")
     units.define("encoder_count = 1 = count")
     units.define("dollar = [currency] = $ = USD")
@@ -52,9 +43,12 @@ def si_factor(unit: str) -> tuple[float, str]:
     known = known_unit(unit)
     if known is not None:
         return known
+    units = registry()  # what fails in it is no fault of the text
     try:
-        base = registry().Quantity(1.0, unit).to_base_units()
-    except Exception as error:
+        base = units.Quantity(1.0, unit).to_base_units()
+    except (MemoryError, OSError):
+        raise
+    except Exception as error:  # pint raises what it meets on its way through a text: of its own, of Python's tokens, of arithmetic
         raise UnitError(f"'{unit}' is no unit.", remedy="Write units as in 'mm', 'm/s', 'N*s/m', 'V/mm', 'rpm'.") from error
     return float(base.magnitude), dimension_text(base.dimensionality)
 

@@ -172,7 +172,9 @@ def run_command_line(arguments: Sequence[str] | None = None) -> int:
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except (click.Abort, KeyboardInterrupt):
+    except (click.Abort, KeyboardInterrupt) as stopping:
+        if isinstance(stopping.__cause__, EOFError):  # which click takes for a person's Ctrl-D: here it comes from a file that ends early
+            return _program_fault(stopping.__cause__)
         click.echo("Stopped.", err=True)
         return STOPPED
     except LatheSimError as error:

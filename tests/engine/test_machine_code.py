@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from lathesim.cache_folder import cache_folder
+from lathesim import cache_folder
 from lathesim.cli.speed.bench_axes import axes_plan
 from lathesim.component import Component, Output, State
 from lathesim.engine.assembly import Assembly, Part
@@ -40,7 +40,8 @@ def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pat
     monkeypatch.setenv("LATHESIM_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(module_cache, "_MACHINES", {})
     monkeypatch.setattr(module_cache, "_LAWS", {})
-    caches = (cache_folder, law_text, module_cache.plain_module, module_cache.quick_module)
+    monkeypatch.setattr(cache_folder, "_INSTEAD", {})
+    caches = (law_text, module_cache.plain_module, module_cache.quick_module)
     for cache in caches:
         cache.cache_clear()
     yield tmp_path / "cache"
@@ -96,7 +97,7 @@ def compile_loop(assembly: Assembly) -> None:
 
 
 def laws_compiled(folder: Path) -> set[str]:
-    return {path.name for path in (folder / "__pycache__").glob("law_*.nbi")}
+    return {path.name for path in folder.glob("law_*.code")}
 
 
 def test_values_never_compile_and_a_changed_helper_compiles_its_law_only(
@@ -132,16 +133,23 @@ def test_a_law_may_be_written_with_what_a_wiring_has_none_of(empty_cache: Path) 
     assert compiled["part.shown"][-1] == pytest.approx(np.exp(-1.0), abs=1e-9)
 
 
-def test_damaged_code_is_made_anew(empty_cache: Path) -> None:
+@pytest.mark.parametrize("length", [0, 40, -100])
+def test_a_cache_of_torn_files_is_made_anew(length: int, empty_cache: Path) -> None:
     fused = fuse(wire(loop()))
     before = run(wire(loop()), duration=1.0, engine="compiled")
-    (kept,) = empty_cache.glob("machine_*.code")
-    kept.write_bytes(kept.read_bytes()[:-100])
+    files = sorted(empty_cache.iterdir())
+    assert {path.suffix for path in files} == {".code", ".bytecode", ".py", ".json"}
+    sizes = [path.stat().st_size for path in files]
+    for path in files:
+        path.write_bytes(path.read_bytes()[:length])
     assert load_code(fused) is None
     module_cache._MACHINES.clear()
+    module_cache._LAWS.clear()
+    law_text.cache_clear()
     after = run(wire(loop()), duration=1.0, engine="compiled")
     assert np.array_equal(before["axis.position"], after["axis.position"])
     assert load_code(fused) is not None
+    assert [path.stat().st_size for path in files] == pytest.approx(sizes, abs=50)  # symbols in machine code have numbers
 
 
 def test_a_second_start_runs_compiled_without_the_compiler() -> None:
@@ -247,7 +255,7 @@ def test_the_text_of_a_law_is_found_again_and_told_from_any_other(empty_cache: P
     (kept,) = empty_cache.glob("text_*.json")
 
     law_text.cache_clear()
-    kept.write_text("{}")
+    kept.write_text(kept.read_text().replace("width * width", "3.0 * width"))
     assert law_text(shaped) == text
 
     shaped.__defaults__ = (3.0,)

@@ -19,10 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.cache_folder import cache_folder, keep
+from lathesim.cache_folder import is_kept as in_cache
+from lathesim.cache_folder import keep_sealed, kept_sealed
 from lathesim.engine.fusing.fuse import FusedModule
 
-_FORMAT = 2
+_FORMAT = 3
 _NUMBERS = (ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.c_double, ctypes.c_int64)
 _ARRAYS = (ctypes.c_void_p,) * 7
 _PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *_NUMBERS, *_ARRAYS)
@@ -67,20 +68,17 @@ def _directory(arrays: Any) -> Any:
 
 def is_kept(fused: FusedModule) -> bool:
     """Return whether machine code of the module lies in the cache, without loading the compiler."""
-    return any(cache_folder().glob(f"machine_{fused.digest}.*.code"))
+    return in_cache(f"machine_{fused.digest}.*.code")
 
 
 def load_code(fused: FusedModule) -> CompiledMachine | None:
     """Return the machine from the cache, none where its code is not there, damaged, or made for another processor."""
-    try:
-        head, _, code = (cache_folder() / _file_name(fused)).read_bytes().partition(b"\n")
-        notes = json.loads(head)
-        symbol, needs = str(notes["symbol"]), [str(name) for name in notes["needs"]]
-        if notes["digest"] != hashlib.sha256(code).hexdigest():
-            return None
-    except (OSError, ValueError, KeyError, TypeError):
+    kept = kept_sealed(_file_name(fused))
+    if kept is None:
         return None
-    return _linked(symbol, needs, code)
+    head, _, code = kept.partition(b"\n")
+    notes = json.loads(head)
+    return _linked(notes["symbol"], notes["needs"], code)
 
 
 def make_code(fused: FusedModule, llvm_text: str, symbol: str) -> CompiledMachine | None:
@@ -93,8 +91,7 @@ def make_code(fused: FusedModule, llvm_text: str, symbol: str) -> CompiledMachin
     code = _target().emit_object(module)
     declared = set(re.findall(r"^declare [^@]*@\"?([\w.$]+)", llvm_text, re.MULTILINE))
     needs = sorted({name for name in declared if not name.startswith("llvm.")} | {_LIBRARY[name] for name in declared & _LIBRARY.keys()})
-    notes = {"format": _FORMAT, "symbol": symbol, "needs": needs, "digest": hashlib.sha256(code).hexdigest()}
-    keep(_file_name(fused), json.dumps(notes).encode() + b"\n" + code)
+    keep_sealed(_file_name(fused), json.dumps({"symbol": symbol, "needs": needs}).encode() + b"\n" + code)
     return _linked(symbol, needs, code)
 
 

@@ -12,13 +12,16 @@ import functools
 import gc
 import hashlib
 import importlib.util
+import marshal
 import sys
 import types
 from collections.abc import Iterator
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
 
-from lathesim.cache_folder import cache_folder, keep
+from lathesim.cache_folder import is_kept as in_cache
+from lathesim.cache_folder import keep, keep_sealed, kept_sealed, sealed_place
 from lathesim.engine.compiling.compile_notice import say
 from lathesim.engine.compiling.machine_code import CompiledMachine, is_kept, load_code, make_code
 from lathesim.engine.fusing.fuse import FusedModule
@@ -45,8 +48,7 @@ def is_compiled(fused: FusedModule) -> bool:
 
 def compile_time(fused: FusedModule) -> float:
     """Return about how long the module takes to compile [s]; a law that another machine has in common with it is not compiled again."""
-    folder = cache_folder() / "__pycache__"
-    new = sum(not any(folder.glob(f"law_{piece.digest}.*.nbi")) for piece in fused.pieces)
+    new = sum(not in_cache(f"law_{piece.digest}.*.code") for piece in fused.pieces)
     return _WIRING_TIME + _LINE_TIME * _lines(fused) + _LAW_TIME * new
 
 
@@ -55,8 +57,26 @@ def _lines(fused: FusedModule) -> int:
     return fused.source.count("\n", fused.source.find("def run_block("))
 
 
+class _Loader(SourceFileLoader):
+    """Loads a module of the cache by byte code under its seal; a torn file of Python's own would end each later start."""
+
+    def get_code(self, fullname: str) -> types.CodeType:
+        """Return the byte code of the module, from the cache where it was made from this text."""
+        text = Path(self.path).read_bytes()
+        made_from = hashlib.sha256(text).digest()
+        name = f"{Path(self.path).stem}.{sys.implementation.cache_tag}.bytecode"
+        kept = kept_sealed(name)
+        if kept is not None and kept.startswith(made_from):
+            with contextlib.suppress(ValueError, EOFError, TypeError):
+                code: types.CodeType = marshal.loads(kept[len(made_from) :])
+                return code
+        code = compile(text, self.path, "exec", dont_inherit=True)
+        keep_sealed(name, made_from + marshal.dumps(code))
+        return code
+
+
 def _load(path: Path, name: str) -> types.ModuleType:
-    specification = importlib.util.spec_from_file_location(name, path)
+    specification = importlib.util.spec_from_file_location(name, path, loader=_Loader(name, str(path)))
     assert specification is not None and specification.loader is not None
     module = importlib.util.module_from_spec(specification)
     sys.modules[specification.name] = module
@@ -74,16 +94,8 @@ def plain_module(fused: FusedModule) -> Any:
 def quick_module(fused: FusedModule) -> Any:
     """Return the module's ``run_block`` as plain Python runs it fastest; rewritten once, or from the cache where it is whole there."""
     name = f"quick_{fused.digest}.{PLAIN_FORMAT}.py"
-    with contextlib.suppress(OSError, UnicodeDecodeError):
-        head, _, text = (cache_folder() / name).read_text(encoding="utf-8").partition("\n")
-        if head == _seal(text):
-            return _load(cache_folder() / name, f"lathesim_quick_{fused.digest}")
-    text = plain_text(fused.source)
-    return _load(keep(name, f"{_seal(text)}\n{text}".encode()), f"lathesim_quick_{fused.digest}")
-
-
-def _seal(text: str) -> str:
-    return f"# {hashlib.sha256(text.encode()).hexdigest()}"
+    path = sealed_place(name) or keep_sealed(name, plain_text(fused.source).encode())
+    return _load(path, f"lathesim_quick_{fused.digest}")
 
 
 _MACHINES: dict[str, CompiledMachine] = {}
@@ -115,12 +127,12 @@ def _compiled(fused: FusedModule) -> CompiledMachine:
     for name, function in given.items():
         setattr(module, name, function)
     signature = block_signature()
-    block = _compiler(cache=False, pipeline_class=BlockCompiler)(module.run_block)
+    block = _compiler(pipeline_class=BlockCompiler)(module.run_block)
     with _at_compiling(side_by_side=_lines(fused) > _MANY_LINES):
         try:
             block.compile(signature)
         except (NumbaError, UnsupportedBytecodeError):
-            block = _compiler(cache=False)(module.run_block)  # which takes longer, and lets a variable change its type
+            block = _compiler()(module.run_block)  # which takes longer, and lets a variable change its type
             try:
                 block.compile(signature)
             except (NumbaError, UnsupportedBytecodeError) as error:
@@ -159,19 +171,22 @@ _LAWS: dict[str, Any] = {}
 
 
 def _compiled_law(piece: Piece, used: tuple[Any, ...]) -> Any:
+    from lathesim.engine.compiling.law_cache import LawCache
+
     if piece.digest not in _LAWS:
         module = _load(keep(f"law_{piece.digest}.py", piece.text.encode()), f"lathesim_law_{piece.digest}")
         for name, law in zip(piece.uses, used, strict=True):
             setattr(module, name, law)
-        _LAWS[piece.digest] = _compiler(cache=True)(getattr(module, piece.name))
+        _LAWS[piece.digest] = _compiler()(getattr(module, piece.name))
+        _LAWS[piece.digest]._cache = LawCache(piece.digest)
     return _LAWS[piece.digest]
 
 
-def _compiler(cache: bool, **more: Any) -> Any:
+def _compiler(**more: Any) -> Any:
     """Return the compiler; what it makes is called from machine code only, and never has to be fit to be called from Python."""
     import numba
 
-    return numba.njit(cache=cache, error_model="numpy", boundscheck=False, no_cfunc_wrapper=True, no_cpython_wrapper=True, **more)
+    return numba.njit(error_model="numpy", boundscheck=False, no_cfunc_wrapper=True, no_cpython_wrapper=True, **more)
 
 
 def _refusal(fused: FusedModule, error: Exception) -> SimulationError:

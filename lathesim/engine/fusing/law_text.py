@@ -20,7 +20,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from lathesim.cache_folder import cache_folder, keep
+from lathesim.cache_folder import keep_sealed, kept_sealed
 from lathesim.errors import ComponentError
 
 _FORMAT = 3
@@ -64,16 +64,16 @@ def law_text(function: Callable[..., Any]) -> LawText:
     if kept is None:
         kept = _written(function)
         if _is_on_disk(function):
-            keep(name, json.dumps(asdict(kept)).encode())
+            keep_sealed(name, json.dumps(asdict(kept)).encode())
     return kept
 
 
 def _kept(name: str) -> LawText | None:
     try:
-        found = json.loads((cache_folder() / name).read_bytes())
+        found = json.loads(kept_sealed(name) or b"")
         free = tuple((str(item), int(line)) for item, line in found["free"])
         return LawText(str(found["marked"]), free, None if found["values"] is None else tuple(found["values"]))
-    except (OSError, ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError):
         return None
 
 

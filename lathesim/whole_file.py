@@ -1,0 +1,190 @@
+"""The one way to write a file: beside its place, and moved there once it is whole. What stood there before stays until then."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import functools
+import itertools
+import os
+import re
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from lathesim.errors import WriteError
+
+_PART = re.compile(r"\..+\.(\d+)-\d+\.part")
+_LONGEST_NAME = 100
+"""Letters of a file's name that its part has too; names of files end at 255 bytes."""
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_NUMBERS = itertools.count(1)
+
+
+class PartFile:
+    """An empty file ``part`` beside ``path``, locked as long as this process writes it; :meth:`keep` moves it to ``path``.
+
+    Raises :class:`WriteError` where ``path`` cannot be a new file, see :func:`check_place`.
+    """
+
+    def __init__(self, path: Path) -> None:
+        check_place(path)
+        remove_dead_parts(path.parent)
+        self.path = path
+        self.part = path.with_name(f".{path.name[:_LONGEST_NAME]}.{os.getpid()}-{next(_NUMBERS)}.part")
+        self._hold: int | None = os.open(self.part, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666)
+        _lock(self._hold)
+
+    def keep(self, *, durable: bool = True) -> None:
+        """Move the file to its place; ``durable`` makes sure first that the disk has it."""
+        if self._hold is not None:
+            if durable:
+                os.fsync(self._hold)
+            self._let_go()
+            self.part.replace(self.path)
+
+    def discard(self) -> None:
+        """Take the file away, where it was not kept."""
+        if self._hold is not None:
+            self._let_go()
+            self.part.unlink(missing_ok=True)
+
+    def _let_go(self) -> None:
+        hold, self._hold = self._hold, None
+        if hold is not None:
+            os.close(hold)
+
+
+@contextmanager
+def whole_file(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
+    """Yield a place to write to, and move it to ``path`` at the end of the block; after an exception nothing is moved.
+
+    Raises :class:`WriteError` where the file cannot be written.
+    """
+    place = Path(path)
+    part: PartFile | None = None
+    try:
+        part = PartFile(place)
+        yield part.part
+        part.keep(durable=durable)
+    except OSError as error:
+        raise refusal(place, error) from error
+    finally:
+        if part is not None:
+            part.discard()
+
+
+def write_text(path: str | Path, text: str) -> Path:
+    """Write a text file in UTF-8 with the line ends of ``text``, and return its path. Raises :class:`WriteError`."""
+    return write_bytes(path, text.encode())
+
+
+def write_bytes(path: str | Path, content: bytes, *, durable: bool = True) -> Path:
+    """Write a file and return its path. Raises :class:`WriteError`."""
+    with whole_file(path, durable=durable) as part, part.open("wb") as file:
+        file.write(content)
+    return Path(path)
+
+
+def make_folder(folder: Path) -> Path:
+    """Make a folder that files are to be written to, with those above it. Raises :class:`WriteError` where it cannot be made or written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WriteError(f"the folder cannot be made: {_reason(error)}.", place=str(folder), remedy="Choose another.") from None
+    if not os.access(folder, os.W_OK):
+        raise WriteError("the folder cannot be written.", place=str(folder), remedy="Choose another.")
+    return folder
+
+
+def check_output(path: Path) -> Path:
+    """Make the folder of an output file and return the path, before work begins that the file is to keep. Raises :class:`WriteError`."""
+    make_folder(path.parent)
+    check_place(path)
+    return path
+
+
+def check_place(path: Path) -> None:
+    """Raise :class:`WriteError` where no file can be put: without a folder, or on a folder, a device, a pipe or a link."""
+    place = str(path)
+    try:
+        mode = path.lstat().st_mode
+    except FileNotFoundError:
+        mode = stat.S_IFREG
+    except NotADirectoryError:
+        raise WriteError(f"'{path.parent}' is no folder.", place=place, remedy="Choose another place.") from None
+    except (OSError, ValueError) as error:
+        raise refusal(path, error) from None
+    if not path.parent.is_dir():
+        raise WriteError(f"there is no folder '{path.parent}'.", place=place, remedy="Make it, or choose another place.")
+    if stat.S_ISDIR(mode):
+        raise WriteError("this is a folder.", place=place, remedy="Give the name of a file.")
+    if not stat.S_ISREG(mode):
+        kind = "a link" if stat.S_ISLNK(mode) else "no regular file (a device or a pipe)"
+        raise WriteError(f"this is {kind}, and it is not replaced.", place=place, remedy="Give the name of a file.")
+    if not os.access(path.parent, os.W_OK):
+        raise WriteError(f"the folder '{path.parent}' cannot be written.", place=place, remedy="Choose another folder.")
+
+
+def refusal(path: Path, error: BaseException) -> WriteError:
+    """Return the sentence for a file that the disk refused."""
+    if isinstance(error, OSError) and error.errno in _FULL:
+        return WriteError("the disk is full.", place=str(path), remedy="Make room, or choose another folder; nothing was replaced.")
+    return WriteError(f"the file cannot be written: {_reason(error)}.", place=str(path), remedy="Choose another; nothing was replaced.")
+
+
+def _reason(error: BaseException) -> str:
+    return (str(getattr(error, "strerror", None) or error).splitlines() or [type(error).__name__])[0].rstrip(".")
+
+
+@functools.lru_cache(maxsize=64)
+def remove_dead_parts(folder: Path) -> None:
+    """Remove what processes that were killed left half-written in a folder; each process looks once."""
+    with contextlib.suppress(OSError):
+        names = [entry.name for entry in os.scandir(folder) if entry.name.endswith(".part")]
+        for name in names:
+            found = _PART.fullmatch(name)
+            if found and not _alive(int(found[1])):
+                _remove_unlocked(folder / name)
+
+
+def _remove_unlocked(part: Path) -> None:
+    """Remove a part nobody holds: on a folder that several computers share, a process of another one may be writing it."""
+    with contextlib.suppress(OSError):
+        file = os.open(part, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
+        try:
+            _lock(file)
+        finally:
+            os.close(file)
+        part.unlink()
+
+
+if os.name == "nt":
+
+    def _alive(process: int) -> bool:
+        return process == os.getpid()  # an open file cannot be removed there, so that nobody's is
+
+    def _lock(file: int) -> None:
+        pass
+
+else:
+    import fcntl
+
+    def _alive(process: int) -> bool:
+        try:
+            os.kill(process, 0)
+        except ProcessLookupError:
+            return False
+        except (OSError, OverflowError):
+            return True
+        return True
+
+    def _lock(file: int) -> None:
+        """Lock a file, or raise OSError where another process has it; a disk that knows no locks is taken as it is."""
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise
+        except OSError:
+            return
