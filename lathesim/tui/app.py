@@ -10,12 +10,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
 from lathesim.errors import LatheSimError
 from lathesim.tui.model.workbench import RUNS, Workbench
+from lathesim.tui.repainting import RepaintingApp
 from lathesim.tui.stopping import resume_only_after_a_stop
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def _is_there(where: str) -> bool:
     return (Path(__file__).parent / "screens" / f"{where.partition(':')[0].rpartition('.')[2]}.py").is_file()
 
 
-class LathesimApp(App[None]):
+class LathesimApp(RepaintingApp[None]):
     """The app over a workbench."""
 
     TITLE = "lathesim"
@@ -67,7 +67,7 @@ class LathesimApp(App[None]):
         name: partial(_made, where) for name, (_, _, where) in SCREENS.items() if _is_there(where)
     }
     DEFAULT_MODE = "bench"
-    COMMANDS: ClassVar[set[Any]] = App.COMMANDS | {_provider}
+    COMMANDS: ClassVar[set[Any]] = RepaintingApp.COMMANDS | {_provider}
     BINDINGS: ClassVar[list[BindingType]] = [
         *(
             Binding(key, f"switch_mode('{name}')", title, priority=True, show=False)

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from typing import ClassVar
 
-from textual.app import App, ComposeResult
+from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.widgets import Footer, Label, ProgressBar, Static
@@ -15,6 +15,7 @@ from lathesim.analysis.display_unit import display_unit, shown_with_unit
 from lathesim.errors import LatheSimError
 from lathesim.live.twin import Twin, TwinLine
 from lathesim.tui.model.twin_picture import TwinPicture, magnified, nice_magnification
+from lathesim.tui.repainting import RepaintingApp
 from lathesim.tui.widgets.time_plot import Line, TimePlot
 
 _DRAWN = 0.25
@@ -22,7 +23,7 @@ _DRAWN = 0.25
 Fill = Callable[[], tuple[float, float] | None]
 
 
-class TwinApp(App[str]):
+class TwinApp(RepaintingApp[str]):
     """Shows a twin until its source ends or a person leaves; ``fill`` returns what waits in the buffer and its room."""
 
     TITLE = "lathesim twin"

@@ -6,24 +6,18 @@ import os
 import re
 import shutil
 import signal
-import subprocess
-import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from textual.widgets import Button, Input
 
 from lathesim.record import load
-from tests.cli.command import environment
 from tests.tui.driving import opened, run_to_end, until
 from tests.tui.lathe_moments import GOLDENS
 from tests.tui.pictures import SNAPSHOTS, shown
 from tests.tui.screen_words import words_of
-
-PATIENCE = 100.0
-"""Seconds to wait for what shows up within a second on a machine that has nothing else to do."""
+from tests.tui.terminal import Terminal, wait
 
 RUNNING = re.compile(r"Time +(?!0\.00)\d+\.\d+ s")
 """The time on the bench, once it goes on."""
@@ -32,46 +26,6 @@ RUNNING = re.compile(r"Time +(?!0\.00)\d+\.\d+ s")
 @pytest.fixture(autouse=True)
 def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-
-
-def wait(holds: Callable[[], bool]) -> bool:
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        if holds():
-            return True
-        time.sleep(0.1)
-    return False
-
-
-class Terminal:
-    """A terminal of tmux with the app in it."""
-
-    def __init__(self, folder: Path) -> None:
-        self._call = ["tmux", "-L", f"lathesim-{os.getpid()}-{folder.name}", "-f", "/dev/null"]
-        paths = environment()
-        command = f"{sys.executable} -m lathesim; echo LEFT $?; sleep 60"
-        size = ["-x", "100", "-y", "30"]
-        subprocess.run(
-            [*self._call, "new-session", "-d", *size, "-c", str(folder), command], check=True, env={**paths, "TERM": "xterm-256color"}
-        )
-
-    def send(self, *keys: str) -> None:
-        subprocess.run([*self._call, "send-keys", *keys], check=True)
-
-    def screen(self) -> str:
-        return subprocess.run([*self._call, "capture-pane", "-p"], check=True, capture_output=True, text=True).stdout
-
-    def shows(self, text: str) -> bool:
-        return wait(lambda: text in self.screen())
-
-    def pid(self) -> int:
-        found = subprocess.run([*self._call, "list-panes", "-F", "#{pane_pid}"], check=True, capture_output=True, text=True).stdout
-        shell = int(found.split()[0])
-        children = Path(f"/proc/{shell}/task/{shell}/children").read_text(encoding="ascii").split()
-        return int(children[0])
-
-    def end(self) -> None:
-        subprocess.run([*self._call, "kill-server"], check=False, capture_output=True)
 
 
 @pytest.fixture

@@ -74,16 +74,17 @@ class LessonsScreen(WorkbenchScreen):
             return
         listed = self.query_one("#lessons", OptionList)
         chosen = listed.highlighted
-        listed.clear_options()
-        for path, lesson, _ in self._lessons:
-            name = lesson.title if lesson is not None else f"{path.name}: at fault"
-            listed.add_option(Option(Text(f"{self._sign(path, lesson)} {name}", no_wrap=True, overflow="ellipsis")))
         if chosen is None:
             setup = self.workbench.setup
             here = [place for place, (path, _, _) in enumerate(self._lessons) if setup is not None and path.stem == setup.lesson.name]
             chosen = here[0] if here else 0
+        with self.prevent(OptionList.OptionHighlighted):
+            listed.clear_options()
+            for path, lesson, _ in self._lessons:
+                name = lesson.title if lesson is not None else f"{path.name}: at fault"
+                listed.add_option(Option(Text(f"{self._sign(path, lesson)} {name}", no_wrap=True, overflow="ellipsis")))
+            listed.highlighted = chosen if self._lessons else None
         if self._lessons:
-            listed.highlighted = chosen
             self._show(chosen)
             if self.lathesim.book.fault:
                 self.tell_fault(self.lathesim.book.fault)

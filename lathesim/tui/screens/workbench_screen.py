@@ -77,7 +77,7 @@ class WorkbenchScreen(Screen[None]):
             self.call_later(self._update)
 
     def _update(self) -> None:
-        if not self._stale or not self.is_mounted:
+        if not self._stale or not self.is_mounted or not self.is_current:
             return
         if not all(widget.is_mounted for widget in self.walk_children(Widget)):
             # It is shown before all that it holds stands. A timer lets the widgets mount; a callback of this screen's idling would not.
