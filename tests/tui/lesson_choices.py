@@ -85,7 +85,8 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="choices_") as folder:
         found = []
         for choice in choices(Path(folder), options.choices, options.busy):
-            print(f"{choice.lesson:34} {'drawn' if choice.is_drawn else 'NOT DRAWN'} {choice.processor:5.2f} s {choice.clock:6.2f} s of clock")
+            drawn = "drawn" if choice.is_drawn else "NOT DRAWN"
+            print(f"{choice.lesson:34} {drawn} {choice.processor:5.2f} s, {choice.clock:.2f} s of clock")
             found.append(choice)
     good = sum(choice.is_drawn and choice.processor <= MOST for choice in found)
     slowest = max(choice.processor for choice in found)
