@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +16,7 @@ from lathesim.lessons.case import Case, Given, Insertion, case_of
 from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_tables import table_of
-from lathesim.lessons.part_values import no_item, placed_at, si_value, take_value
+from lathesim.lessons.part_values import no_item, placed_at, seconds, si_value, take_value
 from lathesim.lessons.program_path import limits_of, path_of_program, start_of, tools_of
 from lathesim.plugins import Registry
 from lathesim.units import same_dimension
@@ -51,8 +50,8 @@ def assemble_case(case: Case, registry: Registry, path: FloatArray | None = None
     machinery = Machinery(
         parts=tuple(placed.part(path) for placed in parts.values()),
         wires=tuple(wires.values()),
-        sample_period=_seconds(case.sample_period),
-        step=_seconds(case.step),
+        sample_period=seconds(case.sample_period),
+        step=seconds(case.step),
         finish=machine.settings.finish,
     )
     for insertion in case.insert:
@@ -84,7 +83,7 @@ class _Placed:
             for item, text in getattr(entry, group).items():
                 where = (*location, group, item)
                 overridden = f"{name}.{item}" in case.set
-                if not overridden and (not changed or _means_the_same(template, self.component, item)):
+                if not changed or (not overridden and _means_the_same(template, self.component, item)):
                     self._take(item, Given(text, source.place(where), source.place(where, key=True)))
         for target, given in case.set.items():
             part, _, item = target.partition(".")
@@ -193,13 +192,6 @@ def _refuse_settings_without_effect(case: Case, wires: Mapping[str, Wire]) -> No
             raise LessonError(fact, place=given.key_place, remedy="Change the wire under 'wires:' instead.")
 
 
-def _seconds(given: Given) -> float:
-    value = si_value(given, "s")
-    if not (value > 0.0 and math.isfinite(value)):
-        raise LessonError(f"the time is {value:g} s, and it must be above zero.", place=given.place)
-    return value
-
-
 def _path(case: Case, parts: Mapping[str, _Placed]) -> FloatArray | None:
     walkers = [name for name, placed in parts.items() if "path" in placed.component.declared(Table)]
     if not walkers:
@@ -216,7 +208,7 @@ def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registr
     entry = insertion.entry
     with placed_at(insertion.place_of("effect")):
         effect = registry.effect(entry.effect)
-    values: dict[str, Given] = {}
+    values: list[tuple[str, Given]] = []
     sources: dict[str, str | float] = {}
     constants: dict[str, Given] = {}
     for key, given in insertion.further.items():
@@ -227,7 +219,7 @@ def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registr
             if not is_wired:
                 constants[key] = given
         elif isinstance(declared, (Parameter, State)):
-            values[key] = given
+            values.append((key, given))
         else:
             raise no_item(entry.effect, effect, key, (Parameter, State, Input), "parameter", given.key_place)
     with placed_at(insertion.place_of("at")):
@@ -242,10 +234,10 @@ def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registr
     for target, given in case.set.items():
         part, _, item = target.partition(".")
         if part == insertion.part_name:
-            values[item] = given
+            values.append((item, given))
     parameters: dict[str, float] = {}
     start: dict[str, float] = {}
-    for key, given in values.items():
+    for key, given in values:
         take_value(insertion.part_name, own.component, key, given, parameters, start)
     tables = _tables(case, insertion.part_name, own.component)
     with_values = dataclasses.replace(own, parameters={**own.parameters, **parameters}, start=start, tables={**own.tables, **tables})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -29,6 +30,14 @@ def si_value(given: Given, unit: str) -> float:
         return quantity(given.value, unit)
 
 
+def seconds(given: Given) -> float:
+    """Return a length of time [s], or refuse one that is not above zero (:class:`LessonError`)."""
+    value = si_value(given, "s")
+    if not (value > 0.0 and math.isfinite(value)):
+        raise LessonError(f"the time is {value:g} s, and it must be above zero.", place=given.place)
+    return value
+
+
 def take_value(
     part: str, component: type[Component], item: str, given: Given, parameters: dict[str, float], start: dict[str, float]
 ) -> None:
@@ -37,7 +46,8 @@ def take_value(
     if isinstance(declared, Parameter):
         value = si_value(given, declared.unit)
         if not declared.low <= value <= declared.high:
-            fact = f"{part}.{item} is {value:g} {declared.unit}, outside {declared.low:g} to {declared.high:g} {declared.unit}."
+            unit = "" if declared.unit == "1" else f" {declared.unit}"
+            fact = f"{part}.{item} is {value:g}{unit}, outside {declared.low:g} to {declared.high:g}{unit}."
             raise LessonError(fact, place=given.place, remedy="Choose a value inside.")
         parameters[item] = value
     elif isinstance(declared, State):

@@ -19,7 +19,7 @@ from lathesim.lessons.assemble import assemble_case
 from lathesim.lessons.case import Case, case_of
 from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.lesson import Lesson, Machine
-from lathesim.lessons.part_values import si_value
+from lathesim.lessons.part_values import seconds
 from lathesim.lessons.program_path import expected_time
 from lathesim.lessons.promises import check_promises
 from lathesim.lessons.raw_stock import raw_stock
@@ -43,7 +43,7 @@ class Prepared:
     @property
     def duration(self) -> float | None:
         """How long the run lasts [s]; none where an output of the machine ends it."""
-        return None if self.case.duration is None else si_value(self.case.duration, "s")
+        return None if self.case.duration is None else seconds(self.case.duration)
 
     @property
     def breaks_down(self) -> bool:

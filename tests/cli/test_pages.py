@@ -167,6 +167,54 @@ def test_check_tells_every_file_at_fault(capsys: Capture) -> None:
     assert said.out.endswith("a lesson on the machine two_axis_lathe, 6 variants.\n")
 
 
+HEAD = "lesson: L\nmachine: two_axis_lathe\nprogram: one_pass.nc\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        (
+            "set: {x_controller.proportional: 3 kg}\nvariants: {a: {set: {x_controller.proportional: 3 V/mm}}}",
+            "4:34: '3 kg' is given in kg, but V/m is wanted. Use a unit like V/m.",
+        ),
+        (
+            "set: {x_dac.bits: 99}\nvariants: {a: {set: {x_dac.bits: 8}}, b: {set: {x_dac.bits: 12}}}",
+            "4:19: x_dac.bits is 99, outside 1 to 32. Choose a value inside.",
+        ),
+        ("wires: {x_axis.force: 3 kg}\nvariants: {a: {wires: {x_axis.force: 3 N}}}", "4:23: '3 kg' is given in kg, but N is wanted."),
+        (
+            "insert: [{effect: CoulombFriction, at: x_axis, level: 3 kg, name: rub}]\nset: {rub.level: 20 N}",
+            "4:55: '3 kg' is given in kg, but N is wanted.",
+        ),
+        ("program: none.nc\nvariants: {a: {program: one_pass.nc}}", "4:10: there is no part program 'none.nc'."),
+        ("duration: -1 s\nvariants: {a: {duration: 1 s}}", "4:11: the time is -1 s, and it must be above zero."),
+        ("tool_point: {modes: [{frequency: 3 kg, damping: 3 %, stiffness: 1 N/m}], cutting_stiffness: 1 N/m^2}", "4:1: '3 kg' is given"),
+    ],
+)
+def test_check_looks_at_what_no_case_of_a_lesson_shows(text: str, fault: str, capsys: Capture) -> None:
+    head = HEAD.replace("program: one_pass.nc", "seed: 1") if text.startswith("program") else HEAD
+    Path("mine.yaml").write_text(f"{head}{text}\n", encoding="utf-8")
+    said = call(capsys, "check", "mine.yaml")
+    assert said.code == 1
+    assert said.err.startswith(f"mine.yaml:{fault}")
+
+
+def test_check_takes_an_overridden_value_of_a_part_that_every_case_replaces(capsys: Capture) -> None:
+    torque = (
+        "units: {dynamometer: {signal: N*m}, dynamometer_adc: {signal: N*m}, process_controller: {signal: N*m}}, "
+        "wires: {dynamometer.measured: load.torque}, "
+        "set: {dynamometer.gain: 0.1 V/(N*m), process_controller.reference: 8 N*m, process_controller.start_estimate: 20 N*m, "
+        "process_controller.smallest_estimate: 20 N*m, process_controller.contact_threshold: 1 N*m}"
+    )
+    text = (
+        "replace: {process_controller: AdaptiveProcessController}\n"
+        f"set: {{process_controller.reference: 400 N}}\nvariants: {{torque: {{{torque}}}}}\n"
+    )
+    Path("mine.yaml").write_text(HEAD + text, encoding="utf-8")
+    said = call(capsys, "check", "mine.yaml")
+    assert said.code == 0, said.err
+
+
 def test_init_copies_everything_and_never_overwrites(capsys: Capture) -> None:
     assert call(capsys, "init", "work").code == 0
     lesson = Path("work/lesson_configs/01_contour_error.yaml")

@@ -56,8 +56,9 @@ def _checked(path: Path, dialect: str, registry: Registry) -> str:
 
 
 def _checked_yaml(path: Path, registry: Registry) -> str:
+    from lathesim.lessons.checking import check_lesson
     from lathesim.lessons.lesson import load_lesson, load_machine
-    from lathesim.lessons.simulate import check_machine, prepare
+    from lathesim.lessons.simulate import check_machine
     from lathesim.lessons.yaml_source import read_source
 
     if "lesson" not in read_source(path).data and "parts" in read_source(path).data:
@@ -65,7 +66,10 @@ def _checked_yaml(path: Path, registry: Registry) -> str:
         check_machine(machine, registry)
         return f"a machine template with {len(machine.settings.parts)} parts."
     lesson = load_lesson(path)
-    for variant in lesson.variants or (None,):
-        prepare(lesson, registry, variant)
+    check_lesson(lesson, registry)
+    if lesson.settings.tool_point is not None:
+        from lathesim.stability.limits.lesson_cut import cut_of
+
+        cut_of(lesson)
     variants = f", {len(lesson.variants)} variants" if lesson.variants else ""
     return f"a lesson on the machine {lesson.machine.name}{variants}."

@@ -1,0 +1,46 @@
+"""A lesson looked through as a whole: all its cases, and what it says itself that every variant overrides, so that no case shows it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+from lathesim.errors import LessonError
+from lathesim.lessons.assemble import assemble_case
+from lathesim.lessons.case import case_of
+from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.part_values import seconds
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import Registry
+
+
+def check_lesson(lesson: Lesson, registry: Registry) -> None:
+    """Refuse what :func:`lathesim.lessons.simulate.prepare` refuses of any case, and an overridden entry that would be refused."""
+    itself = case_of(lesson)
+    for case in (itself, *(prepare(lesson, registry, variant).case for variant in lesson.variants or (None,))):
+        if case.duration is not None:
+            seconds(case.duration)
+    for key, name in _always_overridden(lesson):
+        given = getattr(itself, key)[name]
+        case = case_of(lesson, _without_change(lesson, {name.partition(".")[0], str(given.value).partition(".")[0]}))
+        changed: dict[str, Any] = {key: {**getattr(case, key), name: given}}
+        try:
+            assemble_case(dataclasses.replace(case, **changed), registry)
+        except LessonError as error:
+            if error.place in (given.place, given.key_place):
+                raise
+
+
+def _always_overridden(lesson: Lesson) -> Iterator[tuple[str, str]]:
+    """Yield key and name of the entries of a lesson that each of its variants overrides."""
+    variants = lesson.settings.variants.values()
+    for key in ("set", "wires", "tables"):
+        for name in getattr(lesson.settings, key):
+            if variants and all(name in getattr(variant, key) for variant in variants):
+                yield key, name
+
+
+def _without_change(lesson: Lesson, parts: set[str]) -> str | None:
+    """Return a variant in which ``parts`` are those of the lesson itself; none, for the lesson itself, where each changes one."""
+    return next((name for name, variant in lesson.settings.variants.items() if not parts & {*variant.replace, *variant.units}), None)
