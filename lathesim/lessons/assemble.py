@@ -21,6 +21,8 @@ from lathesim.lessons.program_path import limits_of, path_of_program, start_of, 
 from lathesim.plugins import Registry
 from lathesim.units import same_dimension
 
+_WRITTEN = 2e-3
+"""Share by which a quantity of three digits may stand beside the one that is meant."""
 _SOURCE = re.compile(r"^[A-Za-z_]\w*\.[A-Za-z_]\w*$")
 
 
@@ -50,8 +52,8 @@ def assemble_case(case: Case, registry: Registry, path: FloatArray | None = None
     machinery = Machinery(
         parts=tuple(placed.part(path) for placed in parts.values()),
         wires=tuple(wires.values()),
-        sample_period=seconds(case.sample_period),
-        step=seconds(case.step),
+        sample_period=(period := seconds(case.sample_period)),
+        step=_dividing(period, seconds(case.step)),
         finish=machine.settings.finish,
     )
     for insertion in case.insert:
@@ -190,6 +192,12 @@ def _refuse_settings_without_effect(case: Case, wires: Mapping[str, Wire]) -> No
             feeding = wires[name].source or "a constant"
             fact = f"{name} is fed by {feeding}, so setting it changes nothing."
             raise LessonError(fact, place=given.key_place, remedy="Change the wire under 'wires:' instead.")
+
+
+def _dividing(period: float, step: float) -> float:
+    """Return the step [s] that divides a period where both have few digits, as 0.666667 ms and 0.166667 ms, else as given."""
+    steps = max(1, round(period / step))
+    return period / steps if abs(period / step - steps) < _WRITTEN * steps else step
 
 
 def _path(case: Case, parts: Mapping[str, _Placed]) -> FloatArray | None:

@@ -149,6 +149,7 @@ def _column(table: RawTable, signal: SignalMapping, findings: list[Finding]) -> 
     """Return the column of a signal in ``signal.unit`` and before its scale."""
     found = table.column_name(signal.column)
     if found is not None:
+        _note_other_name(table, signal.target, signal.column, found, findings)
         _check_header_unit(table.units[found], signal, findings)
         return table.columns[found]
     for name in (signal.target, *signal.also) if signal.threshold is None else ():
@@ -158,6 +159,12 @@ def _column(table: RawTable, signal: SignalMapping, findings: list[Finding]) -> 
             findings.append(Finding("mapping", signal.target, fact, "that one is taken"))
             return table.columns[name] * (conversion(unit, signal.si_unit) / conversion(signal.unit, signal.kind) / signal.scale)
     raise RecordingError(f"{table.source.name} has no column '{signal.column}'.", place=signal.place, remedy=table.near(signal.column))
+
+
+def _note_other_name(table: RawTable, channel: str, asked: str, found: str, findings: list[Finding]) -> None:
+    """Note where a column is meant by what else stands above it, or by its place."""
+    if table.other_names.get(asked) == found != asked:
+        findings.append(Finding("mapping", channel, f"'{asked}' is the column that the file calls '{found}'", ""))
 
 
 def _check_header_unit(header: str, signal: SignalMapping, findings: list[Finding]) -> None:
@@ -201,6 +208,8 @@ def _time(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -
             place=mapping.time_place,
             remedy=table.near(mapping.time_column),
         )
+    if name != "time":
+        _note_other_name(table, "time", mapping.time_column, name, findings)
     header = table.units[name]
     if is_unit(header) and same_dimension(header, "s") and abs(si_factor(header)[0] / si_factor(unit)[0] - 1.0) > 1e-9:
         fact = f"the time is in {header} in the file and in {unit} in the lesson"

@@ -30,13 +30,15 @@ class RawTable:
     source: Path
     notes: tuple[str, ...] = ()
     constants: dict[str, float] = field(default_factory=dict)
+    other_names: dict[str, str] = field(default_factory=dict)
+    """Further names of columns (name -> column): another line of a head, or the place in a row."""
 
     def column_name(self, wanted: str) -> str | None:
         """Return the name of a column, asked for with or without the unit behind it, or None."""
         if wanted in self.columns:
             return wanted
         plain = split_unit(wanted)[0]
-        return plain if plain in self.columns else None
+        return plain if plain in self.columns else self.other_names.get(plain)
 
     def column(self, wanted: str) -> FloatArray:
         """Return the values of a column; :class:`RecordingError` with the nearest name where there is none."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lathesim.recordings.formats import delimited_text, halsampler, hdf5_file, labview, matlab, matlab73, own_record
+from lathesim.recordings.formats import delimited_text, halsampler, hdf5_file, labview, long_table, matlab, matlab73, own_record
 from lathesim.recordings.reader import Reader
 
 
@@ -14,6 +14,7 @@ def stock_readers() -> list[Reader]:
         hdf5_file.READER,
         matlab.READER,
         labview.READER,
+        long_table.READER,
         halsampler.READER,
         delimited_text.READER,
     ]

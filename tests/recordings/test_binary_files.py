@@ -36,6 +36,20 @@ def test_vectors_matrices_structs_and_constants(tmp_path: Path) -> None:
     assert table.notes == ("left out, no columns of numbers: title",)
 
 
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_a_mat_file_of_version_4(order: str, tmp_path: Path) -> None:
+    path = tmp_path / "axis.mat"
+    savemat(path, {"t": TIME, "both": np.stack([TIME, -TIME], axis=1), "gain": 3.5, "title": "x"}, format="4")
+    if order == ">":
+        head = np.array([1000, len(TIME), 1, 0, 2], dtype=">i4").tobytes()
+        path.write_bytes(head + b"t\x00" + TIME.astype(">f8").tobytes())
+    table = read(path)
+    assert np.array_equal(table.columns["t"], TIME)
+    if order == "<":
+        assert np.array_equal(table.columns["both_2"], -TIME)
+        assert (table.constants, table.notes) == ({"gain": 3.5}, ("left out, no columns of numbers: title",))
+
+
 def test_a_mat_file_that_is_cut_off(tmp_path: Path) -> None:
     path = tmp_path / "axis.mat"
     savemat(path, {"t": TIME})

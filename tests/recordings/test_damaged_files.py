@@ -34,6 +34,16 @@ def write_rows(path: Path, head: str, mark: str, comma: str) -> None:
     path.write_text(head + "\n".join(lines) + "\n", encoding="utf-8")
 
 
+def write_mat4(path: Path) -> None:
+    savemat(path, {"t": TIME, "q": PLACE, "u": VOLTAGE}, format="4")
+
+
+def write_events(path: Path) -> None:
+    """Write one value a line, with the name and the moment of each."""
+    rows = [(name, row, values[row]) for row in range(len(TIME)) for name, values in (("q", PLACE), ("u", VOLTAGE))]
+    path.write_text("".join(f"{name} 2020-12-09 15:05:41.{1000 * row:06d} {value:.6g}\n" for name, row, value in rows), encoding="utf-8")
+
+
 def write_mat(path: Path, *, packed: bool) -> None:
     savemat(path, {"t": TIME, "q": PLACE, "log": {"u": VOLTAGE}, "units": {"t": "s"}}, do_compression=packed)
 
@@ -62,11 +72,13 @@ TEXTS: dict[str, Callable[[Path], None]] = {
     "comma.csv": lambda path: write_rows(path, "t [s],q [mm],u [V]\n", ",", "."),
     "semicolon.txt": lambda path: write_rows(path, "t;q;u\n", ";", ","),
     "labview.lvm": lambda path: write_rows(path, LABVIEW_HEAD, "\t", "."),
+    "events.log": write_events,
 }
 BINARY: dict[str, Callable[[Path], None]] = {
     "other.h5": write_hdf5,
     "seven_three.mat": write_mat73,
     "own.h5": write_record,
+    "four.mat": write_mat4,
     "plain.mat": lambda path: write_mat(path, packed=False),
     "packed.mat": lambda path: write_mat(path, packed=True),
 }

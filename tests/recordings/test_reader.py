@@ -9,7 +9,7 @@ from lathesim.plugins import load_registry
 from lathesim.recordings.reading import read_recording
 from lathesim.recordings.register import stock_readers
 
-SUFFIXES = ".h5, .mat, .hdf5, .hdf, .lvm, .hal, .halsampler, .sampler, .txt, .csv, .tsv, .dat, .asc, .log"
+SUFFIXES = ".h5, .mat, .hdf5, .hdf, .lvm, .csv, .txt, .log, .hal, .halsampler, .sampler, .tsv, .dat, .asc"
 
 
 def test_the_content_counts_where_the_ending_misleads(tmp_path: Path) -> None:

@@ -93,6 +93,31 @@ def test_date_and_time_become_seconds(tmp_path: Path) -> None:
     assert table.units["when"] == "s"
 
 
+DATED = {
+    "labels before their values": "When,2020-03-16 17:04:51,When,2020-03-16 17:04:51\nStep,0.5,Step,0.5\nName,t,Name,x\nUnit,s,Unit,mm\n",
+    "a date beside a number": "2020-03-16 17:04:51;1000\na;b;c;d\n-;s;-;mm\n",
+    "dates and rates alone": "2020-03-16 17:04:51,0.5,2020-03-16 17:04:51,0.5\nName,t,Name,x\nUnit,s,Unit,mm\n",
+}
+
+
+@pytest.mark.parametrize("kind", DATED)
+def test_a_date_in_the_head_makes_no_column_a_time_stamp(kind: str, tmp_path: Path) -> None:
+    mark = ";" if ";" in DATED[kind] else ","
+    rows = [mark.join(f"{value:g}" for value in (0.5 * row, row, 0.5 * row, -row)) for row in range(30)]
+    table = read(tmp_path, DATED[kind] + "\n".join(rows) + "\n")
+    assert table.column("column_2")[-30:].tolist() == list(range(30))
+    assert table.column("column_4")[-30:].tolist() == [-row for row in range(30)]
+    assert [unit for unit in table.units.values() if unit] == ["s", "mm"]
+    assert not np.isnan(table.column("column_1")[-30:]).any()
+
+
+def test_a_column_is_found_by_each_text_above_it_and_by_its_place(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time,Analog 1\nms,Speed\n0,1\n0.5,2\n1,3\n")
+    assert list(table.columns) == ["ms", "Speed"]
+    for name in ("Analog 1", "Speed", "column_2"):
+        assert table.column(name).tolist() == [1.0, 2.0, 3.0]
+
+
 def test_a_row_too_short_counts_as_missing_and_keeps_its_place(tmp_path: Path) -> None:
     table = read(tmp_path, "t,x\n0,1\n1\n2,3\n3,4\n")
     assert np.isnan(table.columns["x"]).tolist() == [False, True, False, False]

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.analysis.share_of_acting import known_share
 from lathesim.diagnosis.location.dependence import bars
 from lathesim.diagnosis.location.missing_force import missing_signal, places
 from lathesim.diagnosis.location.missing_share import FORCES, missing_share
@@ -30,6 +31,7 @@ from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Experiment, Machine
 from lathesim.identification.replay.loading import Recorded, read_for
+from lathesim.identification.replay.simulator import LOST
 from lathesim.identification.replay.validation_split import parted
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.simulate import prepare
@@ -59,6 +61,16 @@ class ChannelResidual:
     def over_floor(self) -> float:
         """Root mean square of the residual, in floors."""
         return self.rms / self.floor
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was recorded."""
+        return not np.isfinite(self.recorded).any()
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the simulation grew beyond all bounds."""
+        return not (np.isfinite(self.simulated).all() and self.over_floor < LOST) and not self.is_empty
 
     @property
     def residual(self) -> FloatArray:
@@ -175,6 +187,7 @@ def compare(lesson: str, machine: Machine, recorded: Recorded, method: Method = 
     channels, replayed = _channels(experiment, fitted, method=method), _replayed(experiment, fitted, method=method)
     faults = (*(str(item) for item in recorded.faults), *(str(item) for item in found_by(CHECKS_OF_RECORDINGS, [(experiment, {})], method)))
     findings = (*(str(item) for item in recorded.findings), *sensor_zeros(experiment, method=method), *faults)
+    findings = (*findings, *(_lost(item) for item in channels if item.is_lost))
     wires = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in machine.assembly.wires if wire.source]
     return Comparison(
         lesson,
@@ -223,6 +236,11 @@ def _channels(experiment: Experiment, fitted: Fitted, method: Method = STANDARD)
         worst = _worst_stretch(time[begin:], residual, method)
         found.append(ChannelResidual(channel, unit, experiment.floors[channel], _rms(residual), worst, time, recorded, simulated[row]))
     return found
+
+
+def _lost(item: ChannelResidual) -> str:
+    fact = f"{item.channel}: the lesson's own simulation grows beyond all bounds with these inputs"
+    return f"{fact}; check the units and scales of what drives it, the gains and the step."
 
 
 def _worst_stretch(time: FloatArray, residual: FloatArray, method: Method) -> tuple[float, float]:
@@ -318,7 +336,7 @@ def as_json(comparison: Comparison) -> dict[str, Any]:
         "suspects": list(comparison.suspects),
         "replay": [
             {"channel": item.channel, "parts": list(item.parts), "over_floor": _number(item.over_floor), "missing_at": item.at,
-             "unit": item.unit, "missing": _number(item.missing), "share": _number(item.share)}
+             "unit": item.unit, "missing": _number(item.missing), "share": _number(known_share(item.share))}
             for item in comparison.replayed
         ],
         "depends_on": [

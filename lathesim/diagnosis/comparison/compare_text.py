@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.analysis.share_of_acting import known_share
 from lathesim.diagnosis.comparison.compare import Comparison
 from lathesim.diagnosis.location.order_spectrum import Line
 
@@ -15,6 +16,8 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     lines = [f"Recording: {text}" for text in comparison.findings]
     lines += [""] * bool(lines)
     lines += _table(_channel_rows(comparison))
+    if any(item.is_lost for item in comparison.channels):
+        return [*lines, "", "So nothing can be told of where the mismatch sits."]
     lines += ["", "Every part with the inputs that were recorded:", *_table(_replay_rows(comparison))]
     lines += ["", *mismatch_sentences(comparison)]
     if comparison.adds_up:
@@ -44,14 +47,18 @@ def _channel_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [("channel", "residual, rms", "floor", "over floor", "worst")]
     for item in comparison.channels:
         shown = [shown_with_unit(value, item.unit, 3) for value in (item.rms, item.floor)]
-        rows.append((item.channel, *shown, f"{item.over_floor:.3g}", f"{item.worst[0]:.4g} to {item.worst[1]:.4g} s"))
+        if item.is_empty or item.is_lost:
+            rows.append((item.channel, "-", shown[1], "-", "-"))
+        else:
+            rows.append((item.channel, *shown, f"{item.over_floor:.3g}", f"{item.worst[0]:.4g} to {item.worst[1]:.4g} s"))
     return rows
 
 
 def _replay_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [("channel", "made by", "missing at", "rms", "of what acts there")]
     for item in comparison.replayed:
-        share = f"{item.share:.2%}" if item.share == item.share else "-"
+        known = known_share(item.share)
+        share = f"{known:.2%}" if known == known else "-"
         made_by = _chain(item.parts, comparison.method.reporting.nearest_parts)
         rows.append((item.channel, made_by, item.at, shown_with_unit(item.missing, item.unit, 3), share))
     return rows

@@ -81,9 +81,10 @@ def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Miss
     rate[kept] = np.divide(transformed[kept], gain[kept], out=np.zeros_like(gain[kept]), where=answers)
     part = state.partition(".")[0]
     inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports
-    unit = plan.unit(f"{part}.{ports['effort']}") if inertia else "m/s^2"
+    effort, flow = f"{part}.{ports['effort']}", f"{part}.{ports['flow']}"
+    unit = plan.unit(effort) if inertia else f"{plan.unit(flow)}^2"
     acceleration = _flow_of(plan, state) * irfft(rate, n=len(residual))
-    return Missing(f"{part}.{ports['effort']}", unit, np.asarray(-(inertia or 1.0) * acceleration), mean_is_known=False)
+    return Missing(effort, unit, np.asarray(-(inertia or 1.0) * acceleration), mean_is_known=False)
 
 
 def _speaks_loudest(impulse_responses: FloatArray, channel: int, floors: FloatArray, telling: npt.NDArray[np.bool_]) -> bool:

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from lathesim.analysis.share_of_acting import known_share
 from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.history import Step
 from lathesim.diagnosis.records.residual_test import Condition, ResidualTest
@@ -284,8 +285,8 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "unit": item.unit,
                 "before": _number(item.sizes[0]),
                 "after": _number(item.sizes[1]),
-                "share_before": _number(item.share_before),
-                "share_after": _number(item.share_after),
+                "share_before": _number(known_share(item.share_before)),
+                "share_after": _number(known_share(item.share_after)),
             }
             for item in diagnosis.evidence.missing
         ],

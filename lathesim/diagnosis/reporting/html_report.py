@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 import lathesim
+from lathesim.analysis.share_of_acting import known_share
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import (
     VERDICTS,
@@ -116,7 +117,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "modelled": modelled,
         "changes": changes,
         "shares": [
-            {"at": item.at, "before": percent(item.share_before), "after": percent(item.share_after),
+            {"at": item.at, "before": percent(known_share(item.share_before)), "after": percent(known_share(item.share_after)),
              "removed": _removed(item.share_before, item.share_after)}
             for item in _missing(diagnosis) if changed
         ],

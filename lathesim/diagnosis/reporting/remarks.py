@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.analysis.share_of_acting import shares_beside
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import BaselineValue, Evidence, FoundEffect, PossibleEffect, listed, with_unit
 from lathesim.diagnosis.records.search import SearchResult
@@ -26,7 +27,7 @@ def still_missing(
         before, after = (shown_with_unit(size, item.unit, 3) for size in item.sizes)
         # of a position micrometres are missing, and a share of it says nothing
         told = max(item.share_before, item.share_after) >= method.reporting.remark_share
-        shares = f", {item.share_before:.1%} of what acts there, and {item.share_after:.1%} after" if told else ""
+        shares = shares_beside(item.share_before, item.share_after) if told else ""
         sentences.append(f"{after} is still missing at {item.at}; before it was {before}{shares}.")
     if variables:
         sentences.append(f"What is left depends on {', '.join(variables[:3])}.")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from lathesim.analysis.share_of_acting import still_missing_at
 from lathesim.diagnosis.method import Limit, Method
 from lathesim.diagnosis.records.diagnosis import MissingSignal, VariableBar, with_unit
 from lathesim.diagnosis.records.residual_test import Condition, Criterion, ResidualTest, all_of, held
@@ -35,7 +36,7 @@ def force_follows_motion(judged: Judged, method: Method) -> Iterator[ResidualTes
     for channel, missing, bar in judged.off():
         explained, fit = bar.after if bar else 0.0, judged.fit[channel]
         share = structured_share(explained, missing.share_after)
-        left = f"{missing.share_after:.1%} of what acts at {missing.at} is still missing"
+        left = still_missing_at(missing.at, missing.share_after, digits=1)
         follows = (held(share, ">=", method.verdict.within_laws, share * relative_error(missing.after)),)
         no_noise = (
             held(missing.share_after, "<=", method.shared.larger_part, missing.share_after * relative_error(missing.after)),
@@ -170,7 +171,7 @@ def force_is_missing(judged: Judged, method: Method) -> Iterator[ResidualTest]:
         ]
         if of_forces(missing):
             conditions.append(held(_at_small_over_large_load(missing), "<=", method.selection.rival))
-        sentence = f"{missing.share_after:.0%} of what acts at {missing.at} is still missing"
+        sentence = still_missing_at(missing.at, missing.share_after, digits=0)
         yield ResidualTest("force is missing", channel, all_of(*conditions), sentence)
 
 

@@ -6,6 +6,8 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from lathesim.component import Output
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import Plan
@@ -22,7 +24,7 @@ from lathesim.plugins import Registry
 from lathesim.record import Record
 from lathesim.recordings.faults.recording_faults import recording_faults
 from lathesim.recordings.finding import Finding
-from lathesim.recordings.mapping import MappedRecording, map_recording
+from lathesim.recordings.mapping import MappedRecording, RecordingMapping, map_recording
 from lathesim.recordings.reading import read_recording
 from lathesim.units import split_quantity
 
@@ -103,6 +105,7 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
     if len(mapped.record) < LEAST_SAMPLES:
         fact = f"the recording has {len(mapped.record)} usable samples."
         raise RecordingError(fact, place=str(file), remedy=f"Record at least {LEAST_SAMPLES}.")
+    _refuse_empty(file, mapped, mapping)
     coarse = coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
     findings = (*mapped.findings, *recording_faults(mapped.record, mapping), *coarse)
     period = mapped.record.sample_period
@@ -116,6 +119,15 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
         clock=clock_beside(period, prepared.machinery),
     )
     return machine, Recorded(file.name, mapped.record, tuple(findings))
+
+
+def _refuse_empty(file: Path, mapped: MappedRecording, mapping: RecordingMapping) -> None:
+    """Refuse a recording that cannot drive what the lesson lets it drive, or shows nothing of what is compared."""
+    empty = {name for name in mapped.record.channels if not np.isfinite(mapped.record[name]).any()}
+    for signal in mapping.signals:
+        if signal.target in empty and (signal.role == "drive" or empty >= set(mapping.targets("compare"))):
+            fact = f"column '{signal.column}' holds hardly any numbers, so {signal.target} is not known."
+            raise RecordingError(fact, place=signal.place or str(file), remedy="Map another column, or give another recording.")
 
 
 def _refuse_without_overlap(file: Path, mapped: MappedRecording, prepared: Prepared) -> None:

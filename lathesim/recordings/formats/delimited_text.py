@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +38,9 @@ def read_text(path: Path) -> RawTable:
         if len(values) and np.isnan(values).all() and layout.names[cell].startswith("column_"):
             continue
         columns[layout.names[cell]] = values
-    return as_table(path, columns, dict(zip(layout.names, layout.units, strict=True)), (*_form(layout), *notes), {})
+    table = as_table(path, columns, dict(zip(layout.names, layout.units, strict=True)), (*_form(layout), *notes), {})
+    others = {other: name for other, cell in layout.other_names.items() if (name := layout.names[cell]) in columns}
+    return replace(table, other_names=others)
 
 
 def told(rows: NumberRows, names: list[str]) -> list[str]:

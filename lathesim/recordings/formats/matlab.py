@@ -1,7 +1,8 @@
-"""MAT files up to version 7 (the ones that are no HDF5), read with scipy; structs become ``struct.field``."""
+"""MAT files of version 4 to 7 (the ones that are no HDF5), read with scipy; structs become ``struct.field``."""
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +15,31 @@ from lathesim.recordings.raw_table import RawTable
 from lathesim.recordings.reader import Reader
 
 _DEPTH = 6
+_VERSION_4 = struct.Struct("5i")
+_LONGEST_NAME = 64
 _TRIAL = "import sys; from scipy.io import loadmat; loadmat(sys.argv[1])"
 
 
 def reads_mat(path: Path) -> bool:
-    """Return whether a file is a MAT file of version 5."""
+    """Return whether a file is a MAT file of version 5 or 4."""
     with path.open("rb") as file:
         head = file.read(128)
-    return len(head) == 128 and head[126:128] in (b"IM", b"MI") and head[124:126] in (b"\x00\x01", b"\x01\x00")
+    return _is_version_4(head) or (len(head) == 128 and head[126:128] in (b"IM", b"MI") and head[124:126] in (b"\x00\x01", b"\x01\x00"))
+
+
+def _is_version_4(head: bytes) -> bool:
+    """Return whether a file begins with the header of a matrix of version 4, which has no signature: type, rows, columns, whether complex,
+    length of the name, and the name. Source: MathWorks, MAT-File Format, chapter on level 4."""
+    for order, numbers in (("<", 0), (">", 1000)):
+        if len(head) < _VERSION_4.size:
+            return False
+        kind, rows, columns, is_complex, length = struct.unpack_from(f"{order}5i", head)
+        name = head[_VERSION_4.size : _VERSION_4.size + length] if 1 < length <= _LONGEST_NAME else b""
+        precision, matrix = divmod(kind - numbers, 10)
+        sized = rows >= 0 and columns >= 0 and is_complex in (0, 1)
+        if sized and 0 <= precision <= 5 and matrix in (0, 1, 2) and name.endswith(b"\x00") and name[:-1].decode("latin-1").isidentifier():
+            return True
+    return False
 
 
 def read_mat(path: Path) -> RawTable:
@@ -65,4 +83,4 @@ def _texts(content: dict[str, Any], name: str) -> dict[str, str]:
     return {item: str(text[0]) for item, text in texts.items() if len(text) == 1 and text.dtype.kind == "U"}
 
 
-READER = Reader("MAT, version 5 to 7", (".mat",), "MAT file", reads_mat, read_mat)
+READER = Reader("MAT, version 4 to 7", (".mat",), "MAT file", reads_mat, read_mat)

@@ -14,6 +14,8 @@ _NUMBER = re.compile(NUMBER)
 _WHEN = re.compile(STAMP.decode() + r"Z?")
 _FORMS = (("\t", False), (";", False), (",", False), ("\t", True), (";", True), ("", False), ("", True))
 _LOOKED_AT = 60
+_NO_EXCEPTION = 0.3
+"""Share of the cells of a column from which on they are what it holds; of a short file half the lines may be its head."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,8 @@ class TextLayout:
     numeric: list[bool]
     """For each cell whether it holds numbers, as far as the first rows show."""
     named: bool
+    other_names: dict[str, int]
+    """Further names of the cells: what else stands above them, and their place."""
 
 
 def find_layout(lines: Sequence[str]) -> TextLayout | None:
@@ -38,22 +42,25 @@ def find_layout(lines: Sequence[str]) -> TextLayout | None:
     delimiter, comma, width = _written(sample)
     if width == 0:
         return None
-    first = _first_row(filled, delimiter, comma, width)
+    inside = comma or (delimiter == "," and any('"' in line for line in sample))
+    kinds = _kinds([row for line in sample if len(row := cells(line, delimiter)) == width], width, inside)
+    first = _first_row(filled, delimiter, comma, kinds)
     if first is None:
         return None
     above = [line for number, line in filled if number < first]
     if delimiter == "," and width == 2 and above and "," not in above[-1]:
-        delimiter, comma, width = ";", True, 1
+        delimiter, comma, width, kinds = ";", True, 1, kinds[:1]
+        inside = True
     rows = [cells(line, delimiter) for number, line in filled if number >= first][:_LOOKED_AT]
     rows = [row for row in rows if len(row) == width]
     names, units, named = _names(lines[:first], delimiter, width)
-    inside = comma or (delimiter == "," and any('"' in line for line in sample))
     numeric = [_numeric_share([row[cell] for row in rows], inside) > 0.0 for cell in range(width)]
-    stamps = next((cell for cell in range(width) if rows and _WHEN.fullmatch(rows[0][cell])), None)
+    stamps = next((cell for cell, kind in enumerate(kinds) if kind == "when"), None)
     if stamps is not None:
         numeric[stamps] = True
         units[stamps] = "s"
-    return TextLayout(first, RowFormat(delimiter, comma, width, stamps), unique_names(names), units, numeric, named)
+    others = _other_names(above, delimiter, width)
+    return TextLayout(first, RowFormat(delimiter, comma, width, stamps), unique_names(names), units, numeric, named, others)
 
 
 def cells(line: str, delimiter: str) -> list[str]:
@@ -101,12 +108,37 @@ def is_number(text: str, comma: bool = False) -> bool:
     return _NUMBER.fullmatch(plain) is not None or plain.lower() in ("true", "false") or _WHEN.fullmatch(plain) is not None
 
 
-def _first_row(filled: Sequence[tuple[int, str]], delimiter: str, comma: bool, width: int) -> int | None:
+def _kind(text: str, comma: bool) -> str:
+    """Return ``when`` for a cell with date and time, ``number``, ``text``, or nothing for an empty one."""
+    if not text:
+        return ""
+    if _WHEN.fullmatch(text.strip('"')):
+        return "when"
+    return "number" if is_number(text, comma) else "text"
+
+
+def _kinds(rows: Sequence[Sequence[str]], width: int, comma: bool) -> list[str]:
+    """Return what each column holds: numbers or moments, whichever are more, where they are no exception, else text."""
+    found = []
+    for cell in range(width):
+        counted = Counter(kind for row in rows if (kind := _kind(row[cell], comma)))
+        most = max(("number", "when"), key=lambda kind: counted[kind])
+        found.append(most if counted[most] >= _NO_EXCEPTION * max(counted.total(), 1) and counted else "text")
+    return found
+
+
+def _first_row(filled: Sequence[tuple[int, str]], delimiter: str, comma: bool, kinds: Sequence[str]) -> int | None:
+    """Return the first line whose cells are of the ``kinds`` of their columns: half of them, and the leftmost, where the labels of a
+    preamble stand."""
+    leading = next((cell for cell, kind in enumerate(kinds) if kind in ("number", "when")), 0)
     for number, line in filled:
         row = cells(line, delimiter)
-        given = [cell for cell in row if cell]
         quoted = delimiter == "," and '"' in line
-        if len(row) == width and given and 2 * sum(is_number(cell, comma or quoted) for cell in given) >= len(given):
+        own = [_kind(cell, comma or quoted) for cell in row]
+        if len(row) != len(kinds) or own[leading] not in ("", kinds[leading]):
+            continue
+        given = [place for place, kind in enumerate(own) if kind]
+        if given and 2 * sum(own[place] in ("number", "when") and own[place] == kinds[place] for place in given) >= len(given):
             return number
     return None
 
@@ -122,9 +154,21 @@ def _names(above: Sequence[str], delimiter: str, width: int) -> tuple[list[str],
     units = [""] * width
     names = full[-1]
     if len(full) > 1 and _are_units(full[-1]):
-        names, units = full[-2], [_unit_cell(text) for text in _filled_up(full[-1], width)]
+        names = full[-2]
+        units = [unit if (unit := _unit_cell(text)).lower() not in _LABELS else "" for text in _filled_up(full[-1], width)]
     pairs = [split_unit(name) for name in _filled_up(names, width)]
     return [name for name, _ in pairs], [own or unit for (_, own), unit in zip(pairs, units, strict=True)], True
+
+
+def _other_names(above: Sequence[str], delimiter: str, width: int) -> dict[str, int]:
+    """Return the texts that stand above single cells, the nearest first, and ``column_1``, ``column_2`` ..., with the place of each."""
+    found: dict[str, int] = {}
+    for line in reversed(above):
+        row = [split_unit(cell)[0] for cell in cells(line, delimiter)]
+        if len(row) == width:
+            for place, name in enumerate(row):
+                found.setdefault(name, place)
+    return found | {f"column_{place + 1}": place for place in range(width)}
 
 
 def _fits(row: Sequence[str], width: int) -> bool:
@@ -137,10 +181,14 @@ def _filled_up(row: Sequence[str], width: int) -> list[str]:
 
 
 def _are_units(row: Sequence[str]) -> bool:
-    given = [text for text in (_unit_cell(cell) for cell in row) if text]
+    given = [text for text in (_unit_cell(cell) for cell in row) if text and text.lower() not in _LABELS]
     bracketed = all(cell[0] + cell[-1] in ("[]", "()") for cell in row if cell)
     return bracketed or (bool(given) and 2 * sum(is_unit(text) for text in given) > len(given))
 
 
 def _unit_cell(text: str) -> str:
     return plain_unit(text.strip("[]() ")) if text else ""
+
+
+_LABELS = ("unit", "units", "einheit")
+"""Words that stand before the units of a row of them, and are none."""

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from lathesim.identification.replay.loading import Recorded
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry, load_registry
-from tests.diagnosis.pushed_table import Hidden, machine, recording
+from tests.diagnosis.pushed_table import FORCE, Hidden, machine, recording, write_case
 from tests.diagnosis.small_case import write_lesson
 from tests.shared_data import SHARED, needs_shared
 
@@ -202,6 +203,26 @@ def test_where_nothing_is_hidden_all_channels_stay_near_their_floor(nothing: Com
     assert nothing.spectra[0].lines == ()
 
 
+@pytest.mark.parametrize(("share", "text", "number"), [(6.96, "696.00%", 6.96), (6138.365, "-", None), (math.inf, "-", None)])
+def test_where_next_to_nothing_acts_there_is_no_share(share: float, text: str, number: float | None, friction: Comparison) -> None:
+    told = replace(friction, replayed=(Replayed("x_encoder.position", ("x_axis",), 9.0, "x_axis.disturbance", "N", 1.0, share),))
+    (row,) = [line for line in comparison_lines(told) if "x_axis.disturbance" in line]
+    assert row.split()[-1] == text
+    assert as_json(told)["replay"][0]["share"] == number
+
+
+def test_a_simulation_without_bound_tells_nothing_of_the_place() -> None:
+    """A force of 1e20 N where one of newtons was recorded."""
+    off = recording(Hidden())
+    driven = off.with_channel(FORCE, "N", 1e20 * off[FORCE])
+    lines = comparison_lines(compare("table", machine(), Recorded("run.csv", driven, ())))
+    assert lines[0].startswith(
+        "Recording: x_encoder.position: the lesson's own simulation grows beyond all bounds with these inputs; check"
+    )
+    assert lines[-1] == "So nothing can be told of where the mismatch sits."
+    assert not any("nan" in line or "%" in line for line in lines)
+
+
 def test_the_json_holds_it_all(friction: Comparison) -> None:
     told = json.loads(json.dumps(as_json(friction), allow_nan=False))
     assert told["schema"] == SCHEMA == "lathesim-compare/1"
@@ -265,6 +286,29 @@ def test_a_recording_of_few_samples_is_refused(registry: Registry, tmp_path: Pat
     (tmp_path / "r.csv").write_text(f"t [ms],asked [mm],motor [mm],voltage [V]\n{rows}\n", encoding="utf-8")
     with pytest.raises(RecordingError, match="the recording has 60 usable samples"):
         load_recording(lesson, tmp_path / "r.csv", registry)
+
+
+@pytest.mark.parametrize("column", ["push", "seen"])
+def test_a_recording_without_the_driven_or_the_only_compared_channel_is_refused(column: str, registry: Registry, tmp_path: Path) -> None:
+    lesson, file, _ = write_case(tmp_path, count=200)
+    head, *rows = file.read_text(encoding="utf-8").splitlines()
+    place = [name.split()[0] for name in head.split(",")].index(column)
+    emptied = [",".join("1" if row == 0 and cell == place else "-" if cell == place else text for cell, text in enumerate(line.split(",")))
+               for row, line in enumerate(rows)]  # fmt: skip
+    file.write_text("\n".join([head, *emptied]) + "\n", encoding="utf-8")
+    with pytest.raises(RecordingError, match=f"column '{column}' holds hardly any numbers, so x_.* is not known"):
+        load_recording(load_lesson(lesson), file, registry)
+
+
+@needs_shared
+def test_a_date_in_the_head_of_a_load_cell_file_is_no_time_stamp(registry: Registry) -> None:
+    """A stroke of a rack and pinion: two channels of 2 kHz, each behind its own time."""
+    folder = SHARED / "data" / "real" / "rack_pinion"
+    _, recorded = load_recording(load_lesson(folder / "ni2.yaml"), folder / "a3NI.csv", registry)
+    assert len(recorded.record) == 1078
+    assert recorded.record.sample_period == 5e-4
+    assert recorded.record["x_axis.force"][0] == pytest.approx(-200.0 * -0.12917863583060313)
+    assert recorded.record["x_axis.position"][-1] == pytest.approx(5.3305758855363266e-3)
 
 
 @needs_shared

@@ -6,18 +6,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.components.sensors.angular_encoder import AngularEncoder
+from lathesim.components.spindles.empirical_spindle import EmpiricalSpindle
 from lathesim.diagnosis.location.dependence import bars, explained
 from lathesim.diagnosis.location.missing_force import missing_signal, passed_through, places
 from lathesim.diagnosis.location.operating_conditions import direction_of, since_reversal, variables
 from lathesim.diagnosis.records.diagnosis import Evidence, MissingSignal
 from lathesim.diagnosis.reporting.evidence import suspected
+from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.replay.experiment import Experiment, Machine
 from lathesim.identification.replay.loading import load_case
 from lathesim.identification.replay.validation_split import parted
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import load_registry
+from lathesim.record import Channel, Record
 from tests.diagnosis.driven_axis import write_recording
 from tests.diagnosis.one_cut import FORCE as CUT_FORCE
 from tests.diagnosis.one_cut import cut_machine, cut_record
@@ -142,6 +146,21 @@ def test_one_missing_force_is_told_once(axis_with_current: tuple[list[Experiment
     assert experiment.machine.compare == ("x_encoder.position", "x_drive.current")
     assert [missing_signal(experiment, fitted, row).at for row in (0, 1)] == ["x_axis.disturbance", "x_drive.current"]
     assert missing_signal(experiment, fitted, 1).unit == "A"
+
+
+def test_what_is_missing_at_a_spindle_without_an_inertia_is_an_angular_acceleration() -> None:
+    count, period = 800, 2e-3
+    voltage = np.sin(2.0 * np.pi * 1.5 * period * np.arange(count))
+    parts = (Part("spindle", EmpiricalSpindle), Part("encoder", AngularEncoder, {"resolution": 1e-4}))
+    wires = (Wire("spindle.voltage", constant=0.0), Wire("encoder.measured", "spindle.angle"))
+    spindle = Machine(Assembly(parts, wires, period, period), ("spindle.voltage",), ("encoder.angle",), {}, {})
+    angle = np.cumsum(np.sin(np.arange(count) / 90.0))
+    channels = {name: Channel(name, unit, values) for name, unit, values in
+                (("spindle.voltage", "V", voltage), ("encoder.angle", "rad", np.round(angle, 4)))}  # fmt: skip
+    record = Record(np.arange(count) * period, channels, {"sample_period": period})
+    (experiment,) = experiments(record, of=spindle, effects=())
+    missing = missing_signal(experiment, fit(experiment.sensed, experiment.start_states(experiment.sensed.plan), rounds=0), 0)
+    assert (missing.at, missing.unit) == ("spindle.torque", "rad/s^2")
 
 
 def shown(*shares: float) -> Evidence:
