@@ -75,6 +75,10 @@ class Move:
     cycle_line: int = 0
     nose: Nose | None = None
     """The nose compensation that is still to be carried out on the move."""
+    start_angle: float = 0.0
+    """How far behind the index of the spindle a thread begins [rad]."""
+    spin_back: bool = False
+    """Whether a thread is the way out of a tapped hole, on which the spindle reverses while the tool stays on the lead."""
 
     @property
     def length(self) -> float:

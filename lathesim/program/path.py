@@ -2,7 +2,8 @@
 
 A point of an arc is ``(cx + r sin(a), cz + r cos(a))`` with ``a = start_angle + sweep * s / length``; the sweep is positive
 counterclockwise, seen with +Z to the right and +X up. Moves of no length make no row; what they
-change (feed, spindle) stands in the row behind them.
+change (feed, spindle) stands in the row behind them. A thread directly behind a thread goes on from it while the spindle turns the same
+way, as on every control; behind anything else it waits for the index.
 
 An arc whose ends are not equally far from its programmed centre (the tolerance allows it) is laid on the true circle through both ends:
 the centre moves onto the perpendicular bisector of the chord. Where that would move it far (short or nearly closed arcs), the arc keeps
@@ -47,7 +48,9 @@ from lathesim.path_columns import (
     START_X,
     START_Z,
     SWEEP,
+    TAP_OUT,
     THREAD,
+    THREAD_ON,
 )
 from lathesim.program.moves import Arc, Move, Program
 
@@ -101,12 +104,23 @@ def lay_path(program: Program, limits: Limits | None = None) -> Path:
     for move in program.moves:
         if limits is not None:
             _check_limits(move, limits, f"{program.name}:{move.line}")
-        rows.extend(_rows(move))
+        made = _rows(move)
+        if made and move.kind == "thread":
+            made[0][FEED_MODE] = _thread_mode(move, rows)
+        rows.extend(made)
     if not rows:
         raise ProgramError("The program moves nothing.", place=program.name, remedy="Write a G0 or G1 with an end point.")
     table = np.array(rows, dtype=np.float64)
     table.setflags(write=False)
     return Path(program.name, table)
+
+
+def _thread_mode(move: Move, rows: list[list[float]]) -> float:
+    """Return how a thread begins behind these rows."""
+    if move.spin_back:
+        return TAP_OUT
+    goes_on = rows and rows[-1][FEED_MODE] in (THREAD, THREAD_ON) and rows[-1][SPINDLE_DIRECTION] == float(move.spindle.direction)
+    return THREAD_ON if goes_on else THREAD
 
 
 def _rows(move: Move) -> list[list[float]]:
@@ -165,6 +179,7 @@ def _row(move: Move, kind: float, length: float, start: tuple[float, float], end
     row[KIND], row[LENGTH], row[LINE] = kind, length, float(move.line)
     row[START_X], row[START_Z], row[END_X], row[END_Z] = start[0], start[1], end[0], end[1]
     row[FEED] = move.feed or 0.0
+    row[START_ANGLE] = move.start_angle
     row[FEED_MODE] = THREAD if move.kind == "thread" else PER_REVOLUTION if move.per_revolution else PER_MINUTE
     spindle = move.spindle
     row[SPINDLE_DIRECTION] = float(spindle.direction)

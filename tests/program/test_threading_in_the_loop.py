@@ -1,4 +1,4 @@
-"""Threads follow the angle of the spindle: all passes begin at its index, whatever its speed does."""
+"""Threads follow the angle of the spindle: all passes begin at its index, whatever its speed does, and nothing stands inside a thread."""
 
 from __future__ import annotations
 
@@ -26,6 +26,19 @@ G32 Z30. F2.
 G00 X40.
 M30
 """
+CHAIN = """O0001
+G21 G99 G97 S300 M03
+G00 X40. Z14.
+G04 X1.
+G00 X35.9
+G32 Z24. F2.
+Z30. F3.
+X40.9 Z32.5
+G04 X0.1
+G32 X42. F2.
+G00 X45.
+M30
+"""
 LESSON = """lesson: A thread
 machine: {machine}
 dialect: fanuc
@@ -34,8 +47,8 @@ program: thread.nc
 """
 
 
-def threaded(folder: Path, machine: str, more: str = "", speed: int = 300) -> Record:
-    (folder / "thread.nc").write_text(PROGRAM.format(speed=speed, x="40."), encoding="utf-8")
+def threaded(folder: Path, machine: str, more: str = "", speed: int = 300, program: str = PROGRAM) -> Record:
+    (folder / "thread.nc").write_text(program.format(speed=speed, x="40."), encoding="utf-8")
     (folder / "thread.yaml").write_text(LESSON.format(machine=machine, more=more), encoding="utf-8")
     case = prepare(load_lesson(folder / "thread.yaml"), load_registry())
     return run_prepared(case, engine="plain")
@@ -64,6 +77,24 @@ def test_every_pass_begins_at_the_index_of_the_spindle_and_keeps_its_lead(tmp_pa
     assert begins[0] == pytest.approx(round(begins[0]), abs=1e-6)
     assert begins[1] == pytest.approx(round(begins[1]), abs=1e-6)
     assert begins[1] > begins[0]
+
+
+@pytest.mark.parametrize("interpolator", ["ConstantVelocityInterpolator", "ConstantAccelerationInterpolator", "JerkLimitedInterpolator"])
+def test_a_thread_behind_a_thread_goes_on_without_a_standstill_and_one_behind_a_dwell_waits(tmp_path: Path, interpolator: str) -> None:
+    """Three moves, a change of the lead and a run-out over a taper are one motion; 13.33 leads of the longer axis last 7.83 turns."""
+    record = threaded(tmp_path, "two_axis_lathe", f"replace: {{interpolator: {interpolator}}}", program=CHAIN)
+    line, turns = record["interpolator.program_line"], record["spindle.angle"] / (2.0 * np.pi)
+    moving = record["interpolator.feed_speed"] > 0.0
+    chain = np.flatnonzero((line >= 6) & (line <= 8) & moving)
+    assert (np.diff(chain) == 1).all()
+    begin = turns[chain[0]] - (record["interpolator.z_reference"][chain[0]] - 0.014) / LEAD
+    assert begin == pytest.approx(round(begin), abs=1e-6)
+    at = begin + np.array([0.0, 5.0, 7.0, 7.0 + 2.5 / 3.0])
+    for axis, places in (("x", [0.01795, 0.01795, 0.01795, 0.02045]), ("z", [0.014, 0.024, 0.030, 0.0325])):
+        assert record[f"interpolator.{axis}_reference"][chain] == pytest.approx(np.interp(turns[chain], at, places), abs=1e-12)
+    second = np.flatnonzero((line == 10) & moving)[1]
+    waited = turns[second] - (record["interpolator.x_reference"][second] - 0.02045) / LEAD
+    assert waited == pytest.approx(round(waited), abs=1e-6)
 
 
 def test_a_spindle_that_is_not_yet_up_to_speed_leaves_the_lead_as_it_is(tmp_path: Path) -> None:

@@ -9,13 +9,13 @@ from lathesim.component import DiscreteState, Memory, Parameter
 from lathesim.components.references.constant_acceleration_interpolator import ramp_speed, ramp_time, ramp_way
 from lathesim.components.references.interpolator import (
     ConstantVelocityInterpolator,
-    next_row,
-    takes_time,
     wanted_speed,
     x_on_path,
     z_on_path,
 )
-from lathesim.path_columns import DWELL, DWELL_PAUSE, KIND, LENGTH
+from lathesim.components.references.rows import next_row, takes_time
+from lathesim.components.references.threads import NO_ANGLE, walk_thread
+from lathesim.path_columns import DWELL, DWELL_PAUSE, FEED_MODE, KIND, LENGTH, THREAD
 
 _CELLS = 2048
 _ALIKE = 0.02
@@ -61,12 +61,11 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
 
     so their jerk is at most a/w. With a pause of w or more the path is kept; a shorter one rounds the corners. A change of the wanted speed
     within a block stretches its time. Blocks begin when they are due, not at a sample instant, so that the way depends smoothly on every
-    value; between instants a reference goes on at its speed. With a ``cycle`` a block takes whole cycles, rounded up, before its rest: it
-    stands still for what is left of the last one.
+    value; between instants a reference goes on at its speed. A thread follows the angle of the spindle without ramp and rest, half of w
+    late. With a ``cycle`` a block takes whole cycles, rounded up, before its rest: it stands still for what is left of the last one.
 
     Source: the mean as a limit of jerk: L. Biagiotti, C. Melchiorri, FIR filters for online trajectory planning, Control Eng. Practice 20
-    (2012). Left out: threads that follow the spindle angle, speeds carried over corners, an average longer than the ring of 2048 samples
-    holds, which is cut short.
+    (2012). Left out: speeds carried over corners, an average longer than the ring of 2048 samples holds, which is cut short.
     """
 
     acceleration = Parameter("m/s^2", 20.0, low=1e-3, doc="acceleration and deceleration along the path")
@@ -91,9 +90,9 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
     def update(  # type: ignore[override]  # a law's arguments are its own
         path: Any, segment: float, travelled: float, samples_left: float, path_speed: float, at_end: float, done: float, index: float,
         elapsed: float, speed_of_block: float, newest: float, x_mean: float, z_mean: float, x_places: list[float], z_places: list[float],
-        x_integrals: list[float], z_integrals: list[float], spindle_speed: float, feed_command: float, feed_override: float,
-        spindle_override: float, rapid_speed: float, largest_spindle_speed: float, acceleration: float, pause: float, averaging: float,
-        cycle: float, time: float, sample_period: float,
+        x_integrals: list[float], z_integrals: list[float], spindle_speed: float, spindle_angle: float, feed_command: float,
+        feed_override: float, spindle_override: float, rapid_speed: float, largest_spindle_speed: float, acceleration: float,
+        pause: float, averaging: float, cycle: float, time: float, sample_period: float,
     ) -> tuple[float, ...]:  # fmt: skip
         """Walk one sample further."""
         rows = len(path)
@@ -105,6 +104,15 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
             left = 0.0 if first else sample_period
             path_speed = 0.0
             while row < rows:
+                if path[row][FEED_MODE] >= THREAD and spindle_angle > NO_ANGLE:
+                    place, travelled, index, way, reached = walk_thread(path, row, travelled, index, spindle_angle)
+                    row = int(place)
+                    path_speed = way / sample_period
+                    if reached < 0.5:
+                        break
+                    left, travelled, index = 0.0, 0.0, NO_ANGLE
+                    row = next_row(path, row)
+                    continue
                 wanted = 0.0
                 if path[row][KIND] != DWELL_PAUSE:
                     x = x_on_path(path, row, travelled)
@@ -125,7 +133,7 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
                         path_speed = pace * ramp_speed(elapsed, length, 0.0, speed_of_block, acceleration)
                     break
                 left -= (whole - elapsed) / pace
-                elapsed, travelled, speed_of_block = 0.0, 0.0, -1.0
+                elapsed, travelled, speed_of_block, index = 0.0, 0.0, -1.0, NO_ANGLE
                 row = next_row(path, row)
             if row >= rows:
                 row = rows - 1

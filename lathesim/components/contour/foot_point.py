@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter, Table
 from lathesim.components.contour.curve import CURVE_COLUMNS, EXAMPLE_CURVE, curvature_at, nearest_on, point_of
-from lathesim.components.references.interpolator import EXAMPLE_PATH, TWO_PI, x_on_path, z_on_path
+from lathesim.components.references.interpolator import EXAMPLE_PATH, x_on_path, z_on_path
+from lathesim.components.references.threads import TWO_PI
 from lathesim.path_columns import (
     ARC_MOVE,
     CENTRE_X,

@@ -7,17 +7,14 @@ from typing import Any
 
 from lathesim.component import DiscreteState, Parameter
 from lathesim.components.references.interpolator import (
-    NO_ANGLE,
     SAMPLE_SLACK,
     SLOWEST,
     ConstantVelocityInterpolator,
-    next_row,
-    takes_time,
-    thread_start,
-    thread_way,
     wanted_speed,
     x_on_path,
 )
+from lathesim.components.references.rows import next_row, takes_time
+from lathesim.components.references.threads import NO_ANGLE, walk_thread
 from lathesim.path_columns import DWELL, DWELL_PAUSE, FEED_MODE, KIND, LENGTH, THREAD
 
 
@@ -128,20 +125,18 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
             samples_left = 0.0
             planned_speed = -1.0
             path_speed = 0.0
-            index = -1.0
+            index = NO_ANGLE
         if path[row][KIND] == DWELL_PAUSE:
             if planned_speed < 0.0:
                 samples_left = max(1.0, math.ceil(path[row][DWELL] / sample_period - SAMPLE_SLACK) * 1.0)
                 planned_speed = 0.0
             samples_left -= 1.0
             path_speed = 0.0
-        elif path[row][FEED_MODE] == THREAD and spindle_angle > NO_ANGLE:
-            if index < 0.0:
-                index = thread_start(spindle_angle)
-            before = travelled
-            travelled = thread_way(path, row, travelled, spindle_angle, index)
-            path_speed = (travelled - before) / sample_period
-            samples_left = 0.0 if travelled >= path[row][LENGTH] else 1.0
+        elif path[row][FEED_MODE] >= THREAD and spindle_angle > NO_ANGLE:
+            place, travelled, index, way, reached = walk_thread(path, row, travelled, index, spindle_angle)
+            row = int(place)
+            path_speed = way / sample_period
+            samples_left = 1.0 - reached
             planned_speed = 0.0
         else:
             length = path[row][LENGTH] * 1.0

@@ -12,6 +12,8 @@ import math
 from typing import Any, ClassVar
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter, Table
+from lathesim.components.references.rows import next_row, takes_time
+from lathesim.components.references.threads import NO_ANGLE, TWO_PI, walk_thread
 from lathesim.path_columns import (
     ARC_MOVE,
     CENTRE_X,
@@ -39,6 +41,7 @@ from lathesim.path_columns import (
     START_X,
     START_Z,
     SWEEP,
+    TAP_OUT,
     THREAD,
 )
 
@@ -51,34 +54,14 @@ EXAMPLE_PATH = [
 ]
 """A rapid, an arc, a dwell, a line and a thread of some micrometres, for the conformance test."""
 
-TWO_PI = 2.0 * math.pi
 NOT_WIRED = 1.0e9
 """Spindle speed [rad/s] that means "nothing is wired here": the programmed speed then counts as reached."""
-NO_ANGLE = -1.0e300
-"""Spindle angle [rad] that means "nothing is wired here": a thread then follows the speed alone."""
 SLOWEST = 1.0e-12
 """Path speed [m/s] below which the tool stands."""
 FEW_SAMPLES = 4.0
 """Samples before the end of a block in which it is cut evenly even while its speed changes."""
 SAMPLE_SLACK = 1.0e-6
 """Share of a sample that rounding may add to a block's time before it costs another sample."""
-
-
-def takes_time(path: Any, row: int) -> bool:
-    """Return whether a segment needs at least one sample: it has a length, or is a dwell."""
-    kind = path[row][KIND]
-    if kind == DWELL_PAUSE:
-        return bool(path[row][DWELL] > 0.0)
-    return bool(kind <= ARC_MOVE and path[row][LENGTH] > 0.0)
-
-
-def next_row(path: Any, row: int) -> int:
-    """Return the first row after ``row`` that takes time, or the number of rows where there is none."""
-    rows = len(path)
-    following = row + 1
-    while following < rows and not takes_time(path, following):
-        following += 1
-    return following
 
 
 def motion_row(path: Any, row: int) -> int:
@@ -118,10 +101,10 @@ def programmed_spindle(path: Any, row: int, x: float, override: float, largest: 
 
 
 def x_on_path(path: Any, row: int, travelled: float) -> float:
-    """Return the radius [m] of the point ``travelled`` [m] along a segment; arcs lie on the true circle."""
+    """Return the radius [m] of the point ``travelled`` [m] along a segment; arcs lie on the true circle, a tap runs beyond its bottom."""
     kind = path[row][KIND]
     length = path[row][LENGTH]
-    if kind > ARC_MOVE or length <= 0.0 or travelled <= 0.0:
+    if kind > ARC_MOVE or length <= 0.0 or (travelled <= 0.0 and path[row][FEED_MODE] != TAP_OUT):
         return float(path[row][START_X])
     if travelled >= length:
         return float(path[row][END_X])
@@ -135,7 +118,7 @@ def z_on_path(path: Any, row: int, travelled: float) -> float:
     """Return the z position [m] of the point ``travelled`` [m] along a segment."""
     kind = path[row][KIND]
     length = path[row][LENGTH]
-    if kind > ARC_MOVE or length <= 0.0 or travelled <= 0.0:
+    if kind > ARC_MOVE or length <= 0.0 or (travelled <= 0.0 and path[row][FEED_MODE] != TAP_OUT):
         return float(path[row][START_Z])
     if travelled >= length:
         return float(path[row][END_Z])
@@ -143,20 +126,6 @@ def z_on_path(path: Any, row: int, travelled: float) -> float:
         angle = path[row][START_ANGLE] + path[row][SWEEP] * travelled / length
         return float(path[row][CENTRE_Z] + path[row][RADIUS] * math.cos(angle))
     return float(path[row][START_Z] + (path[row][END_Z] - path[row][START_Z]) * (travelled / length))
-
-
-def thread_start(angle: float) -> float:
-    """Return the first whole turn [rad] from ``angle`` on, in the sense it turns: where the encoder gives its index."""
-    return math.ceil(abs(angle) / TWO_PI - 1e-12) * TWO_PI
-
-
-def thread_way(path: Any, row: int, travelled: float, angle: float, index: float) -> float:
-    """Return how far along a thread [m] the tool stands: lead (angle - index)/(2 pi), never back and never beyond its end."""
-    way = float(path[row][FEED]) * (abs(angle) - index) / TWO_PI
-    if way < travelled:
-        way = travelled
-    length = float(path[row][LENGTH])
-    return length if way > length else way
 
 
 def wanted_speed(
@@ -177,7 +146,7 @@ def wanted_speed(
     if feed_command < 0.0 and path[row][FEED_MODE] == 0.0:
         return float(path[row][FEED]) * override
     speed = programmed_spindle(path, row, x, spindle_override, largest) if spindle_speed >= NOT_WIRED else spindle_speed
-    if path[row][FEED_MODE] == THREAD:
+    if path[row][FEED_MODE] >= THREAD:
         return float(path[row][FEED]) * abs(speed) / TWO_PI
     feed = feed_command if feed_command >= 0.0 else float(path[row][FEED])
     return feed * override * abs(speed) / TWO_PI
@@ -191,8 +160,9 @@ class ConstantVelocityInterpolator(Component):
     override, a process controller, feed per revolution with a moving spindle) the tool goes on at just that speed, and the rest of the
     block is cut anew once the speed stays, or a few samples before its end; at speed zero the tool stands. Rapid moves go straight
     along the path at ``rapid_speed``. A thread waits for the index of the spindle and then stands at
-    s = lead (angle - index)/(2 pi) whatever the speed does, so that all its passes meet; feed override and process controllers do not act
-    on it. Arcs: points on the true circle, equal steps of the angle.
+    s = lead (angle - index)/(2 pi) whatever the speed does, so that all its passes meet; a thread behind a thread goes on without waiting,
+    and the way out of a tapped hole as well. Feed override and process controllers do not act on threads. Arcs: points on the true
+    circle, equal steps of the angle.
 
     Source: J. Liu, R. G. Landers, Integrated Modular Machine Tool Simulation, Int. J. Eng. Educ. 20 (2004), section Interpolator; the
     cutting into equal samples is fitted to the cycle times of its Table 1.
@@ -221,13 +191,13 @@ class ConstantVelocityInterpolator(Component):
     at_end = DiscreteState("1", doc="1 when this segment is done")
     started = DiscreteState("1", doc="1 after the first sample")
     done = DiscreteState("1", doc="1 when the path is done")
-    index = DiscreteState("rad", -1.0, doc="angle at which the thread in work began; below zero: none")
+    index = DiscreteState("rad", NO_ANGLE, doc="angle, in the sense the spindle turns, at which the thread in work began; -1e300: none")
 
     x_reference = Output("m", doc="reference radius of the tool tip")
     z_reference = Output("m", doc="reference z position of the tool tip")
     x_velocity = Output("m/s", doc="reference speed of the x axis")
     z_velocity = Output("m/s", doc="reference speed of the z axis")
-    feed_speed = Output("m/s", doc="reference path speed")
+    feed_speed = Output("m/s", doc="reference path speed; below zero where a tap runs beyond its bottom")
     feed_per_revolution = Output("m", doc="commanded feed per turn of the spindle in feed blocks, else 0")
     spindle_reference = Output("rad/s", doc="reference spindle speed, positive for M03")
     segment_number = Output("1", doc="row of the path in work")
@@ -277,7 +247,7 @@ class ConstantVelocityInterpolator(Component):
             travelled = 0.0
             samples_left = 0.0
             planned_speed = -1.0
-            index = -1.0
+            index = NO_ANGLE
         reached = 0.0
         if path[row][KIND] == DWELL_PAUSE:
             if planned_speed < 0.0:
@@ -286,13 +256,10 @@ class ConstantVelocityInterpolator(Component):
             samples_left -= 1.0
             reached = 1.0 if samples_left < 0.5 else 0.0
             path_speed = 0.0
-        elif path[row][FEED_MODE] == THREAD and spindle_angle > NO_ANGLE:
-            if index < 0.0:
-                index = thread_start(spindle_angle)
-            before = travelled
-            travelled = thread_way(path, row, travelled, spindle_angle, index)
-            path_speed = (travelled - before) / sample_period
-            reached = 1.0 if travelled >= path[row][LENGTH] else 0.0
+        elif path[row][FEED_MODE] >= THREAD and spindle_angle > NO_ANGLE:
+            place, travelled, index, way, reached = walk_thread(path, row, travelled, index, spindle_angle)
+            row = int(place)
+            path_speed = way / sample_period
             planned_speed = 0.0
         else:
             length = float(path[row][LENGTH])
@@ -362,7 +329,7 @@ class ConstantVelocityInterpolator(Component):
         spindle = programmed_spindle(path, row, x, spindle_override, largest_spindle_speed)
         feed = 0.0
         if cutting > 0.5 and abs(spindle) > 0.0:
-            feed = path_speed * TWO_PI / abs(spindle)
+            feed = abs(path_speed) * TWO_PI / abs(spindle)
         share = 1.0 if done > 0.5 else row / rows
         if done < 0.5 and path[row][LENGTH] > 0.0:
             share += travelled / path[row][LENGTH] / rows

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from lathesim.program.cycles.single_pass import lead_along_path
+from lathesim.program.cycles.single_pass import thread_with_run_out
 from lathesim.program.cycles.step import Point, Step
 
 MOST_PASSES = 1000
@@ -63,21 +63,11 @@ class Threading:
             steps += [
                 Step("rapid", (self.start[0], begin[1])),
                 Step("rapid", begin),
-                *self._thread(begin, end, outside),
+                *thread_with_run_out(begin, end, self.lead, self.chamfer, outside),
                 Step("rapid", (self.start[0], end[1])),
                 Step("rapid", self.start),
             ]
         return steps
-
-    def _thread(self, begin: Point, end: Point, outside: float) -> list[Step]:
-        """Return the thread of one pass, with its run-out."""
-        lead, length = lead_along_path(begin, end, self.lead), abs(end[1] - begin[1])
-        if not 0.0 < self.chamfer < length:
-            return [Step("thread", end, lead=lead)]
-        share = 1.0 - self.chamfer / length
-        leave = (begin[0] + share * (end[0] - begin[0]), begin[1] + share * (end[1] - begin[1]))
-        out = (leave[0] + outside * self.chamfer, end[1])
-        return [Step("thread", leave, lead=lead), Step("thread", out, lead=lead_along_path(leave, out, self.lead))]
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ class Cycles(ContourCycles):
     def cycle(self) -> bool:
         """Carry out the cycle of the block, by its own code or a single-pass cycle in force; say whether there was one."""
         meaning = self.block.of_group(Group.MOTION)
-        if meaning is None and self.modal.motion in (*SINGLE, *DRILLING):
+        if meaning is None and self.modal.motion in (*SINGLE, *DRILLING, Meaning.THREAD_BY_FEED):
             named = any(letter in self.block.words and letter not in self.used for letter in ("X", "Z", "U", "W"))
             meaning = self.modal.motion if named else None
         if meaning is None:
@@ -71,7 +71,9 @@ class Cycles(ContourCycles):
         if meaning is Meaning.THREADING_CYCLE_SIMPLE:
             self._check_turning()
             lead = self._lead()
-            steps = threading_pass(start, end, modal.taper, lead)
+            if modal.thread_chamfer == 0.0:
+                self.assumed["thread_run_out"] = f"none at the end of {modal.motion_code}, as no block of G76 sets one"
+            steps = threading_pass(start, end, modal.taper, lead, modal.thread_chamfer * lead)
         else:
             self.check_feed()
             steps = (turning_pass if meaning is Meaning.TURNING_CYCLE_SIMPLE else facing_pass)(start, end, modal.taper)

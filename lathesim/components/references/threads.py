@@ -1,0 +1,55 @@
+"""How threads follow the angle of the spindle: where one begins, how it goes on from row to row, and the way out of a tapped hole."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from lathesim.components.references.rows import next_row
+from lathesim.path_columns import FEED, FEED_MODE, LENGTH, SPINDLE_DIRECTION, START_ANGLE, TAP_OUT, THREAD, THREAD_ON
+
+TWO_PI = 2.0 * math.pi
+NO_ANGLE = -1.0e300
+"""Spindle angle [rad] that means "nothing is wired here" (a thread then follows the speed alone), or that no thread is in work."""
+
+
+def sense_of(path: Any, row: int) -> float:
+    """Return the sense in which the spindle turns in a row: -1 for M04, else 1."""
+    return -1.0 if path[row][SPINDLE_DIRECTION] < 0.0 else 1.0
+
+
+def thread_start(turned: float, start_angle: float) -> float:
+    """Return the first angle [rad] from ``turned`` on that lies ``start_angle`` behind the index, a whole turn of the spindle."""
+    return math.ceil((turned - start_angle) / TWO_PI - 1e-12) * TWO_PI + start_angle
+
+
+def walk_thread(path: Any, row: int, travelled: float, index: float, angle: float) -> tuple[float, float, float, float, float]:
+    """Return row and way in it [m] at a spindle angle [rad], where the row began [rad], the way of this sample [m], and 1 at the end.
+
+    The way is s = lead (turned - index)/(2 pi), with the angle turned in the sense of the row. A thread that waits begins at the first
+    index behind the lowest angle, as the spindle may still turn the other way. One that goes on begins at the angle of the joint, within
+    the sample, so that the tool stays on the lead. The tool never goes back on a thread. Only on the way out of a tapped hole s is below
+    0, deeper than the bottom, until the spindle has reversed.
+    """
+    done = 0.0
+    while True:
+        turned = sense_of(path, row) * angle
+        mode = path[row][FEED_MODE]
+        if index <= NO_ANGLE or (mode == THREAD and travelled <= 0.0):
+            found = thread_start(turned, path[row][START_ANGLE])
+            if index <= NO_ANGLE or found < index:
+                index = found
+        lead = path[row][FEED] * 1.0
+        length = path[row][LENGTH] * 1.0
+        way = lead * (turned - index) / TWO_PI
+        if way < travelled and mode != TAP_OUT:
+            way = travelled
+        if way < length:
+            return row * 1.0, way, index, done + way - travelled, 0.0
+        done += length - travelled
+        following = next_row(path, row)
+        if following >= len(path) or path[following][FEED_MODE] < THREAD_ON:
+            return row * 1.0, length, index, done, 1.0
+        index = sense_of(path, row) * sense_of(path, following) * (index + TWO_PI * length / lead)
+        row = following
+        travelled = 0.0
