@@ -2,7 +2,8 @@
 
 Comparing a simulation with a recording is therefore subtraction. One HDF5 file holds one record: ``/time`` and ``/channels/<name>`` with
 the attributes ``unit`` and ``description``, and ``/meta`` as JSON text (lesson, seed, versions, status). Every block of numbers carries a
-checksum. A record is written beside its place and moved there when whole, so a half-written file never replaces a good one.
+checksum. A record is written beside its place and moved there when whole, so a half-written file never replaces a good one. Only a record
+of what cannot be had again grows in its place, see :class:`lathesim.record_writer.RecordWriter`.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ Meta = dict[str, str | float | int]
 
 FORMAT = "lathesim-record"
 VERSION = 1
+CUT_OFF = "cut off"
+"""The status of a record whose writer was killed: it ends with the last block that was written."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +96,7 @@ class Record:
 
     @property
     def status(self) -> str:
-        """How the run ended: "complete", "stopped" or "failed: ..."; "complete" for a recording."""
+        """How the run ended: "complete", "stopped", "failed: ..." or "cut off"; "complete" for a recording."""
         return str(self.meta.get("status", "complete"))
 
     def between(self, begin: float, end: float) -> Record:
@@ -169,7 +172,12 @@ def _read(file: Any) -> Record:
     for name in json.loads(_text(file["channel_names"][()])):
         dataset = group[name]
         channels[name] = Channel(name, _text(dataset.attrs["unit"]), dataset[:], _text(dataset.attrs["description"]))
-    return Record(file["time"][:], channels, json.loads(_text(file["meta"][()])))
+    time = file["time"][:]
+    if "meta" in file:
+        return Record(time, channels, json.loads(_text(file["meta"][()])))
+    whole = min([len(time), *(len(channel.values) for channel in channels.values())])
+    cut = {name: dataclasses.replace(channel, values=channel.values[:whole]) for name, channel in channels.items()}
+    return Record(time[:whole], cut, {"status": CUT_OFF})
 
 
 def _text(value: Any) -> str:

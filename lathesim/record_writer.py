@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import io
 import json
 import os
@@ -15,14 +14,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lathesim.errors import RecordError
+from lathesim.errors import RecordError, WriteError
 from lathesim.record import FORMAT, VERSION, Channel, Record
+from lathesim.whole_file import PartFile, refusal
 
 LARGEST_BLOCK = 16384
 """Samples of one channel that the file keeps together, 128 kB."""
 _CHUNK_CACHE = 2 * 8 * LARGEST_BLOCK
 """Bytes of a channel that HDF5 holds back; its own choice of several MB a channel would keep an hour of record in memory."""
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_GROWING_BLOCK = 2048
+"""The same for a record that grows, which writes the last one again with every call: 16 kB."""
 
 
 class RecordWriter:
@@ -36,19 +37,24 @@ class RecordWriter:
             record = run(plan, sink=writer)
             writer.finish(record.meta)
 
-    Raises :class:`RecordError` where the folder cannot be written or the disk is full.
+    A record that is ``growing`` holds what cannot be had again. It stands in its place from the first block on, and whatever ends the
+    program it opens up to the last block that was written. It is neither packed nor has it check sums, as its last block is written anew.
+
+    Raises :class:`WriteError` where the folder cannot be written or the disk is full.
     """
 
-    def __init__(self, path: str | Path, channels: Iterable[Channel], *, block: int = LARGEST_BLOCK, compress: bool = True) -> None:
+    def __init__(
+        self, path: str | Path, channels: Iterable[Channel], *, block: int = LARGEST_BLOCK, compress: bool = True, growing: bool = False
+    ) -> None:
         self.path = Path(path)
         self.samples = 0
         self._channels = list(channels)
-        self._part = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
-        self._block = min(max(block, 1), LARGEST_BLOCK)
+        self._growing = growing
+        self._block = _GROWING_BLOCK if growing else min(max(block, 1), LARGEST_BLOCK)
         self._compress = compress
         self._file: Any = None
         self._disk: _Disk | None = None
-        _check_place(self.path)
+        self._part: PartFile | None = None
         for channel in self._channels:
             if not channel.name or "/" in channel.name or channel.name == ".":
                 raise RecordError(f"a channel cannot be called '{channel.name}'.", place=str(self.path), remedy="Name it part.output.")
@@ -58,11 +64,12 @@ class RecordWriter:
     def _open(self) -> None:
         import h5py
 
-        self._disk = _Disk(self._part)
+        self._part = PartFile(self.path)
+        self._disk = _Disk(self._part.part, at_once=not self._growing)
         self._file = h5py.File(self._disk, "w", rdcc_nbytes=_CHUNK_CACHE)
         self._file.attrs["format"] = FORMAT
         self._file.attrs["version"] = VERSION
-        columns = _Columns(self._block, self._compress)
+        columns = _Columns(self._block, packed=self._compress and not self._growing, summed=not self._growing)
         self._time = columns.new(self._file.id, "time", "s", "time since the start")
         group = self._file.create_group("channels").id
         self._values = [columns.new(group, channel.name, channel.unit, channel.description) for channel in self._channels]
@@ -83,36 +90,53 @@ class RecordWriter:
             for dataset, row in zip([self._time, *self._values], [times, *block], strict=True):
                 dataset.set_extent(end)
                 dataset.write(here, there, row)
+            if self._growing:
+                self._settle()
             self._check_disk()
         self.samples += len(times)
 
+    def _settle(self) -> None:
+        """Bring the file on the disk from its last whole state to the present one, and to its place at the first time."""
+        assert self._disk is not None
+        assert self._part is not None
+        if self._file is not None:
+            self._file.flush()
+        self._disk.settle()
+        self._check_disk()
+        self._part.keep(durable=False)
+
     def finish(self, meta: Mapping[str, str | float | int] | None = None) -> None:
         """Write ``meta`` and move the whole file to its place; after the disk has refused a block there is nothing to move."""
-        if self._file is None:
+        if self._file is None or self._disk is None or self._part is None:
             return
         with self._told():
             self._file.create_dataset("meta", data=json.dumps(dict(meta or {})))
             self._close_file()
+            self._disk.settle()
             self._check_disk()
-            if self._disk is not None:
-                self._disk.close(keep=True)
-            self._part.replace(self.path)
+            self._disk.close(keep=True)
+            self._part.keep(durable=False)
 
     def discard(self) -> None:
-        """Take away what was written so far."""
+        """Take away what was written so far; of a growing record what stands in its place is left as it is."""
         self._close_file()
         if self._disk is not None:
             self._disk.close(keep=False)
-        self._part.unlink(missing_ok=True)
+        if self._part is not None:
+            self._part.discard()
 
     @contextmanager
     def _told(self) -> Iterator[None]:
-        """Turn what the disk refuses into a :class:`RecordError`, and take the half-written file away."""
+        """Turn what the disk refuses into a :class:`WriteError`, and take the half-written file away."""
         try:
             yield
         except (OSError, RuntimeError) as error:
             self.discard()
-            raise _refusal(self.path, error) from error
+            refused = refusal(self.path, error)
+            if self._growing and self.samples:
+                remedy = f"The {self.samples} instants before are kept."
+                raise WriteError(refused.fact, place=refused.place, remedy=remedy) from error
+            raise refused from error
 
     def _close_file(self) -> None:
         self._time, self._values = None, []
@@ -134,7 +158,7 @@ class RecordWriter:
 class _Columns:
     """Makes the columns of a file, by HDF5's own calls: through the comfortable ones of h5py a short record takes four times as long."""
 
-    def __init__(self, block: int, compress: bool) -> None:
+    def __init__(self, block: int, *, packed: bool, summed: bool) -> None:
         import h5py
         from h5py import h5d, h5p, h5s, h5t
 
@@ -145,10 +169,11 @@ class _Columns:
         self._layout = h5p.create(h5p.DATASET_CREATE)
         self._layout.set_chunk((block,))
         self._layout.set_fill_time(h5d.FILL_TIME_NEVER)
-        if compress:
+        if packed:
             self._layout.set_shuffle()
             self._layout.set_deflate(1)
-        self._layout.set_fletcher32()
+        if summed:
+            self._layout.set_fletcher32()
 
     def new(self, group: Any, name: str, unit: str, description: str) -> Any:
         """Return a new empty column of numbers."""
@@ -163,19 +188,22 @@ class _Columns:
 class _Disk(io.RawIOBase):
     """The file HDF5 writes to. When the disk refuses, it notes the failure and keeps what still comes in memory.
 
-    HDF5 crashes the whole program when a write fails, so it must not see one; it is closed right after the first failure.
+    HDF5 crashes the whole program when a write fails, so it must not see one; it is closed right after the first failure. Unless it writes
+    ``at_once``, it holds everything back until it is called to :meth:`settle`: HDF5 writes in no order that could be broken off.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, at_once: bool) -> None:
         self.failure: OSError | None = None
         self._raw = path.open("w+b", buffering=0)
         self._position = 0
+        self._at_once = at_once
+        self._length: int | None = None
         self._unwritten: list[tuple[int, bytes]] = []
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """Move to a place, as any file."""
         if whence == os.SEEK_END:
-            offset += max([self._raw.seek(0, os.SEEK_END), *(begin + len(piece) for begin, piece in self._unwritten)])
+            offset += max([self._raw.seek(0, os.SEEK_END), self._length or 0, *(begin + len(piece) for begin, piece in self._unwritten)])
         self._position = offset if whence != os.SEEK_CUR else self._position + offset
         return self._position
 
@@ -186,18 +214,37 @@ class _Disk(io.RawIOBase):
     def write(self, buffer: Any) -> int:
         """Write all of a block, or keep it in memory once the disk has refused one."""
         piece = memoryview(buffer).cast("B")
-        if self.failure is None:
+        if self.failure is None and self._at_once:
             try:
-                self._write_whole(piece)
+                self._write_whole(self._position, piece)
             except OSError as error:
                 self.failure = error
-        if self.failure is not None:
+        if self.failure is not None or not self._at_once:
             self._unwritten.append((self._position, bytes(piece)))
         self._position += len(piece)
         return len(piece)
 
-    def _write_whole(self, rest: memoryview) -> None:
-        self._raw.seek(self._position)
+    def settle(self) -> None:
+        """Write what was held back in an order that can be broken off: what lies behind the end of the file, then what points to it."""
+        if self.failure is not None or self._at_once:
+            return
+        try:
+            end = self._raw.seek(0, os.SEEK_END)
+            if self._length is not None and self._length > end:
+                self._raw.truncate(self._length)
+            for begin, piece in self._unwritten:
+                inside = min(max(end - begin, 0), len(piece))
+                self._write_whole(begin + inside, memoryview(piece)[inside:])
+            for begin, piece in sorted(self._unwritten, key=lambda item: _turn(item[1])):
+                self._write_whole(begin, memoryview(piece)[: max(end - begin, 0)])
+            if self._length is not None:
+                self._raw.truncate(self._length)
+            self._unwritten.clear()
+        except OSError as error:
+            self.failure = error
+
+    def _write_whole(self, position: int, rest: memoryview) -> None:
+        self._raw.seek(position)
         while rest:
             rest = rest[self._raw.write(rest) :]
 
@@ -217,7 +264,8 @@ class _Disk(io.RawIOBase):
     def truncate(self, size: int | None = None) -> int:
         """Set the length of the file."""
         length = self._position if size is None else size
-        if self.failure is None:
+        self._length = length
+        if self.failure is None and self._at_once:
             try:
                 self._raw.truncate(length)
             except OSError as error:
@@ -233,26 +281,21 @@ class _Disk(io.RawIOBase):
         super().close()
 
 
-def _refusal(path: Path, error: BaseException) -> RecordError:
-    if isinstance(error, OSError) and error.errno in _FULL:
-        return RecordError("the disk is full.", place=str(path), remedy="Make room, or choose another folder; nothing was replaced.")
-    reason = str(getattr(error, "strerror", None) or error).splitlines()[0].rstrip(".")
-    return RecordError(f"the record cannot be written: {reason}.", place=str(path), remedy="Choose another folder; nothing was replaced.")
+def _turn(piece: bytes) -> int:
+    """Return when a piece of a growing file is written over what was there: samples first, the lengths of the columns last.
 
-
-def _check_place(path: Path) -> None:
-    if not path.parent.is_dir():
-        raise RecordError(f"there is no folder '{path.parent}'.", place=str(path), remedy="Make it, or choose another place.")
-    if path.is_dir():
-        raise RecordError("this is a folder.", place=str(path), remedy="Give the name of a file.")
-    if not os.access(path.parent, os.W_OK):
-        raise RecordError(f"the folder '{path.parent}' cannot be written.", place=str(path), remedy="Choose another folder.")
+    Between them the superblock, which tells where the file ends, heaps of names, and the trees that find the samples; the signatures are
+    those of the HDF5 File Format Specification, version 2.0, chapters II and III.
+    """
+    if len(piece) == 8 * _GROWING_BLOCK:
+        return 0
+    return {b"\x89HDF": 1, b"GCOL": 2, b"HEAP": 2, b"TREE": 3}.get(piece[:4], 4)
 
 
 def save(record: Record, path: str | Path) -> None:
     """Write a record as one HDF5 file; a file that stood there stays whole until the new one is.
 
-    Raises :class:`RecordError` where the folder is missing or cannot be written, or the disk is full.
+    Raises :class:`WriteError` where the folder is missing or cannot be written, or the disk is full.
     """
     with RecordWriter(path, record.channels.values(), block=len(record), compress=False) as writer:
         values = [channel.values for channel in record.channels.values()]

@@ -1,5 +1,6 @@
 """Stock parts, plug-in folders and installed packages come in through one door; what is at fault costs one line and nothing else."""
 
+import importlib.util
 import sys
 from pathlib import Path
 
@@ -91,6 +92,10 @@ def load(folder: Path) -> Registry:
 
 def test_a_good_plugin_comes_in_beside_the_stock_parts(tmp_path: Path) -> None:
     path = write_plugin(tmp_path)
+    torn = Path(importlib.util.cache_from_source(str(path)))
+    torn.parent.mkdir()
+    times = int(path.stat().st_mtime).to_bytes(4, "little"), path.stat().st_size.to_bytes(4, "little")
+    torn.write_bytes(b"".join([importlib.util.MAGIC_NUMBER, bytes(4), *times]) + b"\xe3")  # byte code that a full disk cut off
     registry = load(tmp_path)
     assert registry.problems == []
     assert registry.plugins == [str(path)]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.errors import RecordError
+from lathesim.errors import RecordError, WriteError
 from lathesim.record import Channel, Record, is_record, load
 from lathesim.record_writer import LARGEST_BLOCK, RecordWriter, _Disk, save
 
@@ -57,7 +57,7 @@ def test_what_is_left_unfinished_replaces_nothing(tmp_path: Path) -> None:
 def test_a_full_disk_is_told_and_replaces_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     save(record(10), tmp_path / "run.h5")
 
-    def refuse(disk: _Disk, rest: memoryview) -> None:
+    def refuse(disk: _Disk, position: int, rest: memoryview) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(_Disk, "_write_whole", refuse)
@@ -74,3 +74,55 @@ def test_a_truncated_record_is_refused(tmp_path: Path) -> None:
     (tmp_path / "run.h5").write_bytes(whole[: len(whole) // 2])
     with pytest.raises(RecordError, match="the file is truncated"):
         load(tmp_path / "run.h5")
+
+
+def test_what_grows_opens_up_to_its_last_block_wherever_its_writer_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every write to the disk is the last one once: what stands there then is what a killed process leaves."""
+    place = tmp_path / "r.h5"
+    ours, killed = record(6000), tmp_path / "killed.h5"
+    lengths = []
+    whole = _Disk._write_whole
+
+    def write_and_look(disk: _Disk, position: int, rest: memoryview) -> None:
+        whole(disk, position, rest)
+        if place.exists():
+            killed.write_bytes(place.read_bytes())
+            found = load(killed)
+            assert np.array_equal(found["x_axis.position"], ours["x_axis.position"][: len(found)])
+            lengths.append(len(found))
+            assert found.status in ("cut off", "complete")
+
+    monkeypatch.setattr(_Disk, "_write_whole", write_and_look)
+    with RecordWriter(place, ours.channels.values(), growing=True) as writer:
+        for begin in range(0, 6000, 1500):
+            end = begin + 1500
+            writer.write(ours.time[begin:end], [channel.values[begin:end] for channel in ours.channels.values()])
+            assert len(load(place)) == end
+        writer.finish({"status": "complete"})
+    assert load(place).status == "complete"
+    assert lengths == sorted(lengths)
+    assert set(lengths) == {1500, 3000, 4500, 6000}
+
+
+def test_what_grows_and_finds_the_disk_full_keeps_what_came_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ours = record(3000)
+    values = [channel.values for channel in ours.channels.values()]
+    whole, left = _Disk._write_whole, [60]
+
+    def refuse(disk: _Disk, position: int, rest: memoryview) -> None:
+        left[0] -= 1
+        if left[0] < 0:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        whole(disk, position, rest)
+
+    monkeypatch.setattr(_Disk, "_write_whole", refuse)
+    written = 0
+    with (
+        pytest.raises(WriteError, match="the disk is full") as told,
+        RecordWriter(tmp_path / "r.h5", ours.channels.values(), growing=True) as writer,
+    ):
+        for begin in range(0, 3000, 100):
+            writer.write(ours.time[begin : begin + 100], [row[begin : begin + 100] for row in values])
+            written += 100
+    assert f"The {written} instants before are kept." in str(told.value)
+    assert len(load(tmp_path / "r.h5")) == written

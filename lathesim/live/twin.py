@@ -121,7 +121,7 @@ class Twin:
         if self._out is not None:
             kept = [signals[row] for row in self._rows]
             twins = [Signal(f"twin.{name}", unit) for name, unit in zip(compare, self._units[len(self._drive) :], strict=True)]
-            self._writer = RecordWriter(self._out, [signal.as_channel() for signal in (*kept, *twins)])
+            self._writer = RecordWriter(self._out, [signal.as_channel() for signal in (*kept, *twins)], growing=True)
 
     async def _take(self, block: Block, show: Callable[[TwinLine], None], begun: float, stop: asyncio.Event) -> None:
         assert self._clock is not None

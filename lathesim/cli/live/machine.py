@@ -91,7 +91,7 @@ class _Records:
 
         self._count += 1
         place = self._out if self._count == 1 else self._out.with_name(f"{self._out.stem}_{self._count}{self._out.suffix}")
-        return RecordWriter(place, [signal.as_channel() for signal in machine_signals(machine)])
+        return RecordWriter(place, [signal.as_channel() for signal in machine_signals(machine)], growing=True)
 
 
 def _tell(session: Session, how: ServoSettings) -> None:

@@ -102,7 +102,7 @@ def _blocks(source: RecordBlocks, names: list[str], loops: int) -> Iterator[Floa
 def _writer(out: Path | None, signals: Any) -> Any:
     from lathesim.record_writer import RecordWriter
 
-    return None if out is None else RecordWriter(out, [signal.as_channel() for signal in signals])
+    return None if out is None else RecordWriter(out, [signal.as_channel() for signal in signals], growing=True)
 
 
 def _network(

@@ -35,7 +35,7 @@ class RecordBlocks:
         self._time = self._file["time"]
 
     def __len__(self) -> int:
-        return int(self._time.shape[0])
+        return min([int(self._time.shape[0]), *(int(self._file["channels"][signal.name].shape[0]) for signal in self.signals)])
 
     @property
     def period(self) -> float:

@@ -65,7 +65,7 @@ class Recorder:
     def take(self, block: Block) -> None:
         """Write a block; instants that are not after the last one are left out and counted."""
         if self._writer is None:
-            self._writer = RecordWriter(self._out, [signal.as_channel() for signal in self._source.signals])
+            self._writer = RecordWriter(self._out, [signal.as_channel() for signal in self._source.signals], growing=True)
         for note in block.notes:
             self._note(block.time[0] if len(block) else self._last, note)
         fresh = block.time > np.maximum.accumulate(np.concatenate([[self._last], block.time[:-1]]))
