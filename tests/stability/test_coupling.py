@@ -49,6 +49,15 @@ def test_a_rod_that_is_cut_and_joined_is_the_rod(model: str, outer: float) -> No
     assert np.abs(joined / whole - 1.0).max() < 1e-12
 
 
+def test_a_tube_on_a_wall_with_the_shear_of_a_hollow_circle() -> None:
+    tube = cylinder(0.040, 0.100, Material(200e9, 7800.0, 1e-3, 0.3), 0.034)
+    assert tube.shear == pytest.approx(0.5362, abs=5e-5)
+    assert cylinder(0.040, 0.100, STEEL).shear == pytest.approx(7.8 / 8.8, rel=1e-12)
+    frequency = np.linspace(3070.0, 3100.0, 61)
+    tip = assembly_tip([tube], frequency, base=np.zeros((2, 2), dtype=complex))[:, 0, 0]
+    assert frequency[np.argmax(np.abs(tip))] == pytest.approx(3085.0, rel=5e-4)
+
+
 @pytest.mark.parametrize("receptances", [euler_bernoulli, timoshenko])
 def test_receptances_are_reciprocal(receptances: object) -> None:
     first, across, back, second = receptances(TOOL, 800.0)  # type: ignore[operator]

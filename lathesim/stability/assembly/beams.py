@@ -49,15 +49,20 @@ class Beam:
 
 
 def cylinder(diameter: float, length: float, material: Material, bore: float = 0.0) -> Beam:
-    """Return a cylinder [m], hollow with a ``bore``."""
+    """Return a cylinder [m], hollow with a ``bore``.
+
+    The shear coefficient is that of Cowper's hollow circle of the ratio m = bore/diameter, kappa = 6 (1 + nu) (1 + m^2)^2/((7 + 6 nu)
+    (1 + m^2)^2 + (20 + 12 nu) m^2). With m = 0 it is that of the solid one, and with m near 1 that of a thin tube.
+    """
     if not 0.0 <= bore < diameter:
         raise LessonError(f"a bore of {bore:g} m is not inside the diameter {diameter:g} m.", remedy="Give one smaller than the diameter.")
-    nu = material.poisson
+    nu, square = material.poisson, (bore / diameter) ** 2
+    around = (1.0 + square) ** 2
     return Beam(
         length,
         0.25 * math.pi * (diameter**2 - bore**2),
         math.pi / 64.0 * (diameter**4 - bore**4),
-        6.0 * (1.0 + nu) / (7.0 + 6.0 * nu),
+        6.0 * (1.0 + nu) * around / ((7.0 + 6.0 * nu) * around + (20.0 + 12.0 * nu) * square),
         material,
     )
 
