@@ -1,10 +1,11 @@
-"""What may go wrong in a run, told before it: rapids into the stock, noses left out, axes that do not stand where the program starts."""
+"""What may go wrong in a run, told before it: rapids into the stock, noses left out, axes that do not stand where the program starts, a
+drag that acts nowhere."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lathesim.component import State
+from lathesim.component import Output, State
 from lathesim.engine.wiring import Plan
 from lathesim.lessons.case import Case
 from lathesim.lessons.program_path import program_of, program_warnings
@@ -15,11 +16,24 @@ _SAME_PLACE = 1e-6
 
 
 def run_warnings(case: Case, plan: Plan) -> tuple[str, ...]:
-    """Return the warnings of a case on a machine that cuts, each once; machines without a stock have none."""
+    """Return the warnings of a case, each once; those of program and axes only on a machine with a stock."""
     stock = raw_stock(plan)
     if stock is None:
-        return ()
-    return tuple(dict.fromkeys([*program_warnings(case, stock), *starts_elsewhere(case, plan)]))
+        return tuple(unread_drags(plan))
+    return tuple(dict.fromkeys([*unread_drags(plan), *program_warnings(case, stock), *starts_elsewhere(case, plan)]))
+
+
+def unread_drags(plan: Plan) -> list[str]:
+    """Return a sentence for each part whose process damping gives a drag that no wire takes to a mode."""
+    read = {source for kind, source in plan.feeds.values() if kind == "output"}
+    return [
+        f"{name}: its process damping acts on nothing. Wire the drag of a mode to {name}.drag."
+        for name, part in plan.parts.items()
+        if "drag" in part.component.declared(Output)
+        and (at := plan.parameters.get(f"{name}.process_damping")) is not None
+        and plan.parameter_values[at] > 0.0
+        and f"{name}.drag" not in read
+    ]
 
 
 def starts_elsewhere(case: Case, plan: Plan) -> list[str]:

@@ -96,6 +96,15 @@ def test_milling_by_two_methods(method: str, capsys: Capture) -> None:
     assert [row["kind"] for row in rows] == ["Hopf", "flip"]
 
 
+def test_milling_with_what_it_does_not_take_is_refused(capsys: Capture) -> None:
+    text = "  modes: [{frequency: 922 Hz, damping: 1.1 %, stiffness: 1e6 N/m}]\n  milling: {teeth: 2, tangential: 6e8 Pa, normal: 2e8 Pa}\n"
+    for key, word in (("process_damping: 1e5 N/m", "process damping"), ("interrupted: 0.5", "slotted bar")):
+        lesson(f"{text}  {key}\n")
+        said = call(capsys, "lobes", "mine.yaml", "--speed", "5000..5000:1")
+        assert said.code == 1
+        assert f"milling takes no {word}." in said.err
+
+
 def test_the_three_methods_agree_on_an_interrupted_cut(capsys: Capture) -> None:
     lesson("  interrupted: 0.5\n  modes: [{frequency: 75 Hz, damping: 2 %, stiffness: 8e6 N/m}]\n")
     found = {

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.simulate import simulate
+from lathesim.lessons.run_warnings import run_warnings
+from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry
 from lathesim.stability.limits.lesson_cut import cut_of
 from lathesim.stability.limits.lobes import stability_map
@@ -52,6 +55,15 @@ def test_a_speed_that_varies_enough_keeps_the_cut_quiet(lessons: dict[str, Compi
     record = simulate(runs.lesson, runs.registry, "speed_variation", {"spindle.variation": "0.2"}, engine="compiled")
     last = record["mode.displacement"][-10000:]
     assert last.max() - last.min() < 1e-6
+
+
+def test_process_damping_that_no_wire_takes_to_a_mode_is_told(lessons: dict[str, CompiledRuns]) -> None:
+    runs = lessons["22_waves_on_the_part"]
+    prepared = prepare(runs.lesson, runs.registry, "stable", {"cut.process_damping": "1e5 N/m"})
+    assert run_warnings(prepared.case, prepared.plan) == ()
+    mode = prepared.plan.parts["mode"].name
+    cut_off = replace(prepared.plan, feeds={name: source for name, source in prepared.plan.feeds.items() if name != f"{mode}.drag"})
+    assert run_warnings(prepared.case, cut_off) == ("cut: its process damping acts on nothing. Wire the drag of a mode to cut.drag.",)
 
 
 def test_the_map_of_the_waves_lesson_belongs_to_its_machine() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lathesim.engine.running.run import run
+from lathesim.errors import SimulationError
 from lathesim.stability.limits.delay_equations import turning
 from lathesim.stability.limits.frequency_limit import limit_at
 from lathesim.stability.limits.growth import growth, milling_rig, rig
@@ -15,6 +16,7 @@ from lathesim.stability.limits.lesson_cut import Milling
 from lathesim.stability.limits.periodic_delay import multipliers
 from lathesim.stability.limits.time_limit import time_limit
 from lathesim.stability.tool_point.modes import Mode, ToolPoint
+from tests.stability.own_cut import radius, tooth_force
 
 SLOTTED = ToolPoint((Mode(75.0, 0.02, 8e6),), (1.0,))
 POINTS = [
@@ -59,6 +61,36 @@ def test_growth_of_milling_in_the_engine_is_the_multiplier() -> None:
     made = milling_rig(mode, Milling(2, 6e8, 2e8, 0.0, math.pi), 5000.0)
     found = [abs(value) for value in growth(made, np.array([0.2e-3, 0.5e-3, 0.7e-3, 1.0e-3]))]
     assert found == pytest.approx([0.81974278, 1.07397559, 1.22155614, 1.40647353], abs=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("teeth", "entry", "leave", "speed", "wanted"),
+    [(1, 60.0, 150.0, 9200.0, 27.268e-3), (1, 0.0, 120.0, 7000.0, None), (3, 90.0, 180.0, 2600.0, None)],
+)
+def test_the_limit_of_milling_whatever_the_number_of_teeth(
+    teeth: int, entry: float, leave: float, speed: float, wanted: float | None
+) -> None:
+    cut = Milling(teeth, 9e8, 4e8, math.radians(entry), math.radians(leave))
+    width, _ = time_limit(milling_rig(Mode(300.0, 0.02, 8e6), cut, speed), 5e-4, 0.2)
+    if wanted is not None:
+        assert width == pytest.approx(wanted, rel=1e-4)
+
+    def push(time: float) -> float:
+        return width * tooth_force(2.0 * math.pi * speed / 60.0 * time, 9e8, 4e8, cut.entry, cut.leave, teeth)
+
+    assert radius([(300.0, 0.02, 8e6, 1.0, 1.0)], push, 0.0, 60.0 / speed / teeth, 80) == pytest.approx(1.0, abs=2e-3)
+
+
+def test_process_damping_in_the_engine_acts_along_the_normal() -> None:
+    slide = ToolPoint.of([Mode(100.658424, 0.09961174, 1e6, math.radians(angle)) for angle in (90.0, 0.0)], math.radians(70.0))
+    width, _ = time_limit(rig(slide, 700e6, 1000.0, process_damping=2e5), 0.5e-3, 0.05)
+    assert width == pytest.approx(1.4189e-3, rel=1e-4)
+
+
+def test_a_tooth_that_passes_within_a_sample_is_named() -> None:
+    made = milling_rig(Mode(300.0, 0.02, 8e6), Milling(64, 9e8, 4e8, 0.0, math.pi), 5000.0)
+    with pytest.raises(SimulationError, match=r"cut\.force stopped being a number"):
+        run(made.plan, duration=1e-3, engine="compiled", overrides={"spindle.target": 2e5})
 
 
 def lives_on(speed: float, exponent: float, share_of_limit: float, start: float) -> bool:

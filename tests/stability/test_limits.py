@@ -12,6 +12,7 @@ from lathesim.stability.limits.delay_equations import milling, turning
 from lathesim.stability.limits.frequency_limit import limit_at, smallest_limit, speeds_of
 from lathesim.stability.limits.periodic_delay import DelayEquation, kind_of, multipliers, smallest_unstable
 from lathesim.stability.tool_point.modes import Mode, ToolPoint
+from tests.stability.own_cut import radius
 
 KS = 700e6
 FREQUENCY = math.sqrt(1e6 / 2.5) / (2.0 * math.pi)
@@ -71,14 +72,27 @@ DRAG = {
     [(speed, damping, width) for speed, row in DRAG.items() for damping, width in zip((0.0, 5e4, 1e5, 2e5), row, strict=True)],
 )
 def test_process_damping_by_both_methods(speed: float, damping: float, width: float) -> None:
-    # the drag acts on the mode itself, as the force of the chip does along it
-    tool = ToolPoint((Mode(FREQUENCY, DAMPING, 1e6),), (1.0,))
-    stiffness = KS * math.cos(math.radians(70.0))
-    found = limit_at(tool, stiffness, speed, process_damping=damping, diameter=0.036).width
+    # the drag acts along the normal, however the cutting force of 70 deg lies to it
+    found = limit_at(SLIDE, KS, speed, process_damping=damping, diameter=0.036).width
     assert found * 1e3 == pytest.approx(width, rel=5e-4)
-    if math.isfinite(width):
-        cut = turning(tool, stiffness, found, speed, process_damping=damping, diameter=0.036)
-        assert abs(multipliers(cut)[0]) == pytest.approx(1.0, abs=1e-6)
+    at = found if math.isfinite(width) else 20e-3
+    size = abs(multipliers(turning(ONE, KS, at, speed, process_damping=damping, diameter=0.036))[0])
+    assert size == pytest.approx(1.0, abs=1e-6) if math.isfinite(width) else size < 1.0
+
+
+def test_an_own_reading_of_cuts_with_inclined_modes_and_process_damping() -> None:
+    chance = np.random.default_rng(7)
+    for _ in range(3):
+        angles, force = chance.uniform(-1.0, 1.0, 2), float(chance.uniform(0.2, 0.8))
+        modes = [Mode(float(f), 0.04, 6e6, float(a)) for f, a in zip(chance.uniform(80.0, 160.0, 2), angles, strict=True)]
+        tool, speed, damping = ToolPoint.of(modes, force), float(chance.uniform(2000.0, 4000.0)), float(chance.uniform(1e4, 1e5))
+        width = limit_at(tool, KS, speed, process_damping=damping, diameter=0.036).width
+        rows = [
+            (m.frequency, m.damping, m.stiffness, math.cos(force - m.direction) * math.cos(m.direction), math.cos(m.direction) ** 2)
+            for m in modes
+        ]
+        drag = width * damping / (math.pi * 0.036 * speed / 60.0)
+        assert radius(rows, lambda time, at=width: KS * at, drag, 60.0 / speed, 40) == pytest.approx(1.0, abs=2e-3)  # type: ignore[misc]
 
 
 def test_hayes_and_mathieu() -> None:

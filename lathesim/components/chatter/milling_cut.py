@@ -14,9 +14,10 @@ class MillingCut(Component):
         F = -b sum_j g(phi_j) (Kt cos phi_j + Kn sin phi_j) h_j,   h_j = sin(phi_j) (f_z + x(t) - x(t - tau)),   tau = 60/(n N)
 
     phi_j is the angle of a tooth, g is 1 between ``entry`` and ``leave``, f_z the feed of a tooth and b the axial depth. The displacement
-    is kept in cells over one turn, written by cubic Hermite between samples and read by cubic interpolation. Source: T. Insperger, G.
-    Stepan, Semi-Discretization for Time-Delay Systems (2011), milling with one degree of freedom. Left out: teeth that leave the cut by
-    vibration (with ``always_in_contact`` 0 the force ends there, the memory still is one tooth), helix, run-out of teeth.
+    is kept in cells over two turns, as one tooth meets the wave of a whole turn before. Cells are written by cubic Hermite between samples
+    and read by cubic interpolation. Where a tooth passes in less than a sample, the force is no number, and the run names it. Source: T.
+    Insperger, G. Stepan, Semi-Discretization for Time-Delay Systems (2011), milling with one degree of freedom. Left out: teeth that leave
+    the cut by vibration (with ``always_in_contact`` 0 the force ends there, the memory still is one tooth), helix, run-out of teeth.
     """
 
     group = "process"
@@ -37,7 +38,7 @@ class MillingCut(Component):
     leave = Parameter("rad", 3.141592653589793, low=0.0, high=6.283185307179586, doc="angle at which it leaves the cut")
     always_in_contact = Parameter("1", 0.0, low=0.0, high=1.0, doc="1: the linear cut, whose force may pull")
 
-    kept = Memory("m", 8192, doc="displacement over a turn")
+    kept = Memory("m", 16384, doc="displacement over two turns")
     cell = DiscreteState("1", -1.0, doc="number of the last cell written, counted from the start")
     last_angle = DiscreteState("rad", doc="angle of the last sample")
     last_displacement = DiscreteState("m", doc="displacement of the last sample")
@@ -51,6 +52,7 @@ class MillingCut(Component):
         spindle_speed: float,
         displacement: float,
         velocity: float,
+        teeth: float,
         cell: float,
         last_angle: float,
         last_displacement: float,
@@ -59,14 +61,19 @@ class MillingCut(Component):
         time: float,
     ) -> tuple[float, float, float, float]:
         total = len(kept)
-        per_cell = 2.0 * math.pi / total
+        per_cell = 4.0 * math.pi / total
         if time <= 0.0:
             return float(math.floor(angle / per_cell)), angle, displacement, velocity
         passed = angle - last_angle
         last = math.floor(angle / per_cell)
         place = int(cell)
-        if passed <= 0.0 or spindle_speed <= 0.0 or last - place > total:
+        if passed <= 0.0 or spindle_speed <= 0.0:
             return cell, last_angle, last_displacement, last_velocity
+        if (last - place + 3) * teeth > total // 2:
+            # the wave is read before it is written
+            for place in range(total):
+                kept[place] = math.nan
+            return float(last), angle, displacement, velocity
         span = passed / spindle_speed
         while place < last:
             place += 1
@@ -97,7 +104,7 @@ class MillingCut(Component):
         step: float,
     ) -> float:
         total = len(kept)
-        place = angle / (2.0 * math.pi) * total - total / teeth
+        place = (angle / (4.0 * math.pi) - 0.5 / teeth) * total
         below = math.floor(place)
         s = place - below
         before = (

@@ -11,14 +11,17 @@ from lathesim.component import Component, DiscreteState, Input, Memory, Output, 
 class RegenerativeCut(Component):
     """Gives the cutting force of a chip between the tool and the surface that all turns before left.
 
-        h = h0 + w(angle - 2 pi) - x,   w = min(w(angle - 2 pi) + h0, x),   F = b (Ks h - C x'/V) while h > 0 and the part is there
+        h = h0 + w(angle - 2 pi) - x,   w = min(w(angle - 2 pi) + h0, x)
+        F = b Ks h,   F_d = -b C x'/V     while h > 0 and the part is there
 
     x is the displacement of the tool out of the part, along the normal of the surface, h0 the feed per turn, w the height of the surface
-    over the one that a stiff tool would have left. As w keeps the deepest of all turns, the memory does not end with one turn when the tool
-    leaves the cut. With an exponent e other than 1 the force is b Ks (h0/e) (h/h0)^e: Ks is the slope at h = h0. The surface is kept in
-    cells over two turns, written by cubic Hermite between samples and read by cubic interpolation. Over the edges of a slot the cut fades
-    in and out over one step. Source: J. Tlusty, F. Ismail, Ann. CIRP 30 (1981), basic non-linearity in machining chatter; process damping
-    as in Y. Altintas, Manufacturing Automation (2012), section 4.4. Left out: rubbing of the flank beyond that drag, the width changing.
+    over the one that a stiff tool would have left. The process damping F_d acts along that normal, whatever the angle of the cutting force,
+    so it is an output of its own: wire it to the ``drag`` of each mode. As w keeps the deepest of all turns, the memory does not end with
+    one turn when the tool leaves the cut. With an exponent e other than 1 the force is b Ks (h0/e) (h/h0)^e: Ks is the slope at h = h0. The
+    surface is kept in cells over two turns, written by cubic Hermite between samples and read by cubic interpolation. Where a turn takes
+    less than a sample, the force is no number, and the run names it. Over the edges of a slot the cut fades in and out over one step.
+    Source: J. Tlusty, F. Ismail, Ann. CIRP 30 (1981), basic non-linearity in machining chatter; process damping as in Y. Altintas,
+    Manufacturing Automation (2012), section 4.4. Left out: rubbing of the flank beyond that drag, the width changing.
     """
 
     group = "process"
@@ -47,6 +50,7 @@ class RegenerativeCut(Component):
     last_velocity = DiscreteState("m/s", doc="velocity of the last sample")
 
     force = Output("N", doc="cutting force, away from the part")
+    drag = Output("N", doc="force of the process damping along the normal, away from the part")
     thickness = Output("m", doc="thickness of the chip")
     wave = Output("m", doc="height of the surface that the tool meets")
     removal_rate = Output("m^3/s", doc="volume cut per time")
@@ -75,8 +79,13 @@ class RegenerativeCut(Component):
         passed = angle - last_angle
         last = math.floor(angle / per_cell)
         place = int(cell)
-        if passed <= 0.0 or spindle_speed <= 0.0 or last - place > turn:
+        if passed <= 0.0 or spindle_speed <= 0.0:
             return cell, last_angle, last_displacement, last_velocity
+        if last - place + 3 > turn:
+            # the surface is read before it is written
+            for place in range(total):
+                surface[place] = math.nan
+            return float(last), angle, displacement, velocity
         span = passed / spindle_speed
         while place < last:
             place += 1
@@ -113,7 +122,7 @@ class RegenerativeCut(Component):
         always_in_contact: float,
         surface: Any,
         step: float,
-    ) -> tuple[float, float, float, float]:
+    ) -> tuple[float, float, float, float, float]:
         total = len(surface)
         turn = total // 2
         place = angle / (2.0 * math.pi) * turn - turn
@@ -144,12 +153,11 @@ class RegenerativeCut(Component):
             elif turned > 1.0 - 0.5 * ramp:
                 there = (turned - 1.0) / ramp + 0.5
         if always_in_contact < 0.5 and thickness <= 0.0:
-            return 0.0, 0.0, wave, 0.0
+            return 0.0, 0.0, 0.0, wave, 0.0
         if exponent == 1.0 or feed <= 0.0:
             force = cutting_stiffness * thickness
         else:
             force = cutting_stiffness * feed / exponent * (max(thickness, 0.0) / feed) ** exponent
         speed = 0.5 * diameter * spindle_speed
-        if process_damping > 0.0 and speed > 0.0:
-            force -= process_damping * velocity / speed
-        return there * width * force, there * thickness, wave, there * thickness * width * speed
+        drag = -process_damping * velocity / speed if process_damping > 0.0 and speed > 0.0 else 0.0
+        return there * width * force, there * width * drag, there * thickness, wave, there * thickness * width * speed

@@ -25,7 +25,10 @@ def turning(
 ) -> DelayEquation:
     """Return the equation of a turning cut of chip width b [m] at a speed [rpm], Ks [N/m^2].
 
-    With q_i the modes and x = sum q_i the motion along the normal:  m_i q_i'' + c_i q_i' + k_i q_i = mu_i b (Ks (x(t - tau) - x) - C x'/V).
+    With q_i the modes and x = sum q_i the motion along the normal:
+
+        m_i q_i'' + c_i q_i' + k_i q_i = b (mu_i Ks (x(t - tau) - x) - cos^2(alpha_i) C x'/V)
+
     ``share`` is the part of each turn in which a slotted bar is in the cut; ``process_damping`` C [N/m] acts at ``diameter`` [m].
     """
     if not 0.0 < share <= 1.0:
@@ -36,12 +39,12 @@ def turning(
     drag = width * process_damping / (math.pi * diameter * speed / 60.0) if process_damping > 0.0 else 0.0
     free = np.zeros((2 * count, 2 * count))
     push, rub = np.zeros((2 * count, 2 * count)), np.zeros((2 * count, 2 * count))
-    for place, (mode, factor) in enumerate(zip(tool.modes, tool.factors, strict=True)):
+    for place, (mode, factor, along) in enumerate(zip(tool.modes, tool.factors, tool.normal_factors, strict=True)):
         free[2 * place, 2 * place + 1] = 1.0
         free[2 * place + 1, 2 * place] = -mode.stiffness / mode.mass
         free[2 * place + 1, 2 * place + 1] = -mode.viscous / mode.mass
         push[2 * place + 1, 0::2] = factor * stiffness * width / mode.mass
-        rub[2 * place + 1, 1::2] = factor * drag / mode.mass
+        rub[2 * place + 1, 1::2] = along * drag / mode.mass
     inside = share * delay
     return DelayEquation(
         now=lambda time: free - push - rub if time < inside or share == 1.0 else free,

@@ -1,8 +1,9 @@
 """The limit of the chip width in the frequency domain, at one speed and over all.
 
-On the limit the tip vibrates at a frequency f and  1 + b [Ks (1 - exp(-j w tau)) + j w C/V] G(w) = 0,  tau = 60/n the delay of a turn, C
-the process damping [N/m] and V the cutting speed. At a speed, 1/b = D(w) = -[Ks (1 - exp(-j w tau)) + j w C/V] G(w) must be real and
-positive: the zeros of Im D are found on a grid and refined, and the largest D gives the smallest limit.
+On the limit the tip vibrates at a frequency f and  1 + b [Ks (1 - exp(-j w tau)) G(w) + j w C/V N(w)] = 0,  tau = 60/n the delay of a
+turn, C the process damping [N/m] and V the cutting speed. G is the receptance for the cutting force, N that for a force along the normal,
+as process damping is one. At a speed, 1/b = D(w) = -[Ks (1 - exp(-j w tau)) G(w) + j w C/V N(w)] must be real and positive: the zeros of
+Im D are found on a grid and refined, and the largest D gives the smallest limit.
 
 Source: J. Tlusty, M. Polacek (1963); Y. Altintas, Manufacturing Automation (2012), analytical stability lobes; D-subdivision for the
 process damping. Left out: the tool leaving the cut, and what is not linear.
@@ -26,7 +27,8 @@ _POINTS_OF_A_TURN = 48
 _POINTS_OF_A_MODE = 40
 """Points of the grid within the width of the sharpest mode."""
 _HIGHEST = 3.0
-"""Frequencies up to so many times the highest natural frequency are looked at, assumed: above, the receptance is too small to chatter."""
+"""Frequencies up to so many times the highest natural frequency are looked at, and up to one vibration a turn: above, the receptance is
+too small to chatter, and the first lobe ends at half a vibration a turn. The factor is assumed."""
 _REFINED = 60
 
 
@@ -46,25 +48,45 @@ class Limit:
 def limit_at(tool: ToolPoint, stiffness: float, speed: float, *, process_damping: float = 0.0, diameter: float = 0.0) -> Limit:
     """Return the limit at a speed [rpm] for a cutting stiffness Ks [N/m^2]; ``process_damping`` C [N/m] acts at ``diameter`` [m]."""
     delay = 60.0 / speed
-    highest = _HIGHEST * max(mode.frequency for mode in tool.modes)
+    highest = max(_HIGHEST * max(mode.frequency for mode in tool.modes), speed / 60.0)
     sharpest = min(max(mode.damping, 1e-4) * mode.frequency for mode in tool.modes)
     count = max(2000, math.ceil(highest * delay * _POINTS_OF_A_TURN), math.ceil(_POINTS_OF_A_MODE * highest / sharpest))
     grid = np.linspace(highest / count, highest, count)
-    return _smallest(grid, tool.receptance, stiffness, speed, process_damping, diameter)
+    return _smallest(grid, tool.receptance, tool.normal_receptance, stiffness, speed, process_damping, diameter)
 
 
 def limit_of_response(
-    response: FrequencyResponse, factor: float, stiffness: float, speed: float, *, process_damping: float = 0.0, diameter: float = 0.0
+    response: FrequencyResponse,
+    factor: float,
+    normal_factor: float,
+    stiffness: float,
+    speed: float,
+    *,
+    process_damping: float = 0.0,
+    diameter: float = 0.0,
 ) -> Limit:
-    """Return the limit at a speed [rpm] from a measured response, straight between its lines, of which the force feels the ``factor``."""
+    """Return the limit at a speed [rpm] from a measured response, straight between its lines.
+
+    The cutting force feels the ``factor`` of it, and process damping the ``normal_factor``.
+    """
     count = math.ceil(response.highest * 60.0 / speed * _POINTS_OF_A_TURN)
     first = max(float(response.frequency[0]), 1e-6)
     grid = np.union1d(response.frequency[response.frequency >= first], np.linspace(first, response.highest, max(2, count)))
-    return _smallest(grid, lambda frequency: factor * response.receptance(frequency), stiffness, speed, process_damping, diameter)
+
+    def shared(share: float) -> Callable[[Any], Any]:
+        return lambda frequency: share * response.receptance(frequency)
+
+    return _smallest(grid, shared(factor), shared(normal_factor), stiffness, speed, process_damping, diameter)
 
 
 def _smallest(
-    grid: FloatArray, receptance: Callable[[Any], Any], stiffness: float, speed: float, process_damping: float, diameter: float
+    grid: FloatArray,
+    receptance: Callable[[Any], Any],
+    normal: Callable[[Any], Any],
+    stiffness: float,
+    speed: float,
+    process_damping: float,
+    diameter: float,
 ) -> Limit:
     """Return the smallest limit on a grid of frequencies [Hz] fine enough to see each zero of Im D."""
     delay = 60.0 / speed
@@ -72,7 +94,8 @@ def _smallest(
 
     def inverse_width(frequency: Any) -> Any:
         omega = 2.0 * np.pi * np.asarray(frequency)
-        return -(stiffness * (1.0 - np.exp(-1j * omega * delay)) + 1j * omega * drag) * receptance(frequency)
+        whole = -stiffness * (1.0 - np.exp(-1j * omega * delay)) * receptance(frequency)
+        return whole - 1j * omega * drag * normal(frequency) if drag else whole
 
     values = inverse_width(grid)
     crossed = np.flatnonzero((values.imag[:-1] * values.imag[1:] <= 0.0) & (np.maximum(values.real[:-1], values.real[1:]) > 0.0))

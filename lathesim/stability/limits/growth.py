@@ -95,14 +95,15 @@ def rig(
 
 
 def _modes(tool: ToolPoint) -> tuple[list[Part], list[Wire]]:
-    """Return the modes in a row. A factor mu becomes a direction and a force angle with cos(beta - alpha) cos(alpha) = mu: a force of
-    stiffness k/mu along the normal."""
+    """Return the modes in a row. A factor mu becomes a force angle beta with cos(beta - alpha) cos(alpha) = mu."""
     parts: list[Part] = []
     wires: list[Wire] = []
     for number, (mode, factor) in enumerate(zip(tool.modes, tool.factors, strict=True), 1):
-        values = {"frequency": mode.frequency, "damping": mode.damping, "stiffness": mode.stiffness, "force_angle": math.acos(factor)}
+        across = math.acos(min(max(factor / math.cos(mode.direction), -1.0), 1.0))
+        values = {"frequency": mode.frequency, "damping": mode.damping, "stiffness": mode.stiffness, "direction": mode.direction}
+        values["force_angle"] = mode.direction + across
         parts.append(Part(f"mode_{number}", ToolMode, values, start={"swing": _SEED}))
-        wires.append(Wire(f"mode_{number}.force", "cut.force"))
+        wires += [Wire(f"mode_{number}.force", "cut.force"), Wire(f"mode_{number}.drag", "cut.drag")]
         if number > 1:
             wires.append(Wire(f"mode_{number}.before", f"mode_{number - 1}.displacement"))
             wires.append(Wire(f"mode_{number}.before_rate", f"mode_{number - 1}.velocity"))
@@ -121,7 +122,7 @@ def milling_rig(mode: Mode, cut: Milling, speed: float, *, steps_of_a_vibration:
     parts = (
         Part("spindle", SteadySpindle, {"target": 2.0 * math.pi * speed / 60.0}),
         Part("mode_1", ToolMode, values, start={"swing": _SEED}),
-        Part("cut", MillingCut, {**given, "always_in_contact": 1.0}, memory_lengths={"kept": count * cut.teeth}),
+        Part("cut", MillingCut, {**given, "always_in_contact": 1.0}, memory_lengths={"kept": 2 * count * cut.teeth}),
     )
     wires = (
         Wire("mode_1.hammer", "cut.force"),

@@ -36,8 +36,8 @@ class Milling:
 class Cut:
     """A tool point and the cut: Ks [N/m^2], process damping [N/m], diameter [m], share of a turn in the cut.
 
-    ``tool`` is the modes, or the response along the normal as it was measured, with the ``factor`` of the force on it. ``chosen`` is the
-    speed [rpm] and width [m] of the lesson's own cut.
+    ``tool`` is the modes, or the response as it was measured in a ``direction`` [rad] from the normal, with the ``factor`` of the force on
+    it. ``chosen`` is the speed [rpm] and width [m] of the lesson's own cut.
     """
 
     tool: ToolPoint | FrequencyResponse
@@ -47,6 +47,7 @@ class Cut:
     share: float = 1.0
     milling: Milling | None = None
     factor: float = 1.0
+    direction: float = 0.0
     chosen: tuple[float, float] | None = None
 
 
@@ -63,7 +64,7 @@ def cut_of(lesson: Lesson) -> Cut:
 
     angle = value(entry.force_angle, "rad")
     tool: ToolPoint | FrequencyResponse
-    factor = 1.0
+    factor, direction = 1.0, 0.0
     if entry.response is not None:
         tool = _measured(entry.response, lesson.path.parent)
         direction = value(entry.response.direction, "rad")
@@ -101,6 +102,7 @@ def cut_of(lesson: Lesson) -> Cut:
         value(entry.interrupted, "1"),
         milling,
         factor,
+        direction,
         chosen,
     )
     _check(cut, place)
@@ -124,6 +126,9 @@ def _check(cut: Cut, place: str) -> None:
         raise LessonError(f"the process damping is {cut.process_damping:g} N/m.", place=place, remedy="Give 0 or more.")
     if not 0.0 < cut.share <= 1.0:
         raise LessonError(f"the share of a turn in the cut is {cut.share:g}.", place=place, remedy="Give one above 0 and at most 1.")
+    if cut.milling is not None and (cut.process_damping > 0.0 or cut.share < 1.0):
+        word = "process damping" if cut.process_damping > 0.0 else "slotted bar"
+        raise LessonError(f"milling takes no {word}.", place=place, remedy="Take the key out.")
     if cut.milling is not None and not 0.0 <= cut.milling.entry < cut.milling.leave <= 2.0 * math.pi + 1e-9:
         raise LessonError("a tooth leaves the cut before it enters.", place=place, remedy="Give entry below leave, from 0 to 360 deg.")
 
@@ -135,7 +140,7 @@ def with_modes(cut: Cut) -> tuple[ToolPoint, str]:
     from lathesim.stability.tool_point.choose_modes import find_modes
 
     found = find_modes(replace(cut.tool, hits=None) if cut.tool.force_noise == 0.0 else cut.tool)
-    modes = [item.mode for item in found.modes if item.stiffness.value > 0.0]
+    modes = [replace(item.mode, direction=cut.direction) for item in found.modes if item.stiffness.value > 0.0]
     if not modes:
         raise LessonError("no mode could be fitted to the response.", remedy="Use the method 'frequency', which takes it as it is.")
     told = ", ".join(f"{mode.frequency:.1f} Hz" for mode in modes)

@@ -82,7 +82,15 @@ def _by_frequency(cut: Cut, speeds: Sequence[float]) -> StabilityMap:
         smallest = Limit(math.nan, reach, float(tool.frequency[lowest]))
         if cut.process_damping > 0.0:
             limits = [
-                limit_of_response(tool, cut.factor, cut.stiffness, speed, process_damping=cut.process_damping, diameter=cut.diameter)
+                limit_of_response(
+                    tool,
+                    cut.factor,
+                    math.cos(cut.direction) ** 2,
+                    cut.stiffness,
+                    speed,
+                    process_damping=cut.process_damping,
+                    diameter=cut.diameter,
+                )
                 for speed in speeds
             ]
         else:

@@ -46,7 +46,8 @@ class ToolPoint:
     """Modes of a tool point with the factor of each: how much of the force acts along it, and how much of it counts along the normal.
 
     The factor is mu_i = cos(beta - alpha_i) cos(alpha_i), beta the angle of the cutting force from the normal, alpha_i that of the mode.
-    Source: Y. Altintas, Manufacturing Automation (2012), oriented transfer function; T. Schmitz, K. S. Smith, Machining Dynamics (2019).
+    A force along the normal, as that of process damping, has the factor cos^2(alpha_i) instead. Source: Y. Altintas, Manufacturing
+    Automation (2012), oriented transfer function; T. Schmitz, K. S. Smith, Machining Dynamics (2019).
     """
 
     modes: tuple[Mode, ...]
@@ -58,10 +59,22 @@ class ToolPoint:
         factors = [math.cos(force_angle - mode.direction) * math.cos(mode.direction) for mode in modes]
         return cls(tuple(modes), tuple(factors))
 
+    @property
+    def normal_factors(self) -> tuple[float, ...]:
+        """The factor of each mode for a force along the surface normal: cos^2(alpha_i)."""
+        return tuple(math.cos(mode.direction) ** 2 for mode in self.modes)
+
     def receptance(self, frequency: Any) -> Complex:
         """Return displacement along the normal over the cutting force [m/N] at frequencies [Hz], (frequencies,)."""
+        return self._sum(frequency, self.factors)
+
+    def normal_receptance(self, frequency: Any) -> Complex:
+        """Return displacement along the normal over a force along it [m/N] at frequencies [Hz], (frequencies,)."""
+        return self._sum(frequency, self.normal_factors)
+
+    def _sum(self, frequency: Any, factors: Sequence[float]) -> Complex:
         omega = 2.0 * np.pi * np.asarray(frequency, dtype=np.float64)
         total = np.zeros(omega.shape, dtype=np.complex128)
-        for mode, factor in zip(self.modes, self.factors, strict=True):
+        for mode, factor in zip(self.modes, factors, strict=True):
             total += factor / (mode.stiffness - mode.mass * omega**2 + 1j * mode.viscous * omega)
         return total
