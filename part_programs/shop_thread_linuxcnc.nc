@@ -17,7 +17,7 @@ F0.12
 G70 Q100
 G97 S400 M3
 G0 X34 Z6
-(the drive line is at X34: the crest lies 2 mm inside it, the root 1.227 mm deeper)
-G76 P2 Z-18 I-2 J0.3 K1.227 R2 Q30 H1
+(the drive line is at X34: the crest lies at X30, the root at X27.546; I, J and K are diameters under G7)
+G76 P2 Z-18 I-4 J0.6 K2.454 R2 Q30 H1
 G0 X60 Z30
 M30

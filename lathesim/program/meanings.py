@@ -172,10 +172,6 @@ GROUP_OF: dict[Meaning, Group] = _groups()
 
 # Meanings that dialects have and this interpreter does not carry out, with what to do instead. They are refused, never skipped.
 NOT_INTERPRETED: dict[Meaning, str] = {
-    Meaning.POCKETS_LATER: "Write G71, which cuts the pockets as well.",
-    Meaning.POCKETS_ONLY: "Write G71, which cuts the pockets as well.",
-    Meaning.FACE_POCKETS_LATER: "Write G72, which cuts the pockets as well.",
-    Meaning.FACE_POCKETS_ONLY: "Write G72, which cuts the pockets as well.",
     Meaning.DRILLING_CYCLE: "Write its strokes out as single moves.",
     Meaning.TAPPING: "Write it as a thread move there and back.",
     Meaning.PROBE: "Take it out; nothing can be probed here.",

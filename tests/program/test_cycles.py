@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -53,6 +54,26 @@ def test_pecking_goes_in_by_steps_and_out_at_the_start() -> None:
     assert all(move.feed == pytest.approx(8e-5) for move in moves if move.kind == "feed")
 
 
+@pytest.mark.parametrize(
+    ("text", "code", "longest"),
+    [
+        ("G00 X20. Z-10.\nG75 X24. Z-14. I0.2 K2. F0.05\n", "G75", 0.2),
+        ("G00 X20. Z-10.\nG75 R0.5\nG75 X24. Z-14. I0.2 K2. F0.05\n", "G75", 0.5),
+        ("G00 X0. Z0.\nG74 Z-2. K0.3 F0.05\n", "G74", 0.3),
+        ("G00 X0. Z0.\nG74 R1.\nG74 Z-2. K0.3 F0.05\n", "G74", 1.0),
+    ],
+)
+def test_no_peck_is_withdrawn_behind_the_start_or_by_more_than_an_assumed_peck(text: str, code: str, longest: float) -> None:
+    program = run(text)
+    moves = of_cycle(program, code)
+    first, deep = moves[0], (lambda move: move.end_x) if code == "G75" else (lambda move: -move.end_z)
+    start = first.start_x if code == "G75" else -first.start_z
+    assert min(deep(move) for move in moves) >= start - 1e-12
+    backs = [deep(before) - deep(move) for before, move in pairwise(moves) if move.kind == "rapid" and deep(move) > start + 1e-12]
+    assert max(backs) == pytest.approx(1e-3 * longest)
+    assert ("cycle_retract" in program.assumed) == ("R" not in text)
+
+
 def test_grooving_covers_the_width_by_steps() -> None:
     moves = of_cycle(run("G00 X42. Z-10.\nG75 R0.3\nG75 X30. Z-16. P2000 Q2500 F0.1\n"), "G75")
     places = sorted({round(move.end_z, 6) for move in moves if move.kind == "feed"}, reverse=True)
@@ -74,6 +95,25 @@ def test_a_thread_is_cut_in_passes_of_equal_area_to_its_root() -> None:
     starts = np.array([0.005 - move.start_z for move in passes])
     assert starts == pytest.approx(depths * math.tan(math.radians(30.0)))
     assert (moves[-1].end_x, moves[-1].end_z) == (0.011, 0.005)
+
+
+@pytest.mark.parametrize(
+    ("mode", "words"),
+    [("G7\nG0 X25 Z5\n", "I-1 J0.2 K1.84"), ("G8\nG0 X12.5 Z5\n", "I-0.5 J0.1 K0.92"), ("G0 X12.5 Z5\nG7 ", "I-1 J0.2 K1.84")],
+)
+def test_a_thread_of_linuxcnc_counts_its_depths_as_x_does(mode: str, words: str) -> None:
+    text = f"G21 G18 G90 G95\nS400 M3\n{mode}G76 P1.5 Z-20 {words} R1 Q0 H0 E0 L0\nM2\n"
+    threads = [move.end_x for move in interpret(read_program(text), "linuxcnc").moves if move.kind == "thread"]
+    assert (threads[0], threads[-1], len(threads)) == pytest.approx((11.9e-3, 11.08e-3, 10))
+
+
+def test_words_of_cycles_are_radii_where_positions_are_diameters() -> None:
+    taper = of_cycle(run("G00 X42. Z2.\nG90 X40. Z-20. R-1. F0.2\n"), "G90")
+    assert taper[0].end_x == pytest.approx(0.019)
+    pecks = [move.end_x for move in of_cycle(run("G00 X40. Z2.\nG75 R0.1\nG75 X36. P1000 F0.1\n"), "G75") if move.kind == "feed"]
+    assert pecks == pytest.approx([0.019, 0.018])
+    pattern = of_cycle(run(f"G00 X60. Z5.\nG73 P10 Q20 U0.4 W0 I3. K0 D2 F0.3\n{CONTOUR}"), "G73")
+    assert max(move.end_x for move in pattern[:1]) == pytest.approx(0.010 + 0.0002 + 0.003)
 
 
 def test_finishing_runs_the_contour_with_its_own_feeds_and_returns() -> None:

@@ -164,3 +164,12 @@ def test_the_command_takes_tools_and_the_bar(tmp_path: Path, capsys: pytest.Capt
     assert "-10.8000" not in said.out and "-10.0000" in said.out
     assert call(capsys, "program", "shaft.nc", "--tool", "nose").code == 2
     assert call(capsys, "program", "shaft.nc", "--stock", "40mm").code == 2
+
+
+def test_the_cycles_of_linuxcnc_are_explained_in_their_own_words() -> None:
+    contour = "O100 SUB\nG0 X5\nG1 Z-10\nG1 X14\nO100 ENDSUB\n"
+    blocks = read_program(f"G7 F100 S500 M3\n{contour}G0 X40 Z2\nG71.1 Q100 I1\nG76 P2 Z-18 I-4 J0.6 K2.4 Q30\nM2\n")
+    told = dict(explain(blocks, interpret(blocks, "linuxcnc")))
+    assert "contour O100, depth of cut 1 (radius)" in told[8]
+    assert "crest -4 from the drive line (counted as X)" in told[9]
+    assert "slide angle 30 degrees" in told[9]

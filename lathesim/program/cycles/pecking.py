@@ -5,13 +5,18 @@ Source: Fanuc 0i-T operator's manual, end face peck drilling cycle and outer dia
 
 from __future__ import annotations
 
+import math
+
 from lathesim.program.cycles.step import Point, Step
 
 _EPSILON = 1e-9
 
 
 def pecking(start: Point, end: Point, *, across: bool, step: float, aside: float, retract: float) -> list[Step]:
-    """Return the cycle: pecks of ``step`` along Z (along X with ``across``), withdrawn by ``retract``, repeated every ``aside`` [m]."""
+    """Return the cycle: pecks of ``step`` along Z (along X with ``across``), withdrawn by ``retract``, repeated every ``aside`` [m].
+
+    No peck is withdrawn by more than its place has been cut, so that the tool stays in front of the start.
+    """
     deep, wide = (0, 1) if across else (1, 0)
     steps: list[Step] = []
     for place in _places(start[wide], end[wide], aside):
@@ -20,7 +25,7 @@ def pecking(start: Point, end: Point, *, across: bool, step: float, aside: float
         for number, depth in enumerate(depths):
             steps.append(Step("feed", _point(deep, depth, place)))
             if number < len(depths) - 1:
-                back = retract if start[deep] > end[deep] else -retract
+                back = math.copysign(min(retract, abs(depth - start[deep])), start[deep] - end[deep])
                 steps.append(Step("rapid", _point(deep, depth + back, place)))
         steps.append(Step("rapid", _point(deep, start[deep], place)))
     return [*steps, Step("rapid", start)]

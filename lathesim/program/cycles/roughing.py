@@ -5,7 +5,8 @@ level from where it falls below to where it rises above; the first such stretch 
 feed from above. Behind each pass the tool withdraws by the retract at 45 degrees. At last the whole contour is followed, which leaves the
 allowance and nothing more.
 
-Source: Fanuc 0i-T operator's manual, multiple repetitive cycle (types I and II). Left out: the nose radius, and undercuts.
+Source: Fanuc 0i-T operator's manual, multiple repetitive cycle (types I and II); LinuxCNC 2.9 manual, G71 and G72 with their forms .1 and
+.2. Left out: the nose radius, and undercuts.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from lathesim.program.cycles.step import Point, Step
 from lathesim.program.moves import Move
@@ -22,14 +24,19 @@ _ARC_STEP = math.radians(0.5)
 """Angle between the points of an arc at which levels are met: the chord is off by 1e-5 of the radius."""
 _EPSILON = 1e-9
 """[m] below this, two places are one."""
+_SAME_DEPTH = 1e-6
+"""[m] how far a tool may stand inside the depths of a contour and still count as beyond them, assumed: coordinates are rounded to 1 um."""
+Cuts = Literal["all", "open", "pockets"]
+"""What a roughing cycle cuts: all, what lies open towards its start, or the pockets behind."""
 
 
 @dataclass(frozen=True)
 class Roughing:
-    """What a roughing cycle is told: the contour from its first cut on, allowances (x as a radius, z), depth and retract [m].
+    """A roughing cycle: the contour from its first cut on, allowances (x as a radius, z), depth and retract [m].
 
-    ``across`` is False for G71 (passes along Z, depth in X) and True for G72 (passes along X, depth in Z). With ``feeds_in`` the tool goes
-    to its depth by feed, as the first block of the contour does.
+    ``across`` is False for G71 (passes along Z, depth in X) and True for G72 (passes along X, depth in Z). ``side`` is 1 where the tool
+    waits at larger depths than the contour, -1 at smaller ones (:func:`air_side`). With ``feeds_in`` the tool goes to its depth by feed,
+    as the first block of the contour does. ``cuts`` leaves out the pockets, or all but them.
     """
 
     start: Point
@@ -38,78 +45,67 @@ class Roughing:
     allow_z: float
     depth: float
     retract: float
+    side: float
     across: bool = False
     feeds_in: bool = False
+    cuts: Cuts = "all"
 
     def steps(self) -> list[Step]:
         """Return the whole cycle, from the start point and back to it."""
-        walked = [self._turned(point) for point in self._points()]
-        start = self._turned(self.start)
-        allowed = self.allow_z if self.across else self.allow_x
-        side = self._side(start[0], [point[0] - allowed for point in walked])
-        steps: list[Step] = []
-        level = start[0] + side * allowed - side * self.depth
+        walked = [_turned((x + self.allow_x, z + self.allow_z), self.across) for x, z in contour_points(self.contour)]
+        start, side = _turned(self.start, self.across), self.side
+        way = 1.0 if walked[-1][1] >= walked[0][1] else -1.0
+        before = (start[0], way * min(way * start[1], way * walked[0][1]))  # an allowance may lie beyond the start
+        allowed = abs(self.allow_z if self.across else self.allow_x)
         deepest = min(side * point[0] for point in walked)
+        clear = side * max(side * start[0], *(side * point[0] for point in walked))
+        steps: list[Step] = []
+        level = start[0] + side * (allowed - self.depth)
         while side * level > deepest + _EPSILON:
-            steps += self._level(level, walked, start, side)
+            steps += self._level(level, walked, before, clear)
             level -= side * self.depth
-        return [*steps, *self._along_contour(walked, start)]
-
-    def _side(self, start: float, depths: Sequence[float]) -> float:
-        """Return 1 where the tool waits above the contour, -1 below; inside its range the contour's first point decides."""
-        if start >= max(depths) - _EPSILON:
-            return 1.0
-        return 1.0 if start > min(depths) + _EPSILON and start > depths[0] + _EPSILON else -1.0
-
-    def _points(self) -> list[Point]:
-        """Return the contour with its allowances as points, arcs in small steps."""
-        first = self.contour[0]
-        points = [(first.start_x, first.start_z)]
-        for move in self.contour:
-            if move.arc is not None:
-                count = max(2, math.ceil(abs(move.arc.sweep) / _ARC_STEP))
-                angles = [move.arc.start_angle + move.arc.sweep * place / count for place in range(1, count)]
-                centre, radius = (move.arc.centre_x, move.arc.centre_z), move.arc.radius
-                points += [(centre[0] + radius * math.sin(angle), centre[1] + radius * math.cos(angle)) for angle in angles]
-            points.append((move.end_x, move.end_z))
-        return [(x + self.allow_x, z + self.allow_z) for x, z in points]
-
-    def _turned(self, point: Point) -> Point:
-        """Return a point as (depth, along): the same work for both cycles."""
-        return (point[1], point[0]) if self.across else point
+        return [*steps, *self._along_contour(walked, before, clear), self._step("rapid", clear, start[1]), self._step("rapid", *start)]
 
     def _step(self, kind: str, depth: float, along: float) -> Step:
         return Step(kind, (along, depth) if self.across else (depth, along))  # type: ignore[arg-type]
 
-    def _level(self, level: float, walked: Sequence[Point], start: Point, side: float) -> list[Step]:
-        """Return the passes at one level."""
+    def _level(self, level: float, walked: Sequence[Point], start: Point, clear: float) -> list[Step]:
+        """Return the passes at one level; rapid moves beside the contour run at the depth ``clear``, above all of it."""
         steps: list[Step] = []
+        side = self.side
         way = 1.0 if walked[-1][1] >= walked[0][1] else -1.0
-        for place, (begin, end, is_open) in enumerate(_stretches(level, walked, side)):
-            begin = start[1] if place == 0 and is_open else begin
-            if abs(end - begin) < _EPSILON:
+        for begin, end, is_open in _stretches(level, walked, side):
+            begin = start[1] if is_open else begin
+            if abs(end - begin) < _EPSILON or (self.cuts == "pockets" if is_open else self.cuts == "open"):
                 continue
-            if place == 0 and is_open:
+            if is_open:
                 steps.append(self._step("feed" if self.feeds_in else "rapid", level, begin))
             else:
-                out = self._step("rapid", *start)  # straight out first, so that nothing between here and there is touched
-                steps += [out, self._step("rapid", start[0], begin), self._step("feed", level, begin)]
+                steps += [self._step("rapid", clear, start[1]), self._step("rapid", clear, begin), self._step("feed", level, begin)]
             steps.append(self._step("feed", level, end))
+            back = end - way * min(self.retract, abs(end - begin))
             away = level + side * min(self.retract, abs(start[0] - level))
-            steps.append(self._step("feed", away, end - way * min(self.retract, abs(end - begin))))
-            if place or not is_open:
-                steps.append(self._step("rapid", start[0], end - way * min(self.retract, abs(end - begin))))
-            steps.append(self._step("rapid", start[0] if place or not is_open else away, start[1]))
+            steps.append(self._step("feed", away, back))
+            steps += [] if is_open else [self._step("rapid", clear, back)]
+            steps.append(self._step("rapid", away if is_open else clear, start[1]))
         return steps
 
-    def _along_contour(self, walked: Sequence[Point], start: Point) -> list[Step]:
-        """Return the pass along the contour with its allowances, and the way back to the start."""
+    def _along_contour(self, walked: Sequence[Point], start: Point, clear: float) -> list[Step]:
+        """Return the pass along the contour with its allowances, and the way out of it."""
         first, last = walked[0], walked[-1]
         steps = [
-            self._step("rapid", *start),
-            self._step("rapid", start[0], first[1]),
+            self._step("rapid", clear, start[1]),
+            self._step("rapid", clear, first[1]),
             self._step("feed" if self.feeds_in else "rapid", *first),
         ]
+        if self.cuts == "open":
+            steps += [self._step("feed", *point) for point in _without_pockets(walked, self.side)[1:]]
+        else:
+            steps += self._contour_steps()
+        return [*steps, self._step("rapid", clear, last[1])]
+
+    def _contour_steps(self) -> list[Step]:
+        steps: list[Step] = []
         for move in self.contour:
             end = (move.end_x + self.allow_x, move.end_z + self.allow_z)
             if move.arc is None:
@@ -117,7 +113,58 @@ class Roughing:
             else:
                 arc = replace(move.arc, centre_x=move.arc.centre_x + self.allow_x, centre_z=move.arc.centre_z + self.allow_z)
                 steps.append(Step("arc", end, arc=arc))
-        return [*steps, self._step("rapid", start[0], last[1]), self._step("rapid", *start)]
+        return steps
+
+
+def contour_points(contour: Sequence[Move]) -> list[Point]:
+    """Return a contour as points (x, z) [m], arcs in small steps."""
+    points = [(contour[0].start_x, contour[0].start_z)]
+    for move in contour:
+        if move.arc is not None:
+            count = max(2, math.ceil(abs(move.arc.sweep) / _ARC_STEP))
+            angles = [move.arc.start_angle + move.arc.sweep * place / count for place in range(1, count)]
+            centre, radius = (move.arc.centre_x, move.arc.centre_z), move.arc.radius
+            points += [(centre[0] + radius * math.sin(angle), centre[1] + radius * math.cos(angle)) for angle in angles]
+        points.append((move.end_x, move.end_z))
+    return points
+
+
+def air_side(start: Point, contour: Sequence[Move], allowed: float, *, across: bool) -> float:
+    """Return 1 where a tool at ``start`` (x, z) works down to a contour from larger depths, -1 where it works up from smaller ones.
+
+    Depth is X, with ``across`` Z. A tool beyond all depths of the contour decides by its place. Else the sign of the allowance decides
+    (``allowed``, along the depth), then the way from the first depth to the last, then the area between the contour and the start [m].
+    """
+    points = [_turned(point, across) for point in contour_points(contour)]
+    depths = [point[0] for point in points]
+    depth = start[1] if across else start[0]
+    above, below = depth >= max(depths) - _SAME_DEPTH, depth <= min(depths) + _SAME_DEPTH
+    if above != below:
+        return 1.0 if above else -1.0
+    area = sum((depth - 0.5 * (here[0] + there[0])) * abs(there[1] - here[1]) for here, there in itertools.pairwise(points))
+    for lean in (allowed, depths[-1] - depths[0], area):
+        if abs(lean) > _EPSILON:
+            return math.copysign(1.0, lean)
+    return 1.0
+
+
+def _turned(point: Point, across: bool) -> Point:
+    """Return a point (x, z) as (depth, along), or the other way round: the same work for both cycles."""
+    return (point[1], point[0]) if across else point
+
+
+def _without_pockets(walked: Sequence[Point], side: float) -> list[Point]:
+    """Return a contour that never comes nearer than it was before: pockets are passed at the depth where they begin."""
+    found = [walked[0]]
+    for here, there in itertools.pairwise(walked):
+        top = found[-1][0]
+        if side * there[0] < side * top:
+            continue
+        if side * here[0] < side * top:
+            share = (top - here[0]) / (there[0] - here[0])
+            found.append((top, here[1] + share * (there[1] - here[1])))
+        found.append(there)
+    return found
 
 
 def _stretches(level: float, walked: Sequence[Point], side: float) -> list[tuple[float, float, bool]]:

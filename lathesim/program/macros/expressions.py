@@ -180,7 +180,7 @@ class _Parser:
             def by_name(variables: Variables) -> Value:
                 value = variables.name(name)
                 if value is None:
-                    raise ExpressionError(f"#<{name.lower()}> has no value yet.", f"Assign to it first, as in #<{name.lower()}>=1.")
+                    raise _unknown(name, variables)
                 return value
 
             return by_name
@@ -233,6 +233,15 @@ class _Parser:
         self.position += 1
         along = self._bracketed()
         return lambda variables: math.degrees(math.atan2(across(variables) or 0.0, along(variables) or 0.0))
+
+
+def _unknown(name: str, variables: Variables) -> ExpressionError:
+    """The error of a named variable without a value."""
+    shown = name.lower()
+    if variables.is_of_caller(name):
+        fact = f"#<{shown}> is local to the program that calls, and not known in the subprogram."
+        return ExpressionError(fact, f"Write #<_{shown}>, a name that is known everywhere, or pass it as an argument.")
+    return ExpressionError(f"#<{shown}> has no value yet.", f"Assign to it first, as in #<{shown}>=1.")
 
 
 def _index(value: Value) -> int:

@@ -41,6 +41,10 @@ class Variables:
         store = self._names if name.startswith("_") else self._frames[-1][1]
         return store[name] if name in store else self._system(name)
 
+    def is_of_caller(self, name: str) -> bool:
+        """Return whether a named variable belongs to a program that called this one, and so is not known here."""
+        return any(name in names for _, names in self._frames[:-1])
+
     def set_number(self, number: int, value: Value) -> None:
         """Assign to a numbered variable."""
         store = self._frames[-1][0] if number <= self._locals_to else self._numbers

@@ -5,19 +5,27 @@ from __future__ import annotations
 import copy
 import itertools
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from lathesim.program.cycles.roughing import Roughing
+from lathesim.program.cycles.roughing import Cuts, Roughing, air_side, contour_points
 from lathesim.program.cycles.step import Point, Step
 from lathesim.program.macros.structure import Structure
+from lathesim.program.macros.variables import Variables
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.moves import Move
+from lathesim.program.moves import Event, Move
 from lathesim.program.nose.compensation import beside
 from lathesim.program.nose.tool_nose import LEFT, RIGHT
+from lathesim.program.running.modal import Modal
 from lathesim.program.running.motions import Motions
 from lathesim.program.words import Word
 
 ROUGHING = (Meaning.ROUGHING_CYCLE, Meaning.FACING_CYCLE)
+_CUTS: dict[Meaning, Cuts] = {
+    Meaning.POCKETS_LATER: "open", Meaning.FACE_POCKETS_LATER: "open",
+    Meaning.POCKETS_ONLY: "pockets", Meaning.FACE_POCKETS_ONLY: "pockets",
+}  # fmt: skip
+PROFILES = (*ROUGHING, *_CUTS, Meaning.FINISHING_CYCLE)
+"""The cycles of LinuxCNC whose contour is a subprogram."""
 RETRACT = 0.5e-3
 """[m] how far a cycle withdraws where the program does not say, assumed: a common setting of controls."""
 _MICRON = 1e-6
@@ -26,6 +34,15 @@ _TENTH = 2.54e-6
 _STEPS = 100.0
 """From so many units on a depth of a cycle without a decimal point is one in smallest units, assumed: nobody cuts 100 mm deep."""
 _MOST_STEPS = 200_000
+
+
+@dataclass(frozen=True)
+class Walked:
+    """A contour as the program would run it: its moves, its events, and the state behind its last block."""
+
+    moves: list[Move]
+    events: list[Event]
+    modal: Modal
 
 
 class ContourCycles(Motions):
@@ -60,23 +77,53 @@ class ContourCycles(Motions):
             )
         allow_x, allow_z = self._allowances()
         start = (modal.x, modal.z)
-        walked = self._walked(first, last)
+        walked = self._walked(first, last).moves
         contour = [move for move in walked if move.kind in ("feed", "arc")]
         ways = (abs(walked[0].end_z - walked[0].start_z), abs(walked[0].end_x - walked[0].start_x)) if walked else (0.0, 0.0)
         feeds_in = len(contour) > 1 and walked[0] is contour[0] and contour[0].kind == "feed" and ways[1 if across else 0] < _MICRON
         contour = contour[1:] if feeds_in else contour
         if not contour:
             raise self.error(f"The contour of {code} cuts nothing.", "Write it with G1, G2 and G3 behind its first block.")
-        retract_by = RETRACT if modal.cycle_retract is None else modal.cycle_retract
-        if modal.cycle_retract is None:
-            self.assumed["cycle_retract"] = f"{1e3 * RETRACT:g} mm where a cycle does not say"
+        retract_by = self._retract(modal.cycle_retract)
+        side = air_side(start, contour, allow_z if across else allow_x, across=across)
         self._check_one_way(contour, code, across)
-        self._check_start(contour, code, across)
-        roughing = Roughing(start, tuple(contour), allow_x, allow_z, modal.cycle_depth, retract_by, across, feeds_in)
-        extent = max(abs((move.end_z if across else move.end_x) - (start[1] if across else start[0])) for move in contour)
-        self._check_count(extent / modal.cycle_depth * len(contour), code)
+        self._check_start(contour, code, across, side)
+        self._without_nose(walked, code)
+        roughing = Roughing(start, tuple(contour), allow_x, allow_z, modal.cycle_depth, retract_by, side, across, feeds_in)
+        self._rough(roughing, code)
+        self._pass_over(first, last, code)
+
+    def _rough(self, roughing: Roughing, code: str) -> None:
+        """Carry out a roughing cycle whose words have been read."""
+        start, across = roughing.start, roughing.across
+        extent = max(abs((move.end_z if across else move.end_x) - (start[1] if across else start[0])) for move in roughing.contour)
+        self._check_count(extent / roughing.depth * len(roughing.contour), code)
         self.check_feed()
-        self._carry_out(roughing.steps(), code)
+        self._carry_out(roughing.steps(), code, compensated=False)
+
+    def _retract(self, told: float | None, cut: float = RETRACT) -> float:
+        """Return the retract of a cycle [m]: what the program says, else the assumed one, but never more than one ``cut``."""
+        if told is None:
+            self.assumed["cycle_retract"] = f"{1e3 * RETRACT:g} mm where a cycle does not say, never more than one peck"
+            return min(RETRACT, cut)
+        return told
+
+    def _without_nose(self, walked: list[Move], code: str) -> None:
+        """Note that a roughing cycle does not follow the nose compensation in force or in its contour."""
+        if self.modal.nose is not None or any(move.nose is not None for move in walked):
+            told = f"{code} roughs without it and leaves its allowance, G70 follows it"
+            self.assumed["nose_in_roughing"] = told
+
+    def _pass_over(self, first: int, last: int, code: str) -> None:
+        """Leave the contour behind a roughing cycle out of what runs next; blocks in front of it run, and that is said."""
+        between = [block.line for block in self.blocks.blocks[self.position + 1 : first] if block.words or block.statement is not None]
+        if between:
+            lines = f"Line {between[0]}" if len(between) == 1 else f"Lines {between[0]} to {between[-1]}"
+            stands = "stands" if len(between) == 1 else "stand"
+            self.warn(
+                f"{lines} {stands} between {code} and its contour. Here they run behind the cycle; controls that go on behind the contour "
+                "skip them. Move them in front of the cycle or behind the contour."
+            )
         self.passed |= set(range(first, last + 1))
 
     def _ignored_word(self, letter: str, code: str) -> None:
@@ -89,12 +136,12 @@ class ContourCycles(Motions):
         """G70: the contour once along itself, with its own feeds, and back to the start."""
         code = self.block.codes[Meaning.FINISHING_CYCLE].code
         first, last = self._contour_ends(code)
-        line, start = self.block.line, (self.modal.x, self.modal.z)
-        for move in self._walked(first, last):
-            self.add(
-                move.kind, (move.end_x, move.end_z), feed=move.feed, per_revolution=move.per_revolution, seconds=move.seconds, arc=move.arc,
-                line=move.line, cycle=code, cycle_line=line,
-            )  # fmt: skip
+        line, modal = self.block.line, self.modal
+        walked = self._walked(first, last)
+        self.events += [replace(event, before_move=event.before_move + len(self.moves)) for event in walked.events]
+        self.moves += [replace(move, cycle=code, cycle_line=line) for move in walked.moves]
+        start = (modal.x, modal.z)
+        self.modal = replace(walked.modal, motion=modal.motion, motion_code=modal.motion_code)
         self.add("rapid", start, cycle=code, cycle_line=line)
 
     def _repeating(self) -> None:
@@ -115,8 +162,13 @@ class ContourCycles(Motions):
             modal.repeats = max(1, round(d.value))
             self._check_count(float(modal.repeats), code)
         start = (modal.x, modal.z)
-        contour = self._walked(first, last)
+        contour = self._walked(first, last).moves
+        self._without_nose(contour, code)
         self.check_feed()
+        out = start[0]
+        if contour:
+            side = air_side(start, contour, allow_x or modal.relief[0], across=False)
+            out = side * max(side * start[0], *(side * point[0] for point in contour_points(contour)[1:]))
         steps: list[Step] = []
         for number in range(modal.repeats):
             share = 1.0 - (number / (modal.repeats - 1) if modal.repeats > 1 else 1.0)
@@ -128,15 +180,48 @@ class ContourCycles(Motions):
                     steps.append(Step("arc", end, arc=arc))
                 else:
                     steps.append(Step("rapid" if move.kind == "rapid" else "feed", end))
-            steps += [Step("rapid", (start[0] + dx, steps[-1].end[1])), Step("rapid", (start[0] + dx, start[1] + dz))]
-        self._carry_out([*steps, Step("rapid", start)], code)
-        self.passed |= set(range(first, last + 1))
+            steps += [Step("rapid", (out + dx, steps[-1].end[1])), Step("rapid", (out + dx, start[1] + dz))]
+            steps.append(Step("rapid", (start[0] + dx, start[1] + dz)))
+        self._carry_out([*steps, Step("rapid", start)], code, compensated=False)
+        self._pass_over(first, last, code)
 
     def _profile(self, meaning: Meaning) -> None:
-        """LinuxCNC's G70 to G72: the contour is the subprogram O of Q; I is the depth, R the retract, D what is left on the contour."""
+        """LinuxCNC's G70 to G72.2: the contour is the subprogram O of Q; I is the depth, R the retract, D what is left on the contour.
+
+        All lengths but X are radii, also in G7. Source: LinuxCNC 2.9, interp_g7x.cc.
+        """
         modal, code = self.modal, self.block.codes[meaning].code
         words = {letter: self.take(letter) for letter in "QDEIPRUW"}
-        q = words["Q"]
+        value = {letter: modal.metres(word.value) for letter, word in words.items() if word is not None}
+        if modal.nose is not None and meaning is not Meaning.FINISHING_CYCLE:
+            raise self.error(f"{code} does not go with nose compensation.", "Write G40 before it.")
+        start = self.target()
+        contour = self._subprogram_contour(words["Q"], start, code)
+        if meaning is Meaning.FINISHING_CYCLE:
+            passes = 1 if words["P"] is None else round(words["P"].value)
+            self._check_count(float(passes) * len(contour), code)
+            self.check_feed()
+            if start != (modal.x, modal.z):
+                self.add("rapid", start, cycle=code, cycle_line=self.block.line, compensated=False)
+            self._carry_out(self._profile_passes(start, contour, value.get("D", 0.0), value.get("E", 0.0), passes), code)
+            return
+        depth = value.get("I", modal.metres(1.0))
+        if depth <= 0.0:
+            raise self.error(f"{code} needs a depth of cut above 0.", f"Write it as {code} Q100 I1.")
+        across = code.startswith("G72")
+        allowed = value.get("W" if across else "U", 0.0)
+        shifted = beside(contour, _left_or_right(start, contour), value.get("D", 0.0), self.blocks.name)
+        side = air_side(start, shifted, allowed, across=across)
+        self._check_one_way(shifted, code, across)
+        self._carry_out([Step("rapid", start)], code)
+        retract = value.get("R", modal.metres(0.5))
+        cuts = _CUTS.get(meaning, "all")
+        self._rough(
+            Roughing(start, tuple(shifted), value.get("U", 0.0), value.get("W", 0.0), depth, retract, side, across, cuts=cuts), code
+        )
+
+    def _subprogram_contour(self, q: Word | None, start: Point, code: str) -> list[Move]:
+        """Return the contour in a subprogram behind its first move, which goes to it from ``start``; its variables are its own."""
         found = self.structure()
         if q is None or f"{q.value:g}" not in found.subs:
             fact = (
@@ -146,55 +231,36 @@ class ContourCycles(Motions):
             )
             raise self.error(fact, f"Write the contour from O100 SUB to O100 ENDSUB, and {code} Q100.")
         first = found.subs[f"{q.value:g}"]
-        value = {letter: modal.metres(word.value) for letter, word in words.items() if word is not None}
-        if modal.nose is not None and meaning is not Meaning.FINISHING_CYCLE:
-            raise self.error(f"{code} does not go with nose compensation.", "Write G40 before it.")
-        start = self.target()
-        modal_x, modal_z = modal.x, modal.z
+        modal = self.modal
+        here = (modal.x, modal.z)
         modal.x, modal.z = start
-        walked = [move for move in self._walked(first + 1, found.partner[first] - 1) if move.kind != "dwell"]
-        modal.x, modal.z = modal_x, modal_z
+        self.variables.enter({})
+        try:
+            moves = self._walked(first + 1, found.partner[first] - 1).moves
+        finally:
+            self.variables.leave()
+        modal.x, modal.z = here
+        walked = [move for move in moves if move.length > _MICRON * _MICRON]
         if len(walked) < 2:
             raise self.error(f"The contour of {code} cuts nothing.", "Its first block goes to the contour, the further ones along it.")
-        contour = [replace(move, kind="feed" if move.kind == "rapid" else move.kind) for move in walked[1:]]
-        if meaning is Meaning.FINISHING_CYCLE:
-            passes = 1 if words["P"] is None else round(words["P"].value)
-            self._check_count(float(passes) * len(contour), code)
-            self.check_feed()
-            self._carry_out(self._profile_passes(start, contour, value.get("D", 0.0), value.get("E", 0.0), passes), code)
-            return
-        depth = value.get("I", 1e-3 if not modal.inch else 25.4e-3)
-        if depth <= 0.0:
-            raise self.error(f"{code} needs a depth of cut above 0.", f"Write it as {code} Q{q.value:g} I1.")
-        across = meaning is Meaning.FACING_CYCLE
-        shifted = beside(contour, self._air(start, contour), value.get("D", 0.0), self.blocks.name)
-        self._check_one_way(shifted, code, across)
-        roughing = Roughing(start, tuple(shifted), value.get("U", 0.0), value.get("W", 0.0), depth, value.get("R", 0.5e-3), across)
-        extent = max(abs((move.end_z if across else move.end_x) - (start[1] if across else start[0])) for move in shifted)
-        self._check_count(extent / depth * len(shifted), code)
-        self.check_feed()
-        self._carry_out([Step("rapid", start), *roughing.steps()], code)
+        if modal.nose is None and any(move.nose is not None for move in walked):
+            self.warn(f"Nose compensation in the contour of {code} does nothing in LinuxCNC. Write it in front of G70.")
+        return [replace(move, kind="feed" if move.kind == "rapid" else move.kind, nose=None) for move in walked[1:]]
 
     def _profile_passes(self, start: Point, contour: list[Move], far: float, near: float, passes: int) -> list[Step]:
         """Return the passes of LinuxCNC's G70, the first at the distance ``far`` and the last at ``near`` [m] from the contour."""
         steps: list[Step] = []
         for number in range(passes, 0, -1):
-            shifted = beside(contour, self._air(start, contour), (number - 1) * (far - near) / passes + near, self.blocks.name)
+            shifted = beside(contour, _left_or_right(start, contour), (number - 1) * (far - near) / passes + near, self.blocks.name)
             steps += [Step("rapid", start), Step("rapid", (shifted[0].start_x, shifted[0].start_z))]
             steps += [Step("arc" if move.arc is not None else "feed", (move.end_x, move.end_z), arc=move.arc) for move in shifted]
         return steps
-
-    def _air(self, start: Point, contour: list[Move]) -> int:
-        """Return the side of a contour on which the tool waits at the start of a cycle."""
-        first, last = contour[0], contour[-1]
-        along = (last.end_z - first.start_z, last.end_x - first.start_x)
-        return LEFT if along[0] * (start[0] - first.start_x) - along[1] * (start[1] - first.start_z) > 0.0 else RIGHT
 
     def _allowances(self) -> Point:
         modal = self.modal
         x, z = self.take("U"), self.take("W")
         return (
-            modal.metres(x.value) * (0.5 if modal.diameter else 1.0) if x is not None else 0.0,
+            modal.across(x.value) if x is not None else 0.0,
             modal.metres(z.value) if z is not None else 0.0,
         )
 
@@ -228,8 +294,8 @@ class ContourCycles(Motions):
         names = f"It has N{', N'.join(known[:8])}{' and more' if len(known) > 8 else ''}." if known else "It has no N numbers."
         raise self.error(f"{word.text} of {code} names a block N{round(word.value)} that is not there.", names)
 
-    def _walked(self, first: int, last: int) -> list[Move]:
-        """Return the moves of a contour from the present point, as the program would make them, and leave everything else as it is."""
+    def _walked(self, first: int, last: int) -> Walked:
+        """Return a contour as the program would run it from the present point, and leave everything else as it is."""
         if self.walking:
             raise self.error("A cycle stands in the contour of a cycle.", "Write the contour with G0 to G3 only.")
         kept = (self.modal, self.moves, self.events, self.block, self.used, self.position, self.block_number, self.passed)
@@ -238,21 +304,32 @@ class ContourCycles(Motions):
         self.passed, self.corner = set(), None
         try:
             self.run_blocks(first, last + 1)
-            return self.moves
+            return Walked(self.moves, self.events, self.modal)
         finally:
             self.walking = False
             self.modal, self.moves, self.events, self.block, self.used, self.position, self.block_number, self.passed = kept
 
-    def _check_start(self, contour: list[Move], code: str, across: bool) -> None:
-        """Warn of a cycle that begins beside the depths of its contour: its rapid moves return to there."""
+    def _check_start(self, contour: list[Move], code: str, across: bool, side: float) -> None:
+        """Warn of a cycle that begins beside the depths of its contour, and of an allowance that is taken off the part."""
         depths = [depth for move in contour for depth in ((move.start_z, move.end_z) if across else (move.start_x, move.end_x))]
         start = self.modal.z if across else self.modal.x
+        allowance = self.block.words.get("W" if across else "U")
+        if allowance is not None and allowance.value * side < 0.0:
+            self.warn(
+                f"{allowance.text} of {code} cuts into the contour, because the tool works towards {'+' if side < 0.0 else '-'}"
+                f"{'Z' if across else 'X'}. Change its sign."
+            )
         if min(depths) + _MICRON < start < max(depths) - _MICRON:
             axis, double = ("Z", 1.0) if across else ("X", 2.0 if self.modal.diameter else 1.0)
             self.warn(
                 f"{code} begins at {axis} {1e3 * double * start:.6g} mm, inside its contour from {1e3 * double * min(depths):.6g} to "
                 f"{1e3 * double * max(depths):.6g} mm. Begin it outside; its rapid moves return there."
             )
+
+    @property
+    def variables(self) -> Variables:
+        """The variables of the program."""
+        raise NotImplementedError
 
     def structure(self) -> Structure:
         """Return what belongs together among the statements of the program."""
@@ -295,19 +372,25 @@ class ContourCycles(Motions):
         if not count < _MOST_STEPS:
             raise self.error(f"{code} would make more than {_MOST_STEPS} passes.", "Take a larger depth of cut.")
 
-    def _carry_out(self, steps: Iterable[Step], code: str) -> None:
-        """Append the moves of a cycle; those of no length are left out."""
+    def _carry_out(self, steps: Iterable[Step], code: str, *, compensated: bool = True) -> None:
+        """Append the moves of a cycle, those that are ``compensated`` beside the contour; those of no length are left out."""
         modal = self.modal
         for step in steps:
             if step.arc is None and step.kind != "dwell" and step.end == (modal.x, modal.z):
                 continue
-            if step.kind == "rapid":
-                self.add("rapid", step.end, cycle=code, cycle_line=self.block.line)
-            elif step.kind == "dwell":
-                self.add("dwell", step.end, seconds=step.seconds, cycle=code, cycle_line=self.block.line)
+            feed, per_revolution = modal.feed if step.feed is None else step.feed, modal.per_revolution
+            if step.kind in ("rapid", "dwell"):
+                feed, per_revolution = None, False
             elif step.kind == "thread":
-                self.add("thread", step.end, feed=step.lead, per_revolution=True, cycle=code, cycle_line=self.block.line)
-            else:
-                feed = modal.feed if step.feed is None else step.feed
-                line = self.block.line
-                self.add(step.kind, step.end, feed=feed, per_revolution=modal.per_revolution, arc=step.arc, cycle=code, cycle_line=line)
+                feed, per_revolution = step.lead, True
+            self.add(
+                step.kind, step.end, feed=feed, per_revolution=per_revolution, seconds=step.seconds, arc=step.arc,
+                cycle=code, cycle_line=self.block.line, compensated=compensated,
+            )  # fmt: skip
+
+
+def _left_or_right(start: Point, contour: list[Move]) -> int:
+    """Return the side of a contour, seen along it, on which a tool at ``start`` waits: the area between the two decides [m]."""
+    points = [start, *contour_points(contour), start]
+    area = sum(here[1] * there[0] - there[1] * here[0] for here, there in itertools.pairwise(points))
+    return LEFT if area > 0.0 else RIGHT

@@ -9,7 +9,7 @@ from lathesim.program.cycles.pecking import pecking
 from lathesim.program.cycles.single_pass import facing_pass, lead_along_path, threading_pass, turning_pass
 from lathesim.program.cycles.threading import MOST_PASSES, DriveLineThreading, Threading
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.running.contour_cycles import RETRACT, ROUGHING, ContourCycles
+from lathesim.program.running.contour_cycles import PROFILES, RETRACT, ROUGHING, ContourCycles
 
 SINGLE = (Meaning.TURNING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE_SIMPLE, Meaning.FACING_CYCLE_SIMPLE)
 DRILLING = (Meaning.DRILLING, Meaning.DRILLING_WITH_DWELL, Meaning.PECK_DRILLING, Meaning.BORING)
@@ -27,7 +27,7 @@ class Cycles(ContourCycles):
             meaning = self.modal.motion if named else None
         if meaning is None:
             return False
-        if self.dialect.o_words and meaning in (*ROUGHING, Meaning.FINISHING_CYCLE):
+        if self.dialect.o_words and meaning in PROFILES:
             self._profile(meaning)
         elif meaning in SINGLE:
             self._single(meaning)
@@ -167,12 +167,10 @@ class Cycles(ContourCycles):
             raise self.error(f"{code} has a step below 0.", "Give steps without a sign; the end point says the direction.")
         self.check_feed()
         step, aside = (step_x, step_z) if across else (step_z, step_x)
-        retract = RETRACT if modal.peck_retract is None else modal.peck_retract
+        retract = self._retract(modal.peck_retract, step or RETRACT)
         ways = (abs(end[0] - start[0]), abs(end[1] - start[1]))
         deep, wide = ways if across else ways[::-1]
         self._check_count((deep / step if step else 1.0) * (wide / aside + 1.0 if aside else 2.0), code)
-        if modal.peck_retract is None:
-            self.assumed["cycle_retract"] = f"{1e3 * RETRACT:g} mm where a cycle does not say"
         self._carry_out(pecking(start, end, across=across, step=step, aside=aside, retract=retract), code)
 
     def _threading(self) -> None:
@@ -227,7 +225,10 @@ class Cycles(ContourCycles):
             raise self.error(f"{code} would make more than {MOST_PASSES} passes.", "Take a larger first depth, or fewer further passes.")
 
     def _drive_line_threading(self) -> None:
-        """LinuxCNC's G76: P pitch, Z end, I crest, J first depth, K full depth, R degression, Q slide angle, H spring passes."""
+        """LinuxCNC's G76: P pitch, Z end, I crest, J first depth, K full depth, R degression, Q slide angle, H spring passes.
+
+        I, J and K are diameters in G7 and radii in G8. Source: LinuxCNC 2.9 manual, G76.
+        """
         modal, code = self.modal, self.block.codes[Meaning.THREADING_CYCLE].code
         self._check_turning()
         words = {letter: self.take(letter) for letter in "PIJKRQHEL"}
@@ -251,9 +252,9 @@ class Cycles(ContourCycles):
             start,
             end[1],
             pitch=modal.metres(values["P"]),
-            peak=modal.metres(values["I"]),
-            first=modal.metres(values["J"]),
-            full=modal.metres(values["K"]),
+            peak=modal.across(values["I"]),
+            first=modal.across(values["J"]),
+            full=modal.across(values["K"]),
             degression=values["R"] or 1.0,
             slide=math.radians(values["Q"]),
             spring=max(0, round(values["H"])),

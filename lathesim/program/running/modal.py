@@ -96,3 +96,7 @@ class Modal:
     def metres(self, value: float) -> float:
         """Return a programmed length [mm or inch] in metres; the division keeps 0.03 the same number as 30/1000."""
         return (value * 25.4 if self.inch else value) / 1000.0
+
+    def across(self, value: float) -> float:
+        """Return a programmed length along X [mm or inch] in metres as a radius, where X counts as it does in positions."""
+        return self.metres(value) * (0.5 if self.diameter else 1.0)

@@ -26,6 +26,10 @@ _FULL = {
     Meaning.FACING_CYCLE: _CONTOUR,
     Meaning.REPEATING_CYCLE: _CONTOUR,
     Meaning.FINISHING_CYCLE: {"P": "from N{}", "Q": "to N{}"},
+    Meaning.POCKETS_LATER: _CONTOUR,
+    Meaning.POCKETS_ONLY: _CONTOUR,
+    Meaning.FACE_POCKETS_LATER: _CONTOUR,
+    Meaning.FACE_POCKETS_ONLY: _CONTOUR,
     Meaning.FACE_GROOVING_CYCLE: {"Q": "pecks of {}", "K": "pecks of {}", "P": "{} to the side", "I": "{} to the side"},
     Meaning.GROOVING_CYCLE: {"P": "pecks of {}", "I": "pecks of {}", "Q": "{} to the side", "K": "{} to the side"},
     Meaning.THREADING_CYCLE: {
@@ -37,10 +41,12 @@ _FULL = {
     Meaning.FACING_CYCLE_SIMPLE: {"R": "taper {}"},
 }  # fmt: skip
 _PROFILE = {
-    "Q": "contour O{}", "D": "{} left on the contour", "I": "depth of cut {}", "R": "retract {}", "P": "{} passes",
+    "Q": "contour O{}", "D": "{} left on the contour", "I": "depth of cut {} (radius)", "R": "retract {}", "P": "{} passes",
+    "E": "last pass at {} from the contour",
 }  # fmt: skip
 _DRIVE_LINE = {
-    "P": "pitch {}", "I": "crest {} from the drive line", "J": "first depth {}", "K": "full depth {}", "R": "degression {}",
+    "P": "pitch {}", "I": "crest {} from the drive line (counted as X)", "J": "first depth {} (counted as X)",
+    "K": "full depth {} (counted as X)", "R": "degression {}",
     "Q": "slide angle {} degrees", "H": "{} spring passes",
 }  # fmt: skip
 _STATEMENTS = {
@@ -79,7 +85,8 @@ def cycle_words(meaning: Meaning, block: Block, dialect: Dialect) -> str:
         table = _FIRST[meaning]
     else:
         table = _FULL.get(meaning, {})
-    told = [table[word.letter].format(_number(word, steps=meaning not in _CONTOURED)) for word in block.words if word.letter in table]
+    steps = meaning not in _CONTOURED and not dialect.o_words
+    told = [table[word.letter].format(_number(word, steps=steps)) for word in block.words if word.letter in table]
     if meaning is Meaning.THREADING_CYCLE and table is _FIRST[meaning]:
         told = [_passes(word.value) if word.letter == "P" else words for word, words in zip(_of(block, table), told, strict=True)]
     return ", ".join(told)
