@@ -282,7 +282,7 @@ class _FromSource(SourceFileLoader):
 
 def _imported(path: Path) -> ModuleType:
     name = f"lathesim_plugin_{path.stem}"
-    spec = importlib.util.spec_from_file_location(name, path, loader=_FromSource(name, str(path)))
+    spec = importlib.util.spec_from_file_location(name, path, loader=_FromSource(name, str(path.absolute())))
     if path.suffix != ".py" or spec is None or spec.loader is None:
         raise PluginError("it is no Python file.")
     module = importlib.util.module_from_spec(spec)

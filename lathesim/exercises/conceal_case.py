@@ -21,6 +21,7 @@ from lathesim.exercises.logger import LoggedColumn, logged_columns
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
+from lathesim.lessons.results_folder import keep_read_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 from lathesim.recordings.mapping import map_recording
@@ -51,6 +52,7 @@ def conceal_case(
     :class:`RecordingError` and :class:`LessonError` where the case cannot be made or written.
     """
     place = answer_place(folder, answer)
+    keep_read_lesson(lesson, folder)
     prepared = prepare(lesson, registry)
     seed = secrets.randbits(48) if seed is None else seed
     signals = _signals(lesson, prepared, drive, registry) if drive is not None else {}

@@ -14,14 +14,12 @@ from lathesim.analysis.part.nothing_cut import nothing_cut
 from lathesim.engine.running.run import Sink
 from lathesim.errors import RecordError, SimulationError
 from lathesim.lessons.grading import GoalResult, judge
+from lathesim.lessons.results_folder import results_folder
 from lathesim.lessons.run_warnings import run_warnings
 from lathesim.lessons.simulate import Prepared, run_prepared
 from lathesim.plugins import Registry
 from lathesim.record import Record
 from lathesim.record_writer import save
-
-RUNS_FOLDER = Path("lathesim_runs")
-"""Where records go that were given no other place, one folder a lesson."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +44,9 @@ class KeptRun:
         return self.record.status.startswith("stopped")
 
 
-def record_path(case: Prepared) -> Path:
-    """Return where the record of a case goes unless another place is given: ``lathesim_runs/LESSON/CASE.h5``."""
-    return RUNS_FOLDER / case.case.lesson.name / f"{case.name}.h5"
+def record_path(case: Prepared, *read: Path | None) -> Path:
+    """Return where the record of a case goes unless another place is given: CASE.h5 in :func:`results_folder`."""
+    return results_folder(case.case.lesson, *read) / f"{case.name}.h5"
 
 
 def run_and_keep(

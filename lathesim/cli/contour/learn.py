@@ -56,9 +56,11 @@ def learn(
     from lathesim.compensation.learning.learned_lesson import write_learned
     from lathesim.compensation.learning.response import learning_filter
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.results_folder import keep_read_lesson, results_folder
     from lathesim.lessons.simulate import prepare
 
     loaded = load_lesson(lesson)
+    keep_read_lesson(loaded, out)
     registry = open_registry(plugin_folders)
     overrides = read_settings(settings)
     prepared = prepare(loaded, registry, variant, overrides)
@@ -73,7 +75,7 @@ def learn(
         if recording is not None:
             from lathesim.compensation.learning.recorded_lap import next_lap
 
-            files, error = next_lap(prepared, course, chosen, recording, registry, out or Path("lathesim_runs") / loaded.name)
+            files, error = next_lap(prepared, course, chosen, recording, registry, out or results_folder(loaded, recording))
             click.echo(
                 f"The tracking error of this lap is {1e3 * error:.4g} mm rms; {_promised(chosen.bound)}. See {', '.join(map(str, files))}"
             )

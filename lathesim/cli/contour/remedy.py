@@ -54,9 +54,11 @@ def remedy(
     from lathesim.compensation.remedying.written import as_json as told_as_json
     from lathesim.compensation.remedying.written import write_answer, write_lesson
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.results_folder import keep_read_lesson
 
     found = read_diagnosis(diagnosis)
     loaded = load_lesson(lesson)
+    keep_read_lesson(loaded, out)
     registry = open_registry(plugin_folders)
     began = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="lathesim_remedy_") as trials, working(shown=not as_json) as tell:

@@ -46,12 +46,14 @@ def compare(
     from lathesim.diagnosis.comparison.compare import load_recording
     from lathesim.diagnosis.comparison.compare_text import comparison_lines
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.results_folder import results_folder
 
     registry = open_registry(plugin_folders)
     loaded = load_lesson(lesson)
     comparison = compared(loaded.name, *load_recording(loaded, recording, registry, variant))
     kept = _promises(loaded, recording, registry)
-    figure = None if no_plots else _drawn(comparison, (out or Path("lathesim_runs") / loaded.name) / f"{recording.stem}_compared.png")
+    folder = out or results_folder(loaded, recording, variant=variant)
+    figure = None if no_plots else _drawn(comparison, folder / f"{recording.stem}_compared.png")
     if as_json:
         click.echo(
             json.dumps(

@@ -87,6 +87,7 @@ def diagnose(
     from lathesim.diagnosis.reporting.terminal_text import answer_lines
     from lathesim.identification.replay.loading import load_case
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.results_folder import results_folder
     from lathesim.units import quantity
 
     limit = math.inf if at_most is None else quantity(at_most, "s")
@@ -109,7 +110,7 @@ def diagnose(
             diagnosis = diagnose_together(case, further, registry, lambda loaded_case: question, tell)
         else:
             diagnosis = answer(question, tell)
-    folder = out or Path("lathesim_runs") / loaded.name
+    folder = out or results_folder(loaded, recording, validate, before, *(Path(file) for _, file in others), variant=variant)
     if design:
         from lathesim.cli.interrupting import interruptible
         from lathesim.experiments.design.for_diagnosis import with_designed_program

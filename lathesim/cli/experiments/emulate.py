@@ -59,12 +59,14 @@ def emulate(
     from lathesim.experiments.emulation.report import as_json as json_of
     from lathesim.experiments.emulation.report import told_lines, write_emulation
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.results_folder import keep_read_lesson
 
     names = tuple(name.strip() for text in free for name in text.split(",") if name.strip())
     question = Question(
         method, weight, factor or (4.0 if method == "replay" else 2.0), names, not keep_structure, Effort(population, generations), seed
     )
     loaded = load_lesson(lesson)
+    keep_read_lesson(loaded, out)
     registry = open_registry(plugin_folders)
 
     def say(sentence: str) -> None:

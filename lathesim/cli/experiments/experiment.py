@@ -78,6 +78,7 @@ def experiment(
     from lathesim.experiments.design.prediction import tried_design
     from lathesim.experiments.design.rivals import named_between, named_in_diagnosis
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.results_folder import keep_read_lesson
     from lathesim.units import quantity
 
     try:
@@ -96,6 +97,7 @@ def experiment(
             f"a recording cannot take a row {per_second:g} times a second.", place="--rate", remedy="Give a rate above 0 Hz."
         )
     loaded = load_lesson(lesson)
+    keep_read_lesson(loaded, out)
     registry = open_registry(plugin_folders)
     wish = Wish(
         limit,

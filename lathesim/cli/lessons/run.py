@@ -70,7 +70,7 @@ def run(
     if recording is not None:
         prepared = [runs.driven(case, recording) for case in prepared]
     for case in prepared:
-        runs.one(case, _record_path(out, case, alone=len(prepared) == 1))
+        runs.one(case, _record_path(out, case, file, recording, alone=len(prepared) == 1))
         if runs.stopped:
             break
     runs.tell()
@@ -85,12 +85,12 @@ def _tell_odd_programs(prepared: list[Prepared]) -> None:
         click.echo(sentence, err=True)
 
 
-def _record_path(out: Path | None, case: Prepared, *, alone: bool) -> Path:
+def _record_path(out: Path | None, case: Prepared, *read: Path | None, alone: bool) -> Path:
     """Return where the record goes; with several cases and one ``--out`` each gets the name of its variant."""
     from lathesim.lessons.kept_run import record_path
 
     if out is None:
-        return record_path(case)
+        return record_path(case, *read)
     return out if alone else out.with_name(f"{out.stem}_{case.case.variant}{out.suffix}")
 
 

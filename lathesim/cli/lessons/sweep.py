@@ -63,6 +63,7 @@ def sweep(
     """
     from lathesim.errors import LatheSimError
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.results_folder import results_folder
     from lathesim.lessons.simulate import prepare
     from lathesim.lessons.sweeping.members import Members
     from lathesim.lessons.sweeping.ranges import grid, read_range
@@ -72,7 +73,8 @@ def sweep(
     registry = open_registry(plugin_folders)
     loaded = load_lesson(lesson)
     overrides = read_settings(settings)
-    prepared = prepare(loaded, registry, variant, overrides, program=find_program_file(program, loaded.path.parent))
+    file = find_program_file(program, loaded.path.parent)
+    prepared = prepare(loaded, registry, variant, overrides, program=file)
     ranges = [read_range(text, prepared) for text in varied]
     for item in ranges:
         if item.remark:
@@ -83,7 +85,7 @@ def sweep(
     if not wanted:
         raise LatheSimError("the lesson has no goals.", place=str(loaded.path), remedy="Say what to measure with --metric.")
     members = Members(prepared, names, wanted)
-    table = _table(out or Path("lathesim_runs") / loaded.name / "sweep.csv", prepared, members, ranges, points)
+    table = _table(out or results_folder(loaded, file, variant=variant) / "sweep.csv", prepared, members, ranges, points)
     done = table.open()
     there = len(done)
     jobs = [(number, _values(ranges, point)) for number, point in enumerate(points) if number not in done]

@@ -56,6 +56,7 @@ def watch(
     Values may move within what the lesson calls uncertain. Faults of the recording are told as such. Ctrl-C ends it.
     """
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.results_folder import results_folder
     from lathesim.lessons.simulate import prepare
     from lathesim.live.sources.opening import live, open_source
     from lathesim.live.sources.until_stopped import run_until_stopped
@@ -71,7 +72,7 @@ def watch(
         patience=quantity(at_most, "s"),
         validation_windows=validate_with,
         tolerance=_tolerances(tolerances, prepared),
-        folder=out or Path("lathesim_runs") / prepared.name,
+        folder=out or results_folder(prepared.case.lesson, variant=variant),
         diagnose=not no_diagnosis,
         plugins=plugin_folders,
         waits=not live(sources),

@@ -32,12 +32,13 @@ def tap(
     acceleration, with their units. 'lathesim modes' finds the modes in the file that is written.
     """
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.results_folder import results_folder
     from lathesim.stability.tool_point.tap_lesson import recorded_tap, tap_lesson
     from lathesim.stability.tool_point.write_response import write_response
 
     loaded = load_lesson(lesson)
     found = recorded_tap(recording) if recording is not None else tap_lesson(loaded, loaded.settings.seed if seed is None else seed, hits)
-    place = out or Path("lathesim_runs") / loaded.name / "tap.csv"
+    place = out or results_folder(loaded, recording) / "tap.csv"
     write_response(found.response, place)
     if save is not None:
         from lathesim.analysis.figures.plots import save_figure

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import json
 import os
 import signal
@@ -86,6 +87,18 @@ class Windows:
     asked: Window
     validation: Window | None
     before: Window | None
+
+
+def free_number(folder: Path) -> int:
+    """Return the next free number of a window in a folder, taken by making its folder ``watch_NUMBER``: no session replaces another's."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for number in itertools.count(1):
+        try:
+            (folder / f"watch_{number}").mkdir()
+        except FileExistsError:
+            continue
+        return number
+    raise AssertionError("the numbers do not end")
 
 
 async def diagnose_window(

@@ -17,7 +17,7 @@ from lathesim.lessons.simulate import Prepared
 from lathesim.live.sources.file_source import FileSource
 from lathesim.live.sources.sample_clock import SampleClock, Stretch
 from lathesim.live.sources.samples import Block, LiveError, Signal, Source
-from lathesim.live.watching.background_diagnosis import Before, Verdict, Window, Windows, diagnose_window, known_before
+from lathesim.live.watching.background_diagnosis import Before, Verdict, Window, Windows, diagnose_window, free_number, known_before
 from lathesim.live.watching.effects.followed_sizes import followed_sizes, scales
 from lathesim.live.watching.effects.known_effects import KnownEffects
 from lathesim.live.watching.event import Event
@@ -81,7 +81,6 @@ class WatchSession:
         self._tasks: set[asyncio.Task[None]] = set()
         self._following: Following | None = None
         self._drifting: Alarm | None = None
-        self._number = 0
         self._learnt = False
         self._end = 0.0
         self.alarms = 0
@@ -280,18 +279,19 @@ class WatchSession:
             return
         further = values[:, at[1] : at[2]]
         validation = Window(pending.begin, period, self._signals, further) if further.shape[1] >= _LEAST else None
-        self._number += 1
         windows = Windows(Window(pending.begin, period, self._signals, whole), validation, self._sound)
         assert self._watch is not None
         expected = {name: value for name, (value, _) in self._watch.expected(pending.begin + 0.5 * self._settings.window).items()}
         before = known_before(self._prepared, self._known.texts(), expected)
-        task = asyncio.ensure_future(self._verdict(pending, before, windows, self._number))
+        task = asyncio.ensure_future(self._verdict(pending, before, windows))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _verdict(self, pending: _Pending, before: Before, windows: Windows, number: int) -> None:
+    async def _verdict(self, pending: _Pending, before: Before, windows: Windows) -> None:
         folder, window = self._settings.folder, windows.asked
+        number = 0
         try:
+            number = free_number(folder)
             verdict = await diagnose_window(
                 self._prepared, before, windows, folder, number, self._settings.patience, self._settings.plugins
             )

@@ -170,14 +170,14 @@ class Workbench:
 
     def new_run(self) -> LiveRun:
         """Return a run of the setup, ready for a thread to call its ``run``; raises :class:`LatheSimError` where the setup cannot run."""
-        from lathesim.lessons.kept_run import RUNS_FOLDER
+        from lathesim.lessons.results_folder import results_folder
         from lathesim.tui.model.live_run import LiveRun
 
         setup, prepared = self.setup, self.prepared()
         assert setup is not None
         if self.live is not None:
             raise LessonError("a run is under way.", remedy="Stop it first.")
-        path = _free_path(RUNS_FOLDER / setup.lesson.name)
+        path = _free_path(results_folder(setup.lesson))
         live = LiveRun(prepared, path, title=f"{path.stem} {setup.summary}", seed=setup.seed, pace=self.pace)
         if setup.needs_file:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -96,8 +96,10 @@ class ResultsScreen(WorkbenchScreen):
         """Look for older records."""
         super().on_mount()
         own = {run.path.resolve() for run in self.workbench.runs}
-        found = sorted(Path("lathesim_runs").glob("*/*.h5")) if Path("lathesim_runs").is_dir() else []
-        self._older = [BenchRun(f"{path.parent.name}/{path.stem}", path) for path in found if path.resolve() not in own]
+        found = sorted(Path("lathesim_runs").rglob("*.h5")) if Path("lathesim_runs").is_dir() else []
+        self._older = [
+            BenchRun(str(path.relative_to("lathesim_runs").with_suffix("")), path) for path in found if path.resolve() not in own
+        ]
 
     def show_changes(self, changed: set[str]) -> None:
         """Show the runs there are; the newest is ticked."""
