@@ -1,10 +1,11 @@
 """The dialects as tables: which code means what, which letters there are, and the few facts in which controls differ.
 
 ``paper`` is what Liu and Landers' simulator reads, ``linuxcnc`` the lathe words of LinuxCNC 2.9, ``fanuc`` G-code system A of Fanuc and
-Haas lathes. The interpreter asks the table and never the dialect's name.
+Haas lathes, ``grbl`` the words of GRBL and grblHAL. The interpreter asks the table and never the dialect's name.
 
 Source: Liu, Landers, A Modular Machine Tool Simulator (2004), section Part program; LinuxCNC 2.9 manual, chapters G-Codes and M-Codes;
-Fanuc 0i-T operator's manual, list of G codes, system A.
+Fanuc 0i-T operator's manual, list of G codes, system A; GRBL 1.1 documentation, commands (state after a reset: G0 G54 G17 G21 G90 G94
+M5 M9); grblHAL, list of supported codes.
 """
 
 from __future__ import annotations
@@ -23,14 +24,16 @@ class Dialect:
     """One way of writing part programs.
 
     ``codes`` gives the meaning of each G and M code, ``letters`` what each further letter carries. ``incremental`` names letters that
-    move an axis incrementally, ``dwell`` the letters of a dwell with what one unit of them is in seconds, ``surface_limit`` the
-    letter that bounds the spindle speed beside a surface speed, ``start`` where the tool stands at the
-    beginning and ``machine_zero`` where machine coordinates begin [m, X as a radius].
+    move an axis incrementally, ``home_incremental`` those of G28 and G10 where they differ, ``dwell`` the letters of a dwell with what one
+    unit of them is in seconds, ``surface_limit`` the letter that bounds the spindle speed beside a surface speed, ``start`` where the tool
+    stands at the beginning and ``machine_zero`` where machine coordinates begin [m, X as a radius]. A program without an end is refused
+    with ``end_required`` and not spoken of with ``end_free``.
     ``carried_out`` are meanings that not every dialect's codes are interpreted in. With ``thread_drive_line`` G76 is that of LinuxCNC; with
     ``cancels_beside_motion`` G80 may stand beside another motion code, which then counts; with ``spindle_stops_after_motion`` M5 acts at
     the end of its block. ``work_offsets`` numbers their codes. With ``variables`` there are expressions, with ``o_words`` the statements of
     LinuxCNC, else those of Fanuc's macros. ``builder_codes``: further M codes belong to the machine's builder and do nothing here.
     ``variant_of`` names the dialect of which this one is a rarer form; where both have a word, messages name that one.
+    ``first_motion`` is in force before the program names one, where the control begins with one.
     ``change_stops_spindle``: a tool change turns the spindle off. ``tool_in_front``: the orientations of tools count with X mirrored.
     """
 
@@ -41,11 +44,13 @@ class Dialect:
     x_is_diameter: bool = False
     per_revolution: bool = False
     incremental: Mapping[str, str] | None = None
+    home_incremental: Mapping[str, str] | None = None
     dwell: Mapping[str, float] | None = None
     surface_limit: str = ""
     tool_changes_at_t: bool = False
     program_number: bool = False
     end_required: bool = False
+    end_free: bool = False
     carried_out: frozenset[M] = frozenset()
     work_offsets: Mapping[str, int] = field(default_factory=dict)
     o_words: bool = False
@@ -54,6 +59,7 @@ class Dialect:
     tool_in_front: bool = False
     change_stops_spindle: bool = False
     variant_of: str = ""
+    first_motion: M | None = None
     thread_drive_line: bool = False
     cancels_beside_motion: bool = False
     spindle_stops_after_motion: bool = False
@@ -130,6 +136,23 @@ LINUXCNC = Dialect(
     end_required=True,
 )  # fmt: skip
 
+_LINUXCNC_ONLY = {
+    "G41", "G41.1", "G42", "G42.1", "G43.2", "G52", "G70", "G71", "G71.1", "G71.2", "G72", "G72.1", "G72.2", "G74", "G84", "G90.1", "M19",
+    "M98", "M99",
+}  # fmt: skip
+"""Codes of LinuxCNC that grblHAL has not, or only in rare builds."""
+
+GRBL = replace(
+    LINUXCNC,
+    name="grbl",
+    title="GRBL 1.1 and grblHAL for lathes: it begins with G0, and a program needs no end",
+    codes={code: meaning for code, meaning in LINUXCNC.codes.items() if code not in _LINUXCNC_ONLY},
+    end_required=False,
+    end_free=True,
+    first_motion=M.RAPID,
+    variant_of="linuxcnc",
+)
+
 _FANUC_CODES: dict[str, M] = {
     **_COMMON_CODES,
     "G4": M.DWELL, "G10": M.SET_DATA, "G20": M.INCH, "G21": M.MILLIMETRE, "G28": M.HOME, "G30": M.HOME_SECOND,
@@ -192,13 +215,14 @@ FANUC_B = replace(
     },
     letters={**FANUC.letters, "U": "depth or allowance along X", "W": "depth or allowance along Z"},
     incremental=None,
+    home_incremental=FANUC.incremental,
     variant_of="fanuc",
 )  # fmt: skip
 
-DIALECTS: dict[str, Dialect] = {dialect.name: dialect for dialect in (PAPER, LINUXCNC, FANUC, FANUC_B)}
+DIALECTS: dict[str, Dialect] = {dialect.name: dialect for dialect in (PAPER, LINUXCNC, FANUC, GRBL, FANUC_B)}
 
 
-_ALSO_CALLED = {"fanuc-a": "fanuc", "haas": "fanuc", "emc2": "linuxcnc"}
+_ALSO_CALLED = {"fanuc-a": "fanuc", "haas": "fanuc", "emc2": "linuxcnc", "grblhal": "grbl"}
 """Other names that people write for a dialect."""
 
 

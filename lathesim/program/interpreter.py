@@ -21,7 +21,7 @@ from lathesim.program.moves import Event, Move, Program
 from lathesim.program.nose.compensation import compensated
 from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.running.offsets import Offsets
-from lathesim.program.vocabulary import Sorted, check_vocabulary, other_readings, sort_block
+from lathesim.program.vocabulary import Sorted, check_statements, other_readings, sort_block
 from lathesim.program.words import Block, Blocks, Warned, Word
 
 TURRET_STATIONS = 12  # assumed: a common turret; a tool number beyond it is a slip
@@ -44,7 +44,7 @@ def interpret(
     nothing here are refused. Raises :class:`ProgramError` with ``file:line``, the word, what is wrong and what to do.
     """
     table = dialect if isinstance(dialect, Dialect) else dialect_named(dialect)
-    check_vocabulary(blocks, table)
+    check_statements(blocks, table)
     interpreter = _Interpreter(blocks, table, table.start if start is None else start, stations)
     interpreter.modal.tools.update(tools or {})
     interpreter.strict = strict
@@ -98,7 +98,7 @@ class _Interpreter(Offsets):
     def run_block(self, block: Block) -> None:
         """Run the steps of a block in their order."""
         block = self.computed(block)
-        self.block = sort_block(block, self.dialect, self.blocks.place(block.line))
+        self.block = sort_block(block, self.blocks, self.dialect, self._known)
         self.block_number, self.used = block.number.lstrip("0"), set()
         if not self.block.codes and not self.block.words and not block.comments and not self.block.builders:
             return
@@ -357,11 +357,14 @@ class _Interpreter(Offsets):
                 place=self.blocks.place(self.blocks.last_line),
                 remedy="Write M2 or M30 in its last block; it may be cut short.",
             )
-        self.warnings.append(Warned(self.blocks.last_line, "The program ends without M02 or M30."))
+        if not self.dialect.end_free:
+            self.warnings.append(Warned(self.blocks.last_line, "The program ends without M02 or M30."))
 
     def say_groups(self) -> None:
         """Keep in mind which modal groups the program names before or with its first move."""
-        for group in (Group.UNITS, Group.DISTANCE, Group.FEED_MODE, Group.PLANE, Group.DIAMETER):
+        for group in (
+            Group.UNITS, Group.DISTANCE, Group.FEED_MODE, Group.PLANE, Group.DIAMETER, Group.SPINDLE_MODE, Group.MOTION,
+        ):  # fmt: skip
             if self.block.of_group(group) is not None:
                 self.modal.said.add(group)
 
@@ -380,3 +383,9 @@ class _Interpreter(Offsets):
             self.assumed["x_mode"] = "diameter" if self.dialect.x_is_diameter else "radius"
         if Group.PLANE not in said:
             self.assumed["plane"] = str(Meaning.PLANE_XZ)
+        if Group.SPINDLE_MODE not in said and self.modal.speed is not None:
+            self.assumed["spindle_mode"] = str(Meaning.SPINDLE_SPEED)
+        if Group.MOTION not in said and self.dialect.first_motion is not None:
+            self.assumed["motion"] = f"{self.dialect.first_motion} until the program says otherwise"
+        if self.modal.tool is None and any(move.kind in ("feed", "arc", "thread") for move in self.moves):
+            self.assumed["tool"] = "the one in use, as the program calls none"

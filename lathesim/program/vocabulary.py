@@ -6,65 +6,103 @@ both readings.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, not_interpreted
 from lathesim.program.macros.statements import FANUC_KINDS
 from lathesim.program.meanings import GROUP_OF, NOT_INTERPRETED, Group, Meaning
+from lathesim.program.reading.codes_elsewhere import CODES_ELSEWHERE, SINUMERIK
+from lathesim.program.reading.foreign_controls import foreign_program
 from lathesim.program.words import Block, Blocks, Word
 
 _BUILDERS = ((10, 69), (80, 96), (100, 199))
 """M codes that builders of machines give to chucks, tailstocks, catchers and doors.
 
 Source: Haas lathe operator's manual, list of M codes."""
+_NAMES_AN_END = (Meaning.TURNING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE_SIMPLE, Meaning.FACING_CYCLE_SIMPLE)
+"""Cycles whose block names an end point; without one, G90, G92 and G94 are codes of another dialect."""
 _FOREIGN_AXES = "YABCV"
 """Axes that a two-axis lathe does not have, unless the dialect has the letter for something else."""
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Sorted:
-    """One block taken apart: its codes with their meanings, and its other words by letter. ``place`` is ``file:line``."""
+    """One block of the program ``name`` taken apart: its codes with their meanings, and its other words by letter."""
 
     line: int
-    place: str
-    codes: dict[Meaning, Word]
+    name: str
+    codes: Mapping[Meaning, Word]
     words: dict[str, Word]
     comments: tuple[str, ...]
     builders: tuple[Word, ...] = ()
     """M codes of the machine's builder, which do nothing here."""
-    groups: dict[Group, Meaning] = field(default_factory=dict)
+    groups: Mapping[Group, Meaning] = field(default_factory=dict)
+
+    @property
+    def place(self) -> str:
+        """The place of the block as errors show it, ``file:line``."""
+        return f"{self.name}:{self.line}"
 
     def of_group(self, group: Group) -> Meaning | None:
         """The meaning of this group in the block, if there is one."""
         return self.groups.get(group)
 
 
-def check_vocabulary(blocks: Blocks, dialect: Dialect) -> None:
-    """Refuse the first word of the program that the dialect does not have, or that is not interpreted."""
-    for block in (*blocks.blocks, *(block for blocks_of in blocks.subprograms.values() for block in blocks_of)):
-        check_block(block, blocks, dialect)
+class Codes(NamedTuple):
+    """The codes of a block by meaning and by group, and those of the machine's builder."""
+
+    codes: Mapping[Meaning, Word]
+    groups: Mapping[Group, Meaning]
+    builders: tuple[Word, ...]
 
 
-def check_block(block: Block, blocks: Blocks, dialect: Dialect) -> None:
-    """Refuse the first word of a block that the dialect does not have, or that is not interpreted; computed codes wait for their number."""
-    if block.statement is not None or block.assignments or block.computed:
-        _check_statement(block, blocks, dialect)
-    codes, letters = dialect.codes, dialect.letters
+def check_statements(blocks: Blocks, dialect: Dialect) -> None:
+    """Refuse the first statement of the program that the dialect writes otherwise; its words are refused only where they run."""
+    if blocks.branches:
+        for block in blocks.shapes.values():
+            if block.statement is not None:
+                check_statement(block, blocks, dialect)
+
+
+def words_missing(blocks: Blocks, dialect: Dialect) -> int:
+    """Return how many shapes of blocks of a program the dialect does not have or carry out, and whether it lacks an end or a motion."""
+    missing = sum(not _has_shape(block, dialect) for block in blocks.shapes.values())
+    missing += dialect.end_required and not blocks.ending
+    return missing + (dialect.first_motion is None and _moves_before_a_code(blocks, dialect))
+
+
+def _has_shape(block: Block, dialect: Dialect) -> bool:
+    if block.statement is not None and (not dialect.variables or dialect.o_words == (block.statement.kind in FANUC_KINDS)):
+        return False
+    if (block.assignments or block.computed) and not dialect.variables:
+        return False
+    motions = 0
     for word in block.words:
         if word.letter not in "GM":
-            if word.letter not in letters:
-                raise _foreign_letter(word, block, blocks, dialect, blocks.place(block.line))
-            continue
-        if word.value < 0.0:
-            fact = f"{word.text} is negative; codes are not."
-            raise ProgramError(fact, place=blocks.place(block.line), remedy=f"Write {word.letter}{-word.value:g}.")
-        meaning = codes.get(word.code)
-        if meaning is None:
-            if word.value == word.value and not is_builders(word, dialect):
-                raise _foreign_code(word, blocks, dialect, blocks.place(block.line))
-        elif meaning in NOT_INTERPRETED and not_interpreted(meaning, dialect):
-            raise _not_interpreted(word, meaning, blocks, dialect, blocks.place(block.line))
+            if word.letter not in dialect.letters:
+                return False
+        elif word.expression is None:
+            meaning = dialect.codes.get(word.code)
+            if meaning is None or not_interpreted(meaning, dialect):
+                return False
+            if meaning in _NAMES_AN_END and not any(other.letter in "XZUW" for other in block.words):
+                return False
+            motions += GROUP_OF[meaning] is Group.MOTION and not (dialect.cancels_beside_motion and meaning is Meaning.MOTION_OFF)
+    return motions <= 1
+
+
+def _moves_before_a_code(blocks: Blocks, dialect: Dialect) -> bool:
+    """Return whether the first axis word of a program stands before any motion code, or beside one that only sets something."""
+    for block in blocks.blocks:
+        meanings = [dialect.codes.get(word.code) for word in block.words if word.letter in "GM"]
+        if block.statement is not None or any(meaning is None or GROUP_OF[meaning] in (Group.MOTION, Group.ONCE) for meaning in meanings):
+            return False
+        if any(word.letter in "XZ" for word in block.words):
+            return True
+    return False
 
 
 def is_builders(word: Word, dialect: Dialect) -> bool:
@@ -77,15 +115,18 @@ def is_builders(word: Word, dialect: Dialect) -> bool:
     )
 
 
-def _check_statement(block: Block, blocks: Blocks, dialect: Dialect) -> None:
+def check_statement(block: Block, blocks: Blocks, dialect: Dialect) -> None:
+    """Refuse a statement, an expression or an assignment in a dialect that has none, or writes it otherwise."""
     place, statement = blocks.place(block.line), block.statement
     if not dialect.variables:
         shown = next((word.text for word in block.words if word.expression is not None), "The statement" if statement else "The assignment")
-        having = _quoted(_told([other.name for other in DIALECTS.values() if other.variables]))
+        having = _quoted(without_variants([other.name for other in DIALECTS.values() if other.variables]))
         fact = f"{shown} computes with expressions or variables, and the dialect '{dialect.name}' has none; {having} have them."
         raise ProgramError(fact, place=place, remedy="Choose the dialect the program is written in, or write the numbers themselves.")
     if statement is not None and dialect.o_words == (statement.kind in FANUC_KINDS):
-        having = _quoted(_told([other.name for other in DIALECTS.values() if other.variables and other.o_words != dialect.o_words]))
+        having = _quoted(
+            without_variants([other.name for other in DIALECTS.values() if other.variables and other.o_words != dialect.o_words])
+        )
         raise ProgramError(
             f"{statement.kind} is written so in {having}, and not in the dialect '{dialect.name}'.",
             place=place,
@@ -93,30 +134,53 @@ def _check_statement(block: Block, blocks: Blocks, dialect: Dialect) -> None:
         )
 
 
-def sort_block(block: Block, dialect: Dialect, place: str) -> Sorted:
-    """Take a block apart; a letter given twice and two codes of one modal group are refused."""
-    codes: dict[Meaning, Word] = {}
+def sort_block(block: Block, blocks: Blocks, dialect: Dialect, known: dict[tuple[Word, ...], Codes]) -> Sorted:
+    """Take a block apart; ``known`` keeps the codes of earlier ones.
+
+    Refused are words that the dialect does not have or that are not interpreted, a letter given twice and two codes of one modal group.
+    """
     words: dict[str, Word] = {}
+    own = []
+    for word in block.words:
+        letter = word.letter
+        if letter in "GM":
+            own.append(word)
+        elif letter in words:
+            raise ProgramError(
+                f"The block has two {letter} words, {words[letter].text} and {word.text}.",
+                place=blocks.place(block.line),
+                remedy="Keep one of them.",
+            )
+        elif letter not in dialect.letters:
+            raise _foreign_letter(word, block, blocks, dialect, blocks.place(block.line))
+        else:
+            words[letter] = word
+    key = tuple(own)
+    found = known.get(key)
+    if found is None:
+        found = known[key] = _codes(key, blocks, dialect, blocks.place(block.line))
+    for letter, axis in (dialect.incremental or {}).items():
+        if letter in words and axis in words:
+            raise ProgramError(
+                f"{words[axis].text} and {words[letter].text} both move {axis}.",
+                place=blocks.place(block.line),
+                remedy="Keep the absolute or the incremental one.",
+            )
+    return Sorted(block.line, blocks.name, found.codes, words, block.comments, found.builders, found.groups)
+
+
+def _codes(words: tuple[Word, ...], blocks: Blocks, dialect: Dialect, place: str) -> Codes:
+    codes: dict[Meaning, Word] = {}
     builders: list[Word] = []
     groups: dict[Group, Meaning] = {}
-    for word in block.words:
-        if word.letter not in "GM":
-            if word.letter in words:
-                raise ProgramError(
-                    f"The block has two {word.letter} words, {words[word.letter].text} and {word.text}.",
-                    place=place,
-                    remedy="Keep one of them.",
-                )
-            words[word.letter] = word
-            continue
-        found = dialect.codes.get(word.code)
-        if found is None:
+    for word in words:
+        meaning = _meaning(word, blocks, dialect, place)
+        if meaning is None:
             builders.append(word)
             continue
-        meaning = found
         group = GROUP_OF[meaning]
         groups.setdefault(group, meaning)
-        for earlier, first in codes.items() if len(codes) >= len(groups) else ():
+        for earlier, first in codes.items():
             if GROUP_OF[earlier] is group and not _may_stand_together(earlier, meaning, dialect):
                 told = _apart(first, word, dialect)
                 raise ProgramError(
@@ -128,14 +192,21 @@ def sort_block(block: Block, dialect: Dialect, place: str) -> Sorted:
     if dialect.cancels_beside_motion and sum(GROUP_OF[meaning] is Group.MOTION for meaning in codes) > 1:
         codes.pop(Meaning.MOTION_OFF, None)
         groups[Group.MOTION] = next(meaning for meaning in codes if GROUP_OF[meaning] is Group.MOTION)
-    for letter, axis in (dialect.incremental or {}).items():
-        if letter in words and axis in words:
-            raise ProgramError(
-                f"{words[axis].text} and {words[letter].text} both move {axis}.",
-                place=place,
-                remedy="Keep the absolute or the incremental one.",
-            )
-    return Sorted(block.line, place, codes, words, block.comments, tuple(builders), groups)
+    return Codes(codes, groups, tuple(builders))
+
+
+def _meaning(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> Meaning | None:
+    """Return the meaning of a code, or None for one of the machine's builder; refuse all others."""
+    if word.value < 0.0:
+        fact = f"{word.text} is negative; codes are not."
+        raise ProgramError(fact, place=place, remedy=f"Write {word.letter}{-word.value:g}.")
+    meaning = dialect.codes.get(word.code)
+    if meaning is None:
+        if not is_builders(word, dialect):
+            raise _foreign_code(word, blocks, dialect, place)
+    elif not_interpreted(meaning, dialect):
+        raise _not_interpreted(word, meaning, blocks, dialect, place)
+    return meaning
 
 
 def _apart(first: Word, second: Word, dialect: Dialect) -> str:
@@ -167,11 +238,11 @@ def _readings(code: str, leave_out: Dialect) -> list[tuple[Meaning, list[str]]]:
     for other in DIALECTS.values():
         if other.name != leave_out.name and code in other.codes:
             found.setdefault(other.codes[code], []).append(other.name)
-    return [(meaning, _told(names)) for meaning, names in found.items()]
+    return [(meaning, without_variants(names)) for meaning, names in found.items()]
 
 
-def _told(names: list[str]) -> list[str]:
-    """The names of dialects without rarer forms, where there are others."""
+def without_variants(names: list[str]) -> list[str]:
+    """Return the names of dialects without rarer forms, where there are others."""
     return [name for name in names if not DIALECTS[name].variant_of] or names
 
 
@@ -185,21 +256,14 @@ def _dialects(names: list[str]) -> str:
     return f"the dialect{'s' if len(names) > 1 else ''} {_quoted(names)}"
 
 
-def _complete(blocks: Blocks, leave_out: Dialect, readable: bool) -> list[str]:
-    """The other dialects that have every word of the program; with ``readable`` those in which every code is interpreted too."""
-    words = [word for block in blocks.blocks for word in block.words]
-    found = []
-    for dialect in DIALECTS.values():
-        known = all(word.code in dialect.codes if word.letter in "GM" else word.letter in dialect.letters for word in words)
-        refused = known and any(word.letter in "GM" and not_interpreted(dialect.codes[word.code], dialect) for word in words)
-        if dialect.name != leave_out.name and known and not (readable and refused):
-            found.append(dialect.name)
-    return found
+def _complete(blocks: Blocks, leave_out: Dialect) -> list[str]:
+    """The other dialects that have and carry out every word of the program."""
+    return [dialect.name for dialect in DIALECTS.values() if dialect.name != leave_out.name and not words_missing(blocks, dialect)]
 
 
-def _choice(blocks: Blocks, dialect: Dialect, readable: bool = False) -> str:
+def _choice(blocks: Blocks, dialect: Dialect) -> str:
     """Return ``the dialect the program is written in``, with those that have every word of the program and how one is chosen."""
-    complete = _told(_complete(blocks, dialect, readable))
+    complete = without_variants(_complete(blocks, dialect))
     if not complete:
         return "the dialect the program is written in."
     having = f"{_quoted(complete)} {'has' if len(complete) == 1 else 'have'} all its words"
@@ -209,11 +273,7 @@ def _choice(blocks: Blocks, dialect: Dialect, readable: bool = False) -> str:
 def _foreign_code(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:
     readings = _readings(word.code, dialect)
     if not readings:
-        return ProgramError(
-            f"{word.text} is in no dialect known here ({', '.join(_told(list(DIALECTS)))}).",
-            place=place,
-            remedy="Look the code up and correct it.",
-        )
+        return _code_elsewhere(word, place)
     told = "; ".join(f"{_quoted(names)} {'has' if len(names) == 1 else 'have'} it ({meaning})" for meaning, names in readings)
     meanings = [meaning for meaning, _ in readings if meaning not in NOT_INTERPRETED]
     own = next((code for code, meaning in dialect.codes.items() if meaning in meanings), "")
@@ -223,23 +283,42 @@ def _foreign_code(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> P
     )
 
 
+def _code_elsewhere(word: Word, place: str) -> ProgramError:
+    """Return the error for a code that no dialect has, with what it is on other controls."""
+    known = CODES_ELSEWHERE.get(word.code)
+    if known == SINUMERIK:
+        return foreign_program(SINUMERIK, word.text, place)
+    if known is not None:
+        return ProgramError(
+            f"{word.text} is not supported here: {known}.", place=place, remedy="Take it out, or write what it does in other codes."
+        )
+    return ProgramError(
+        f"{word.text} is in no dialect known here ({', '.join(without_variants(list(DIALECTS)))}).",
+        place=place,
+        remedy="Look the code up and correct it.",
+    )
+
+
 def _not_interpreted(word: Word, meaning: Meaning, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:
     others = other_readings(word.code, dialect)
     fact = f"{word.text} means {meaning} in the dialect '{dialect.name}', and that is not interpreted here"
-    if not others or not _complete(blocks, dialect, readable=True):
+    if not others or not _complete(blocks, dialect):
         fact = f"{fact}; {others}" if others else fact
         return ProgramError(f"{fact}.", place=place, remedy=NOT_INTERPRETED[meaning])
-    remedy = f"{NOT_INTERPRETED[meaning][:-1]}, or choose {_choice(blocks, dialect, readable=True)}"
+    remedy = f"{NOT_INTERPRETED[meaning][:-1]}, or choose {_choice(blocks, dialect)}"
     return ProgramError(f"{fact}; {others}.", place=place, remedy=remedy)
 
 
 def _foreign_letter(word: Word, block: Block, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:
+    codes = [other for other in block.words if other.letter in "GM"]
+    if nowhere := [code for code in codes if not any(code.code in other.codes for other in DIALECTS.values())]:
+        return _code_elsewhere(nowhere[0], place)
     if word.letter in _FOREIGN_AXES:
         return ProgramError(f"{word.text} names an axis this lathe does not have.", place=place, remedy="It has X and Z.")
-    having = _told([other.name for other in DIALECTS.values() if word.letter in other.letters])
+    having = without_variants([other.name for other in DIALECTS.values() if word.letter in other.letters])
     if not having:
         return ProgramError(
-            f"{word.text} is in no dialect known here ({', '.join(_told(list(DIALECTS)))}).",
+            f"{word.text} is in no dialect known here ({', '.join(without_variants(list(DIALECTS)))}).",
             place=place,
             remedy="Take the word out or correct it.",
         )
@@ -248,7 +327,7 @@ def _foreign_letter(word: Word, block: Block, blocks: Blocks, dialect: Dialect, 
         carried.setdefault(DIALECTS[name].letters[word.letter], []).append(name)
     told = ", ".join(f"{_quoted(names)} {'has' if len(names) == 1 else 'have'} it ({what})" for what, names in carried.items())
     fact = f"{word.text} is not in the dialect '{dialect.name}'; {told}."
-    for code in [other for other in block.words if other.letter in "GM" and other.code in dialect.codes]:
+    for code in [other for other in codes if other.code in dialect.codes]:
         others = other_readings(code.code, dialect)
         if others:
             fact += f" {code.text} means {dialect.codes[code.code]} in the dialect '{dialect.name}'; {others}."

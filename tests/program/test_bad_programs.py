@@ -81,8 +81,8 @@ REFUSED = {
     "M3 with M4": ("M3 M4 S100\nM2", "turn.nc:1: M3 and M4 exclude each other (spindle). Keep one, or write two blocks."),
     "two X": ("G0 X1 X2\nM2", "turn.nc:1: The block has two X words, X1 and X2. Keep one of them."),
     "unknown G": (
-        "G123 X1\nM2",
-        "turn.nc:1: G123 is in no dialect known here (paper, linuxcnc, fanuc). Look the code up and correct it.",
+        "G323 X1\nM2",
+        "turn.nc:1: G323 is in no dialect known here (paper, linuxcnc, fanuc). Look the code up and correct it.",
     ),
     "unknown M": ("M77\nM2", "turn.nc:1: M77 is in no dialect known here (paper, linuxcnc, fanuc). Look the code up and correct it."),
     "no letter": (
@@ -234,7 +234,7 @@ def test_refused_with_place_fact_and_remedy(name: str) -> None:
             "turn.nc:1: G90 names no end point; in the dialects 'paper' and 'linuxcnc' it means absolute positions. Add X and Z words.",
         ),
         ("G0 X1 U2\nM2", "fanuc", "turn.nc:1: X1 and U2 both move X. Keep the absolute or the incremental one."),
-        ("G0 X1", "papre", "There is no dialect 'papre'; there are paper, linuxcnc, fanuc, fanuc-b. Did you mean 'paper'?"),
+        ("G0 X1", "papre", "There is no dialect 'papre'; there are paper, linuxcnc, fanuc, grbl, fanuc-b. Did you mean 'paper'?"),
     ],
 )  # fmt: skip
 def test_other_dialects_refuse_as_plainly(text: str, dialect: str, message: str) -> None:

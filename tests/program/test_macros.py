@@ -121,7 +121,7 @@ def test_macros_of_fanuc_branch_loop_and_call() -> None:
         ("o1 endif", "turn.ngc:2: O1 ENDIF closes or divides nothing that is open."),
         ("o1 call", "turn.ngc:2: O1 CALL calls a subprogram that the file does not have."),
         ("o1 sub\no1 call\no1 endsub\no1 call", "turn.ngc:3: O1 CALL calls more than 10 programs deep."),
-        ("G[123] X1", "turn.ngc:2: G[123] is in no dialect known here"),
+        ("G[323] X1", "turn.ngc:2: G[323] is in no dialect known here"),
         ("WHILE [1 LT 0] DO1\nEND1", "turn.ngc:2: DO n is written so in 'fanuc', and not in the dialect 'linuxcnc'."),
         ("#1", "turn.ngc:2: #1 stands alone. Assign to it, as in #1=1, or put a letter before it."),
     ],

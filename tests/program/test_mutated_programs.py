@@ -21,7 +21,7 @@ from tests.shared_data import SHARED
 
 GCODE = SHARED / "gcode"
 CHARACTERS = "GMXZUWRPQIKFSTDNOAEHL0123456789.-+()/%;#[]<>=* \n"
-DIALECTS = ("paper", "linuxcnc", "fanuc", "fanuc", "fanuc-b")
+DIALECTS = ("paper", "linuxcnc", "grbl", "fanuc", "fanuc", "fanuc-b")
 
 
 MACROS = (

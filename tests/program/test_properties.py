@@ -14,7 +14,7 @@ from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.path import lay_path
 from lathesim.program.words import read_program
 
-DIALECTS = st.sampled_from(["paper", "linuxcnc", "fanuc", "fanuc-b"])
+DIALECTS = st.sampled_from(["paper", "linuxcnc", "grbl", "fanuc", "fanuc-b"])
 MILLIMETRES = st.integers(-200_000, 200_000).map(lambda thousandths: thousandths / 1000)
 WORD = st.one_of(
     st.sampled_from(

@@ -26,8 +26,8 @@ GCODE = SHARED / "gcode"
     [
         ("(dialect: linuxcnc)\nG0 X1\nM2\n", "linuxcnc", "line 1 says so"),
         ("G71 G90 G94\nG0 X1 Z1\n", "paper", "its words are used as there"),
-        ("O1\nT0101\nG0 X1. Z1.\nM30\n", "fanuc", "no other dialect has all its words"),
-        ("G8 G21\nG0 X1\nM2\n", "linuxcnc", "no other dialect has all its words"),
+        ("O1\nT0101\nG0 X1. Z1.\nM30\n", "fanuc", "no other dialect has all its words but its rarer form 'fanuc-b'"),
+        ("G8 G21\nG0 X1\nM2\n", "linuxcnc", "no other dialect has all its words but its rarer form 'grbl'"),
         ("G0 X10 Z1\nM2\n", "paper", "nothing tells it from linuxcnc or fanuc"),
     ],
 )
@@ -69,7 +69,7 @@ def test_the_command_finds_the_dialect_explains_checks_and_draws(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("shaft.nc").write_text("O1\nT0101\nG50 S2000\nG96 S150 M03\nG00 X42. Z2.\nG01 Z-20. F0.2\nM30\n", encoding="utf-8")
+    Path("shaft.nc").write_text("O1\nG21 T0101\nG50 S2000\nG96 S150 M03\nG00 X42. Z2.\nG01 Z-20. F0.2\nM30\n", encoding="utf-8")
     said = call(capsys, "program", "shaft.nc", "--explain", "--plot", "shaft.png")
     assert said.code == 0
     assert "Read in the dialect 'fanuc'" in said.err
@@ -156,7 +156,7 @@ def test_codes_of_the_builder_are_said_and_refused_strictly() -> None:
 
 def test_the_command_takes_tools_and_the_bar(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    text = "T0101\nG99 G97 S500 M03\nG00 X50. Z2.\nG42 X30.\nG01 Z-10. F0.1\nX50.\nG40 G00 X60.\nM30\n"
+    text = "T0101\nG21 G99 G97 S500 M03\nG00 X50. Z2.\nG42 X30.\nG01 Z-10. F0.1\nX50.\nG40 G00 X60.\nM30\n"
     Path("shaft.nc").write_text(text, encoding="utf-8")
     said = call(capsys, "program", "shaft.nc", "--tool", "1=0.8mm,3", "--stock", "40mm,60mm", "--check")
     assert (said.code, said.out) == (0, "shaft.nc: 5 moves, nothing odd.\n")

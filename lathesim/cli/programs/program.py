@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--dialect", default="auto", show_default=True, help="paper, linuxcnc, fanuc or fanuc-b; else found out, and said.")
+@click.option("--dialect", default="auto", show_default=True, help="paper, linuxcnc, grbl, fanuc or fanuc-b; else found out, and said.")
 @click.option("--json", "as_json", is_flag=True, help="Print canonical moves, schema lathe-canon/1.")
 @click.option("--explain", "as_words", is_flag=True, help="Say in a sentence what each block does.")
 @click.option("--check", "as_check", is_flag=True, help="Only say what is odd or wrong; leaves with 1 where something is.")
@@ -72,6 +72,8 @@ def program(
         click.echo("\n".join(f"{line:>4}  {sentence}" for line, sentence in explain(blocks, interpreted)))
     elif not as_check:
         click.echo("\n".join(_table(interpreted)))
+    if as_words or as_check:
+        click.echo(_taken_as(interpreted), err=True)
     for warned in warnings:
         click.echo(f"{interpreted.name}:{warned.line}: {warned.sentence}", err=not as_check)
     if as_check and not warnings:
@@ -151,8 +153,13 @@ def _table(interpreted: Program) -> list[str]:
     summary = interpreted.summary
     counts = ", ".join(f"{number} {kind}" for kind, number in summary.counts.items()) or "no moves"
     lines.append(f"{counts}; cut {1e3 * summary.cut_path:.3f} mm, rapid {1e3 * summary.rapid_path:.3f} mm")
-    lines.append("taken as: " + "; ".join(f"{name.replace('_', ' ')}: {value}" for name, value in interpreted.assumed.items()))
+    lines.append(_taken_as(interpreted))
     return lines
+
+
+def _taken_as(interpreted: Program) -> str:
+    """Return what the program leaves open and how it was taken."""
+    return "taken as: " + "; ".join(f"{name.replace('_', ' ')}: {value}" for name, value in interpreted.assumed.items())
 
 
 def _kind(move: Move) -> str:

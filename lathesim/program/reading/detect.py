@@ -10,8 +10,9 @@ import re
 from dataclasses import dataclass
 
 from lathesim.errors import ProgramError
-from lathesim.program.dialects import DIALECTS, Dialect, dialect_named, not_interpreted
+from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
 from lathesim.program.macros.statements import FANUC_KINDS
+from lathesim.program.vocabulary import without_variants, words_missing
 from lathesim.program.words import Block, Blocks
 
 _HEADER = re.compile(r"dialect\s*[:=]\s*([\w-]+)", re.IGNORECASE)
@@ -36,19 +37,28 @@ def detect_dialect(blocks: Blocks) -> Detected:
             header = _HEADER.search(comment)
             if header is not None:
                 return Detected(_named(header[1].lower(), blocks.place(block.line)), f"line {block.line} says so")
-    fitting = [dialect for dialect in DIALECTS.values() if _has_all(blocks, dialect)]
-    names = {dialect.name for dialect in fitting}
-    fitting = [dialect for dialect in fitting if not dialect.variant_of or (dialect.variant_of not in names and _signs(blocks, dialect))]
-    if len(fitting) == 1:
-        return Detected(fitting[0], "no other dialect has all its words")
-    common = [dialect for dialect in DIALECTS.values() if not dialect.variant_of]
-    signs = {dialect.name: _signs(blocks, dialect) for dialect in (fitting or common)}
-    best = max(signs.values(), default=0)
-    found = [name for name, count in signs.items() if count == best]
-    chosen = dialect_named(found[0])
-    if best and len(found) == 1:
-        return Detected(chosen, "its words are used as there" if fitting else "most of its words are used as there")
-    return Detected(chosen, f"nothing tells it from {' or '.join(found[1:])}" if fitting and found[1:] else "no dialect has all its words")
+    ranked = sorted(DIALECTS.values(), key=lambda dialect: (_missing(blocks, dialect), -_signs(blocks, dialect)))
+    best = ranked[0]
+    missing, signs = _missing(blocks, best), _signs(blocks, best)
+    rivals = [other for other in ranked[1:] if _missing(blocks, other) == missing]
+    equal = [other.name for other in rivals if _signs(blocks, other) == signs]
+    if missing:
+        return Detected(best, "no dialect carries out all its words, and this one carries out the most")
+    if not rivals:
+        rarer = [
+            f" but its rarer form '{other.name}'" for other in ranked if other.variant_of == best.name and not words_missing(blocks, other)
+        ]
+        return Detected(best, f"no other dialect has all its words{''.join(rarer)}")
+    if not equal:
+        return Detected(best, "its words are used as there")
+    return Detected(best, f"nothing tells it from {' or '.join(without_variants(equal))}")
+
+
+def _missing(blocks: Blocks, dialect: Dialect) -> int:
+    """Return how many words are missing; a rarer form counts only where the common one misses some as well."""
+    common = DIALECTS.get(dialect.variant_of)
+    missing = words_missing(blocks, dialect)
+    return missing + (common is not None and words_missing(blocks, common) <= missing)
 
 
 def _named(name: str, place: str) -> Dialect:
@@ -58,26 +68,9 @@ def _named(name: str, place: str) -> Dialect:
         raise ProgramError(error.fact, place=place, remedy=error.remedy) from error
 
 
-def _has_all(blocks: Blocks, dialect: Dialect) -> bool:
-    if dialect.end_required and not blocks.ending:
-        return False
-    for block in blocks.blocks:
-        if block.statement is not None and (not dialect.variables or dialect.o_words == (block.statement.kind in FANUC_KINDS)):
-            return False
-        if (block.assignments or block.computed) and not dialect.variables:
-            return False
-        for word in block.words:
-            if word.letter not in "GM":
-                if word.letter not in dialect.letters:
-                    return False
-            elif word.expression is None and (word.code not in dialect.codes or not_interpreted(dialect.codes[word.code], dialect)):
-                return False
-    return True
-
-
 def _signs(blocks: Blocks, dialect: Dialect) -> int:
-    """Return how many blocks are written as only this dialect writes them."""
-    return sum(_is_sign(block, dialect) for block in blocks.blocks)
+    """Return how many shapes of blocks are written as only this dialect writes them."""
+    return sum(_is_sign(block, dialect) for block in blocks.shapes.values())
 
 
 def _is_sign(block: Block, dialect: Dialect) -> bool:
@@ -89,7 +82,7 @@ def _is_sign(block: Block, dialect: Dialect) -> bool:
         moves = not letters.keys().isdisjoint("XZUW")
         long_tool = "T" in letters and letters["T"].value >= 100
         cycle = bool(codes & {"G70", "G71", "G72", "G73", "G75"}) and bool(letters.keys() & {"P", "U", "R"})
-        simple = bool(codes & {"G90", "G92", "G94"}) and moves and "F" in letters
+        simple = bool(codes & {"G90", "G92", "G94"}) and moves and "F" in letters and not codes & {"G0", "G1", "G2", "G3"}
         own = bool(letters.keys() & {"U", "W", "O"}) or bool(codes & {"G32", "G50", "G99", "G65", "M97", "M98"})
         return long_tool or cycle or simple or own
     if dialect.o_words:

@@ -22,7 +22,7 @@ _CONTROLS = (
     _Control(
         "Sinumerik",
         re.compile(
-            r"\b(CYCLE\d{2,3}|MCALL|DIAM(?:ON|OF|90)|LIMS\s*=|CR\s*=|RND\s*=|CHF\s*=|CHR\s*=|AC\s*\(|IC\s*\(|TRANS\b|ATRANS\b|G500\b|"
+            r"\b(CYCLE\d{2,3}|MCALL|DIAM(?:ON|OF|90)|LIMS\s*=|CR\s*=|RND\s*=|CHF\s*=|CHR\s*=|AC\s*\(|IC\s*\(|TRANS\b|ATRANS\b|G500\b|GOTO[BFC]\b|SUPA\b|STOPRE\b|SPOS\s*=|"
             r"SETMS|WORKPIECE\s*\(|MSG\s*\(|\$[A-Z]+_|R\d+\s*=|[XZ]\d*\s*=\s*[-+.\dA-Z])"
         ),
     ),
@@ -38,14 +38,19 @@ def foreign_control(text: str, name: str, lines: Iterable[int]) -> ProgramError 
     """Return the error that names the control of another maker, where one of the ``lines`` (from 1) has a word of it; else None."""
     rows = re.split(r"\r\n|\n|\r", text)
     for line in lines:
-        code = re.sub(r"\([^()]*\)|;.*", "", rows[line - 1]) if 0 < line <= len(rows) else ""
+        row = rows[line - 1].upper() if 0 < line <= len(rows) else ""
+        code = re.sub(r"\([^()]*\)|;.*", "", row)
         for control in _CONTROLS:
-            found = control.words.search(code.upper()) or control.words.search(rows[line - 1].upper())
+            found = control.words.search(code) or control.words.search(row)
             if found is not None:
-                word = " ".join(found.group().split())
-                return ProgramError(
-                    f"This is a program for {control.name} ({word}), and that control is not supported here.",
-                    place=f"{name}:{line}",
-                    remedy="Write it for Fanuc or LinuxCNC, or have the program system post it so.",
-                )
+                return foreign_program(control.name, " ".join(found.group().split()), f"{name}:{line}")
     return None
+
+
+def foreign_program(control: str, word: str, place: str) -> ProgramError:
+    """Return the error for a program of another control, which a ``word`` of it tells."""
+    return ProgramError(
+        f"This is a program for {control} ({word}), and that control is not supported here.",
+        place=place,
+        remedy="Write it for Fanuc or LinuxCNC, or have the program system post it so.",
+    )

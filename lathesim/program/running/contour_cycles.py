@@ -137,12 +137,19 @@ class ContourCycles(Motions):
         code = self.block.codes[Meaning.FINISHING_CYCLE].code
         first, last = self._contour_ends(code)
         line, modal = self.block.line, self.modal
+        self._finishing_allowances(code)
         walked = self._walked(first, last)
         self.events += [replace(event, before_move=event.before_move + len(self.moves)) for event in walked.events]
         self.moves += [replace(move, cycle=code, cycle_line=line) for move in walked.moves]
         start = (modal.x, modal.z)
         self.modal = replace(walked.modal, motion=modal.motion, motion_code=modal.motion_code)
         self.add("rapid", start, cycle=code, cycle_line=line)
+
+    def _finishing_allowances(self, code: str) -> None:
+        """U and W of Haas's G70, which programs copy from G71: the finishing cycle cuts the contour itself."""
+        for word in (self.take("U"), self.take("W")):
+            if word is not None and word.value != 0.0:
+                self.warn(f"{word.text} of {code} leaves nothing; the finishing cycle cuts the contour itself.")
 
     def _repeating(self) -> None:
         """G73: the whole contour again and again, nearer each time."""

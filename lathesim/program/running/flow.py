@@ -18,7 +18,7 @@ from lathesim.program.macros.variables import Value, Variables
 from lathesim.program.meanings import Meaning
 from lathesim.program.running.cycle_blocks import Cycles
 from lathesim.program.running.system_variables import system_value
-from lathesim.program.vocabulary import check_block
+from lathesim.program.vocabulary import check_statement
 from lathesim.program.words import Block
 
 DEEPEST_CALL = 10  # Source: LinuxCNC 2.9, levels of subroutines; Fanuc has 4 to 10
@@ -79,6 +79,8 @@ class Flow(Cycles):
             if block.statement is not None:
                 position = self._statement(block, block.statement)
                 continue
+            if block.fault is not None:
+                raise block.fault
             self.run_block(block)
             if Meaning.SUBPROGRAM_END in self.block.codes and (self.depth > 0 or self.ended):
                 return
@@ -94,6 +96,8 @@ class Flow(Cycles):
         """Return the block with the numbers of its expressions; its assignments are carried out."""
         if not block.assignments and not block.computed:
             return block
+        if not self.dialect.variables:
+            check_statement(block, self.blocks, self.dialect)
         try:
             values = [assignment.value.evaluate(self.variables) for assignment in block.assignments]
             words = []
@@ -103,14 +107,12 @@ class Flow(Cycles):
                     continue
                 value = word.expression.evaluate(self.variables)
                 if value is not None:
-                    words.append(replace(word, value=_code_number(value) if word.letter in "GMT" else value))
+                    words.append(word._replace(value=_code_number(value) if word.letter in "GMT" else value))
             for assignment, value in zip(block.assignments, values, strict=True):
                 self._assign(assignment, value, block)
         except ExpressionError as fault:
             raise ProgramError(fault.fact, place=self.blocks.place(block.line), remedy=fault.remedy) from fault
-        found = replace(block, words=tuple(words))
-        check_block(found, self.blocks, self.dialect)
-        return found
+        return block._replace(words=tuple(words))
 
     def _assign(self, assignment: Assignment, value: Value, block: Block) -> None:
         if assignment.number is not None and not self.dialect.o_words and assignment.number.evaluate(self.variables) == _ALARM:
@@ -128,6 +130,8 @@ class Flow(Cycles):
 
     def structure(self) -> Structure:
         """Return what belongs together among the statements of the present program."""
+        if not self.blocks.branches:
+            return Structure()
         self._structures = {} if self._structures is None else self._structures
         key = id(self.blocks.blocks)
         if key not in self._structures:
@@ -210,7 +214,7 @@ class Flow(Cycles):
         if not holds:
             return here + 1
         if statement.kind is Kind.IF_THEN:
-            self.computed(replace(block, statement=None, assignments=statement.assignments))
+            self.computed(block._replace(statement=None, assignments=statement.assignments))
             return here + 1
         return self._numbered_place(f"{self._value(statement.values[0], block):g}")
 

@@ -6,6 +6,8 @@ Source: NIST RS274NGC Interpreter version 3, section 3.5; LinuxCNC 2.9 rs274 for
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from lathesim.errors import ProgramError
 from lathesim.program.arcs import arc_by_centre, arc_by_radius
 from lathesim.program.dialects import Dialect
@@ -13,7 +15,7 @@ from lathesim.program.meanings import Group, Meaning
 from lathesim.program.moves import Arc, Event, EventKind, Move, MoveKind
 from lathesim.program.running.corners import CORNER_LETTERS, Corner, broken, corner_of, end_at_angle
 from lathesim.program.running.modal import Modal
-from lathesim.program.vocabulary import Sorted, other_readings
+from lathesim.program.vocabulary import Codes, Sorted, other_readings
 from lathesim.program.words import Block, Blocks, Warned, Word
 
 _ARCS = (Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE)
@@ -28,6 +30,8 @@ class Motions:
         self.stations = stations
         self.start = start
         self.modal = Modal(start[0], start[1], diameter=dialect.x_is_diameter, per_revolution=dialect.per_revolution)
+        self.modal.motion = dialect.first_motion
+        self.modal.motion_code = self.code_for(dialect.first_motion) if dialect.first_motion is not None else ""
         self.moves: list[Move] = []
         self.events: list[Event] = []
         self.warnings: list[Warned] = list(blocks.warnings)
@@ -35,6 +39,7 @@ class Motions:
         self.used: set[str] = set()
         self.block = Sorted(0, "", {}, {}, ())
         self.block_number = ""
+        self._known: dict[tuple[Word, ...], Codes] = {}
         self.passed: set[int] = set()
         self.walking = False
         self.corner: Corner | None = None
@@ -145,14 +150,15 @@ class Motions:
             raise self.error(f"A line at {angle.text} does not get to that {given[0]}.", "Correct the angle: it counts from +Z towards +X.")
         return end
 
-    def target(self) -> tuple[float, float]:
-        """The end point (x, z) the block names [m], X as a radius."""
+    def target(self, incremental: Mapping[str, str] | None = None) -> tuple[float, float]:
+        """The end point (x, z) the block names [m], X as a radius; ``incremental`` letters are those of the dialect unless given."""
         modal = self.modal
+        incremental = self.dialect.incremental if incremental is None else incremental
         scale = 0.5 if modal.diameter else 1.0
         x, z = modal.x, modal.z
         machine = self.has(Meaning.MACHINE_COORDINATES)
         zero = self.dialect.machine_zero if machine else modal.zero
-        for letter, axis in {"X": "X", "Z": "Z", **(self.dialect.incremental or {})}.items():
+        for letter, axis in {"X": "X", "Z": "Z", **(incremental or {})}.items():
             word = self.take(letter)
             if word is None:
                 continue

@@ -201,7 +201,7 @@ class Offsets(Flow):
             self.take("P")
         named = [letter for letter in ("X", "Z", "U", "W") if letter in self.block.words]
         if named:
-            self.add("rapid", self.target())
+            self.add("rapid", self.target(self.dialect.home_incremental or self.dialect.incremental))
         x_home = not named or "X" in named or "U" in named
         z_home = not named or "Z" in named or "W" in named
         zero = modal.homes.get(which, self.dialect.machine_zero)
@@ -239,7 +239,7 @@ class Offsets(Flow):
         if r is not None and r.value != 0.0:
             raise self.error(f"{r.text} of {code} turns the coordinates, and a lathe has no such plane.", "Leave R out.")
         number = number or modal.offset_number
-        given = self._named("X", "Z", *(self.dialect.incremental or {}))
+        given = self._named("X", "Z", *(self.dialect.home_incremental or self.dialect.incremental or {}))
         x, z = modal.offsets.get(number, (0.0, 0.0))
         if from_here:
             work = modal.offsets.get(modal.offset_number, (0.0, 0.0))
@@ -251,7 +251,7 @@ class Offsets(Flow):
         modal = self.modal
         number = number - _GEOMETRY if number > _GEOMETRY else number
         tool = modal.tools.get(number, Tool())
-        given = self._named("X", "Z", *(self.dialect.incremental or {}))
+        given = self._named("X", "Z", *(self.dialect.home_incremental or self.dialect.incremental or {}))
         radius, orientation = self.take("R"), self.take("Q")
         if radius is not None and radius.value < 0.0:
             raise self.error(f"{radius.text} of {code} is a negative nose radius.", "Give it without a sign.")

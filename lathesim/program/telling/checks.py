@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from lathesim.program.dialects import dialect_named
+from lathesim.program.meanings import Meaning
 from lathesim.program.moves import Move, Program
 from lathesim.program.words import Blocks, Warned
 
@@ -23,7 +24,7 @@ _STEPS_LIKELY = 1000.0
 def checked(program: Program, blocks: Blocks | None = None) -> list[Warned]:
     """Return warnings about a program that has been interpreted, the first of each sort; ``blocks`` adds what only its text shows."""
     found: list[Warned] = []
-    for check in (_beyond_axis, _without_limit, _thread_in_surface_speed, _large_feeds, _run_up):
+    for check in (_units, _beyond_axis, _without_limit, _thread_in_surface_speed, _large_feeds, _run_up):
         found += _first(check(program))
     if blocks is not None:
         found += _first(_decimal_points(program, blocks))
@@ -37,6 +38,14 @@ def _first(warnings: Iterator[Warned]) -> list[Warned]:
 
 def _cuts(program: Program) -> Iterator[Move]:
     return (move for move in program.moves if move.kind in ("feed", "arc", "thread"))
+
+
+def _units(program: Program) -> Iterator[Warned]:
+    taken = program.assumed.get("units")
+    if taken and program.moves:
+        codes = dialect_named(program.dialect).codes
+        named = " or ".join(code for code, meaning in codes.items() if meaning in (Meaning.INCH, Meaning.MILLIMETRE))
+        yield Warned(program.moves[0].line, f"No {named} stands before the first move; {taken} are taken. Write the units.")
 
 
 def _beyond_axis(program: Program) -> Iterator[Warned]:

@@ -1,0 +1,238 @@
+"""One line of a part program to a block of words: the lexical part, the same for every dialect.
+
+A word is a letter and a number (``X12.5``); a block is one line. Lower case, blanks inside words and numbers, tabs, comments in
+parentheses or behind ``;``, block delete ``/`` and N numbers are read. Expressions, variables and the statements that choose the next
+block are parsed here and evaluated when their block runs (``macros``).
+
+Source: EIA RS-274-D; NIST RS274NGC Interpreter version 3 (Kramer, Proctor, Messina 2000), section 3 (format of a line).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import lru_cache
+from typing import NamedTuple
+
+from lathesim.errors import ProgramError
+from lathesim.program.macros.expressions import Assignment, Expression, ExpressionError, begins_value, parse_assignment, parse_value
+from lathesim.program.macros.statements import Statement, statement_at
+from lathesim.program.reading.word_faults import no_number, no_word
+
+LINE_LIMIT = 256  # characters of code in one line. Source: NIST RS274NGC version 3, section 3.3
+DIGIT_LIMIT = 9  # digits before the decimal point, assumed: a larger number is a slip, and its square must stay finite
+
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+_SIMPLE = re.compile(
+    r"[ \t]*(?:[Nn]([0-9]{1,9}(?:\.[0-9]*)?)[ \t]*)?((?:[A-DF-MO-Za-df-mo-z][+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+)[ \t]*)+)"
+)
+"""A line of words only, as nearly all lines are: it needs no walk along its characters."""
+_SHAPE = re.compile(r"[GMTgmt][+-]?[0-9.]+|[A-Za-z]")
+_PAIR = re.compile(r"([A-Z])([+-]?[0-9.]+)")
+_CORNER = re.compile(r"(,[CRA])([+-]?(?:[0-9]{1,9}\.?[0-9]*|\.[0-9]+))")
+_DELETE = re.compile(r"^\s*/[1-9]?")
+_BLOCK_NUMBER = re.compile(r"N([0-9]+\.?[0-9]*)")
+_COMPUTED = re.compile(r"[#\[O]|END")
+_PLAIN = re.compile(r"[A-Z][+-]?[0-9.]+(?![#\[])")
+_COMMENT_GAP = "\n"  # stands in the compacted line where a comment was, so that X1(a)2 does not become X12
+
+
+class Word(NamedTuple):
+    """A letter, its number, and the word as the program writes it (``text``).
+
+    A word with an ``expression`` has its number only when its block runs; until then ``value`` is no number.
+    """
+
+    letter: str
+    value: float
+    text: str
+    expression: Expression | None = None
+
+    @property
+    def code(self) -> str:
+        """The word with its number in the shortest form: ``G01`` and ``g1.`` are both ``G1``."""
+        return _code(self.letter, self.value)
+
+
+@lru_cache(4096)
+def _code(letter: str, value: float) -> str:
+    return f"{letter}{value:.10g}"
+
+
+class Block(NamedTuple):
+    """One line of a program: its physical line (from 1), its words without the N number, its comments and its N number as text.
+
+    ``assignments`` give variables their values; ``statement`` chooses the next block; ``computed`` says whether a word has an expression.
+    A line that cannot be read has its ``fault``, which is raised when the block runs.
+    """
+
+    line: int
+    words: tuple[Word, ...]
+    comments: tuple[str, ...] = ()
+    number: str = ""
+    assignments: tuple[Assignment, ...] = ()
+    statement: Statement | None = None
+    computed: bool = False
+    fault: ProgramError | None = None
+
+
+def shape_of(raw: str) -> tuple[str, ...] | None:
+    """Return the codes, tools and letters of a line of words only, or None for every other line; lines of one shape have the same words."""
+    simple = _SIMPLE.fullmatch(raw) if len(raw) <= LINE_LIMIT else None
+    return None if simple is None else tuple(_SHAPE.findall(simple[2]))
+
+
+def block_of_line(raw: str, line: int, name: str, block_delete: bool) -> Block | None:
+    """Return the block of one line, or None where it is blank or deleted; raises :class:`ProgramError` with ``name:line``."""
+    simple = _SIMPLE.fullmatch(raw) if len(raw) <= LINE_LIMIT else None
+    if simple is not None:
+        pairs = _PAIR.findall(simple[2].upper())
+        return Block(line, tuple([Word(letter, float(number), letter + number) for letter, number in pairs]), (), simple[1] or "")
+    place = f"{name}:{line}"
+    for character in raw:
+        if (ord(character) < 32 and character != "\t") or ord(character) == 127:
+            raise ProgramError(
+                f"A control character (code {ord(character)}) stands in the line, so this is no plain text.",
+                place=place,
+                remedy="Save the program as plain text; it may have been damaged on the way.",
+            )
+    deleted = raw.lstrip().startswith("/")
+    if deleted and block_delete:
+        return None
+    code, spaced, comments = _compact(_DELETE.sub("", raw) if deleted else raw, place)
+    if len(code) > LINE_LIMIT:
+        raise ProgramError(
+            f"The line is too long: {len(code)} characters of code, and {LINE_LIMIT} are read.",
+            place=place,
+            remedy="Write it as several blocks.",
+        )
+    bare = code.replace(_COMMENT_GAP, "") if _COMPUTED.search(code) else ""
+    try:
+        block = _computed_block(line, bare, comments, place) if bare else None
+    except ExpressionError as fault:
+        raise ProgramError(fault.fact, place=place, remedy=fault.remedy) from fault
+    if block is not None:
+        return block
+    words, number = _words(code, spaced, place)
+    if not words and not comments and not number:
+        return None
+    return Block(line, tuple(words), tuple(comments), number)
+
+
+def _computed_block(line: int, code: str, comments: list[str], place: str) -> Block | None:
+    """The block of a line with expressions, assignments or a statement; None where it has none of them."""
+    numbered = _BLOCK_NUMBER.match(code)
+    number, position = (numbered[1], numbered.end()) if numbered is not None else ("", 0)
+    statement = statement_at(code[position:])
+    if statement is not None:
+        return Block(line, (), tuple(comments), number, statement=statement)
+    if "#" not in code and "[" not in code:
+        return None
+    words: list[Word] = []
+    assignments: list[Assignment] = []
+    while position < len(code):
+        character = code[position]
+        if character == "#":
+            assignment, position = parse_assignment(code, position)
+            assignments.append(assignment)
+        elif "A" <= character <= "Z" and begins_value(code, position + 1):
+            expression, behind = parse_value(code, position + 1)
+            words.append(Word(character, math.nan, code[position:behind], expression))
+            position = behind
+        else:
+            plain = _PLAIN.match(code, position)
+            piece = plain.group() if plain is not None else code[position:]
+            more, late = _words(piece, [False] * len(piece), place)
+            if late or (number and not more):
+                raise ProgramError(f"N{late} stands behind another word.", place=place, remedy="The N number comes first in its block.")
+            words += more
+            position += len(piece)
+    computed = any(word.expression is not None for word in words)
+    return Block(line, tuple(words), tuple(comments), number, tuple(assignments), computed=computed)
+
+
+def _compact(raw: str, place: str) -> tuple[str, list[bool], list[str]]:
+    """The line in upper case without blanks and comments, whether a blank stood before each character, and the comments."""
+    code: list[str] = []
+    spaced: list[bool] = []
+    comments: list[str] = []
+    blank = True
+    position = 0
+    while position < len(raw):
+        character = raw[position]
+        if character == ";":
+            if raw[position + 1 :].strip():
+                comments.append(raw[position + 1 :].strip())
+            break
+        if character == "(":
+            close = raw.find(")", position)
+            again = raw.find("(", position + 1)
+            if close < 0:
+                raise ProgramError("A comment is opened and not closed.", place=place, remedy="Put ) at its end.")
+            if 0 <= again < close:
+                raise ProgramError("A comment stands inside a comment.", place=place, remedy="Use one pair of parentheses.")
+            comments.append(raw[position + 1 : close].strip())
+            code.append(_COMMENT_GAP)
+            spaced.append(True)
+            position = close
+        elif character == ")":
+            raise ProgramError("A ) closes a comment that was not opened.", place=place, remedy="Put ( in front of the comment.")
+        elif character.isspace():
+            blank = True
+            position += 1
+            continue
+        else:
+            code.append(character.upper() if character.isascii() else character)
+            spaced.append(blank)
+        blank = False
+        position += 1
+    return "".join(code), spaced, comments
+
+
+def _words(code: str, spaced: list[bool], place: str) -> tuple[list[Word], str]:
+    """The words of a compacted line and its N number."""
+    words: list[Word] = []
+    number = ""
+    position = 0
+    while position < len(code):
+        letter = code[position]
+        if letter == _COMMENT_GAP:
+            position += 1
+            continue
+        corner = _CORNER.match(code, position) if letter == "," else None
+        if corner is not None and words:
+            words.append(Word(corner[1], float(corner[2]), corner.group()))
+            position = corner.end()
+            continue
+        if not ("A" <= letter <= "Z"):
+            raise no_word(code, position, words[-1].text if words else "", place)
+        found = _NUMBER.match(code, position + 1)
+        if found is None:
+            raise no_number(code, position, place)
+        text = code[position : found.end()]
+        if letter == "N":
+            if words or number:
+                raise ProgramError(f"{text} stands behind another word.", place=place, remedy="The N number comes first in its block.")
+            if text[1] == "-":
+                raise ProgramError(f"{text} is negative.", place=place, remedy="N numbers count from 0 up.")
+            number = text[1:]
+        else:
+            if len(found.group().lstrip("+-0").partition(".")[0]) > DIGIT_LIMIT:
+                raise ProgramError(
+                    f"{text[:20]} is too large a number.", place=place, remedy=f"At most {DIGIT_LIMIT} digits stand before the point."
+                )
+            words.append(Word(letter, float(found.group()), text))
+        position = found.end()
+        rest = code[position:]
+        if rest.startswith("."):
+            longer = re.match(r"[0-9.]*", rest)
+            tail = longer.group() if longer else ""
+            raise ProgramError(f"{text}{tail} has more than one decimal point.", place=place, remedy=f"Write {text}.")
+        if re.match(r"E[+-]?[0-9]", rest) and not spaced[position]:
+            exponent = re.match(r"E[+-]?[0-9]+", rest)
+            raise ProgramError(
+                f"{text}{exponent.group() if exponent else 'E'}: E is not a number exponent in G-code.",
+                place=place,
+                remedy="Write the number out, as in X1000.",
+            )
+    return words, number
