@@ -45,6 +45,7 @@ class Kept:
         self.blocks: list[FloatArray] = []
         self.times: list[FloatArray] = []
         self.meta: dict[str, object] = {}
+        self.opened = 0
 
     def write(self, time: FloatArray, values: FloatArray) -> None:
         """Keep a block."""
@@ -72,6 +73,8 @@ async def servo_side(settings: ServoSettings, log: list[str], kept: Kept | None 
     ready = prepared()
 
     def open_sink(_: SteppedMachine) -> Sink | None:
+        if kept is not None:
+            kept.opened += 1
         return kept
 
     side = ServoSide(lambda names: SteppedMachine(ready, axes_of(ready, names, {})), settings, log.append, open_sink)

@@ -7,6 +7,7 @@ import itertools
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -14,12 +15,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lathesim.live.mtconnect.mtconnect_agent import AgentServer
+from lathesim.live.mtconnect.mtconnect_agent import MOST_CONNECTIONS, AgentServer
 from lathesim.live.mtconnect.mtconnect_buffer import DataItem, ObservationBuffer
 from lathesim.live.mtconnect.mtconnect_documents import Agent
 from lathesim.live.mtconnect.mtconnect_source import MTConnectSource
-from lathesim.live.mtconnect.shdr import Adapter, follow_adapter, read_line, write_line
+from lathesim.live.mtconnect.shdr import MOST_AGENTS, Adapter, follow_adapter, read_line, write_line
 from lathesim.live.recording.name_map import map_from
+from lathesim.live.recording.recording_run import record
 from lathesim.live.sources.addresses import Address
 from lathesim.live.sources.samples import LiveError
 
@@ -306,8 +308,145 @@ async def test_an_adapter_feeds_an_agent_over_shdr_and_its_loss_is_told_once() -
     stop.set()
     adapter.send(write_line(START, [("Xact", "x")]))
     server.close()
+    await adapter.close()
     await asyncio.wait_for(following, 5.0)
     assert seen >= 20
     assert [entry.value for entry in made.buffer.current(None, {"x1"})] == ["UNAVAILABLE"]
     kept = [float(entry.value) for entry in made.buffer.since(1, seen, {"x1"})[0]]
     assert np.all(np.diff(kept) == 1.0)
+
+
+PROBE = b'<D xmlns="x"><Device><DataItem id="x1" name="Xact" category="SAMPLE" units="MILLIMETER"/></Device></D>'
+GOOD = (
+    b'<S><Header instanceId="1" firstSequence="1" lastSequence="1" nextSequence="2" bufferSize="9"/>'
+    b'<P dataItemId="x1" sequence="1" timestamp="2026-01-01T00:00:00Z">5.0</P></S>'
+)
+
+
+def plain_answer(body: bytes) -> bytes:
+    return b"HTTP/1.1 200 OK\r\n\r\n" + body
+
+
+@asynccontextmanager
+async def answering(*answers: bytes, hang: bool = False) -> AsyncIterator[int]:
+    """Answer /probe properly and each further request with the next of the answers, the last one again and again."""
+    waiting = list(answers)
+
+    async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        head = await reader.readuntil(b"\r\n\r\n")
+        if head.startswith(b"GET /probe"):
+            writer.write(plain_answer(PROBE))
+        else:
+            writer.write(waiting.pop(0) if len(waiting) > 1 else waiting[0])
+        if hang and not head.startswith(b"GET /probe"):
+            await reader.read()
+        writer.close()
+
+    server = await asyncio.start_server(answer, "127.0.0.1", 0)
+    try:
+        yield server.sockets[0].getsockname()[1]
+    finally:
+        server.close()
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        plain_answer(GOOD.replace(b'nextSequence="2"', b'nextSequence="x"')),
+        plain_answer(GOOD.replace(b'nextSequence="2"', b'nextSequence="-5"')),
+        plain_answer(GOOD.replace(b'bufferSize="9"', b'bufferSize="' + b"9" * 5000 + b'"')),
+        plain_answer(GOOD.replace(b'sequence="1" t', b'sequence="1e3" t')),
+        plain_answer(b"<not xml"),
+        plain_answer(b'<E><Error errorCode="INTERNAL_ERROR">no</Error></E>'),
+        plain_answer(b""),
+        b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\nZZ\r\nabc\r\n0\r\n\r\n",
+        b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n-5\r\nabc\r\n0\r\n\r\n",
+        b"HTTP/1.1 200 OK\r\nX: " + b"a" * 70_000 + b"\r\n\r\n",
+        b"HTTP/1.1 200 OK\r\nContent-Length: 999999999\r\n\r\nshort",
+        b"nonsense",
+        b"",
+    ],
+)
+async def test_a_malformed_answer_is_an_agent_that_is_away_until_it_answers_well(answer: bytes) -> None:
+    async with answering(answer, plain_answer(GOOD)) as port:
+        source = MTConnectSource(Address("http", "127.0.0.1", port), items(), 0.01, 0.01)  # type: ignore[arg-type]
+        found, notes = await asyncio.wait_for(follow(source, 1, {}), 10.0)
+    assert found == [5.0]
+    assert notes[0].startswith("the agent went away: ")
+    assert notes[1:] == ["the agent was away"]
+
+
+async def test_a_recording_stops_at_once_while_an_agent_sends_nothing_more(tmp_path: Path) -> None:
+    async with answering(b"HTTP/1.1 200 OK\r\nContent-Length: 50\r\n\r\n<", hang=True) as port:
+        source = MTConnectSource(Address("http", "127.0.0.1", port), items(), 0.01)  # type: ignore[arg-type]
+        stop = asyncio.Event()
+        recording = asyncio.create_task(record(source, tmp_path / "r.h5", 1e4, stop, lambda _: None))
+        await asyncio.sleep(0.05)
+        stop.set()
+        noted = await asyncio.wait_for(recording, 2.0)
+    assert (noted.samples, noted.status) == (0, "stopped")
+
+
+@pytest.mark.parametrize(
+    "target", ["//[", "/" + "a/" * 500, "/%00%01probe", "/\x01", "/current?path=" + "//*" * 1000, "/current?path=" + "/.." * 39]
+)
+async def test_a_hostile_request_is_answered_with_an_error_document(target: str) -> None:
+    async with served(filled(3)) as (_, port):
+        status, root = await get(port, target)
+        assert (await get(port, "/probe"))[0] == 200
+    assert status in (400, 404)
+    assert root.tag == "MTConnectError"
+
+
+async def test_connections_beyond_the_bound_are_closed_and_the_others_served() -> None:
+    async with served(filled(3)) as (_, port):
+        waiting = [await asyncio.open_connection("127.0.0.1", port) for _ in range(MOST_CONNECTIONS)]
+        reader, beyond = await asyncio.open_connection("127.0.0.1", port)
+        assert await asyncio.wait_for(reader.read(), 5.0) == b""
+        for _, writer in [*waiting, (reader, beyond)]:
+            writer.close()
+
+
+async def test_an_agent_that_is_gone_gets_no_more_lines_and_further_agents_are_refused(caplog: pytest.LogCaptureFixture) -> None:
+    adapter = Adapter()
+    server = await adapter.serve("127.0.0.1", 0)
+    port = server.sockets[0].getsockname()[1]
+    connected = [await asyncio.open_connection("127.0.0.1", port) for _ in range(MOST_AGENTS)]
+    reader, beyond = await asyncio.open_connection("127.0.0.1", port)
+    assert await asyncio.wait_for(reader.read(), 5.0) == b""
+    for _, writer in [*connected[1:], (reader, beyond)]:
+        writer.transport.abort()
+    for number in range(300):
+        adapter.send(write_line(START, [("Xact", str(number))]))
+        await asyncio.sleep(0)
+    assert b"|Xact|0" in await asyncio.wait_for(connected[0][0].readline(), 5.0)
+    connected[0][1].close()
+    server.close()
+    await adapter.close()
+    assert caplog.records == []
+
+
+async def test_a_server_that_closes_under_a_stream_logs_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    async with served(filled(2)) as (_, port):
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        writer.write(b"GET /sample?from=1&interval=10 HTTP/1.1\r\n\r\n")
+        await reader.readuntil(b"MTConnectStreams>")
+        reading = asyncio.create_task(reader.read())
+    await asyncio.wait_for(reading, 5.0)
+    await asyncio.sleep(0)
+    assert caplog.records == []
+    writer.close()
+
+
+async def test_headers_have_every_attribute_that_the_schemas_require() -> None:
+    common = {"version", "creationTime", "instanceId", "sender", "bufferSize"}
+    required = {
+        "/probe": common | {"deviceModelChangeTime", "assetBufferSize", "assetCount"},
+        "/current": common | {"deviceModelChangeTime", "firstSequence", "lastSequence", "nextSequence"},
+        "/mill": common,
+    }
+    async with served(filled(3)) as (_, port):
+        for target, attributes in required.items():
+            header = (await get(port, target))[1].find("Header")
+            assert header is not None
+            assert set(header.attrib) == attributes

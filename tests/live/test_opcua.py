@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import os
 import signal
 import socket
+import struct
 import subprocess
 import sys
 from collections.abc import AsyncIterator
@@ -15,8 +17,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.live.opcua.cnc_names import PublishedName, published_names
-from lathesim.live.opcua.opcua_server import publish_opcua
+from lathesim.live.opcua.cnc_names import NAMESPACE, PublishedName, published_names
+from lathesim.live.opcua.opcua_server import MOST_SESSIONS, publish_opcua
 from lathesim.live.opcua.opcua_source import OpcUaSource, browse
 from lathesim.live.recording.name_map import map_from
 from lathesim.live.recording.record_mapping import lesson_signals, map_for, recordings_for
@@ -100,6 +102,66 @@ def test_the_lesson_is_found_by_the_names_of_the_standard() -> None:
 async def test_where_no_server_answers_a_sentence_says_so() -> None:
     with pytest.raises(LiveError, match=r"no OPC UA server answers at opc\.tcp"):
         await browse(f"opc.tcp://127.0.0.1:{free_port()}", patience=0.2)
+
+
+class Browsed:
+    """Types, units and ranges of what a server publishes, read by a client that shares no code with the source."""
+
+    def __init__(self) -> None:
+        self.types: dict[str, str] = {}
+        self.units: dict[str, tuple[int, str]] = {}
+
+    async def read(self, node: object, path: str = "") -> None:
+        """Read a node and what hangs below it."""
+        for child in await node.get_children():  # type: ignore[attr-defined]
+            name = (await child.read_browse_name()).Name
+            if name == "EngineeringUnits":
+                unit = await child.read_value()
+                self.units[path] = (unit.UnitId, unit.DisplayName.Text)
+                continue
+            here = f"{path}/{name}" if path else name
+            kind = await child.read_type_definition()
+            if kind is not None and kind.NamespaceIndex:
+                self.types[here] = str(kind.Identifier)
+            await self.read(child, here)
+
+
+async def test_types_units_and_bounds_of_a_published_machine() -> None:
+    """Objects have the types of the standard, units are EUInformation, and clients that are small or many change nothing for others."""
+    lap, port, stop, ready = (
+        Lap("lap", (Signal("s.x", "m"), Signal("s.f", "N")), 0.01, np.ones((2, 100))),
+        free_port(),
+        asyncio.Event(),
+        asyncio.Event(),
+    )
+    names = [PublishedName("s.x", ("CncAxisList", "x_axis", "PosDirect", "ActPos"), "mm"), PublishedName("s.f", ("Signals", "s.f"), "N")]
+    publishing = asyncio.create_task(publish_opcua(Publisher(lap, Faults()), names, "127.0.0.1", port, stop, lambda _: ready.set()))
+    await ready.wait()
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(struct.pack("<4sI5Ii", b"HELF", 32, 0, 8192, 8192, 8192, 1, -1))  # takes messages of one chunk only
+    assert (await asyncio.wait_for(reader.read(4), 5.0))[:3] == b"ACK"
+    writer.close()
+    found = Browsed()
+    async with asyncua.Client(f"opc.tcp://127.0.0.1:{port}") as client:
+        machine = await client.nodes.objects.get_child([f"{await client.get_namespace_index(NAMESPACE)}:CncInterface"])
+        assert (await machine.read_type_definition()).Identifier == 1007
+        await found.read(machine)
+    offered = dict(await browse(f"opc.tcp://127.0.0.1:{port}"))
+    clients = [asyncua.Client(f"opc.tcp://127.0.0.1:{port}", timeout=2.0) for _ in range(MOST_SESSIONS + 1)]
+    with pytest.raises((asyncua.ua.UaError, OSError, TimeoutError)):
+        for client in clients:
+            await client.connect()
+    for client in clients:
+        with contextlib.suppress(asyncua.ua.UaError, OSError, TimeoutError, AttributeError):
+            client.disconnect_socket()
+    stop.set()
+    await publishing
+    assert found.types == {
+        "CncAxisList": "1008", "CncAxisList/x_axis": "1004", "CncAxisList/x_axis/PosDirect": "2001", "CncSpindleList": "1009",
+        "CncChannelList": "1010", "CncChannelList/Channel1": "1002",
+    }  # fmt: skip
+    assert found.units == {"CncAxisList/x_axis/PosDirect/ActPos": (5066068, "mm"), "Signals/s.f": (5129559, "N")}
+    assert offered == {"CncAxisList/x_axis/PosDirect/ActPos": "mm", "Signals/s.f": "N"}
 
 
 SERVER = """

@@ -84,6 +84,7 @@ HOSTILE = {
     "other period": (text_frame(Kind.HELLO, {"axes": ["x"], "period": 0.002}), "the set-points come every 2 ms"),
     "unknown axis": (text_frame(Kind.HELLO, {"axes": ["y", "x"], "period": 0.001}), "follows the axis 'y'"),
     "no greeting": (numbers_frame(Kind.SET_POINTS, 0, wave(2)), "the first frame is SET_POINTS, and HELLO is due"),
+    "axis that is no text": (text_frame(Kind.HELLO, {"axes": ["x\x1b[2J"], "period": 0.001}), "the greeting names no axes"),
     "bad greeting": (text_frame(Kind.HELLO, {"axes": ["x"], "period": "soon"}), "the greeting has no period"),
 }
 
@@ -138,6 +139,19 @@ async def _half_closed(writer: asyncio.StreamWriter) -> None:
     """Greet, and close the own half of the connection."""
     writer.write(HELLO + numbers_frame(Kind.SET_POINTS, 0, wave(100)))
     writer.write_eof()
+
+
+async def test_a_greeting_alone_opens_no_record() -> None:
+    kept = Kept()
+    async with servo_side(ServoSettings(200, 50, None, virtual=True), [], kept) as (_, port):
+        for _ in range(3):
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            writer.write(HELLO)
+            await reader.readexactly(8)
+            writer.close()
+            await writer.wait_closed()
+            await asyncio.sleep(0)
+    assert kept.opened == 0
 
 
 @pytest.mark.parametrize(

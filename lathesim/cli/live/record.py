@@ -64,7 +64,7 @@ def record(
         open_source([url], map_file, prepared, registry) if piped and prepared else open_machine(url, map_file, prepared, every, queue)
     )
     with click.progressbar(length=max(1, int(10 * seconds)), label="recording", show_pos=False) if not as_json else _Silent() as bar:
-        noted, stopped = run_until_stopped(lambda stop: take_down(source, out, seconds, stop, _Steps(bar)))
+        noted, stopped = run_until_stopped(lambda stop: take_down(source, out, seconds, stop, _Steps(bar), _notice))
     if not noted.samples:
         from lathesim.live.sources.samples import LiveError
 
@@ -99,6 +99,11 @@ class _Steps:
         if self._bar is not None and steps > self._done:
             self._bar.update(steps - self._done)
         self._done = max(self._done, steps)
+
+
+def _notice(sentence: str) -> None:
+    """Write a note of the source at once, on a line of its own beside the progress bar."""
+    click.echo(f"\nNote: {sentence}.", err=True)
 
 
 def _write_lesson(prepared: Prepared, recorded: list[str], out: Path, variant: str | None) -> str:

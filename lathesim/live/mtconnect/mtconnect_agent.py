@@ -11,10 +11,12 @@ from urllib.parse import parse_qs, unquote, urlsplit
 
 from lathesim.live.mtconnect.mtconnect_buffer import Observation
 from lathesim.live.mtconnect.mtconnect_documents import Agent, devices, error, streams, wanted_by
-from lathesim.live.sources.samples import LiveError
+from lathesim.live.sources.listening import Listening
 
 LONGEST_REQUEST = 8192
 MOST_CONNECTIONS = 64
+LONGEST_PATH = 400
+"""Characters of an XPath."""
 PATIENCE = 10.0
 """Seconds a client may take for its request."""
 _BOUNDARY = "lathesim-part"
@@ -50,36 +52,15 @@ class AgentServer:
 
     def __init__(self, agent: Agent) -> None:
         self.agent = agent
-        self._open = 0
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._listening = Listening(self._answer, most=MOST_CONNECTIONS, longest=LONGEST_REQUEST)
 
     async def serve(self, host: str, port: int) -> asyncio.Server:
         """Begin to listen; raises :class:`LiveError` where the port cannot be taken."""
-        try:
-            return await asyncio.start_server(self._accept, host, port, limit=LONGEST_REQUEST)
-        except OSError as failure:
-            raise LiveError(f"{host}:{port} cannot be taken: {failure.strerror}.", remedy="Choose another with --mtconnect.") from None
+        return await self._listening.serve(host, port, option="--mtconnect")
 
     async def close(self) -> None:
         """End all streams."""
-        for task in list(self._tasks):
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
-
-    async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        own = asyncio.current_task()
-        assert own is not None
-        self._tasks.add(own)
-        own.add_done_callback(self._tasks.discard)
-        self._open += 1
-        try:
-            if self._open <= MOST_CONNECTIONS:
-                await self._answer(reader, writer)
-        except (OSError, TimeoutError, asyncio.IncompleteReadError):
-            pass
-        finally:
-            self._open -= 1
-            writer.close()
+        await self._listening.close()
 
     async def _answer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:
@@ -160,7 +141,10 @@ async def _send(writer: asyncio.StreamWriter, status: int, document: bytes) -> N
 
 def read_request(agent: Agent, target: str) -> _Asked:
     """Return what a request asks for; :class:`RefusalError` with the code of the standard where it cannot be answered."""
-    parts = urlsplit(target)
+    try:
+        parts = urlsplit(target)
+    except ValueError:
+        raise RefusalError("INVALID_URI", f"'{target}' is no path; ask for /probe, /current or /sample.") from None
     steps = [unquote(step) for step in parts.path.split("/") if step]
     if len(steps) > 1 or (steps and steps[0] not in ("probe", "current", "sample")):
         device = steps.pop(0)
@@ -176,7 +160,7 @@ def read_request(agent: Agent, target: str) -> _Asked:
             raise RefusalError("INVALID_PARAMETER_VALUE", f"/{kind} does not know '{key}'.")
     wanted = None
     if "path" in given:
-        wanted = wanted_by(agent, given["path"])
+        wanted = wanted_by(agent, given["path"]) if len(given["path"]) <= LONGEST_PATH else None
         if wanted is None or not wanted:
             raise RefusalError("INVALID_XPATH", f"The path '{given['path']}' selects nothing.")
     return _with_numbers(agent, kind, wanted, given)

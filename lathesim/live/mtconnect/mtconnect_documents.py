@@ -1,7 +1,11 @@
-"""The XML documents of an MTConnect agent: devices, streams and errors."""
+"""The XML documents of an MTConnect agent: devices, streams and errors.
+
+Source: MTConnect standard 2.0, part 1 (headers, errors), and its XML schemas for devices, streams and errors.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -10,12 +14,16 @@ from xml.etree import ElementTree
 from lathesim.live.mtconnect.mtconnect_buffer import DataItem, Observation, ObservationBuffer
 
 VERSION = "2.0"
+_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that XML 1.0 has no place for."""
+_MOST_STEPS = 40
+"""Steps of an XPath; the tree of a machine has six levels."""
 _SPACES = {kind: f"urn:mtconnect.org:MTConnect{kind}:{VERSION}" for kind in ("Devices", "Streams", "Error")}
 
 
 @dataclass(frozen=True)
 class Agent:
-    """An agent: name of its device, instance (another at each start), and its buffer."""
+    """An agent: name of its device, instance (the second in which it started, UTC) and its buffer."""
 
     device: str
     instance: int
@@ -73,6 +81,8 @@ def wanted_by(agent: Agent, path: str) -> set[str] | None:
     inner = path if path.startswith(".") else f".{path}" if path.startswith("/") else f".//{path}"
     if path.startswith("/MTConnectDevices"):
         inner = "." + path.removeprefix("/MTConnectDevices")
+    if path.count("/") > _MOST_STEPS:
+        return None
     try:
         chosen = [found for part in inner.split("|") for found in root.findall(part if part.startswith(".") else f".{part}")]
     except (SyntaxError, KeyError, ValueError, AttributeError):
@@ -119,7 +129,7 @@ def _observation(place: ElementTree.Element, entry: Observation) -> None:
 def error(agent: Agent, code: str, sentence: str) -> bytes:
     """Return an error as a document; ``code`` as OUT_OF_RANGE."""
     root = _root("Error", agent)
-    ElementTree.SubElement(ElementTree.SubElement(root, "Errors"), "Error", {"errorCode": code}).text = sentence
+    ElementTree.SubElement(ElementTree.SubElement(root, "Errors"), "Error", {"errorCode": code}).text = _NO_XML.sub("?", sentence)
     return _bytes(root)
 
 
@@ -132,6 +142,10 @@ def _root(kind: str, agent: Agent, following: int | None = None) -> ElementTree.
         "version": VERSION,
         "bufferSize": str(agent.buffer.size),
     }
+    if kind != "Error":
+        header["deviceModelChangeTime"] = stamp(datetime.fromtimestamp(agent.instance, UTC))
+    if kind == "Devices":  # there are no assets, and the schema asks for a buffer of at least one
+        header |= {"assetBufferSize": "1", "assetCount": "0"}
     if following is not None:
         header |= {
             "firstSequence": str(agent.buffer.first_sequence),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import re
 import time
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 
 from lathesim.live.mtconnect.mtconnect_agent import AgentServer
-from lathesim.live.mtconnect.mtconnect_buffer import DataItem, ObservationBuffer
+from lathesim.live.mtconnect.mtconnect_buffer import UNAVAILABLE, DataItem, ObservationBuffer
 from lathesim.live.mtconnect.mtconnect_documents import Agent
 from lathesim.live.mtconnect.shdr import Adapter, write_line
 from lathesim.live.opcua.cnc_names import PublishedName
@@ -26,6 +27,10 @@ _KINDS = {
     "V": ("VOLTAGE", "VOLT", "V"),
     "A": ("AMPERAGE", "AMPERE", "A"),
     "W": ("WATTAGE", "WATT", "W"),
+    "m/s^2": ("ACCELERATION", "MILLIMETER/SECOND^2", "mm/s^2"),
+    "Hz": ("FREQUENCY", "HERTZ", "Hz"),
+    "Pa": ("PRESSURE", "PASCAL", "Pa"),
+    "s": ("ACCUMULATED_TIME", "SECOND", "s"),
 }
 """Type, units of MTConnect, and the same unit in this program, by SI unit."""
 UNITS = {units: unit for _, units, unit in _KINDS.values()}
@@ -36,12 +41,13 @@ def data_items(names: Sequence[PublishedName], si_units: Sequence[str]) -> tuple
     """Return the data item of each channel, and the factor from SI to its units."""
     items, factors = [], []
     for name, unit in zip(names, si_units, strict=True):
-        kind, units, own = _KINDS.get(unit, ("VALUE", "", unit))
+        kind, units, own = _KINDS.get(unit, ("VARIABLE", "", unit))
         component = ("Linear", name.path[1]) if name.path[0] == "CncAxisList" else ("Controller", "controller")
         component = ("Rotary", name.path[1]) if name.path[0] == "CncSpindleList" else component
         commanded = {"CmdPos": "COMMANDED", "ActPos": "ACTUAL"}.get(name.path[-1], "")
         identifier = re.sub(r"\W", "_", name.channel)
-        items.append(DataItem(identifier, name.channel, "SAMPLE", kind, units, commanded, component))
+        category = "SAMPLE" if unit in _KINDS else "EVENT"  # the standard has an event for a number without a type of its own
+        items.append(DataItem(identifier, name.channel, category, kind, units, commanded, component))
         factors.append(from_si(1.0, own))
     status = ("Controller", "controller")
     items.append(DataItem("execution", "execution", "EVENT", "EXECUTION", component=status))
@@ -84,6 +90,7 @@ async def publish_mtconnect(
         for one in listening:
             one.close()
         await server.close()
+        await adapter.close()
     return count
 
 
@@ -91,7 +98,10 @@ def _observe(
     buffer: ObservationBuffer, adapter: Adapter, items: Sequence[DataItem], factors: Sequence[float], origin: datetime, row: Row
 ) -> None:
     when = origin + timedelta(microseconds=round(1e6 * row.time))
-    pairs = [(item, f"{float(value) * factor:.10g}") for item, factor, value in zip(items, factors, row.values, strict=False)]
+    pairs = [
+        (item, f"{float(value) * factor:.10g}" if math.isfinite(value) else UNAVAILABLE)
+        for item, factor, value in zip(items, factors, row.values, strict=False)
+    ]
     for item, text in pairs:
         buffer.observe(item, when, text)
     adapter.send(write_line(when, [(item.name, text) for item, text in pairs]))

@@ -10,8 +10,13 @@ from datetime import UTC, datetime
 
 from lathesim.live.mtconnect.mtconnect_buffer import ObservationBuffer
 from lathesim.live.mtconnect.mtconnect_documents import stamp
+from lathesim.live.sources.listening import Listening
 
 LONGEST_LINE = 65_536
+MOST_AGENTS = 16
+"""Agents that are connected at once."""
+_MOST_WAITING = 1 << 20
+"""Bytes that wait for an agent that does not read; then it is let go."""
 HEARTBEAT = 10_000
 """Milliseconds between two pings."""
 
@@ -86,28 +91,32 @@ class Adapter:
 
     def __init__(self) -> None:
         self._writers: set[asyncio.StreamWriter] = set()
+        self._listening = Listening(self._answer, most=MOST_AGENTS, longest=LONGEST_LINE)
 
     async def serve(self, host: str, port: int) -> asyncio.Server:
-        """Begin to listen."""
-        return await asyncio.start_server(self._accept, host, port, limit=LONGEST_LINE)
+        """Begin to listen; raises :class:`LiveError` where the port cannot be taken."""
+        return await self._listening.serve(host, port, option="--shdr")
 
-    async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def close(self) -> None:
+        """Let all agents go."""
+        await self._listening.close()
+
+    async def _answer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._writers.add(writer)
         try:
             while line := await reader.readline():
                 if line.strip() == b"* PING":
                     writer.write(f"* PONG {HEARTBEAT}\n".encode())
-        except (OSError, ValueError):
+        except ValueError:  # a line that is too long
             pass
         finally:
             self._writers.discard(writer)
-            writer.close()
 
     def send(self, line: str) -> None:
         """Send a line to all."""
         for writer in list(self._writers):
-            if writer.transport.get_write_buffer_size() > 1 << 20:
+            if writer.is_closing() or writer.transport.get_write_buffer_size() > _MOST_WAITING:
                 self._writers.discard(writer)
-                writer.close()
+                writer.transport.abort()
             else:
                 writer.write(line.encode())

@@ -12,6 +12,39 @@ from lathesim.engine.assembly import Assembly, Part
 from lathesim.live.sources.samples import Signal
 
 NAMESPACE = "http://opcfoundation.org/UA/CNC"
+UNITS_NAMESPACE = "http://www.opcfoundation.org/UA/units/un/cefact"
+
+TYPES: Mapping[str, tuple[int, str]] = {
+    "CncComponentType": (1001, ""), "CncChannelType": (1002, "CncComponentType"), "CncDriveType": (1003, "CncComponentType"),
+    "CncAxisType": (1004, "CncDriveType"), "CncSpindleType": (1005, "CncDriveType"), "CncInterfaceType": (1007, ""),
+    "CncAxisListType": (1008, ""), "CncSpindleListType": (1009, ""), "CncChannelListType": (1010, ""),
+}  # fmt: skip
+"""Number of each object type in the namespace of the standard, and the type that it extends."""
+POSITION_TYPE = 2001
+"""Number of CncPositionVariableType."""
+
+_UNIT_CODES = {
+    "m": "MTR", "mm": "MMT", "um": "4H", "m/s": "MTS", "mm/s": "C16", "m/s^2": "MSK", "rad": "C81", "deg": "DD", "rad/s": "2A",
+    "rpm": "RPM", "N": "NEW", "N*m": "NU", "V": "VLT", "A": "AMP", "W": "WTT", "Hz": "HTZ", "s": "SEC", "Pa": "PAL", "K": "KEL", "1": "C62",
+}  # fmt: skip
+"""Common code of each unit. Source: UNECE Recommendation 20, codes for units of measure used in international trade."""
+
+
+def unit_number(unit: str) -> int:
+    """Return the number of a unit in EUInformation: the bytes of its common code, -1 where it has none.
+
+    Source: OPC 10000-8, 5.6.3, EUInformation.
+    """
+    code = _UNIT_CODES.get(unit)
+    return -1 if code is None else int.from_bytes(code.encode("ascii"), "big")
+
+
+def type_of(path: tuple[str, ...]) -> str:
+    """Return the object type of a path below the machine, empty where the standard has none for it."""
+    lists = {"CncAxisList": "CncAxisType", "CncSpindleList": "CncSpindleType", "CncChannelList": "CncChannelType"}
+    if path[0] not in lists or len(path) > 2:
+        return ""
+    return f"{path[0]}Type" if len(path) == 1 else lists[path[0]]
 
 
 @dataclass(frozen=True)

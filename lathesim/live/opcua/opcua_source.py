@@ -77,12 +77,12 @@ class OpcUaSource:
                         yield Block(block.time, block.values, tuple(notes))
                         notes = []
             except (OSError, TimeoutError, ConnectionError, self._ua.UaError):
-                pass
+                notes.append("the server went away")
             finally:
                 with contextlib.suppress(Exception):
                     await asyncio.wait_for(client.disconnect(), 0.5)
             block = rows.restart()
-            if len(block):
+            if len(block) or notes:
                 yield Block(block.time, block.values, tuple(notes))
                 notes = []
 
@@ -228,16 +228,20 @@ async def _walk(ua: Any, node: Any, prefix: str, found: list[tuple[str, str]], d
         return
     for child in await node.get_children():
         name = (await child.read_browse_name()).Name
-        kind = await child.read_node_class()
-        if kind == ua.NodeClass.Variable:
-            unit = ""
+        unit = ""
+        if await child.read_node_class() == ua.NodeClass.Variable:
             for own in await child.get_properties():
                 if (await own.read_browse_name()).Name == "EngineeringUnits":
-                    unit = str(await own.read_value())
+                    unit = _unit_text(ua, await own.read_value())
             if unit:
                 found.append((f"{prefix}{name}", unit))
-        else:
+        if not unit:
             await _walk(ua, child, f"{prefix}{name}/", found, depth + 1)
+
+
+def _unit_text(ua: Any, value: Any) -> str:
+    """Return the unit that an EngineeringUnits property shows; some servers give a plain text."""
+    return str(value.DisplayName.Text or "") if isinstance(value, ua.EUInformation) else str(value)
 
 
 def _library() -> tuple[Any, Any]:

@@ -55,8 +55,8 @@ class Noted:
 class Recorder:
     """Writes blocks to a record and notes what is odd about their times; memory does not grow with the length of the recording."""
 
-    def __init__(self, source: Source, out: Path) -> None:
-        self._source, self._out = source, out
+    def __init__(self, source: Source, out: Path, notice: Callable[[str], None] = lambda sentence: None) -> None:
+        self._source, self._out, self._notice = source, out, notice
         self._writer: RecordWriter | None = None
         self._early: list[tuple[float, float]] = []
         self._last = -np.inf
@@ -64,8 +64,6 @@ class Recorder:
 
     def take(self, block: Block) -> None:
         """Write a block; instants that are not after the last one are left out and counted."""
-        if self._writer is None:
-            self._writer = RecordWriter(self._out, [signal.as_channel() for signal in self._source.signals], growing=True)
         for note in block.notes:
             self._note(block.time[0] if len(block) else self._last, note)
         fresh = block.time > np.maximum.accumulate(np.concatenate([[self._last], block.time[:-1]]))
@@ -76,6 +74,8 @@ class Recorder:
         if np.isfinite(self._last) or len(time) > 1:
             self._look_for_gaps(time)
         self._last = float(time[-1])
+        if self._writer is None:
+            self._writer = RecordWriter(self._out, [signal.as_channel() for signal in self._source.signals], growing=True)
         self._writer.write(time, np.ascontiguousarray(values))
         self.noted.samples += len(time)
 
@@ -106,6 +106,7 @@ class Recorder:
                 self.noted.gaps.append((float(before[at]), float(after[at]), count))
 
     def _note(self, time: float, sentence: str) -> None:
+        self._notice(sentence)
         if len(self.noted.notes) < _MOST_NOTES:
             self.noted.notes.append((float(time) if np.isfinite(time) else 0.0, sentence))
 
@@ -122,9 +123,15 @@ class Recorder:
         return self.noted
 
 
-async def record(source: Source, out: Path, seconds: float, stop: asyncio.Event, progress: Callable[[float], None]) -> Noted:
-    """Record a source for ``seconds`` by this computer's clock, or until it ends or ``stop`` is set; what came is kept in any case."""
-    recorder = Recorder(source, out)
+async def record(
+    source: Source, out: Path, seconds: float, stop: asyncio.Event, progress: Callable[[float], None],
+    notice: Callable[[str], None] = lambda sentence: None,
+) -> Noted:  # fmt: skip
+    """Record a source for ``seconds`` by this computer's clock, or until it ends or ``stop`` is set; what came is kept in any case.
+
+    ``progress`` is called with the seconds that have passed, and ``notice`` with each note of the source as it comes.
+    """
+    recorder = Recorder(source, out, notice)
     begun = clock.monotonic()
     blocks = source.blocks()
     following: asyncio.Task[Block] | None = None

@@ -72,7 +72,7 @@ class Playing:
 
     def __init__(
         self, settings: ServoSettings, machine: SteppedMachine, session: Session, reader: asyncio.StreamReader,
-        writer: asyncio.StreamWriter, feedback: tuple[str, int], sink: Sink | None, tell: Callable[[str, str], None],
+        writer: asyncio.StreamWriter, feedback: tuple[str, int], open_sink: Callable[[], Sink | None], tell: Callable[[str, str], None],
         onlookers: Onlookers,
     ) -> None:  # fmt: skip
         self._settings, self._machine, self._session, self._tell = settings, machine, session, tell
@@ -82,7 +82,8 @@ class Playing:
         self._more = asyncio.Event()
         self._feedback = FeedbackSender(feedback, min(64, len(machine.signals)))
         self._onlookers = onlookers
-        self._sink = sink
+        self._sink: Sink | None = None
+        self._open_sink: Callable[[], Sink | None] | None = open_sink
 
     async def run(self, decoder: Decoder, frames: list[Frame]) -> None:
         """Play until the stream has ended or the planner is gone, then tell what happened."""
@@ -225,13 +226,20 @@ class Playing:
             self._room.set()
         self._feedback.send(first, values)
         self._onlookers.send(set_points, values)
-        if self._sink is not None:
-            try:
+        self._keep(first, np.vstack([set_points.T, values]))
+
+    def _keep(self, first: int, values: FloatArray) -> None:
+        """Write samples to the record, which begins with the first of them: a greeting alone leaves none."""
+        try:
+            if self._open_sink is not None:
+                open_sink, self._open_sink = self._open_sink, None
+                self._sink = open_sink()
+            if self._sink is not None:
                 times = (first + np.arange(values.shape[1], dtype=np.float64)) * self._machine.period
-                self._sink.write(times, np.vstack([set_points.T, values]))
-            except LatheSimError as error:
-                self._sink = None  # the machine goes on; what could not be kept is told once
-                self._tell("record", error.message)
+                self._sink.write(times, values)
+        except LatheSimError as error:
+            self._sink = None  # the machine goes on without its record, which is reported once
+            self._tell("record", error.message)
 
     def _status(self, last: bool) -> dict[str, Any]:
         count = self._buffer.count()

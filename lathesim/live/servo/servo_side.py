@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import functools
 import math
 import re
 from collections.abc import Callable
@@ -23,6 +24,7 @@ from lathesim.live.servo.servo_session import CHUNK, COMPLETE, PATIENCE, Playing
 from lathesim.live.servo.set_point_buffer import SetPointBuffer
 from lathesim.live.servo.stepped_machine import SteppedMachine
 from lathesim.live.servo.wire_format import Decoder, Frame, Kind, WireError, read_text, text_frame
+from lathesim.live.sources.listening import Listening
 from lathesim.live.sources.samples import LiveError, Sink
 
 MOST_CONNECTIONS = 32
@@ -46,9 +48,8 @@ class ServoSide:
         self._log = log
         self._open_sink = open_sink
         self._busy = False
-        self._open = 0
         self._told: dict[str, int] = {}
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._listening = Listening(self._accept, most=MOST_CONNECTIONS, longest=CHUNK, refused=self._refuse)
         self._onlookers = Onlookers()
         self.sessions: list[Session] = []
         self.ended = asyncio.Event()
@@ -58,22 +59,11 @@ class ServoSide:
         warm = SetPointBuffer(1, 2, 0.5)  # what plays is compiled or loaded now, and not while the clock runs
         warm.put(np.zeros((2, 1)))
         warm.play(1)
-        try:
-            return await asyncio.start_server(self._accept, host, port, limit=CHUNK, backlog=64)
-        except OSError as error:
-            raise LiveError(f"{host}:{port} cannot be taken: {error.strerror}.", remedy="Choose another with --listen.") from None
+        return await self._listening.serve(host, port, option="--listen", backlog=64)
 
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        peer = ":".join(str(part) for part in writer.get_extra_info("peername")[:2])
-        own = asyncio.current_task()
-        assert own is not None
-        self._tasks.add(own)
-        own.add_done_callback(self._tasks.discard)
-        self._open += 1
+        peer = _peer(writer)
         try:
-            if self._open > MOST_CONNECTIONS:
-                self._tell("more connections than are allowed", f"{peer}: more than {MOST_CONNECTIONS} connections; let go.")
-                return
             await self._greet(reader, writer, peer)
         except (WireError, LatheSimError) as error:
             self._tell(f"{peer.partition(':')[0]} {error.fact}", f"{peer}: {error.message}")
@@ -82,15 +72,13 @@ class ServoSide:
                 await asyncio.wait_for(writer.drain(), 1.0)
         except (TimeoutError, OSError):
             self._tell(f"{peer.partition(':')[0]} silent", f"{peer}: silent for {PATIENCE:g} s, or gone; let go.")
-        finally:
-            self._open -= 1
-            writer.close()
+
+    def _refuse(self, writer: asyncio.StreamWriter) -> None:
+        self._tell("more connections than are allowed", f"{_peer(writer)}: more than {MOST_CONNECTIONS} connections; let go.")
 
     async def close(self) -> None:
         """End all sessions and wait until what they recorded is kept."""
-        for task in list(self._tasks):
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await self._listening.close()
 
     def _tell(self, kind: str, sentence: str) -> None:
         """Log each kind of fault once, whatever numbers it holds; how often it came is counted."""
@@ -130,10 +118,10 @@ class ServoSide:
             del self.sessions[:-MOST_SESSIONS]
             host = writer.get_extra_info("peername")[0]
             writer.write(text_frame(Kind.HELLO, _greeting_of(machine, self._settings)))
-            sink = self._open_sink(machine)
             self._onlookers.begin(machine)
             playing = Playing(
-                self._settings, machine, session, reader, writer, (host, hello.udp_port), sink, self._tell, self._onlookers
+                self._settings, machine, session, reader, writer, (host, hello.udp_port), functools.partial(self._open_sink, machine),
+                self._tell, self._onlookers,
             )  # fmt: skip
             await playing.run(decoder, frames[1:])
             if session.reason != COMPLETE:
@@ -156,6 +144,15 @@ async def serve(
     server.close()
     await side.close()
     return side.sessions
+
+
+def _peer(writer: asyncio.StreamWriter) -> str:
+    return ":".join(str(part) for part in writer.get_extra_info("peername")[:2])
+
+
+def _is_name(value: object) -> bool:
+    """Return whether a value is a text of 1 to 79 characters that can be shown."""
+    return isinstance(value, str) and 0 < len(value) < 80 and value.isprintable()
 
 
 def _looks_on(first: Frame) -> int | None:
@@ -183,7 +180,7 @@ class _Greeting:
             raise WireError(f"the first frame is {first.kind.name}, and HELLO is due.")
         data = read_text(first)
         axes, period, port = data.get("axes"), data.get("period"), data.get("udp_port", 0)
-        if not isinstance(axes, list) or not 1 <= len(axes) <= 64 or not all(isinstance(name, str) and 0 < len(name) < 80 for name in axes):
+        if not isinstance(axes, list) or not 1 <= len(axes) <= 64 or not all(_is_name(name) for name in axes):
             raise WireError("the greeting names no axes.")
         if not isinstance(period, (int, float)) or isinstance(period, bool) or not 0.0 < period <= 1.0:
             raise WireError("the greeting has no period between 0 and 1 s.")

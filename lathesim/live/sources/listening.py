@@ -1,0 +1,56 @@
+"""A TCP port with a bounded number of connections, each served by one coroutine and closed with the port."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+
+from lathesim.live.sources.samples import LiveError
+
+Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
+
+
+class Listening:
+    """Serves up to ``most`` connections at once with ``serve``; lines and heads have up to ``longest`` bytes.
+
+    A connection beyond ``most`` is closed as it comes, and ``refused`` is called with its writer before. A peer that goes away ends its own
+    connection and nothing else.
+    """
+
+    def __init__(self, serve: Serve, *, most: int, longest: int, refused: Callable[[asyncio.StreamWriter], None] | None = None) -> None:
+        self._serve, self._most, self._longest, self._refused = serve, most, longest, refused
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._closing = False
+
+    async def serve(self, host: str, port: int, *, option: str, backlog: int = 100) -> asyncio.Server:
+        """Begin to listen; raises :class:`LiveError` where the port cannot be taken. ``option`` is the option that chooses another port."""
+        try:
+            return await asyncio.start_server(self._accept, host, port, limit=self._longest, backlog=backlog)
+        except OSError as failure:
+            raise LiveError(f"{host}:{port} cannot be taken: {failure.strerror}.", remedy=f"Choose another with {option}.") from None
+
+    async def close(self) -> None:
+        """End all connections and wait until each has done what it does at its end."""
+        self._closing = True
+        while tasks := set(self._tasks):  # Python 3.11's wait_for loses a request that comes as its own work ends: ask again
+            for task in tasks:
+                task.cancel()
+            await asyncio.wait(tasks, timeout=0.1)
+
+    async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        own = asyncio.current_task()
+        assert own is not None
+        self._tasks.add(own)
+        try:
+            if len(self._tasks) <= self._most:
+                await self._serve(reader, writer)
+            elif self._refused is not None:
+                self._refused(writer)
+        except (OSError, TimeoutError, asyncio.IncompleteReadError):
+            pass
+        except asyncio.CancelledError:
+            if not self._closing:
+                raise
+        finally:
+            self._tasks.discard(own)
+            writer.close()
