@@ -14,7 +14,7 @@ G0 X42 Z2
 F0.25
 G71 Q100 D0.1 I2 R0.5
 F0.12
-G70 Q100
+G70 Q100 X42 Z2
 G97 S400 M3
 G0 X34 Z6
 (the drive line is at X34: the crest lies at X30, the root at X27.546; I, J and K are diameters under G7)

@@ -77,6 +77,14 @@ def test_linuxcnc_takes_the_first_move_that_moves_as_the_way_to_the_contour() ->
     assert all(abs(move.arc.radius - 0.25e-3) < 1e-9 for move in moves if move.arc is not None)
 
 
+def test_a_finishing_cycle_of_linuxcnc_over_its_contour_is_named() -> None:
+    contour = "O100 SUB\nG0 X5 Z1\nG1 Z-10\nG1 X14\nO100 ENDSUB\nG0 X20 Z2\nG71 Q100 I2\n"
+    assert run(f"{contour}G70 Q100 X20 Z2\n", "linuxcnc").warnings == ()
+    over = run(f"{contour}G70 Q100\n", "linuxcnc")
+    assert (over.moves[-4].end_x, over.moves[-4].end_z) == pytest.approx((0.020, -0.010))
+    assert over.warnings[0].sentence.startswith("G70 begins at X 20 mm (radius), Z -10 mm, over its contour")
+
+
 def test_linuxcnc_leaves_pockets_to_their_own_form_of_the_cycle() -> None:
     contour = "G0 X15 Z0\nO200 SUB\nG1 X10 Z0\nG1 X10 Z-14\nG1 X3\nG1 X7 Z-22\nG1 X15\nO200 ENDSUB\n"
     whole, later, only = (run(f"{contour}{code} Q200 X15 Z0 D0.04 I0.5 R1\n", "linuxcnc").moves for code in ("G71", "G71.1", "G71.2"))

@@ -77,8 +77,9 @@ def test_roughing_on_the_face(start: str, cycle: str, contour: str, depth: float
 
 def test_linuxcnc_roughs_down_to_a_contour_at_a_distance_and_finishes_it() -> None:
     contour = "O100 SUB\nG0 X5\nG1 Z0\nG1 X6 Z-1\nG1 Z-10\nG2 X9 Z-13 I3\nG1 X12\nG3 X14 Z-15 K-2\nG1 Z-25\nO100 ENDSUB\n"
-    program = run(f"{contour}G0 X20 Z2\nG71 Q100 D0.2 I2 R0.5\nG70 Q100\n", "G21 G18 G90 G94 G8 F100 S500 M3\n", "linuxcnc")
-    assert keeps.from_start_to_start(of_cycle(program, "G71")) == []
+    program = run(f"{contour}G0 X20 Z2\nG71 Q100 D0.2 I2 R0.5\nG70 Q100 X20 Z2\n", "G21 G18 G90 G94 G8 F100 S500 M3\n", "linuxcnc")
+    end = of_cycle(program, "G71")[-1]
+    assert (end.end_x, end.end_z) == pytest.approx((0.020, -0.025))
     finishing = of_cycle(program, "G70")
     assert [round(1e3 * move.end_x, 6) for move in finishing if move.kind != "rapid"] == [5.0, 6.0, 6.0, 9.0, 12.0, 14.0, 14.0]
     wall = [point for move in finishing if move.kind != "rapid" for point in keeps.points(move)]

@@ -27,7 +27,7 @@ DIALECTS = ("paper", "linuxcnc", "grbl", "fanuc", "fanuc", "fanuc-b")
 MACROS = (
     "G21 G18 G90 G94 G8 F100 S500 M3\no100 sub\no101 if [#1 GT 5]\nG1 X#1\no101 else\nG1 X[#1 + 5]\no101 endif\no100 endsub [#1]\n"
     "#2=0\no200 while [#2 LT 3]\n#2=[#2 + 1]\no100 call [#2 * 3]\no200 endwhile\no300 repeat [2]\nG1 Z-[SIN[30] * #2]\no300 endrepeat\n"
-    "O400 SUB\nG0 X5\nG1 Z0\nG3 X9 Z-4 K-4\nG1 Z-25\nO400 ENDSUB\nG0 X20 Z2\nG71 Q400 D0.2 I2 R0.5\nG70 Q400\n"
+    "O400 SUB\nG0 X5\nG1 Z0\nG3 X9 Z-4 K-4\nG1 Z-25\nO400 ENDSUB\nG0 X20 Z2\nG71 Q400 D0.2 I2 R0.5\nG70 Q400 X20 Z2\n"
     "G42.1 D0.8 L2\nG1 X10 Z2\nZ-10\nG2 X14 Z-14 I4\nG1 X20\nG40\nG1 X30\nG10 L2 P2 X1 Z2\nG55 G0 X1\nM2\n",
     "O1\nG21 G99 G97 S500 M03 T0101\nG10 P1 R0.8 Q3\n#100=40.\nWHILE [#100 GT 34.] DO1\nG01 X#100 F0.1\n#100=#100-2.\nEND1\n"
     "IF [#100 EQ 34.] GOTO 50\nG01 X99.\nN50 G65 P9001 A10. Z-5.\nM97 P500\nG42 G00 X20. Z2.\nG01 Z-10.\nG03 X26. Z-13. R3.\n"

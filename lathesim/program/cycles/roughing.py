@@ -36,7 +36,8 @@ class Roughing:
 
     ``across`` is False for G71 (passes along Z, depth in X) and True for G72 (passes along X, depth in Z). ``side`` is 1 where the tool
     waits at larger depths than the contour, -1 at smaller ones (:func:`air_side`). With ``feeds_in`` the tool goes to its depth by feed,
-    as the first block of the contour does. ``cuts`` leaves out the pockets, or all but them.
+    as the first block of the contour does. ``cuts`` leaves out the pockets, or all but them. Unless it ``returns`` to the start, the cycle
+    ends at the end of the contour, fed out to the depth of the start.
     """
 
     start: Point
@@ -49,9 +50,10 @@ class Roughing:
     across: bool = False
     feeds_in: bool = False
     cuts: Cuts = "all"
+    returns: bool = True
 
     def steps(self) -> list[Step]:
-        """Return the whole cycle, from the start point and back to it."""
+        """Return the whole cycle."""
         walked = [_turned((x + self.allow_x, z + self.allow_z), self.across) for x, z in contour_points(self.contour)]
         start, side = _turned(self.start, self.across), self.side
         way = 1.0 if walked[-1][1] >= walked[0][1] else -1.0
@@ -64,7 +66,12 @@ class Roughing:
         while side * level > deepest + _EPSILON:
             steps += self._level(level, walked, before, clear)
             level -= side * self.depth
-        return [*steps, *self._along_contour(walked, before, clear), self._step("rapid", clear, start[1]), self._step("rapid", *start)]
+        steps += self._along_contour(walked, before, clear)
+        last = walked[-1]
+        if not self.returns:
+            return [*steps, self._step("feed", side * max(side * start[0], side * last[0]), last[1])]
+        ways = [(clear, last[1]), (clear, start[1]), start]
+        return [*steps, *(self._step("rapid", *way) for way in ways)]
 
     def _step(self, kind: str, depth: float, along: float) -> Step:
         return Step(kind, (along, depth) if self.across else (depth, along))  # type: ignore[arg-type]
@@ -91,8 +98,8 @@ class Roughing:
         return steps
 
     def _along_contour(self, walked: Sequence[Point], start: Point, clear: float) -> list[Step]:
-        """Return the pass along the contour with its allowances, and the way out of it."""
-        first, last = walked[0], walked[-1]
+        """Return the pass along the contour with its allowances."""
+        first = walked[0]
         steps = [
             self._step("rapid", clear, start[1]),
             self._step("rapid", clear, first[1]),
@@ -102,7 +109,7 @@ class Roughing:
             steps += [self._step("feed", *point) for point in _without_pockets(walked, self.side)[1:]]
         else:
             steps += self._contour_steps()
-        return [*steps, self._step("rapid", clear, last[1])]
+        return steps
 
     def _contour_steps(self) -> list[Step]:
         steps: list[Step] = []
@@ -133,16 +140,19 @@ def air_side(start: Point, contour: Sequence[Move], allowed: float, *, across: b
     """Return 1 where a tool at ``start`` (x, z) works down to a contour from larger depths, -1 where it works up from smaller ones.
 
     Depth is X, with ``across`` Z. A tool beyond all depths of the contour decides by its place. Else the sign of the allowance decides
-    (``allowed``, along the depth), then the way from the first depth to the last, then the area between the contour and the start [m].
+    (``allowed``, along the depth). Else three ways decide together, each as a share of the whole depth: from the first depth to the start,
+    from the first depth to the last, and how much more of the contour lies below the start than above it.
     """
     points = [_turned(point, across) for point in contour_points(contour)]
     depths = [point[0] for point in points]
     depth = start[1] if across else start[0]
-    above, below = depth >= max(depths) - _SAME_DEPTH, depth <= min(depths) + _SAME_DEPTH
-    if above != below:
+    above, under = depth >= max(depths) - _SAME_DEPTH, depth <= min(depths) + _SAME_DEPTH
+    if above != under:
         return 1.0 if above else -1.0
-    area = sum((depth - 0.5 * (here[0] + there[0])) * abs(there[1] - here[1]) for here, there in itertools.pairwise(points))
-    for lean in (allowed, depths[-1] - depths[0], area):
+    below = [(depth - 0.5 * (here[0] + there[0])) * abs(there[1] - here[1]) for here, there in itertools.pairwise(points)]
+    area = sum(below) / max(sum(abs(part) for part in below), _EPSILON**2)
+    ways = ((depth - depths[0]) + (depths[-1] - depths[0])) / max(max(depths) - min(depths), _EPSILON)
+    for lean in (allowed, ways + area):
         if abs(lean) > _EPSILON:
             return math.copysign(1.0, lean)
     return 1.0

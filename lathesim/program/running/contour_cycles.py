@@ -210,6 +210,8 @@ class ContourCycles(Motions):
             self.check_feed()
             if start != (modal.x, modal.z):
                 self.add("rapid", start, cycle=code, cycle_line=self.block.line, compensated=False)
+            else:
+                self._check_over(start, contour, code)
             self._carry_out(self._profile_passes(start, contour, value.get("D", 0.0), value.get("E", 0.0), passes), code)
             return
         depth = value.get("I", modal.metres(1.0))
@@ -218,14 +220,13 @@ class ContourCycles(Motions):
         across = code.startswith("G72")
         allowed = value.get("W" if across else "U", 0.0)
         shifted = beside(contour, _left_or_right(start, contour), value.get("D", 0.0), self.blocks.name)
-        side = air_side(start, shifted, allowed, across=across)
+        side = air_side(start, contour, allowed, across=across)
         self._check_one_way(shifted, code, across)
         self._carry_out([Step("rapid", start)], code)
         retract = value.get("R", modal.metres(0.5))
         cuts = _CUTS.get(meaning, "all")
-        self._rough(
-            Roughing(start, tuple(shifted), value.get("U", 0.0), value.get("W", 0.0), depth, retract, side, across, cuts=cuts), code
-        )
+        allow_x, allow_z = value.get("U", 0.0), value.get("W", 0.0)
+        self._rough(Roughing(start, tuple(shifted), allow_x, allow_z, depth, retract, side, across, cuts=cuts, returns=False), code)
 
     def _subprogram_contour(self, q: Word | None, start: Point, code: str) -> list[Move]:
         """Return the contour in a subprogram behind its first move, which goes to it from ``start``; its variables are its own."""
@@ -337,6 +338,17 @@ class ContourCycles(Motions):
     def variables(self) -> Variables:
         """The variables of the program."""
         raise NotImplementedError
+
+    def _check_over(self, start: Point, contour: list[Move], code: str) -> None:
+        """Warn of a cycle that begins over its contour, where the one before has ended: its rapid to the first point crosses the part."""
+        points = contour_points(contour)
+        first, last = points[0], points[-1]
+        if min((start[1] - first[1]) * (last[1] - first[1]), (start[0] - first[0]) * (last[0] - first[0])) > _MICRON**2:
+            x, z = self.modal.here
+            self.warn(
+                f"{code} begins at X {1e3 * x:.6g} mm (radius), Z {1e3 * z:.6g} mm, over its contour, and goes from there in rapid to the "
+                "first point. Add X and Z of a place in front of the contour."
+            )
 
     def structure(self) -> Structure:
         """Return what belongs together among the statements of the program."""
