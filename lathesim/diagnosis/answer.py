@@ -189,7 +189,7 @@ def _location(outcome: _Outcome, effects: Sequence[FoundEffect], counted: Sequen
 
 def _formula(outcome: _Outcome, progress: Progress) -> Discovered | None:
     """Return a formula for what a model that is not adequate leaves, where there is one."""
-    if outcome.judged.adequate:
+    if outcome.judged.adequate or outcome.method.ends.is_over:
         return None
     progress("looking for a formula for what is left")
     model, prepared = outcome.found.model, outcome.prepared
@@ -206,7 +206,7 @@ def _entries(outcome: _Outcome, effects: Sequence[FoundEffect], ranked: Sequence
 
 def _further_effects(prepared: Prepared, found: SearchResult) -> tuple[Possible, ...]:
     """Return what is possible beside the model; a search that was stopped has not asked."""
-    if not found.complete:
+    if not found.complete or prepared.question.method.ends.is_over:
         return ()
     laboratory = Laboratory(prepared.experiment, prepared.validation, lambda text: None, method=prepared.question.method)
     laboratory.weigh(found.baseline.fitted)

@@ -35,7 +35,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     4. Estimate the sizes with intervals; drop effects whose interval includes nothing.
     5. Rank the effects, test what is left, decide; where the model stays inadequate, look for a formula.
 
-    Interrupted with Ctrl-C, the answer holds what was known until then (``complete`` is false).
+    Interrupted with Ctrl-C, or where its time is over, the answer holds what was known until then (``complete`` is false).
     """
     began, progress = time.perf_counter(), tell or (lambda text: None)
     if question.before is not None:
@@ -53,16 +53,16 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     if faults := with_a_wrong_unit(found, values.values(), question.method, implausible=implausible):
         return recording_fault(prepared.question, faults, prepared.findings, began)
     answer = _answer(prepared, found, values, progress)
-    if found.complete and not answer.adequate:
+    if found.complete and not answer.adequate and not question.method.ends.is_over:
         answer = _leaner_answer(prepared, found, answer, values, progress)
-        answer = _answer_without_effects(prepared, found, answer, progress)
+        answer = answer if question.method.ends.is_over else _answer_without_effects(prepared, found, answer, progress)
     if faults := of_a_slow_log(prepared.question.fitted.findings, prepared.question.machine, answer):
         return recording_fault(prepared.question, faults, prepared.findings, began)
     if prepared.doubts and not agrees(answer):
         return recording_fault(prepared.question, prepared.doubts, prepared.findings, began)
     answer = with_added_signals(answer, prepared.added)
-    spent = time.perf_counter() - began
-    return replace(answer, validation=prepared.validation_name, findings=prepared.findings, wall_time=spent, complete=found.complete)
+    spent, complete = time.perf_counter() - began, found.complete and not question.method.ends.is_over
+    return replace(answer, validation=prepared.validation_name, findings=prepared.findings, wall_time=spent, complete=complete)
 
 
 def _answer(prepared: Prepared, found: SearchResult, values: Estimates, progress: Progress) -> Diagnosis:

@@ -44,7 +44,7 @@ def diagnose_together(
     """
     question = ask(case)
     answers = []
-    for other in others:
+    for left, other in zip(range(len(others), 0, -1), others, strict=True):
         lesson = load_lesson(other.lesson)
         further = load_case(lesson, [other.recording], registry)
         _check_same(case, further, other)
@@ -53,7 +53,8 @@ def diagnose_together(
         if judging.name == question.fitted.name:
             # both folders of a class hold a recording.csv, and the answer names the one that judged
             judging = replace(judging, name=str(other.recording))
-        answers.append(diagnose(replace(question, validation=judging), tell))
+        method = replace(question.method, ends=question.method.ends.share(1.0 / left))
+        answers.append(diagnose(replace(question, validation=judging, method=method), tell))
     return joined(answers)
 
 

@@ -4,11 +4,13 @@ import contextlib
 import io
 import json
 import signal
+import threading
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from lathesim.cli.diagnosis.diagnose import told_at_times
 from lathesim.cli.main import run_command_line
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
@@ -173,6 +175,25 @@ def test_a_request_to_terminate_keeps_what_is_known(
     assert said.code == 130
     assert "The simulation left out CoulombFriction at x_axis." in said.out
     assert signal.getsignal(signal.SIGTERM) is not signal.default_int_handler
+
+
+def test_without_a_terminal_a_line_every_ten_seconds_tells_the_last_step(capsys: pytest.CaptureFixture[str]) -> None:
+    passed, begun = [False, False, True], threading.Event()
+    waits: list[float] = []
+
+    def waited(seconds: float) -> bool:
+        begun.wait(10.0)
+        waits.append(seconds)
+        return passed.pop(0)
+
+    with told_at_times(waited) as tell:
+        tell("screening 34 candidates")
+        tell("  CoulombFriction at x_axis: 12 nats")
+        begun.set()
+    assert waits == [10.0, 10.0, 10.0]
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 2
+    assert all(line.startswith("After ") and line.endswith(" s: CoulombFriction at x_axis: 12 nats.") for line in lines)
 
 
 @pytest.mark.slow

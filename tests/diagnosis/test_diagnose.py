@@ -22,6 +22,7 @@ from lathesim.diagnosis.records.diagnosis import Diagnosis, as_json
 from lathesim.diagnosis.records.residual_test import Criterion, ResidualTest
 from lathesim.diagnosis.verdict.judged import Judged
 from lathesim.diagnosis.verdict.residual_tests import removes_nothing, sizes_determined
+from lathesim.identification.execution.budget import Deadline
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
 from lathesim.recordings.finding import Finding
@@ -228,6 +229,18 @@ def test_stopped_it_tells_what_is_known() -> None:
     assert not found.complete
     assert [effect.effect for effect in found.effects] == ["CoulombFriction"]
     assert as_json(found)["verdict"] == "named"
+
+
+def test_when_the_time_is_over_nothing_is_begun_that_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither replicates nor a formula nor a second answer: an answer within 30 s took 61 s with them."""
+    begun = []
+    for module, name in ((judging, "calibrated_doubts"), (answering, "discover"), (answering, "further_effects")):
+        monkeypatch.setattr(module, name, lambda *given, called=name, **more: begun.append(called))
+    asked = question(recording(Hidden(law=outside), seed=1), recording(Hidden(law=outside), seed=2))
+    late = diagnose(replace(asked, method=replace(asked.method, ends=Deadline(0.0))))
+    assert not late.complete
+    assert late.verdict == "unknown"
+    assert begun == []
 
 
 def test_a_noisier_recording_gives_wider_intervals() -> None:

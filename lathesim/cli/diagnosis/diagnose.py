@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-import math
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from lathesim.cli.case_options import variant_option
 from lathesim.cli.registry import open_registry, plugins_option
 
+if TYPE_CHECKING:
+    from lathesim.identification.execution.budget import Deadline
+
 STOPPED = 130
+_EVERY = 10.0
+"""Time between two lines of progress where there is no terminal [s]."""
 
 
 @click.command()
@@ -32,7 +38,7 @@ STOPPED = 130
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where report and lesson go [default: lathesim_runs/LESSON/].")
 @click.option("--json", "json_file", type=click.Path(path_type=Path, allow_dash=True), metavar="FILE", help="Write JSON ('-': print it).")
 @click.option("--effect", "only", multiple=True, metavar="NAME", help="Try only these effects.")
-@click.option("--at-most", metavar="TIME", help="End the search after so long, as '2 min', and keep what is known [default: when done].")
+@click.option("--at-most", metavar="TIME", help="Answer within so long, as '2 min', with what is known by then [default: when done].")
 @click.option(
     "--with",
     "others",
@@ -79,6 +85,7 @@ def diagnose(
     # the runs of a batch share the cores already: threads of the linear algebra would only fight them
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+    ends = _deadline(at_most)
     from lathesim.diagnosis.ablation import without
     from lathesim.diagnosis.diagnose import ask
     from lathesim.diagnosis.diagnose import diagnose as answer
@@ -88,9 +95,7 @@ def diagnose(
     from lathesim.identification.replay.loading import load_case
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.results_folder import results_folder
-    from lathesim.units import quantity
 
-    limit = math.inf if at_most is None else quantity(at_most, "s")
     registry = open_registry(plugin_folders)
     effects = [registry.effect(name) for name in only] if only else list(registry.effects.values())
     loaded = load_lesson(lesson)
@@ -101,7 +106,7 @@ def diagnose(
         raise click.UsageError("--with and --before ask two questions: give one of them.")
     case = load_case(loaded, [file for file in (recording, validate, before) if file is not None], registry, variant=variant)
     question = without(ask(loaded.title, case.machine, case.recordings, effects, changed=before is not None), left_out)  # type: ignore[arg-type]
-    question = replace(question, method=replace(question.method, longest=limit))
+    question = replace(question, method=replace(question.method, ends=ends))
     with _progress(shown=not quiet) as tell, _terminated_as_interrupted():
         if others:
             from lathesim.experiments.evidence import Other, diagnose_together
@@ -132,6 +137,14 @@ def diagnose(
     return 0 if diagnosis.complete or at_most is not None else STOPPED
 
 
+def _deadline(at_most: str | None) -> Deadline:
+    """Return the moment by which the answer is wanted, from now on: reading, compiling and reporting count too."""
+    from lathesim.identification.execution.budget import Deadline
+    from lathesim.units import quantity
+
+    return Deadline() if at_most is None else Deadline.after(quantity(at_most, "s"))
+
+
 @contextmanager
 def _terminated_as_interrupted() -> Iterator[None]:
     """Take a request to terminate (of a batch system, of ``timeout``) for Ctrl-C; only the main thread can."""
@@ -147,11 +160,36 @@ def _terminated_as_interrupted() -> Iterator[None]:
 
 @contextmanager
 def _progress(*, shown: bool) -> Iterator[Callable[[str], None]]:
-    """Return what is told each step; on a terminal the last step stands in one line, elsewhere nothing is written."""
-    if not (shown and sys.stderr.isatty()):
+    """Return what is told each step; on a terminal the last step stands in one line, elsewhere it is written every ten seconds."""
+    if not shown:
         yield lambda text: None
+        return
+    if not sys.stderr.isatty():
+        with told_at_times() as tell:
+            yield tell
         return
     from rich.console import Console
 
     with Console(stderr=True).status("reading the recording") as status:
         yield lambda text: status.update(text.strip())
+
+
+@contextmanager
+def told_at_times(waited: Callable[[float], bool] | None = None) -> Iterator[Callable[[str], None]]:
+    """Return what is told each step, of which every ten seconds the last one is written in a line.
+
+    ``waited`` returns whether the work was done before so many seconds had passed.
+    """
+    done, last, began = threading.Event(), [""], time.monotonic()
+
+    def write() -> None:
+        while not (waited or done.wait)(_EVERY):
+            click.echo(f"After {time.monotonic() - began:.0f} s: {last[0] or 'reading the recording'}.", err=True)
+
+    writer = threading.Thread(target=write, daemon=True)
+    writer.start()
+    try:
+        yield lambda text: last.__setitem__(0, text.strip())
+    finally:
+        done.set()
+        writer.join()

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from lathesim.diagnosis.method.candidates import CandidateLimits
 from lathesim.diagnosis.method.discovery import DiscoveryLimits
 from lathesim.diagnosis.method.location import LocationLimits
@@ -15,6 +13,7 @@ from lathesim.diagnosis.method.reporting import ReportingLimits
 from lathesim.diagnosis.method.selection import SelectionLimits
 from lathesim.diagnosis.method.shared import SharedLimits
 from lathesim.diagnosis.method.verdict import VerdictLimits
+from lathesim.identification.execution.budget import Deadline
 from lathesim.limit import Limit
 
 
@@ -33,8 +32,10 @@ class Method:
 
     # what a search may spend
     most_effects: int = 4
-    longest: float = np.inf
-    """Time after which the search ends and keeps what is known [s]."""
+    ends: Deadline = Deadline()
+    """When the time is over: the search ends before, and the answer holds what is known."""
+    search_time: float = 0.65
+    """Share of the time that is left to the search; the rest is for the answer."""
     most_runs: float = 5_000
     """Runs of a recording after which no further effect is looked for; 30 s at 1 kHz take some 8 ms."""
     runs_a_candidate: float = 60

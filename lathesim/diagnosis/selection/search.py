@@ -66,7 +66,9 @@ def search(
     chosen = replace(method, possible=possible_sizes(experiment, method=method))
     progress = tell or (lambda text: None)
     progress("fitting the baseline")
-    laboratory = Laboratory(experiment, validation, until(chosen.longest, progress), least_gain=due(chosen), method=chosen)
+    laboratory = Laboratory(
+        experiment, validation, until(chosen.ends.share(chosen.search_time), progress), least_gain=due(chosen), method=chosen
+    )
     laboratory.earlier = None if before is None else earlier_recording(before, method=chosen)
     fitted = fit(experiment.sensed, [*baseline_free(experiment.machine), *experiment.start_states(experiment.sensed.plan)], rounds=3)
     laboratory.weigh(fitted)

@@ -133,7 +133,7 @@ def _with_replicates(judged: Judged, experiment: Experiment, validation: Experim
     """Return the same with the probabilities of its statistics under the fitted model; nothing is simulated where no test fails that is
     held against them."""
     asked = any(test.name in CALIBRATED and not test.passed for test in residual_tests(judged, method))
-    doubts = calibrated_doubts(experiment, validation, found.model, method) if asked else None
+    doubts = calibrated_doubts(experiment, validation, found.model, method) if asked and not method.ends.is_over else None
     return judged if doubts is None else replace(judged, probabilities=doubts.probability, replicates=doubts.replicates)
 
 

@@ -49,7 +49,7 @@ class CalibratedDoubts:
 
 def calibrated_doubts(experiment: Experiment, validation: Experiment, model: Model, method: Method = STANDARD) -> CalibratedDoubts | None:
     """Return the probabilities under a model of narrow bands, of coherence with the command, of what goes with the motion, and of sensors
-    that differ; none where it cannot be simulated."""
+    that differ; none where it cannot be simulated, or where the time is over."""
     number, finer = method.verdict.replicates, float(method.verdict.finer_steps)
     fits = ((experiment, model.fitted), (validation, model.validation_fit))
     told = _told_by_motion((experiment, validation), (model.fitted, model.validation_fit), effects=bool(model.candidates), method=method)
@@ -65,7 +65,11 @@ def calibrated_doubts(experiment: Experiment, validation: Experiment, model: Mod
         return None
     fitted = model.fitted, model.validation_fit
     recorded = _statistics((made[0].own, made[1].own), made, fitted, method)
-    drawn = [_statistics((first, second), made, fitted, method) for first, second in zip(made[0].drawn, made[1].drawn, strict=True)]
+    drawn = []
+    for first, second in zip(made[0].drawn, made[1].drawn, strict=True):
+        if method.ends.is_over:
+            return None
+        drawn.append(_statistics((first, second), made, fitted, method))
     return CalibratedDoubts(adjusted(recorded, drawn, method), count)
 
 

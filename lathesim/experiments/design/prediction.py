@@ -18,6 +18,7 @@ from lathesim.experiments.design.laying import Laid
 from lathesim.experiments.design.rivals import NOTHING
 from lathesim.experiments.design.scene import Scene
 from lathesim.experiments.design.simulated_recording import recorded_rows, write_recording
+from lathesim.identification.execution.budget import Deadline
 from lathesim.identification.replay.loading import load_case
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import Registry
@@ -83,7 +84,7 @@ def foretell(
             try:
                 case = load_case(lesson, [place], registry)
                 question = Question(lesson.title, case.machine, case.recordings[0], None, tuple(effects))  # type: ignore[arg-type]
-                told = diagnose(replace(question, method=replace(question.method, longest=longest)))
+                told = diagnose(replace(question, method=replace(question.method, ends=Deadline.after(longest))))
             except LatheSimError as error:
                 found.append(Foretold(rival.name, f"none: {error.fact}", (), False))
                 continue

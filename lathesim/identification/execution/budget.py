@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from threading import Lock
 
 
@@ -21,15 +23,37 @@ class RunCount:
             self.total += runs
 
 
-def until(limit: float, tell: Progress) -> Progress:
-    """Return what tells each step of a search and interrupts it, once, at the first step after ``limit`` [s] from now."""
-    end = time.perf_counter() + limit
+@dataclass(frozen=True)
+class Deadline:
+    """A moment [s] of a ``clock`` at which the time is over; without one there is time for everything."""
+
+    moment: float = math.inf
+    clock: Callable[[], float] = time.perf_counter
+
+    @classmethod
+    def after(cls, limit: float, clock: Callable[[], float] = time.perf_counter) -> Deadline:
+        """Return the moment ``limit`` [s] from now."""
+        return cls(clock() + limit, clock)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the moment has come."""
+        return self.clock() >= self.moment
+
+    def share(self, part: float) -> Deadline:
+        """Return the moment at which ``part`` of the time from now on will be over."""
+        now = self.clock()
+        return replace(self, moment=now + part * (self.moment - now)) if self.moment > now else self
+
+
+def until(deadline: Deadline, tell: Progress) -> Progress:
+    """Return what tells each step of a search and interrupts it, once, at the first step after the time is over."""
     ended = False
 
     def told(text: str) -> None:
         nonlocal ended
         tell(text)
-        if not ended and time.perf_counter() > end:
+        if not ended and deadline.is_over:
             ended = True
             raise KeyboardInterrupt
 
