@@ -11,7 +11,7 @@ import pytest
 from lathesim.errors import LatheSimError
 from lathesim.stability.tool_point.choose_modes import find_modes
 from lathesim.stability.tool_point.estimate_response import TapEstimate, estimate_response, judged_hits
-from lathesim.stability.tool_point.frequency_response import FrequencyResponse
+from lathesim.stability.tool_point.frequency_response import FrequencyResponse, Quantity
 from lathesim.stability.tool_point.modes import Mode, ToolPoint
 from lathesim.stability.tool_point.noise_weights import weights_of_mean
 from lathesim.stability.tool_point.read_response import read_response
@@ -90,13 +90,26 @@ def test_a_response_that_has_not_died_out_is_windowed_and_its_damping_corrected(
     assert mode.damping.value == pytest.approx(0.004, rel=0.01)
 
 
+@pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
 @pytest.mark.parametrize("name", ["response.csv", "response.mat", "response.uff"])
-def test_what_is_written_is_read_back_equal(name: str, tmp_path: Path) -> None:
-    write_response(CLEAN, tmp_path / name)
+def test_what_is_written_is_read_back_with_its_quantity(name: str, quantity: Quantity, tmp_path: Path) -> None:
+    whole = replace(CLEAN, quantity=quantity, forces=1e-3 / F, window_rate=0.3, pulse_length=3e-3, pulse_lead=1e-3, force_noise=4e-3)
+    write_response(whole, tmp_path / name)
     read = read_response(tmp_path / name)
-    assert np.array_equal(read.frequency, CLEAN.frequency)
-    assert np.array_equal(read.receptance_values, CLEAN.receptance_values)
-    assert read.coherence is not None
+    within = 0.0 if quantity == "receptance" else 1e-15
+    for item in ("frequency", "receptance_values", "coherence", "forces", "hits"):
+        assert np.allclose(getattr(read, item), getattr(whole, item), rtol=within, atol=0.0), item
+    assert (read.quantity, read.notes) == (quantity, whole.notes)
+
+
+def test_taps_with_an_accelerometer_lead_to_the_mode_from_the_file_too(tmp_path: Path) -> None:
+    tool = ToolPoint((Mode(212.0, 0.027, 1.2e7),), (1.0,))
+    response = estimate_response(tap(tool, TapSettings(length=0.5, sensor="accelerance", response_noise=0.02), 1)).response
+    write_response(response, tmp_path / "tap.csv")
+    (mode,) = find_modes(read_response(tmp_path / "tap.csv")).modes
+    assert mode.frequency.value == pytest.approx(212.0, rel=1e-4)
+    assert mode.damping.value == pytest.approx(0.027, rel=2e-3)
+    assert mode.stiffness.value == pytest.approx(1.2e7, rel=2e-3)
 
 
 def test_uneven_frequencies_and_ascii_universal_files(tmp_path: Path) -> None:

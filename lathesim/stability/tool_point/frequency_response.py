@@ -98,6 +98,14 @@ def to_receptance(frequency: FloatArray, values: Complex, quantity: Quantity, sc
     return frequency[keep], values[keep] * scale / ((1j * omega) if quantity == "mobility" else -(omega**2))
 
 
+def from_receptance(frequency: FloatArray, values: Complex, quantity: Quantity) -> Complex:
+    """Return a receptance [m/N] as mobility [m/s/N] or accelerance [m/s^2/N], or as it is; the inverse of :func:`to_receptance`."""
+    if quantity == "receptance":
+        return values
+    omega = 2.0 * np.pi * frequency
+    return np.asarray(values * (1j * omega if quantity == "mobility" else -(omega**2)))
+
+
 def unit_of(text: str, place: str) -> tuple[Quantity, float]:
     """Return what a unit such as ``um/N`` measures and its size in SI; :class:`RecordingError` where it is none of a response."""
     key = text.replace(" ", "").replace("²", "^2").replace("μ", "µ").replace("**", "^").lower()

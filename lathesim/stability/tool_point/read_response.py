@@ -216,9 +216,15 @@ def _from_mat(path: Path, told: tuple[Quantity, float] | None) -> FrequencyRespo
     known = told or (unit_of(text, str(path)) if text else None)
     if known is None:
         raise RecordingError("the file gives no unit of the response.", place=str(path), remedy=_SAID)
-    coherence = named(("coherence", "coh", "gamma2"))
+    coherence, force = named(("coherence", "coh", "gamma2")), named(("force", "mean_force"))
+    hits = arrays.get(names.get("hits", ""))
+    if hits is not None and (hits.ndim != 2 or hits.shape[1] != len(values)):
+        hits = None
+    if force is not None and len(force) != len(values):
+        force = None
+    notes = "".join(str(item) for item in arrays.get(names.get("notes", ""), np.array([])).reshape(-1))
     try:
-        return _response(frequency.real, np.asarray(values, dtype=np.complex128), known, coherence, None, "")
+        return _response(frequency.real, np.asarray(values, dtype=np.complex128), known, coherence, hits, notes, force)
     except RecordingError as error:
         raise RecordingError(error.fact, place=str(path), remedy=error.remedy) from None
 

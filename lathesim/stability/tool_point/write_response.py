@@ -1,4 +1,4 @@
-"""Writes a frequency response as CSV, MAT or universal file; what is written is read back equal."""
+"""Writes a frequency response as CSV, MAT or universal file, in the quantity that was measured: its noise belongs to that."""
 
 from __future__ import annotations
 
@@ -7,13 +7,22 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.errors import RecordingError
-from lathesim.stability.tool_point.frequency_response import SI_UNITS, FrequencyResponse
+from lathesim.stability.tool_point.frequency_response import SI_UNITS, Complex, FrequencyResponse, Quantity, from_receptance
 from lathesim.stability.tool_point.read_response import HIT, UNIVERSAL
 from lathesim.stability.tool_point.uff58 import COHERENCE, RESPONSE, SPECTRUM, Function58, write_uff58
 
+_NUMERATORS: dict[Quantity, tuple[int, str, str]] = {
+    "receptance": (8, "Displacement", "m"),
+    "mobility": (11, "Velocity", "m/s"),
+    "accelerance": (12, "Acceleration", "m/s^2"),
+}
+
 
 def write_response(response: FrequencyResponse, path: Path, *, binary: bool = True) -> None:
-    """Write a receptance [m/N] with its coherence and single hits; the ending of the name (.csv, .mat, .uff) says how."""
+    """Write a response [m/N, m/s/N or m/s^2/N] with its coherence, mean force and single hits, and what is known of window and noise.
+
+    The ending of the name (.csv, .mat, .uff) says how.
+    """
     kind = path.suffix.lower()
     path.parent.mkdir(parents=True, exist_ok=True)
     if kind in UNIVERSAL:
@@ -21,8 +30,10 @@ def write_response(response: FrequencyResponse, path: Path, *, binary: bool = Tr
     elif kind == ".mat":
         import scipy.io
 
-        columns = {"freq": response.frequency, "H": response.receptance_values, "unit": SI_UNITS["receptance"]}
-        scipy.io.savemat(path, columns | ({} if response.coherence is None else {"coherence": response.coherence}))
+        mean, hits = _measured(response)
+        columns: dict[str, object] = {"freq": response.frequency, "H": mean, "unit": SI_UNITS[response.quantity], "notes": response.notes}
+        further = {"coherence": response.coherence, "force": response.forces, "hits": np.stack(hits) if hits else None}
+        scipy.io.savemat(path, columns | {name: value for name, value in further.items() if value is not None})
     elif kind == ".csv":
         _text(response, path)
     else:
@@ -31,17 +42,25 @@ def write_response(response: FrequencyResponse, path: Path, *, binary: bool = Tr
         )
 
 
+def _measured(response: FrequencyResponse) -> tuple[Complex, list[Complex]]:
+    """Return the mean response and those of single hits in the quantity that was measured."""
+    rows = [response.receptance_values, *(response.hits if response.hits is not None else ())]
+    mean, *hits = (from_receptance(response.frequency, row, response.quantity) for row in rows)
+    return mean, hits
+
+
 def _text(response: FrequencyResponse, path: Path) -> None:
-    unit = SI_UNITS["receptance"]
+    unit = SI_UNITS[response.quantity]
+    mean, hits = _measured(response)
     names = ["frequency [Hz]", f"real [{unit}]", f"imag [{unit}]"]
-    columns = [response.frequency, response.receptance_values.real, response.receptance_values.imag]
+    columns = [response.frequency, mean.real, mean.imag]
     if response.coherence is not None:
         names.append("coherence")
         columns.append(response.coherence)
     if response.forces is not None:
         names.append("force [N*s]")
         columns.append(response.forces)
-    for number, row in enumerate(response.hits if response.hits is not None else (), 1):
+    for number, row in enumerate(hits, 1):
         names += [f"hit {number} real [{unit}]", f"hit {number} imag [{unit}]"]
         columns += [row.real, row.imag]
     with path.open("w", encoding="utf-8") as file:
@@ -52,12 +71,13 @@ def _text(response: FrequencyResponse, path: Path) -> None:
 
 
 def _universal(response: FrequencyResponse, path: Path, binary: bool) -> None:
-    above, below = (8, "Displacement", "m"), (13, "Force", "N")
-    functions = [Function58(response.frequency, response.receptance_values, RESPONSE, response.notes or "tool point", above, below)]
+    above, below = _NUMERATORS[response.quantity], (13, "Force", "N")
+    mean, hits = _measured(response)
+    functions = [Function58(response.frequency, mean, RESPONSE, response.notes or "tool point", above, below)]
     if response.coherence is not None:
         functions.append(Function58(response.frequency, response.coherence, COHERENCE, "coherence"))
     if response.forces is not None:
-        functions.append(Function58(response.frequency, response.forces, SPECTRUM, "force"))
-    for number, row in enumerate(response.hits if response.hits is not None else (), 1):
+        functions.append(Function58(response.frequency, response.forces, SPECTRUM, "force", (13, "Force", "N*s")))
+    for number, row in enumerate(hits, 1):
         functions.append(Function58(response.frequency, row, RESPONSE, f"{HIT}{number}", above, below))
     write_uff58(functions, path, binary=binary)
