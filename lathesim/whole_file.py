@@ -9,7 +9,7 @@ import itertools
 import os
 import re
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -43,6 +43,25 @@ class PartFile:
                 os.fsync(self._hold)
             self._let_go()
             self.part.replace(self.path)
+
+    def keep_new(self, place: Path) -> bool:
+        """Move the file to ``place`` where there is none, and return whether it is there now.
+
+        The move itself finds out, so of two processes that want one place a single one gets it.
+        """
+        try:
+            os.link(self.part, place)
+        except FileExistsError:
+            return False
+        except OSError:  # a disk that knows no second name of a file
+            try:
+                os.close(os.open(place, os.O_CREAT | os.O_EXCL))
+            except FileExistsError:
+                return False
+            self.part.replace(place)
+        self.path = place
+        self.discard()
+        return True
 
     def discard(self) -> None:
         """Take the file away, where it was not kept."""
@@ -85,6 +104,42 @@ def write_bytes(path: str | Path, content: bytes, *, durable: bool = True) -> Pa
     with whole_file(path, durable=durable) as part, part.open("wb") as file:
         file.write(content)
     return Path(path)
+
+
+def write_new(places: Iterable[Path], write: Callable[[Path], object]) -> Path:
+    """Write a file by calling ``write`` with a place beside, move it to the first of ``places`` where there is none, and return that.
+
+    Raises :class:`WriteError` where the file cannot be written, and FileExistsError where each place is taken.
+    """
+    part: PartFile | None = None
+    place = Path()
+    try:
+        for place in places:
+            if part is None:
+                part = PartFile(place)
+                write(part.part)
+            if part.keep_new(place):
+                return place
+    except OSError as error:
+        raise refusal(place, error) from error
+    finally:
+        if part is not None:
+            part.discard()
+    raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(place))
+
+
+@contextmanager
+def folder_lock(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder: a process that changes what stands in a file of it waits for the one before.
+
+    A disk that knows no locks is taken as it is.
+    """
+    with contextlib.ExitStack() as held:
+        with contextlib.suppress(OSError):
+            file = os.open(folder, os.O_RDONLY)
+            held.callback(os.close, file)
+            _wait_for_lock(file)
+        yield
 
 
 def make_folder(folder: Path) -> Path:
@@ -168,6 +223,9 @@ if os.name == "nt":
     def _lock(file: int) -> None:
         pass
 
+    def _wait_for_lock(file: int) -> None:
+        pass
+
 else:
     import fcntl
 
@@ -188,3 +246,6 @@ else:
             raise
         except OSError:
             return
+
+    def _wait_for_lock(file: int) -> None:
+        fcntl.flock(file, fcntl.LOCK_EX)

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lathesim.analysis.metrics.metric import Measured, measure
+from lathesim.analysis.metrics.metric import Measured, Measurements, measure
 from lathesim.analysis.part.nothing_cut import nothing_cut
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.lessons.lesson import find_lesson
@@ -44,12 +44,14 @@ class GoalResult:
     over: float
     hint: str
     reason: str = ""
-    """Why it could not be measured."""
+    """Why it could not be measured, or is not judged."""
+    is_judged: bool = True
+    """Whether the run came to its end: one that did not meets nothing."""
 
     @property
     def met(self) -> bool:
         """Whether the limit is kept."""
-        return self.over == 0.0
+        return self.is_judged and self.over == 0.0
 
     @property
     def share(self) -> float:
@@ -94,6 +96,25 @@ class Grade:
     def hints(self) -> tuple[str, ...]:
         """The hints of the goals that are missed, each once."""
         return tuple(dict.fromkeys(goal.hint for goal in self.goals if not goal.met and goal.hint))
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What became of one run: ``result`` is ``REACHED``, ``MISSED``, ``NO_GOALS`` or ``UNFINISHED``."""
+
+    result: str
+    goals: tuple[GoalResult, ...]
+
+
+def judge_run(goals: Sequence[Goal], measurements: Measurements, status: str) -> Judgement:
+    """Hold one run against the goals of a lesson. It reaches them where it came to its end and met all of them itself."""
+    found = judge(goals, measurements.values, measurements.skipped)
+    if status != "complete":
+        reason = "the run was not finished"
+        return Judgement(UNFINISHED, tuple(replace(goal, is_judged=False, reason=goal.reason or reason) for goal in found))
+    if not found:
+        return Judgement(NO_GOALS, found)
+    return Judgement(REACHED if all(goal.met for goal in found) else MISSED, found)
 
 
 def judge(goals: Sequence[Goal], metrics: Mapping[str, Measured], skipped: Mapping[str, str] | None = None) -> tuple[GoalResult, ...]:
@@ -150,11 +171,11 @@ def grade_file(path: Path, registry: Registry, given: Yardstick | None = None) -
 
 def grade(record: Record, name: str, lesson: Yardstick, registry: Registry) -> Grade:
     """Hold a record against the goals of a lesson."""
-    measurements = measure(record, registry.metrics)
-    goals = judge(lesson.settings.goals, measurements.values, measurements.skipped)
+    judgement = judge_run(lesson.settings.goals, measure(record, registry.metrics), record.status)
+    goals = judgement.goals
     variant = str(record.meta.get("variant", ""))
     ended = record.status
-    finished = ended == "complete"
+    finished = judgement.result != UNFINISHED
     notes = [] if finished else [f"The run was not finished: {ended.partition('. ')[0].rstrip('.')}."]
     if not _is_of(record, lesson):
         title, own = _title_in(record), str(record.meta.get("lesson_name", ""))
@@ -164,13 +185,7 @@ def grade(record: Record, name: str, lesson: Yardstick, registry: Registry) -> G
     notes += _differences(record, lesson)
     told = nothing_cut(record) if finished else ""
     notes += [f"{told[0].upper()}{told[1:]}"] if told else []
-    if not finished:
-        result = UNFINISHED
-    elif not goals:
-        result = NO_GOALS
-    else:
-        result = REACHED if all(goal.met for goal in goals) else MISSED
-    return Grade(name, result, lesson.name, variant, ended, goals, tuple(notes))
+    return Grade(name, judgement.result, lesson.name, variant, ended, goals, tuple(notes))
 
 
 def ranked(grades: Sequence[Grade]) -> list[Grade]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import cast
 
@@ -13,13 +14,14 @@ from lathesim.analysis.metrics.metric import Measurements, measure
 from lathesim.analysis.part.nothing_cut import nothing_cut
 from lathesim.engine.running.run import Sink
 from lathesim.errors import RecordError, SimulationError
-from lathesim.lessons.grading import GoalResult, judge
+from lathesim.lessons.grading import UNFINISHED, GoalResult, Judgement, judge_run
 from lathesim.lessons.results_folder import results_folder
 from lathesim.lessons.run_warnings import run_warnings
 from lathesim.lessons.simulate import Prepared, run_prepared
 from lathesim.plugins import Registry
 from lathesim.record import Record
 from lathesim.record_writer import save
+from lathesim.whole_file import write_new
 
 
 @dataclass(frozen=True)
@@ -30,13 +32,23 @@ class KeptRun:
     record: Record
     path: Path
     measurements: Measurements
-    goals: tuple[GoalResult, ...]
+    judgement: Judgement
     nothing_cut: str
     """A sentence where the run is complete and the tool touched nothing, else empty."""
     failure: str
     """The sentence of what broke, empty where nothing did."""
     warned: tuple[str, ...] = ()
     """What could have been told before the run, see :func:`lathesim.lessons.run_warnings.run_warnings`."""
+
+    @property
+    def goals(self) -> tuple[GoalResult, ...]:
+        """The goals held against the run."""
+        return self.judgement.goals
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the run came to its end; only then are its goals judged."""
+        return self.judgement.result != UNFINISHED
 
     @property
     def stopped(self) -> bool:
@@ -54,6 +66,7 @@ def run_and_keep(
     registry: Registry,
     path: Path,
     *,
+    further: Iterable[Path] | None = None,
     engine: str | None = None,
     seed: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -62,6 +75,8 @@ def run_and_keep(
     largest_block: int | None = None,
 ) -> KeptRun:
     """Run a case, save its record at ``path`` and return it measured and judged; see :func:`lathesim.lessons.simulate.run_prepared`.
+
+    With ``further`` places nothing is replaced: the record takes the first place, ``path`` or one of these, where there is no file.
 
     The folder is checked before the run: :class:`RecordError` where it cannot be made or written. A law that breaks is told in ``failure``
     with the data up to then kept; :class:`SimulationError` is raised only where there are none.
@@ -84,11 +99,14 @@ def run_and_keep(
             raise
         record = cast("Record", error.record)
         failure = str(error)
-    save(record, path)
+    if further is not None:
+        path = write_new(chain((path,), further), lambda part: save(record, part))
+    else:
+        save(record, path)
     measurements = measure(record, registry.metrics)
-    goals = tuple(judge(case.case.lesson.settings.goals, measurements.values, measurements.skipped))
+    judgement = judge_run(case.case.lesson.settings.goals, measurements, record.status)
     told = nothing_cut(record) if record.status == "complete" else ""
-    return KeptRun(case, record, path, measurements, goals, told, failure, run_warnings(case.case, case.plan))
+    return KeptRun(case, record, path, measurements, judgement, told, failure, run_warnings(case.case, case.plan))
 
 
 def _make_folder(path: Path) -> None:

@@ -190,9 +190,9 @@ class LathesimApp(RepaintingApp[None]):
         sentence = live.fault or (kept.failure if kept is not None else "")
         if sentence:
             self.notify(sentence, severity="error", timeout=max(8.0, len(sentence) / 12.0), markup=False)
-        if kept is not None and kept.record.status == "complete":
+        if kept is not None and kept.is_finished:
             try:
-                self.book.note(live.case.case.lesson.name, kept.goals)
+                self.book.note(live.lesson, kept.judgement)
             except LatheSimError as error:
                 self.notify(str(error), severity="error", timeout=12.0, markup=False)
         self.workbench.tell(RUNS)

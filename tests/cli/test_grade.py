@@ -124,6 +124,15 @@ def test_a_class_becomes_one_table_with_the_best_first_and_the_damaged_file_in_a
     assert "0.5 mm !" in table
 
 
+def test_a_run_that_was_stopped_meets_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    write_record("run.h5", 0.1e-3, status="stopped")
+    said = call(capsys, "grade", "pushed_table.yaml", "run.h5")
+    assert "cycle time         at most 2 s     1 s      not met: the run was not finished" in said.out
+    assert said.out.endswith("0 of 2 goals met: not finished.\n")
+    (graded,) = json.loads(call(capsys, "grade", "pushed_table.yaml", "run.h5", "--json").out)["records"]
+    assert (graded["goals_met"], [goal["met"] for goal in graded["goals"]]) == (0, [False, False])
+
+
 def test_what_a_student_changed_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     own = LESSON.replace("0.4 mm", "4 mm").replace("duration: 1 s", "duration: 2 s")
     write_record("run.h5", 0.5e-3, lesson=own)

@@ -9,7 +9,7 @@ import pytest
 
 from lathesim.analysis.metrics.metric import Measurements, measure
 from lathesim.errors import SimulationError
-from lathesim.lessons.grading import GoalResult, judge
+from lathesim.lessons.grading import GoalResult, judge_run
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import Registry, load_registry
@@ -47,8 +47,7 @@ class Runs:
 
     def goals(self, variant: str = "") -> tuple[GoalResult, ...]:
         """Return the goals of the lesson held against a case."""
-        found = self.measured(variant)
-        return judge(self.lesson.settings.goals, found.values, found.skipped)
+        return judge_run(self.lesson.settings.goals, self.measured(variant), self.record(variant).status).goals
 
     def goals_met(self, variant: str = "") -> str:
         """Return for each goal ``+`` where it is met and ``-`` where it is missed."""

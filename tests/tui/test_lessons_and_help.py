@@ -9,7 +9,6 @@ import pytest
 from textual.command import Hit
 from textual.widgets import Input, Markdown, OptionList, Static, Tree
 
-from lathesim.tui.model.student_book import StudentBook
 from lathesim.tui.model.suggestion import suggestion
 from tests.tui.driving import opened, run_to_end, until
 
@@ -60,14 +59,6 @@ async def test_enter_puts_a_lesson_on_the_bench() -> None:
         await pilot.pause(0.2)
         assert app.workbench.setup is not None
         assert app.workbench.setup.lesson.name == "02_process_control"
-
-
-def test_a_damaged_book_is_kept_aside() -> None:
-    Path("lathesim_progress.json").write_text("{ not json", encoding="utf-8")
-    book = StudentBook()
-    assert "kept as lathesim_progress.json.bak" in book.fault
-    assert Path("lathesim_progress.json.bak").read_text(encoding="utf-8") == "{ not json"
-    assert book.entries == {}
 
 
 def test_a_suggestion_is_read_from_the_words_of_a_lesson() -> None:

@@ -98,6 +98,8 @@ def goals_text(results: Sequence[GoalResult]) -> str:
 def _verdict(result: GoalResult) -> str:
     if result.met:
         return "met"
+    if not result.is_judged:
+        return f"not met: {result.reason.removeprefix(NO_VALUE)}"
     if math.isnan(result.value):
         return f"not reached: {result.reason.removeprefix(NO_VALUE)}"
     share = "" if math.isnan(result.share) else f" ({plain_number(100.0 * result.share, 2)} %)"

@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import threading
 import time as clock
+from itertools import count
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from lathesim.errors import LatheSimError
 from lathesim.lessons.kept_run import KeptRun, run_and_keep
+from lathesim.lessons.results_folder import RUNS_FOLDER, results_folder
 from lathesim.lessons.simulate import Prepared
 from lathesim.plugins import Registry
 from lathesim.record import Channel, FloatArray, Record
+from lathesim.whole_file import write_text
 
 BLOCK_TIME = 0.1
 """Simulated seconds of a block at most: a run at real time is drawn ten times a second."""
 _FIRST_ROOM = 4096
+
+
+def numbered(number: int) -> str:
+    """Return the name of a record by its number: ``004.h5``."""
+    return f"{number:03d}.h5"
 
 
 class LiveRun:
@@ -24,13 +33,15 @@ class LiveRun:
 
     ``pace`` is simulated seconds a second: 1 is real time, 0 as fast as possible; it may be changed while the run goes on.
     :meth:`record` is what was simulated so far; after the end ``kept`` holds the result, or ``fault`` the sentence why there is none.
+    ``path`` is where the record is to go; another app may take the number first, and then the record gets the next one that is free.
+    A ``lesson_text`` is written beside the record.
     """
 
-    def __init__(self, case: Prepared, path: Path, *, title: str = "", seed: int | None = None, pace: float = 0.0) -> None:
+    def __init__(self, case: Prepared, path: Path, *, lesson_text: str = "", seed: int | None = None, pace: float = 0.0) -> None:
         self.case = case
         self.path = path
-        self.title = title or case.name
         self.seed = seed
+        self._lesson_text = lesson_text
         self.kept: KeptRun | None = None
         self.fault = ""
         self._stop = threading.Event()
@@ -40,6 +51,11 @@ class LiveRun:
         self._count = 0
         expected = round((case.expected_time or 0.0) / case.plan.assembly.sample_period * 1.1) + 2
         self._values: FloatArray = np.empty((len(case.plan.channels) + 1, min(max(expected, _FIRST_ROOM), 4_000_000)))
+
+    @property
+    def lesson(self) -> str:
+        """The name of the lesson in the student's book: lessons of one name in several folders are told apart."""
+        return results_folder(self.case.case.lesson).relative_to(RUNS_FOLDER).as_posix()
 
     @property
     def is_over(self) -> bool:
@@ -86,8 +102,14 @@ class LiveRun:
     def run(self, registry: Registry) -> None:
         """Simulate to the end in this thread, save, measure and judge; never raises for what a person can mend."""
         samples = max(1, round(BLOCK_TIME / self.case.plan.assembly.sample_period))
+        further = (self.path.with_name(numbered(number)) for number in count(int(self.path.stem) + 1))
+        how: dict[str, Any] = {"seed": self.seed, "stop": self._stop, "onlooker": self, "largest_block": samples}
         try:
-            self.kept = run_and_keep(self.case, registry, self.path, seed=self.seed, stop=self._stop, onlooker=self, largest_block=samples)
+            kept = run_and_keep(self.case, registry, self.path, further=further, **how)
+            self.path = kept.path
+            if self._lesson_text:
+                write_text(self.path.with_suffix(".yaml"), self._lesson_text)
+            self.kept = kept
         except LatheSimError as error:
             self.fault = str(error)
         except OSError as error:

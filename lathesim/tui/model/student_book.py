@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lathesim.errors import RecordError
+from lathesim.errors import RecordError, WriteError
+from lathesim.whole_file import folder_lock, write_text
 
 if TYPE_CHECKING:
-    from lathesim.lessons.grading import GoalResult
+    from lathesim.lessons.grading import GoalResult, Judgement
 
 BOOK = Path("lathesim_progress.json")
 SCHEMA = "lathesim-progress/1"
@@ -30,15 +31,24 @@ class Best:
 
 @dataclass(frozen=True)
 class LessonEntry:
-    """What was done in one lesson: how many runs came to their end, when the last one did, and the best value of each goal."""
+    """What was done in one lesson: how many runs came to their end, when the last one did, and the best value of each goal.
+
+    ``met`` are the goals with their limits that one run met together; none before a run meets all there are.
+    """
 
     tries: int = 0
     last: str = ""
     best: Mapping[str, Best] = field(default_factory=dict)
+    met: tuple[str, ...] = ()
+
+    def has_met(self, goals: Iterable[str]) -> bool:
+        """Return whether one run met all of these goals, each written as ``metric at most 0.4 mm``; False for none."""
+        wanted = set(goals)
+        return bool(wanted) and wanted <= set(self.met)
 
 
 class StudentBook:
-    """Entries by the name of the lesson; written anew after each run."""
+    """Entries by the name of the lesson; read and written anew after each run, so that several apps may share the file."""
 
     def __init__(self, path: Path = BOOK) -> None:
         self.path = path
@@ -50,8 +60,17 @@ class StudentBook:
         """Return the entry of a lesson, an empty one before the first run."""
         return self.entries.get(lesson, LessonEntry())
 
-    def note(self, lesson: str, goals: tuple[GoalResult, ...]) -> None:
+    def note(self, lesson: str, judgement: Judgement) -> None:
         """Note a run that came to its end and write the book; raises :class:`RecordError` where it cannot be written."""
+        with folder_lock(self.path.parent):
+            self.entries = self._read()
+            self.entries[lesson] = self._after(lesson, judgement)
+            self._write()
+
+    def _after(self, lesson: str, judgement: Judgement) -> LessonEntry:
+        from lathesim.lessons.grading import REACHED
+
+        goals = judgement.goals
         now = datetime.datetime.now().astimezone().isoformat(timespec="seconds")
         before = self.entry(lesson)
         best = dict(before.best)
@@ -59,17 +78,15 @@ class StudentBook:
             key = f"{goal.metric} {goal.sense}"
             if goal.value == goal.value and (key not in best or _is_better(goal, best[key])):
                 best[key] = Best(goal.value, goal.unit, goal.met, now)
-        self.entries[lesson] = LessonEntry(before.tries + 1, now, best)
-        self._write()
+        met = tuple(f"{goal.metric} {goal.sense} {goal.limit}" for goal in goals) if judgement.result == REACHED else before.met
+        return LessonEntry(before.tries + 1, now, best, met)
 
     def _write(self) -> None:
         data = {"schema": SCHEMA, "lessons": {name: asdict(entry) for name, entry in sorted(self.entries.items())}}
-        part = self.path.with_name(f"{self.path.name}.part")
         try:
-            part.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
-            part.replace(self.path)
-        except OSError as error:
-            fact = f"your progress cannot be written: {error.strerror}."
+            write_text(self.path, json.dumps(data, indent=2) + "\n")
+        except WriteError as error:
+            fact = f"your progress cannot be written: {error.fact}"
             raise RecordError(fact, place=str(self.path), remedy="The run itself is kept.") from None
 
     def _read(self) -> dict[str, LessonEntry]:
@@ -94,7 +111,10 @@ def _entry(data: Mapping[str, object]) -> LessonEntry:
     if not isinstance(found, dict):
         raise TypeError("best")
     best = {str(name): Best(float(item["value"]), str(item["unit"]), bool(item["met"]), str(item["when"])) for name, item in found.items()}
-    return LessonEntry(int(str(data["tries"])), str(data["last"]), best)
+    met = data.get("met", ())
+    if not isinstance(met, (list, tuple)):
+        raise TypeError("met")
+    return LessonEntry(int(str(data["tries"])), str(data["last"]), best, tuple(map(str, met)))
 
 
 def _is_better(goal: GoalResult, best: Best) -> bool:

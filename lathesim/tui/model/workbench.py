@@ -24,13 +24,23 @@ SETUP, RUN, RUNS, REGISTRY = "setup", "run", "runs", "registry"
 
 @dataclass
 class BenchRun:
-    """A run of this session, or an older record that was opened."""
+    """A run of this session, or an older record that was opened; ``place`` is where that stands and ``name`` says what it is."""
 
-    title: str
-    path: Path
+    name: str
+    place: Path
     setup: Setup | None = None
     live: LiveRun | None = None
     loaded: Record | None = None
+
+    @property
+    def path(self) -> Path:
+        """Where the record stands; that of a run may move on to the next number until it is kept."""
+        return self.live.path if self.live is not None else self.place
+
+    @property
+    def title(self) -> str:
+        """The number of a run with its setup, or the name of an older record."""
+        return f"{self.path.stem} {self.name}" if self.live is not None else self.name
 
     def record(self) -> Record:
         """Return the record, from memory where it is there, else from its file; :class:`RecordError` where that cannot be read."""
@@ -171,18 +181,16 @@ class Workbench:
     def new_run(self) -> LiveRun:
         """Return a run of the setup, ready for a thread to call its ``run``; raises :class:`LatheSimError` where the setup cannot run."""
         from lathesim.lessons.results_folder import results_folder
-        from lathesim.tui.model.live_run import LiveRun
+        from lathesim.tui.model.live_run import LiveRun, numbered
 
         setup, prepared = self.setup, self.prepared()
         assert setup is not None
         if self.live is not None:
             raise LessonError("a run is under way.", remedy="Stop it first.")
-        path = _free_path(results_folder(setup.lesson))
-        live = LiveRun(prepared, path, title=f"{path.stem} {setup.summary}", seed=setup.seed, pace=self.pace)
-        if setup.needs_file:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.with_suffix(".yaml").write_text(setup.lesson_text(path.parent), encoding="utf-8")
-        run = BenchRun(live.title, path, setup, live)
+        folder = results_folder(setup.lesson)
+        text = setup.lesson_text(folder) if setup.needs_file else ""
+        live = LiveRun(prepared, folder / numbered(_newest(folder) + 1), lesson_text=text, seed=setup.seed, pace=self.pace)
+        run = BenchRun(setup.summary, live.path, setup, live)
         self.runs.append(run)
         self.shown = run
         self.tell(RUN)
@@ -199,7 +207,7 @@ class Workbench:
         return setup.command()
 
 
-def _free_path(folder: Path) -> Path:
-    """Return the next free numbered record in a folder: no run takes the place of an older one."""
-    numbers = [int(path.stem) for path in folder.glob("*.h5") if path.stem.isdigit()] if folder.is_dir() else []
-    return folder / f"{max(numbers, default=0) + 1:03d}.h5"
+def _newest(folder: Path) -> int:
+    """Return the largest number of a record or lesson in a folder, 0 where there is none."""
+    found = (path.stem for path in folder.glob("*") if path.suffix in (".h5", ".yaml")) if folder.is_dir() else ()
+    return max((int(stem) for stem in found if stem.isdecimal()), default=0)

@@ -188,8 +188,10 @@ class BenchScreen(WorkbenchScreen):
         kept = live.kept
         words = [kept.failure or kept.nothing_cut or f"{'Stopped' if kept.stopped else 'Done'}, kept as {kept.path.stem}. F3 shows it."]
         words.extend(kept.warned)
-        for goal in kept.goals:
-            words.append(goal_text(goal))
+        if kept.goals and not kept.is_finished:
+            words.append("The goals are judged when a run comes to its end.")
+        elif kept.goals:
+            words.extend(goal_text(goal) for goal in kept.goals)
         return "\n".join(words)
 
     def _play_on(self, now: float) -> None:

@@ -13,6 +13,7 @@ from textual.widgets import Button, Input, Label, Select, Static
 
 from lathesim.errors import LatheSimError
 from lathesim.program.cut_form import straight_from_form, taper_from_form
+from lathesim.whole_file import make_folder, write_new
 
 FIELDS = (
     ("diameter", "Diameter", "30 mm"),
@@ -86,15 +87,12 @@ class CutForm(ModalScreen[Path | None]):
         fault = self.query_one("#fault", Static)
         try:
             text = self._text()
-            if path.exists():
-                fault.update(f"'{path}' is there already. Choose another name.")
-                return
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+            make_folder(path.parent)
+            write_new((path,), lambda part: part.write_text(text, encoding="utf-8"))
+        except FileExistsError:
+            fault.update(f"'{path}' is there already. Choose another name.")
         except LatheSimError as error:
             fault.update(str(error))
-        except OSError as error:
-            fault.update(f"'{path}' cannot be written: {error.strerror}. Choose another place.")
         else:
             self.dismiss(path)
 

@@ -94,8 +94,7 @@ class LessonsScreen(WorkbenchScreen):
         entry = self.lathesim.book.entry(path.stem)
         if lesson is None:
             return "!"
-        limits = _limits(lesson)
-        if limits and all(key in entry.best and entry.best[key].met for key, _, _ in limits):
+        if entry.has_met(f"{key} {limit}" for key, limit, _ in _limits(lesson)):
             return "✓"
         return "•" if entry.tries else " "
 
@@ -170,12 +169,19 @@ def _limits(lesson: Lesson) -> list[tuple[str, str, Goal]]:
     return found
 
 
+def _together(entry: LessonEntry, limits: list[tuple[str, str, Goal]]) -> str:
+    """Return whether one run met all goals, in words, where there are several and each was met by some run."""
+    if len(limits) < 2 or not all(key in entry.best and entry.best[key].met for key, _, _ in limits):
+        return ""
+    return "; one run met all" if entry.has_met(f"{key} {limit}" for key, limit, _ in limits) else "; no run met all of them together"
+
+
 def _goals_text(lesson: Lesson, entry: LessonEntry) -> Text:
     """Return the goals with the best values reached; hints stand there once the lesson was tried."""
     limits = _limits(lesson)
     if not limits:
         return Text(f"No goals. Runs so far: {entry.tries}.")
-    text = Text(f"Goals (runs so far: {entry.tries})", style="bold")
+    text = Text(f"Goals (runs so far: {entry.tries}{_together(entry, limits)})", style="bold")
     for key, limit, goal in limits:
         best = entry.best.get(key)
         sign = "✓" if best is not None and best.met else "✗" if best is not None else "○"
