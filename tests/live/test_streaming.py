@@ -110,6 +110,17 @@ async def test_a_peer_that_does_not_keep_to_the_format_is_named_once_and_let_go(
     assert all(sentence in session.reason for session in side.sessions)
 
 
+async def test_peers_that_send_various_bytes_are_named_once_together() -> None:
+    log: list[str] = []
+    async with servo_side(ServoSettings(), log) as (_, port):
+        for byte in range(0, 256, 16):
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            writer.write(bytes([byte, 39, 34, byte]) * 4)
+            await asyncio.wait_for(reader.read(), 5.0)
+            writer.close()
+    assert len(log) == 1, log
+
+
 async def _silent(writer: asyncio.StreamWriter) -> None:
     """Send nothing."""
 

@@ -81,8 +81,8 @@ class ServoSide:
         await self._listening.close()
 
     def _tell(self, kind: str, sentence: str) -> None:
-        """Log each kind of fault once, whatever numbers it holds; how often it came is counted."""
-        known = re.sub(r"\d+", "", kind)
+        """Log each kind of fault once, whatever numbers and quoted bytes it holds; how often it came is counted."""
+        known = re.sub(r"""b?(['"]).*?\1|\d+""", "", kind)
         if known not in self._told and len(self._told) >= _MOST_KINDS:
             known = ""
         self._told[known] = self._told.get(known, 0) + 1
