@@ -82,7 +82,7 @@ class ServoSide:
 
     def _tell(self, kind: str, sentence: str) -> None:
         """Log each kind of fault once, whatever numbers and quoted bytes it holds; how often it came is counted."""
-        known = re.sub(r"""b?(['"]).*?\1|\d+""", "", kind)
+        known = re.sub(r"""b?(['"])(\\.|(?!\1).)*\1|\d+""", "", kind)
         if known not in self._told and len(self._told) >= _MOST_KINDS:
             known = ""
         self._told[known] = self._told.get(known, 0) + 1
