@@ -162,13 +162,20 @@ class LathesimApp(RepaintingApp[None]):
         self._leave()
 
     def action_run_or_stop(self) -> None:
-        """Run what stands on the bench, or stop the run under way; before the lesson is read, note that it shall run, or shall not."""
+        """Run what stands on the bench or is chosen on the screen, or stop the run under way.
+
+        Before the lesson is read, note that it shall run, or shall not.
+        """
         if self.workbench.is_opening:
             self.workbench.want_run(not self.workbench.run_is_wanted)
             return
+        from lathesim.tui.screens.workbench_screen import WorkbenchScreen
+
         live = self.workbench.live
         if live is not None:
             live.stop()
+            return
+        if isinstance(self.screen, WorkbenchScreen) and not self.screen.make_ready():
             return
         try:
             started = self.workbench.new_run()

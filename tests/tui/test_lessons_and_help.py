@@ -61,6 +61,34 @@ async def test_enter_puts_a_lesson_on_the_bench() -> None:
         assert app.workbench.setup.lesson.name == "02_process_control"
 
 
+async def test_f5_runs_the_lesson_under_the_cursor_and_the_bench_shows_what_runs() -> None:
+    async with opened() as (app, pilot):
+        app.workbench.pace = 1.0
+        await pilot.press("f6")
+        await until(pilot, lambda: app.screen.query_one("#lessons", OptionList).highlighted == 0, "the lessons")
+        await pilot.press("down", "f5")
+        await until(pilot, lambda: app.current_mode == "bench" and app.workbench.live is not None, "the run")
+        assert str(app.screen.query_one("#title", Static).content) == "Process control of the cutting force"
+        result = app.screen.query_one("#result", Static)
+        assert str(result.content) == "Running 001 none. F5 stops it."
+        await pilot.press("f6", "down", "enter")
+        await until(pilot, lambda: str(app.screen.query_one("#title", Static).content) == "Design of a lathe", "another lesson")
+        assert str(result.content) == "Running 001 none of Process control of the cutting force. F5 stops it."
+        await pilot.press("f5")
+        await until(pilot, lambda: str(result.content).startswith("Stopped, kept as 001 of Process control"), "the end")
+        assert [run.path.parent.name for run in app.workbench.runs] == ["02_process_control"]
+
+
+async def test_f5_in_the_list_keeps_what_was_changed_of_the_lesson() -> None:
+    async with opened() as (app, pilot):
+        assert app.workbench.setup is not None
+        app.workbench.change(app.workbench.setup.with_simulation("duration", "0.1 s"))
+        await pilot.press("f6")
+        await until(pilot, lambda: app.screen.query_one("#lessons", OptionList).highlighted == 0, "the lessons")
+        await run_to_end(app, pilot)
+        assert app.workbench.runs[0].title == "001 I, duration=0.1 s"
+
+
 def test_a_suggestion_is_read_from_the_words_of_a_lesson() -> None:
     found = suggestion("Try --variant II --set x_axis.time_constant='30 ms', then more.", ("I", "II"))
     assert (found.variant, found.values) == ("II", (("x_axis.time_constant", "30 ms"),))

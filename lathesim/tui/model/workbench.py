@@ -114,7 +114,7 @@ class Workbench:
             self.history = History(setup)
         else:
             self.history.change(setup)
-        self.shown = None
+        self.shown = self.shown if self.live is not None else None
         self.tell(SETUP)
 
     def open_record(self, path: Path) -> BenchRun:

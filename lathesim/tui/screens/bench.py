@@ -180,13 +180,18 @@ class BenchScreen(WorkbenchScreen):
 
     def _result(self) -> str:
         shown = self.workbench.shown
-        live = shown.live if shown is not None else None
-        if live is None or not live.is_over:
+        if shown is None or shown.live is None:
             return ""
+        live, setup = shown.live, self.workbench.setup
+        lesson = live.case.case.lesson
+        other = f" of {lesson.title}" if setup is not None and lesson.path != setup.lesson.path else ""
+        if not live.is_over:
+            return f"Running {shown.title}{other}. F5 stops it."
         if live.kept is None:
             return live.fault
         kept = live.kept
-        words = [kept.failure or kept.nothing_cut or f"{'Stopped' if kept.stopped else 'Done'}, kept as {kept.path.stem}. F3 shows it."]
+        end = "Stopped" if kept.stopped else "Done"
+        words = [kept.failure or kept.nothing_cut or f"{end}, kept as {kept.path.stem}{other}. F3 shows it."]
         words.extend(kept.warned)
         if kept.goals and not kept.is_finished:
             words.append("The goals are judged when a run comes to its end.")

@@ -25,7 +25,7 @@ from lathesim.tui.widgets.browse_list import BrowseList
 
 
 class LessonsScreen(WorkbenchScreen):
-    """The list at the left, the lesson at the right; Enter puts it on the bench."""
+    """The list at the left, the lesson at the right; Enter puts it on the bench, F5 runs it."""
 
     DEFAULT_CSS = """
     LessonsScreen #listed { width: 38; }
@@ -128,12 +128,24 @@ class LessonsScreen(WorkbenchScreen):
     @on(Button.Pressed, "#open")
     def action_open(self) -> None:
         """Put the lesson on the bench."""
+        if self._put_on_bench(anew=True):
+            self.app.switch_mode("bench")
+
+    def make_ready(self) -> bool:
+        """Put the lesson under the cursor on the bench, unless it stands there with what was changed of it."""
+        return self.query_one("#lessons", OptionList).highlighted is None or self._put_on_bench(anew=False)
+
+    def _put_on_bench(self, *, anew: bool) -> bool:
         lesson = self._chosen()
         if lesson is None:
             self.tell_fault("This lesson is at fault. Mend it first.")
-            return
-        self.workbench.open_lesson(lesson)
-        self.app.switch_mode("bench")
+        elif anew or not self._is_on_bench(lesson):
+            self.workbench.open_lesson(lesson)
+        return lesson is not None
+
+    def _is_on_bench(self, lesson: Lesson) -> bool:
+        setup = self.workbench.setup
+        return setup is not None and setup.lesson.path.resolve() == lesson.path.resolve()
 
     def action_try(self) -> None:
         """Go to the things to try."""
@@ -145,17 +157,17 @@ class LessonsScreen(WorkbenchScreen):
         if not item.can_be_set or lesson is None:
             self.notify("This one is for you to do: put the lesson on the bench.")
             return
-        setup = self.workbench.setup
-        if setup is None or setup.lesson.path != lesson.path:
-            self.workbench.open_lesson(lesson)
+        self.make_ready()
         assert self.workbench.setup is not None
         self.workbench.change(item.applied(self.workbench.setup))
         self.app.switch_mode("bench")
         self.notify(f"Set: {self.workbench.setup.summary}. F5 runs it.", markup=False)
 
     def command(self) -> str:
-        """Return the command that shows or runs the lesson."""
+        """Return the command that runs what F5 runs."""
         lesson = self._chosen() if self.is_mounted else None
+        if lesson is not None and self._is_on_bench(lesson):
+            return self.workbench.command()
         return f"lathesim run {lesson.name}" if lesson is not None else "lathesim lessons"
 
 

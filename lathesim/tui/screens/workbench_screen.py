@@ -96,6 +96,10 @@ class WorkbenchScreen(Screen[None]):
         """Return the command that does what this screen does; that of the bench unless a screen has its own."""
         return self.workbench.command()
 
+    def make_ready(self) -> bool:
+        """Put on the bench what F5 is to run from this screen; return whether there is something to run."""
+        return True
+
     def tell_fault(self, sentence: str, **further: Any) -> None:
         """Show a sentence about what is at fault, in place, for as long as it takes to read."""
         self.notify(sentence, severity="error", timeout=max(6.0, len(sentence) / 12.0), markup=False, **further)
