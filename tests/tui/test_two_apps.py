@@ -13,6 +13,7 @@ from lathesim.plugins import load_registry
 from lathesim.record import load
 from lathesim.tui.model.workbench import Workbench
 from lathesim.whole_file import write_new
+from tests.tui.two_apps import together
 
 
 @pytest.fixture(autouse=True)
@@ -68,3 +69,11 @@ def test_a_taken_name_without_another_is_refused_and_what_stands_there_stays() -
     with pytest.raises(FileExistsError):
         write_new((Path("cut.nc"),), lambda part: part.write_text("M2\n"))
     assert [path.read_text(encoding="utf-8") for path in Path().iterdir()] == ["M30\n"]
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_two_apps_that_run_together_lose_no_record(tmp_path: Path) -> None:
+    found = together(tmp_path, 2, 4.0)
+    assert len(found.called_kept) >= 4
+    assert found.lost == 0, found
