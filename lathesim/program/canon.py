@@ -70,6 +70,10 @@ def _move(index: int, move: Move) -> dict[str, Any]:
     }
     if move.kind == "thread":
         item["lead"] = _mm(move.feed or 0.0)
+        if move.start_angle:
+            item["start_angle_deg"] = _rounded(math.degrees(move.start_angle))
+        if move.spin_back:
+            item["spindle_reverses"] = True
     elif move.feed is not None:
         item["feed"] = _rounded(move.feed * (1e3 if move.per_revolution else 6e4))
         item["feed_mode"] = "per_rev" if move.per_revolution else "per_min"

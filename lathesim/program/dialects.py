@@ -34,6 +34,8 @@ class Dialect:
     LinuxCNC, else those of Fanuc's macros. ``builder_codes``: further M codes belong to the machine's builder and do nothing here.
     ``variant_of`` names the dialect of which this one is a rarer form; where both have a word, messages name that one.
     ``first_motion`` is in force before the program names one, where the control begins with one.
+    ``start_angle`` is the letter that gives the start angle of a thread, and one unit of it in degrees. With ``drills_in_xy`` the drilling
+    cycles are those of LinuxCNC, along Z in the plane of X and Y; with ``returns_to_plane`` they end at the R plane until a code says else.
     ``change_stops_spindle``: a tool change turns the spindle off. ``tool_in_front``: the orientations of tools count with X mirrored.
     """
 
@@ -61,6 +63,9 @@ class Dialect:
     variant_of: str = ""
     first_motion: M | None = None
     thread_drive_line: bool = False
+    start_angle: tuple[str, float] = ("", 1.0)
+    drills_in_xy: bool = False
+    returns_to_plane: bool = False
     cancels_beside_motion: bool = False
     spindle_stops_after_motion: bool = False
     start: tuple[float, float] = (0.0, 0.0)
@@ -98,7 +103,7 @@ LINUXCNC = Dialect(
     codes={
         **_COMMON_CODES,
         "G4": M.DWELL, "G7": M.X_DIAMETER, "G8": M.X_RADIUS, "G10": M.SET_DATA, "G20": M.INCH, "G21": M.MILLIMETRE,
-        "G28": M.HOME, "G28.1": M.HOME_SET, "G30": M.HOME_SECOND, "G30.1": M.HOME_SET_SECOND, "G33": M.THREAD, "G33.1": M.TAPPING,
+        "G28": M.HOME, "G28.1": M.HOME_SET, "G30": M.HOME_SECOND, "G30.1": M.HOME_SET_SECOND, "G33": M.THREAD, "G33.1": M.RIGID_TAPPING,
         "G38.2": M.PROBE, "G38.3": M.PROBE, "G38.4": M.PROBE, "G38.5": M.PROBE,
         "G40": M.COMPENSATION_OFF, "G41": M.COMPENSATION_LEFT, "G41.1": M.COMPENSATION_GIVEN_LEFT,
         "G42": M.COMPENSATION_RIGHT, "G42.1": M.COMPENSATION_GIVEN_RIGHT,
@@ -110,9 +115,9 @@ LINUXCNC = Dialect(
         "G61": M.PATH_EXACT, "G61.1": M.PATH_EXACT, "G64": M.PATH_BLENDED,
         "G70": M.FINISHING_CYCLE, "G71": M.ROUGHING_CYCLE, "G71.1": M.POCKETS_LATER, "G71.2": M.POCKETS_ONLY,
         "G72": M.FACING_CYCLE, "G72.1": M.FACE_POCKETS_LATER, "G72.2": M.FACE_POCKETS_ONLY,
-        "G73": M.DRILLING_CYCLE, "G74": M.DRILLING_CYCLE, "G76": M.THREADING_CYCLE, "G80": M.MOTION_OFF, "G81": M.DRILLING_CYCLE,
-        "G82": M.DRILLING_CYCLE, "G83": M.DRILLING_CYCLE, "G84": M.DRILLING_CYCLE, "G85": M.DRILLING_CYCLE, "G86": M.DRILLING_CYCLE,
-        "G89": M.DRILLING_CYCLE,
+        "G17": M.PLANE_XY, "G73": M.CHIP_BREAKING, "G74": M.TAPPING_LEFT, "G76": M.THREADING_CYCLE, "G80": M.MOTION_OFF,
+        "G81": M.DRILLING, "G82": M.DRILLING_WITH_DWELL, "G83": M.PECK_DRILLING, "G84": M.TAPPING, "G85": M.BORING,
+        "G86": M.BORING_STOPPED, "G89": M.BORING_WITH_DWELL,
         "G90": M.ABSOLUTE, "G91": M.INCREMENTAL, "G90.1": M.ARC_ABSOLUTE, "G91.1": M.ARC_INCREMENTAL,
         "G92": M.SHIFT, "G92.1": M.SHIFT_OFF, "G92.2": M.SHIFT_SUSPENDED, "G92.3": M.SHIFT_RESTORED,
         "G93": M.INVERSE_TIME, "G94": M.PER_MINUTE, "G95": M.PER_REVOLUTION, "G98": M.CYCLE_RETURN, "G99": M.CYCLE_RETURN,
@@ -121,7 +126,7 @@ LINUXCNC = Dialect(
     },
     letters={
         **_COMMON_LETTERS,
-        "J": "arc centre along Y", "D": "speed limit or offset number", "P": "seconds of a dwell", "T": "tool and offset",
+        "J": "arc centre along Y", "D": "speed limit, offset number or start angle", "P": "seconds of a dwell", "T": "tool and offset",
         "H": "length offset",
         "L": "repeats", "Q": "contour or depth", "E": "taper of a thread", "U": "allowance along X", "W": "allowance along Z",
     },
@@ -132,6 +137,9 @@ LINUXCNC = Dialect(
     tool_in_front=True,
     change_stops_spindle=True,
     thread_drive_line=True,
+    start_angle=("D", 1.0),
+    drills_in_xy=True,
+    returns_to_plane=True,
     surface_limit="D",
     end_required=True,
 )  # fmt: skip
@@ -180,7 +188,7 @@ FANUC = Dialect(
     },
     letters={
         **_COMMON_LETTERS,
-        "U": "incremental X", "W": "incremental Z", "P": "block number or milliseconds", "Q": "block number or depth",
+        "U": "incremental X", "W": "incremental Z", "P": "block number or milliseconds", "Q": "block number, depth or start angle",
         "T": "tool and offset",
         "O": "program number", "D": "depth of a cycle", "E": "lead of a thread",
         "A": "angle of a thread", "L": "repeats", "B": "argument of a macro", "C": "argument of a macro", "H": "argument of a macro",
@@ -198,6 +206,7 @@ FANUC = Dialect(
     spindle_stops_after_motion=True,
     tool_changes_at_t=True,
     program_number=True,
+    start_angle=("Q", 1e-3),
     start=(0.1, 0.2),
     machine_zero=(0.1, 0.2),
 )  # fmt: skip

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
-from lathesim.program.meanings import Group, Meaning
+from lathesim.program.meanings import HOLES, Group, Meaning
 from lathesim.program.moves import Event, Move, Program
 from lathesim.program.nose.compensation import compensated
 from lathesim.program.nose.tool_nose import Tool
@@ -55,18 +55,25 @@ class _Interpreter(Offsets):
     """Runs the steps of every block in their order; ``moved`` says whether there was a move yet."""
 
     moved = False
+    drills = False
     _only_moves = frozenset({Meaning.RAPID, Meaning.LINE, Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE})
 
     def program(self) -> Program:
         """Run every block and give the program."""
         self._steps = (
             self.comment, self.feed_mode, self.feed, self.spindle_speed, self.tool, self.spindle, self.coolant, self.builders, self.dwell,
-            self.units, self.compensation, self.distance, self.once, self.motion, self.spindle_behind, self.subprogram, self.stops,
-            self.unused,
+            self.plane, self.units, self.compensation, self.distance, self.once, self.motion, self.spindle_behind, self.subprogram,
+            self.stops, self.unused,
         )  # fmt: skip
         self._motion_steps = (self.feed, self.motion, self.unused)
         self._macro_steps = (self.comment, self.subprogram, self.unused)
         self.structure()
+        self.drills = any(
+            self.dialect.codes.get(word.code) in HOLES
+            for block in self.blocks.shapes.values()
+            for word in block.words
+            if word.letter == "G"
+        )
         self.run_blocks()
         if self.corner is not None:
             raise ProgramError(f"{self.corner.text} has no move behind it.", place=self.corner.place, remedy="Take it out.")
@@ -271,9 +278,9 @@ class _Interpreter(Offsets):
         if self.has(Meaning.CYCLE_RETURN):
             word = self.block.codes[Meaning.CYCLE_RETURN]
             self.modal.returns_to_plane = word.code == "G99"
-            if self.dialect.o_words:
+            if self.dialect.drills_in_xy and not self.drills:
                 told = other_readings(word.code, self.dialect)
-                self.warn(f"{word.text} ({Meaning.CYCLE_RETURN}) changes nothing in the simulation; {told}.")
+                self.warn(f"{word.text} ({Meaning.CYCLE_RETURN}) changes nothing, as no cycle drills; {told}.")
         if self.has(Meaning.PATH_BLENDED) or self.has(Meaning.LOOK_AHEAD):
             for letter in ("P", "Q", "E"):
                 self.take(letter)

@@ -53,18 +53,23 @@ class Meaning(StrEnum):
     TURNING_CYCLE_SIMPLE = "the simple turning cycle"
     THREADING_CYCLE_SIMPLE = "the simple threading cycle"
     FACING_CYCLE_SIMPLE = "the simple facing cycle"
-    DRILLING_CYCLE = "a drilling cycle"
     DRILLING_WITH_DWELL = "the drilling cycle with a dwell"
     PECK_DRILLING = "the peck drilling cycle"
     DRILLING = "the drilling cycle"
+    CHIP_BREAKING = "the drilling cycle that breaks chips"
     TAPPING = "the tapping cycle"
+    TAPPING_LEFT = "the tapping cycle for left-hand threads"
+    RIGID_TAPPING = "rigid tapping"
     BORING = "the boring cycle"
+    BORING_STOPPED = "the boring cycle that stops the spindle"
+    BORING_WITH_DWELL = "the boring cycle with a dwell"
     POCKETS_LATER = "the roughing cycle without pockets"
     POCKETS_ONLY = "the roughing cycle of pockets only"
     FACE_POCKETS_LATER = "the face roughing cycle without pockets"
     FACE_POCKETS_ONLY = "the face roughing cycle of pockets only"
     PROBE = "probing"
     PLANE_XZ = "the plane of X and Z"
+    PLANE_XY = "the plane of X and Y, for drilling along Z"
     PLANE_OTHER = "a plane with Y in it"
     ABSOLUTE = "absolute positions"
     INCREMENTAL = "incremental positions"
@@ -135,10 +140,11 @@ def _groups() -> dict[Meaning, Group]:
         g.MOTION: (
             m.RAPID, m.LINE, m.ARC_CLOCKWISE, m.ARC_COUNTERCLOCKWISE, m.THREAD, m.MOTION_OFF, m.THREAD_BY_FEED, m.ROUGHING_CYCLE,
             m.FACING_CYCLE, m.REPEATING_CYCLE, m.FINISHING_CYCLE, m.FACE_GROOVING_CYCLE, m.GROOVING_CYCLE, m.THREADING_CYCLE,
-            m.TURNING_CYCLE_SIMPLE, m.THREADING_CYCLE_SIMPLE, m.FACING_CYCLE_SIMPLE, m.DRILLING_CYCLE, m.DRILLING, m.DRILLING_WITH_DWELL,
-            m.PECK_DRILLING, m.TAPPING, m.BORING, m.PROBE, m.POCKETS_LATER, m.POCKETS_ONLY, m.FACE_POCKETS_LATER, m.FACE_POCKETS_ONLY,
+            m.TURNING_CYCLE_SIMPLE, m.THREADING_CYCLE_SIMPLE, m.FACING_CYCLE_SIMPLE, m.DRILLING, m.DRILLING_WITH_DWELL,
+            m.PECK_DRILLING, m.CHIP_BREAKING, m.TAPPING, m.TAPPING_LEFT, m.RIGID_TAPPING, m.BORING, m.BORING_STOPPED, m.BORING_WITH_DWELL,
+            m.PROBE, m.POCKETS_LATER, m.POCKETS_ONLY, m.FACE_POCKETS_LATER, m.FACE_POCKETS_ONLY,
         ),
-        g.PLANE: (m.PLANE_XZ, m.PLANE_OTHER),
+        g.PLANE: (m.PLANE_XZ, m.PLANE_XY, m.PLANE_OTHER),
         g.DISTANCE: (m.ABSOLUTE, m.INCREMENTAL),
         g.ARC_DISTANCE: (m.ARC_ABSOLUTE, m.ARC_INCREMENTAL),
         g.FEED_MODE: (m.PER_MINUTE, m.PER_REVOLUTION, m.INVERSE_TIME),
@@ -170,10 +176,14 @@ def _groups() -> dict[Meaning, Group]:
 
 GROUP_OF: dict[Meaning, Group] = _groups()
 
+HOLES = (
+    Meaning.DRILLING, Meaning.DRILLING_WITH_DWELL, Meaning.PECK_DRILLING, Meaning.CHIP_BREAKING, Meaning.BORING, Meaning.BORING_STOPPED,
+    Meaning.BORING_WITH_DWELL, Meaning.TAPPING, Meaning.TAPPING_LEFT,
+)  # fmt: skip
+"""The cycles that make a hole, modal until another motion code comes."""
+
 # Meanings that dialects have and this interpreter does not carry out, with what to do instead. They are refused, never skipped.
 NOT_INTERPRETED: dict[Meaning, str] = {
-    Meaning.DRILLING_CYCLE: "Write its strokes out as single moves.",
-    Meaning.TAPPING: "Write it as a thread move there and back.",
     Meaning.PROBE: "Take it out; nothing can be probed here.",
     Meaning.PLANE_OTHER: "This is for a mill; a two-axis lathe moves in the plane of X and Z. Write G18.",
     Meaning.LENGTH_GIVEN: "Set the tool with G10 L1 and call it with G43.",

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, not_interpreted
 from lathesim.program.macros.statements import FANUC_KINDS
-from lathesim.program.meanings import GROUP_OF, NOT_INTERPRETED, Group, Meaning
+from lathesim.program.meanings import GROUP_OF, HOLES, NOT_INTERPRETED, Group, Meaning
 from lathesim.program.reading.codes_elsewhere import CODES_ELSEWHERE, SINUMERIK
 from lathesim.program.reading.foreign_controls import foreign_program
 from lathesim.program.words import Block, Blocks, Word
@@ -68,9 +68,10 @@ def check_statements(blocks: Blocks, dialect: Dialect) -> None:
 
 
 def words_missing(blocks: Blocks, dialect: Dialect) -> int:
-    """Return how many shapes of blocks of a program the dialect does not have or carry out, and whether it lacks an end or a motion."""
+    """Return how many shapes of blocks of a program the dialect does not have or carry out, and whether an end, a motion or a plane lacks."""
     missing = sum(not _has_shape(block, dialect) for block in blocks.shapes.values())
     missing += dialect.end_required and not blocks.ending
+    missing += dialect.drills_in_xy and _drills_elsewhere(blocks, dialect)
     return missing + (dialect.first_motion is None and _moves_before_a_code(blocks, dialect))
 
 
@@ -92,6 +93,12 @@ def _has_shape(block: Block, dialect: Dialect) -> bool:
                 return False
             motions += GROUP_OF[meaning] is Group.MOTION and not (dialect.cancels_beside_motion and meaning is Meaning.MOTION_OFF)
     return motions <= 1
+
+
+def _drills_elsewhere(blocks: Blocks, dialect: Dialect) -> bool:
+    """Return whether a program has drilling cycles and never the plane in which this dialect drills along Z."""
+    meanings = {dialect.codes.get(word.code) for block in blocks.shapes.values() for word in block.words if word.letter == "G"}
+    return not meanings.isdisjoint(HOLES) and Meaning.PLANE_XY not in meanings
 
 
 def _moves_before_a_code(blocks: Blocks, dialect: Dialect) -> bool:

@@ -23,10 +23,11 @@ def linuxcnc_text(program: Program) -> str:
         while place < len(events) and events[place].before_move <= index:
             lines += written.event(events[place])
             place += 1
-        if move.kind == "rapid" and move.length < _SAME:
+        if move.spin_back or (move.kind == "rapid" and move.length < _SAME):
             continue
         lines += written.spindle(move.spindle)
-        lines += written.move(move)
+        following = program.moves[index + 1] if index + 1 < len(program.moves) else None
+        lines += written.tap(move, following) if following is not None and following.spin_back else written.move(move)
     for event in events[place:]:
         lines += written.event(event)
     if not lines[-1].startswith("M2"):
@@ -63,7 +64,8 @@ class _Written:
         if move.kind == "rapid":
             return [f"G0 {end}"]
         if move.kind == "thread":
-            return [f"G33 {end} K{_number(1e3 * (move.feed or 0.0))}"]
+            angle = f" D{_number(math.degrees(move.start_angle))}" if move.start_angle else ""
+            return [f"G33 {end} K{_number(1e3 * (move.feed or 0.0))}{angle}"]
         lines = []
         if move.per_revolution != self._per_revolution:
             self._per_revolution, self._feed = move.per_revolution, None
@@ -77,6 +79,12 @@ class _Written:
         arc = move.arc
         centre = f"I{_number(1e3 * (arc.centre_x - move.start_x))} K{_number(1e3 * (arc.centre_z - move.start_z))}"
         return [*lines, f"{'G2' if arc.clockwise else 'G3'} {end} {centre}{feed}"]
+
+    def tap(self, move: Move, back: Move) -> list[str]:
+        """Return the block of both ways of a tapped hole."""
+        faster = back.spindle.speed / move.spindle.speed
+        factor = "" if math.isclose(faster, 1.0) else f" I{_number(faster)}"
+        return [f"G33.1 X{_number(1e3 * move.end_x)} Z{_number(1e3 * move.end_z)} K{_number(1e3 * (move.feed or 0.0))}{factor}"]
 
     def event(self, event: Event) -> list[str]:
         """Return the block of an event; the spindle stands with the moves."""

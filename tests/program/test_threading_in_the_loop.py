@@ -39,6 +39,15 @@ G32 X42. F2.
 G00 X45.
 M30
 """
+TAP = """O0001
+G21 G99 G97 S300
+G00 X0. Z14.
+G04 X1.
+G84 Z24. R16. F1.25
+G80
+G00 X45.
+M30
+"""
 LESSON = """lesson: A thread
 machine: {machine}
 dialect: fanuc
@@ -119,3 +128,18 @@ def test_a_dip_of_the_spindle_under_load_shows_in_the_thread() -> None:
     made = record["z_axis.position"][first] + turned
     assert np.ptp(wanted) < 1e-9
     assert np.ptp(made) == pytest.approx(198e-6, rel=0.1)
+
+
+@pytest.mark.parametrize("interpolator", ["ConstantVelocityInterpolator", "ConstantAccelerationInterpolator"])
+def test_a_tap_stays_on_its_lead_while_the_spindle_reverses_beyond_the_bottom(tmp_path: Path, interpolator: str) -> None:
+    """A spindle of 5 turns/s with a lag of 0.21 s turns on by 5 0.21 (1 - ln 2) turns; its controller reverses it sooner."""
+    record = threaded(tmp_path, "two_axis_lathe", f"replace: {{interpolator: {interpolator}}}", program=TAP)
+    z, turns = record["interpolator.z_reference"], record["spindle.angle"] / (2.0 * np.pi)
+    tapping = (record["interpolator.program_line"] == 5) & (record["interpolator.path_kind"] == 1.0)
+    moving = np.flatnonzero(tapping & (record["interpolator.feed_speed"] != 0.0))[:-1]
+    begin = turns[moving] - (z[moving] - 0.016) / 1.25e-3
+    assert np.ptp(begin) < 1e-9
+    assert begin[0] == pytest.approx(round(begin[0]), abs=1e-6)
+    assert 0.1e-3 < z[tapping].max() - 0.024 < 1.25e-3 * 5.0 * 0.21 * (1.0 - np.log(2.0))
+    assert record["spindle.speed"][moving].min() == pytest.approx(-300.0 * np.pi / 30.0, rel=0.05)
+    assert z[-1] == pytest.approx(0.014)

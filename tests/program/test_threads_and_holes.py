@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lathesim.path_columns import FEED_MODE, KIND, LINE_MOVE, THREAD, THREAD_ON
+from lathesim.errors import ProgramError
+from lathesim.path_columns import FEED_MODE, KIND, LINE_MOVE, START_ANGLE, TAP_OUT, THREAD, THREAD_ON
 from lathesim.program.interpreter import interpret
 from lathesim.program.loading import load_program
 from lathesim.program.moves import Program
 from lathesim.program.path import lay_path
+from lathesim.program.reading.detect import detect_dialect
+from lathesim.program.telling.explain import explain
 from lathesim.program.words import read_program
+from lathesim.program.writer import linuxcnc_text
 from tests.shared_data import SHARED, needs_shared
 
 FOUND = SHARED / "found_3" / "programs"
@@ -64,3 +68,169 @@ def test_the_run_out_of_g92_ends_one_lead_outside_the_thread() -> None:
     passes = [move for move in run(f"{HEAD}G76 P011060 Q200 R0.05\nG92 X29. Z-20. F2.\nM30").moves if move.kind == "thread"]
     assert [move.end_x for move in passes] == pytest.approx([0.0145, 0.0165])
     assert [move.end_z for move in passes] == pytest.approx([-0.018, -0.020])
+
+
+# ---- start angles ----------------------------------------------------------------------------------------------------------------------
+
+
+def angles(program: Program) -> list[float]:
+    """Return the start angles of the threads in turns of the spindle."""
+    table = lay_path(program).table
+    return [float(angle) / (2.0 * np.pi) for angle in table[table[:, FEED_MODE] == THREAD, START_ANGLE]]
+
+
+@needs_shared
+def test_the_second_start_begins_half_a_turn_later() -> None:
+    assert angles(load_program(FOUND / "g32_q_start_angle.nc", "auto")) == [0.0, 0.5]
+    program = load_program(FOUND / "g33_start_angle.ngc", "auto")
+    assert angles(program) == [0.5]
+    assert "2.10" in program.assumed["start_angle"]
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "expected"),
+    [
+        (f"{HEAD}G92 X29. Z-20. F4. Q90000\nX28.\nX28. Q270000\nM30", "fanuc", [0.25, 0.0, 0.75]),
+        (f"{HEAD}G76 X29. Z-20. K0.9 D0.899 F4. Q180000\nM30", "fanuc", [0.5, 0.5]),
+        ("G21 G18 G97 S300 M3\nG0 X12 Z5\nG76 P2 Z-20 I-2 J0.9 K0.9001 D90\nM2", "linuxcnc", [0.25, 0.25]),
+    ],
+    ids=["G92, for its block alone", "G76 in one block", "G76 of LinuxCNC"],
+)
+def test_cycles_have_start_angles_too(text: str, dialect: str, expected: list[float]) -> None:
+    assert angles(run(text, dialect)) == pytest.approx(expected)
+
+
+def test_a_start_angle_that_is_likely_a_slip_or_does_nothing_is_told() -> None:
+    program = run(f"{HEAD}G32 Z-20. F2. Q180\nZ-25. Q90000\nM30")
+    assert [warned.sentence for warned in program.warnings] == [
+        "Q180 is a start angle of 0.18 degrees. Write Q180000 for half a turn.",
+        "Q90000 changes nothing: the thread goes on from the one before it.",
+    ]
+
+
+# ---- holes -----------------------------------------------------------------------------------------------------------------------------
+
+DRILL = "G21 G18 G8 G90 G94 S500 M3 F100\nG0 X0 Z5\nG17\n{}\nG18\nM2"
+
+
+def made(program: Program) -> list[tuple[str, float, float]]:
+    """Return the moves behind the first as (kind, x, z) in mm, X as a radius."""
+    return [(move.kind, round(1e3 * move.end_x, 6), round(1e3 * move.end_z, 6)) for move in program.moves[1:]]
+
+
+@pytest.mark.parametrize(
+    ("block", "expected"),
+    [
+        ("G98 G81 R2 Z-8", [("rapid", 0, 5), ("rapid", 0, 2), ("feed", 0, -8), ("rapid", 0, 5)]),
+        ("G99 G82 R2 Z-8 P0.5", [("rapid", 0, 5), ("rapid", 0, 2), ("feed", 0, -8), ("dwell", 0, -8), ("rapid", 0, 2)]),
+        ("G98 G73 R2 Z-8 Q5", [("rapid", 0, 5), ("rapid", 0, 2), ("feed", 0, -3), ("rapid", 0, -2.746), ("feed", 0, -8), ("rapid", 0, 5)]),
+        ("G98 G85 R2 Z-8", [("rapid", 0, 5), ("rapid", 0, 2), ("feed", 0, -8), ("feed", 0, 2), ("rapid", 0, 5)]),
+        ("G98 G86 R2 Z-8 P0.5", [("rapid", 0, 5), ("rapid", 0, 2), ("feed", 0, -8), ("dwell", 0, -8), ("rapid", 0, 5)]),
+        ("G98 G89 R2 Z-8 P0.5", [("rapid", 0, 5), ("rapid", 0, 2), ("feed", 0, -8), ("dwell", 0, -8), ("feed", 0, 5)]),
+        ("G98 G84 R2 Z-8", [("rapid", 0, 5), ("rapid", 0, 2), ("feed", 0, -8), ("feed", 0, 5)]),
+        ("G98 G81 R10 Z-8", [("rapid", 0, 10), ("rapid", 0, 10), ("feed", 0, -8), ("rapid", 0, 10)]),
+        (
+            "G98 G81 R2 Z-8\nX3 Z-9",
+            [
+                *(("rapid", 0, 5), ("rapid", 0, 2), ("feed", 0, -8), ("rapid", 0, 5)),
+                *(("rapid", 3, 5), ("rapid", 3, 2), ("feed", 3, -9), ("rapid", 3, 5)),
+            ],
+        ),
+        (
+            "G99 G91 G81 X3 R-3 Z-10 L2\nG90",
+            [("rapid", 3, 5), ("rapid", 3, 2), ("feed", 3, -8), ("rapid", 3, 2), ("rapid", 6, 2), ("feed", 6, -8), ("rapid", 6, 2)],
+        ),
+    ],
+    ids=["G81", "G82 to R", "G73", "G85", "G86", "G89", "G84", "R above the start", "modal", "G91 with L"],
+)
+def test_holes_of_linuxcnc_are_drilled_as_its_interpreter_does(block: str, expected: list[tuple[str, float, float]]) -> None:
+    assert made(run(DRILL.format(block), "linuxcnc")) == expected
+
+
+@needs_shared
+def test_peck_drilling_on_a_linuxcnc_lathe_makes_seventeen_moves() -> None:
+    program = load_program(FOUND / "drill_g17_lathe.ngc", "auto")
+    assert len(program.moves) == 17
+    assert [z for kind, _, z in made(program) if kind == "feed"] == [-3, -8, -13, -18, -20]
+    assert [z for kind, _, z in made(program) if kind == "rapid"] == [5, 2, 2, -2.746, 2, -7.746, 2, -12.746, 2, -17.746, 5]
+
+
+def test_the_spindle_stops_and_turns_back_where_a_cycle_says_so() -> None:
+    directions = [move.spindle.direction for move in run(DRILL.format("G86 R2 Z-8 P0.5\nG84 R2 Z-8\nG0 X5"), "linuxcnc").moves]
+    assert directions == [1, 1, 1, 1, 1, 0, 1, 1, -1, 1]
+
+
+def test_a_dialect_is_told_by_the_plane_in_which_it_drills() -> None:
+    fanuc = "G21 G97 S800 M3\nG0 X0 Z5\nG83 Z-20 R2 Q5000 F0.1\nG80\nM30"
+    assert detect_dialect(read_program(fanuc)).dialect.name == "fanuc"
+    assert detect_dialect(read_program(DRILL.format("G83 R2 Z-20 Q5"))).dialect.name == "linuxcnc"
+
+
+# ---- tapping ---------------------------------------------------------------------------------------------------------------------------
+
+
+@needs_shared
+def test_rigid_tapping_goes_in_and_out_on_one_lead_while_the_spindle_reverses() -> None:
+    program = load_program(FOUND / "g33_1_tap.ngc", "auto")
+    assert modes(program) == [THREAD, TAP_OUT]
+    assert made(program) == [("thread", 0, -20), ("thread", 0, 5)]
+    assert [move.spindle.direction for move in program.moves] == [1, 1, -1]
+    assert [(event.kind, event.direction) for event in program.events[:3]] == [("spindle", 1), ("spindle", -1), ("spindle", 1)]
+
+
+@pytest.mark.parametrize(("mode", "feed"), [("G99", "F1.25"), ("G98", "F375.")])
+def test_tapping_of_fanuc_takes_its_lead_from_either_feed(mode: str, feed: str) -> None:
+    program = run(f"G21 {mode} G97 S300\nG0 X0 Z5.\nM29 S300\nG84 Z-20. R2. {feed}\nG80\nG0 Z50.\nM30")
+    threads = [move for move in program.moves if move.kind == "thread"]
+    assert [(move.end_z, move.spin_back) for move in threads] == [(-0.020, False), (0.002, True)]
+    assert [move.feed for move in threads] == pytest.approx([0.00125, 0.00125])
+    assert [move.spindle.direction for move in program.moves] == [0, 1, 1, -1, 1, 0]
+    assert program.assumed["tapping"] == "G84 turns the standing spindle clockwise, and stops it behind the hole"
+
+
+def test_threads_and_taps_written_out_read_back_the_same() -> None:
+    program = run("G21 G18 G97 S300 M3\nG0 X10 Z5\nG33.1 Z-20 K1.25 I2\nG33 Z-10 K2 D120\nM2", "linuxcnc")
+    again = run(linuxcnc_text(program), "linuxcnc")
+    for here, there in zip(program.moves, again.moves, strict=True):
+        assert (here.kind, here.spin_back, here.feed) == (there.kind, there.spin_back, there.feed)
+        assert (here.start_angle, here.spindle.speed) == pytest.approx((there.start_angle, there.spindle.speed))
+    assert program.moves[2].spindle.speed == pytest.approx(2.0 * program.moves[1].spindle.speed)
+
+
+def test_explain_tells_start_angles_taps_and_holes() -> None:
+    text = DRILL.format("G83 R2 Z-8 Q5\nG18\nG33 Z-20 K2 D180\nG33.1 Z-30 K2")
+    sentences = dict(explain(read_program(text), run(text, "linuxcnc")))
+    assert sentences[4].startswith("G83: the peck drilling cycle, plane 2, pecks of 5; ")
+    assert "begun 180 degrees behind the index, to X 0 mm (radius), Z -20 mm" in sentences[6]
+    assert "the spindle turns back, and on it thread with a lead of 2 mm to X 0 mm (radius), Z -20 mm" in sentences[7]
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "sentence"),
+    [
+        (f"{HEAD}G32 Z-20. F2. Q180.\nM30", "fanuc", "Q180. is no start angle of a thread. It counts in 0.001 degree without a point"),
+        (f"{HEAD}G32 Z-20. F2. Q400000\nM30", "fanuc", "a start angle of 400 degrees, more than a turn. Write Q180000 for half a turn"),
+        (DRILL.format("G18\nG83 R2 Z-8 Q5"), "linuxcnc", "G83 drills along Z in G17 alone; in G18 it drills along Y. Write G17 before it"),
+        (DRILL.format("G83 R2 Z-8"), "linuxcnc", "G83 needs Q. Write it as G83 R2 Z-20 Q5"),
+        (DRILL.format("G81 Z-8"), "linuxcnc", "G81 needs R"),
+        (DRILL.format("G81 R-9 Z-8"), "linuxcnc", "The bottom Z of G81 lies above its R plane"),
+        (DRILL.format("G81 R2 Z-8 L0"), "linuxcnc", "L0 of G81 is no number of holes"),
+        (DRILL.format("M4\nG84 R2 Z-8"), "linuxcnc", "G84 needs the spindle turning by M3"),
+        (DRILL.format("G2 X5 Z0 R5"), "linuxcnc", "G2 needs the plane of X and Z, and G17 is in force"),
+        (DRILL.format("G33.1 Z-8"), "linuxcnc", "G33.1 needs a lead and has none. Add a K word"),
+        ("G21 G18\nG0 X0 Z5\nG33.1 Z-8 K1\nM2", "linuxcnc", "G33.1 follows the spindle, and the spindle stands still"),
+        (DRILL.format("G33.1 Z-8 K1 I-1"), "linuxcnc", "I-1 is no factor of the speed on the way out"),
+        (
+            "G21 G99 G96 S100 M3\nG0 X0 Z5.\nG84 Z-20. R2. F1.25\nM30",
+            "fanuc",
+            "G84 follows the spindle, and constant surface speed is in force",
+        ),
+        ("G21 G99\nG0 X0 Z5.\nG84 Z-20. R2. F1.25\nM30", "fanuc", "G84 follows the spindle, and no speed is set"),
+    ],
+)
+def test_threads_and_holes_that_cannot_be_made_are_refused(text: str, dialect: str, sentence: str) -> None:
+    with pytest.raises(ProgramError) as refused:
+        run(text, dialect)
+    assert sentence in str(refused.value)
+    assert refused.value.place.startswith("program:")
+    assert refused.value.remedy

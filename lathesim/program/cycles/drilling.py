@@ -1,10 +1,12 @@
-"""The drilling cycles G81, G82, G83 and G85 along Z: rapid to the R plane, in by feed, out to where the cycle began or to the R plane.
+"""The drilling cycles along Z: rapid to the R plane, in by feed or on a lead, out to where the cycle began or to the R plane.
 
-Source: Haas lathe operator's manual, canned cycles for drilling; Fanuc 0i-T operator's manual, canned cycle for drilling. Left out:
-tapping, and drilling from the side.
+Source: Haas lathe operator's manual, canned cycles for drilling; Fanuc 0i-T operator's manual, canned cycle for drilling; LinuxCNC 2.9,
+canned cycles of the interpreter. Left out: drilling from the side, back boring, tapping in pecks.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 from lathesim.program.cycles.step import Point, Step
 
@@ -36,3 +38,54 @@ def drilling(
     if feed_out:
         steps.append(Step("feed", (x, plane)))
     return [*steps, Step("rapid", (x, back))]
+
+
+def tapping(start: Point, place: Point, *, plane: float, back: float, lead: float) -> list[Step]:
+    """Return one tapped hole: in on the ``lead`` [m] from the R plane, out on it with the spindle reversed; see :func:`drilling`."""
+    x, bottom = place
+    return [
+        Step("rapid", (x, start[1])),
+        Step("rapid", (x, plane)),
+        Step("thread", (x, bottom), lead=lead),
+        Step("thread", (x, plane), lead=lead, spin=-1.0),
+        Step("rapid", (x, back)),
+    ]
+
+
+@dataclass(frozen=True)
+class Hole:
+    """One hole of LinuxCNC's cycles, from the R ``plane`` down to the ``bottom`` and out to ``clear``, all places along Z [m].
+
+    With ``peck`` [m] the drill comes out to the plane behind each, with ``breaks_chips`` only by ``lift`` [m], which is also how far in
+    front of the last depth it feeds again. ``dwell`` [s] at the bottom. It comes out by feed where ``feeds_out``, then only to the plane
+    where ``out_to_plane``. ``spin`` is the share of the spindle's speed on the way out: 0 stands, -1 is the other way.
+    """
+
+    plane: float
+    bottom: float
+    clear: float
+    peck: float = 0.0
+    lift: float = 0.0
+    breaks_chips: bool = False
+    dwell: float = 0.0
+    feeds_out: bool = False
+    out_to_plane: bool = False
+    spin: float = 1.0
+
+    def steps(self, x: float) -> list[Step]:
+        """Return the hole at ``x`` [m], from the R plane on; the tool stands there."""
+        steps: list[Step] = []
+        count = 1
+        while self.peck > 0.0 and self.plane - count * self.peck > self.bottom + _EPSILON:
+            depth = self.plane - count * self.peck
+            steps.append(Step("feed", (x, depth)))
+            if not self.breaks_chips:
+                steps.append(Step("rapid", (x, self.plane)))
+            steps.append(Step("rapid", (x, depth + self.lift)))
+            count += 1
+        steps.append(Step("feed", (x, self.bottom)))
+        if self.dwell > 0.0:
+            steps.append(Step("dwell", (x, self.bottom), seconds=self.dwell, spin=min(self.spin, 1.0) or 1.0))
+        if self.feeds_out:
+            steps.append(Step("feed", (x, self.plane if self.out_to_plane else self.clear), spin=self.spin))
+        return steps if self.feeds_out and not self.out_to_plane else [*steps, Step("rapid", (x, self.clear), spin=self.spin)]

@@ -198,6 +198,7 @@ class ContourCycles(Motions):
         All lengths but X are radii, also in G7. Source: LinuxCNC 2.9, interp_g7x.cc.
         """
         modal, code = self.modal, self.block.codes[meaning].code
+        self.check_plane(code)
         words = {letter: self.take(letter) for letter in "QDEIPRUW"}
         value = {letter: modal.metres(word.value) for letter, word in words.items() if word is not None}
         if modal.nose is not None and meaning is not Meaning.FINISHING_CYCLE:
@@ -391,12 +392,19 @@ class ContourCycles(Motions):
         if not count < _MOST_STEPS:
             raise self.error(f"{code} would make more than {_MOST_STEPS} passes.", "Take a larger depth of cut.")
 
-    def _carry_out(self, steps: Iterable[Step], code: str, *, compensated: bool = True) -> None:
-        """Append the moves of a cycle, those that are ``compensated`` beside the contour; those of no length are left out."""
+    def _carry_out(
+        self, steps: Iterable[Step], code: str, *, compensated: bool = True, start_angle: float = 0.0, keep: bool = False
+    ) -> None:
+        """Append the moves of a cycle, those that are ``compensated`` beside the contour; those of no length are left out unless ``keep``.
+
+        Its threads begin at ``start_angle`` [rad].
+        """
         modal = self.modal
+        direction, speed = modal.direction, modal.speed
         for step in steps:
-            if step.arc is None and step.kind != "dwell" and step.end == (modal.x, modal.z):
+            if step.arc is None and step.kind != "dwell" and step.end == (modal.x, modal.z) and not keep:
                 continue
+            self._spin(step.spin, direction, speed)
             feed, per_revolution = modal.feed if step.feed is None else step.feed, modal.per_revolution
             if step.kind in ("rapid", "dwell"):
                 feed, per_revolution = None, False
@@ -404,8 +412,18 @@ class ContourCycles(Motions):
                 feed, per_revolution = step.lead, True
             self.add(
                 step.kind, step.end, feed=feed, per_revolution=per_revolution, seconds=step.seconds, arc=step.arc,
-                cycle=code, cycle_line=self.block.line, compensated=compensated,
+                cycle=code, cycle_line=self.block.line, compensated=compensated, start_angle=start_angle if step.kind == "thread" else 0.0,
+                spin_back=step.kind == "thread" and step.spin < 0.0,
             )  # fmt: skip
+        self._spin(1.0, direction, speed)
+
+    def _spin(self, share: float, direction: int, speed: float | None) -> None:
+        """Turn the spindle at a share of a speed; below zero the other way."""
+        wanted = direction if share > 0.0 else -direction if share < 0.0 else 0
+        if wanted != self.modal.direction:
+            self.modal.direction = wanted
+            self.event("spindle", direction=wanted)
+        self.modal.speed = speed if speed is None or abs(share) in (0.0, 1.0) else abs(share) * speed
 
 
 def _left_or_right(start: Point, contour: list[Move]) -> int:

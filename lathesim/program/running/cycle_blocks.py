@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import math
 
-from lathesim.program.cycles.drilling import drilling
 from lathesim.program.cycles.pecking import pecking
 from lathesim.program.cycles.single_pass import facing_pass, lead_along_path, threading_pass, turning_pass
 from lathesim.program.cycles.threading import MOST_PASSES, DriveLineThreading, Threading
-from lathesim.program.meanings import Group, Meaning
-from lathesim.program.running.contour_cycles import PROFILES, RETRACT, ROUGHING, ContourCycles
+from lathesim.program.meanings import HOLES, Group, Meaning
+from lathesim.program.running.contour_cycles import PROFILES, RETRACT, ROUGHING
+from lathesim.program.running.hole_cycles import HoleCycles
 
 SINGLE = (Meaning.TURNING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE_SIMPLE, Meaning.FACING_CYCLE_SIMPLE)
-DRILLING = (Meaning.DRILLING, Meaning.DRILLING_WITH_DWELL, Meaning.PECK_DRILLING, Meaning.BORING)
 _PECKING = (Meaning.FACE_GROOVING_CYCLE, Meaning.GROOVING_CYCLE)
 
 
-class Cycles(ContourCycles):
+class Cycles(HoleCycles):
     """Expands cycles; ``position`` is the place of the present block, ``passed`` are the places of contours that are not executed again."""
 
     def cycle(self) -> bool:
         """Carry out the cycle of the block, by its own code or a single-pass cycle in force; say whether there was one."""
         meaning = self.block.of_group(Group.MOTION)
-        if meaning is None and self.modal.motion in (*SINGLE, *DRILLING, Meaning.THREAD_BY_FEED):
+        if meaning is None and self.modal.motion in (*SINGLE, *HOLES, Meaning.RIGID_TAPPING, Meaning.THREAD_BY_FEED):
             named = any(letter in self.block.words and letter not in self.used for letter in ("X", "Z", "U", "W"))
             meaning = self.modal.motion if named else None
         if meaning is None:
@@ -41,8 +40,10 @@ class Cycles(ContourCycles):
             self._pecking(meaning)
         elif meaning is Meaning.THREADING_CYCLE:
             self._threading()
-        elif meaning in DRILLING:
-            self._drilling(meaning)
+        elif meaning in HOLES:
+            self._hole(meaning)
+        elif meaning is Meaning.RIGID_TAPPING:
+            self._rigid_tapping()
         elif meaning is Meaning.THREAD_BY_FEED:
             self._thread_by_feed()
         else:
@@ -73,10 +74,14 @@ class Cycles(ContourCycles):
             lead = self._lead()
             if modal.thread_chamfer == 0.0:
                 self.assumed["thread_run_out"] = f"none at the end of {modal.motion_code}, as no block of G76 sets one"
-            steps = threading_pass(start, end, modal.taper, lead, modal.thread_chamfer * lead)
-        else:
-            self.check_feed()
-            steps = (turning_pass if meaning is Meaning.TURNING_CYCLE_SIMPLE else facing_pass)(start, end, modal.taper)
+            self._carry_out(
+                threading_pass(start, end, modal.taper, lead, modal.thread_chamfer * lead),
+                modal.motion_code,
+                start_angle=self.start_angle(),
+            )
+            return
+        self.check_feed()
+        steps = (turning_pass if meaning is Meaning.TURNING_CYCLE_SIMPLE else facing_pass)(start, end, modal.taper)
         self._carry_out(steps, modal.motion_code)
 
     def _lead(self) -> float:
@@ -97,57 +102,12 @@ class Cycles(ContourCycles):
         if Meaning.THREAD_BY_FEED in self.block.codes:
             modal.motion, modal.motion_code = Meaning.THREAD_BY_FEED, self.block.codes[Meaning.THREAD_BY_FEED].code
         self._check_turning()
-        lead = self._lead()
+        lead, angle = self._lead(), self.start_angle()
         begin = (modal.x, modal.z)
         end = self.target()
         if end == begin:
             raise self.error(f"{modal.motion_code} names no end point.", "Add a Z word.")
-        self.add("thread", end, feed=lead_along_path(begin, end, lead), per_revolution=True)
-
-    # ---- drilling ----------------------------------------------------------------------------------------------------------------
-
-    def _drilling(self, meaning: Meaning) -> None:
-        """G81 to G85: Z is the bottom, R the plane in front of the hole, Q the peck; they stay in force until G80."""
-        modal = self.modal
-        if meaning in self.block.codes:
-            modal.motion, modal.motion_code = meaning, self.block.codes[meaning].code
-            modal.cycle_words, modal.level = {}, modal.z
-        words = {letter: word for letter in "RQP" if (word := self.take(letter)) is not None}
-        values = {letter: self._length(word) if letter == "Q" else word.value for letter, word in words.items()}
-        if "P" in words:
-            values["P"] = words["P"].value * (1.0 if "." in words["P"].text else 1e-3)
-        start, level = (modal.x, modal.z), modal.z if modal.level is None else modal.level
-        depth_named = "Z" in self.block.words or "W" in self.block.words
-        place = self.target()
-        if depth_named:
-            values["Z"] = place[1]
-        modal.cycle_words.update(values)
-        given = modal.cycle_words
-        if "Z" not in given:
-            raise self.error(f"{modal.motion_code} names no bottom of the hole.", f"Write it as {modal.motion_code} Z-20. R2. F0.1.")
-        plane = self._plane(given.get("R"), level)
-        self.check_feed()
-        if meaning is Meaning.PECK_DRILLING and given.get("Q", 0.0) > 0.0:
-            self._check_count(abs(given["Z"] - plane) / given["Q"], modal.motion_code)
-        steps = drilling(
-            start,
-            (place[0], given["Z"]),
-            plane=plane,
-            back=plane if modal.returns_to_plane else level,
-            peck=given.get("Q", 0.0) if meaning is Meaning.PECK_DRILLING else 0.0,
-            dwell=given.get("P", 0.0),
-            feed_out=meaning is Meaning.BORING,
-        )
-        self._carry_out(steps, modal.motion_code)
-
-    def _plane(self, r: float | None, level: float) -> float:
-        """Return the Z of the R plane [m]: R is a position, as on Haas; below 0 it is counted from where the cycle began, as on Fanuc."""
-        if r is None:
-            return level
-        if r < 0.0:
-            self.assumed["drilling_plane"] = "R below 0 is counted from where the cycle began"
-            return level + self.modal.metres(r)
-        return self.modal.zero[1] + self.modal.metres(r)
+        self.add("thread", end, feed=lead_along_path(begin, end, lead), per_revolution=True, start_angle=angle)
 
     # ---- grooving, threading -----------------------------------------------------------------------------------------------------
 
@@ -217,7 +177,7 @@ class Cycles(ContourCycles):
         if not 0.0 < threading.first_depth <= threading.height:
             raise self.error(f"The first depth of {code} must be above 0 and at most the height of the thread.", "Correct P and Q.")
         self._check_passes(2.0 * math.log(threading.height / threading.first_depth), threading.finishing, code)
-        self._carry_out(threading.steps(), code)
+        self._carry_out(threading.steps(), code, start_angle=self.start_angle() if one_block else 0.0)
 
     def _check_passes(self, logarithm: float, further: float, code: str) -> None:
         """Refuse a thread of more passes than are laid out; ``logarithm`` is that of how many come down to the full depth."""
@@ -230,6 +190,7 @@ class Cycles(ContourCycles):
         I, J and K are diameters in G7 and radii in G8. Source: LinuxCNC 2.9 manual, G76.
         """
         modal, code = self.modal, self.block.codes[Meaning.THREADING_CYCLE].code
+        self.check_plane(code)
         self._check_turning()
         words = {letter: self.take(letter) for letter in "PIJKRQHEL"}
         missing = [letter for letter in "PIJK" if words[letter] is None]
@@ -262,4 +223,4 @@ class Cycles(ContourCycles):
             tapers_in=values["L"] in (1.0, 3.0),
             tapers_out=values["L"] in (2.0, 3.0),
         )
-        self._carry_out(threading.steps(), code)
+        self._carry_out(threading.steps(), code, start_angle=self.start_angle())

@@ -16,7 +16,8 @@ class Modal:
     ``feed`` is [m/s] or, with ``per_revolution``, [m]; ``feed_lost`` tells the line whose feed a change of feed mode dropped.
     ``speed`` is [rad/s] or, with ``surface``, [m/s]. ``taper`` to ``thread_allowance`` [m, rad] are what blocks tell later cycles.
     ``shift_x`` and ``shift_z`` come with G92 or G50, ``local`` with G52, ``offsets`` and ``tools`` from G10 or from whoever runs the
-    program; ``nose`` is the compensation in force, ``side`` its side. ``level`` and ``cycle_words`` belong to drilling cycles.
+    program; ``nose`` is the compensation in force, ``side`` its side. ``level``, ``cycle_words`` and ``returns_to_plane`` (none
+    until a code says it) belong to drilling cycles.
     ``said`` are the groups the program has spoken of before its first move.
     """
 
@@ -29,6 +30,7 @@ class Modal:
     absolute: bool = True
     arc_absolute: bool = False
     inch: bool = False
+    plane: Meaning = Meaning.PLANE_XZ
     feed: float | None = None
     feed_line: int = 0
     feed_lost: str = ""
@@ -52,7 +54,7 @@ class Modal:
     nose: Nose | None = None
     side: int = 0
     level: float | None = None
-    returns_to_plane: bool = False
+    returns_to_plane: bool | None = None
     cycle_words: dict[str, float] = field(default_factory=dict)
     taper: float = 0.0
     cycle_end: tuple[float, float] | None = None

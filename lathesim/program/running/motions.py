@@ -6,6 +6,7 @@ Source: NIST RS274NGC Interpreter version 3, section 3.5; LinuxCNC 2.9 rs274 for
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from lathesim.errors import ProgramError
@@ -19,6 +20,7 @@ from lathesim.program.vocabulary import Codes, Sorted, other_readings
 from lathesim.program.words import Block, Blocks, Warned, Word
 
 _ARCS = (Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE)
+_TURN = 360.0
 
 
 class Motions:
@@ -173,6 +175,7 @@ class Motions:
     def arc(self, moves_axes: bool) -> None:
         """G2, G3 by radius or by centre."""
         modal, block = self.modal, self.block
+        self.check_plane(modal.motion_code)
         code, clockwise = modal.motion_code, modal.motion is Meaning.ARC_CLOCKWISE
         i, j, k, r = (self.take(letter) for letter in "IJKR")
         if j is not None and j.value != 0.0:
@@ -200,6 +203,12 @@ class Motions:
             arc = arc_by_centre(start, end, centre, clockwise, block.place, code)
         self.add("arc", end, feed=modal.feed, per_revolution=modal.per_revolution, arc=arc)
 
+    def check_plane(self, code: str) -> None:
+        """Refuse what lies in the plane of X and Z while another is in force."""
+        if self.modal.plane is not Meaning.PLANE_XZ:
+            plane = self.code_for(self.modal.plane)
+            raise self.error(f"{code} needs the plane of X and Z, and {plane} is in force, for drilling along Z.", "Write G18 before it.")
+
     def no_centre(self) -> ProgramError:
         """The error of an arc without I, K and R."""
         return self.error(
@@ -208,6 +217,11 @@ class Motions:
 
     def thread(self) -> None:
         """G33: K is the lead along the path."""
+        lead, angle = self.lead_along(Meaning.THREAD), self.start_angle()
+        self.add("thread", self.target(), feed=lead, per_revolution=True, start_angle=angle)
+
+    def lead_along(self, meaning: Meaning) -> float:
+        """Return the lead along the path [m] of G33 and G33.1, which K gives; the one before holds where the code is not repeated."""
         modal = self.modal
         word = self.take("K")
         code = modal.motion_code
@@ -215,11 +229,35 @@ class Motions:
             if word.value <= 0.0:
                 raise self.error(f"{word.text} is no lead.", "Give the lead of the thread above 0, for example K1.5.")
             modal.lead = modal.metres(word.value)
-        elif self.has(Meaning.THREAD) or modal.lead is None:
+        if modal.lead is None or (word is None and self.has(meaning)):
             raise self.error(f"{code} needs a lead and has none.", "Add a K word, for example K1.5.")
         if not modal.turning:
             raise self.error(f"{code} follows the spindle, and the spindle stands still.", "Turn it on with M3 and an S word.")
-        self.add("thread", self.target(), feed=modal.lead, per_revolution=True)
+        return modal.lead
+
+    def start_angle(self) -> float:
+        """Return how far behind the index of the spindle a thread begins [rad]; it holds for its block alone."""
+        letter, unit = self.dialect.start_angle
+        word = self.take(letter)
+        if word is None:
+            return 0.0
+        degrees = abs(word.value) * unit
+        half = f"{letter}{180.0 / unit:.0f}"
+        if unit < 1.0 and ("." in word.text or word.value < 0.0):
+            raise self.error(
+                f"{word.text} is no start angle of a thread.", f"It counts in {unit:g} degree without a point: {half} is half a turn."
+            )
+        if degrees > _TURN:
+            raise self.error(f"{word.text} is a start angle of {degrees:g} degrees, more than a turn.", f"Write {half} for half a turn.")
+        if 0.0 < degrees < 1.0:
+            self.warn(f"{word.text} is a start angle of {degrees:g} degrees. Write {half} for half a turn.")
+        if word.value < 0.0:
+            self.warn(f"{word.text} counts without its sign: the thread begins {degrees:g} degrees behind the index.")
+        if self.moves and self.moves[-1].kind == "thread":
+            self.warn(f"{word.text} changes nothing: the thread goes on from the one before it.")
+        if unit == 1.0:
+            self.assumed["start_angle"] = f"{letter} of a thread as LinuxCNC 2.10 has it; 2.9 refuses it"
+        return math.radians(degrees)
 
     def check_machine_coordinates(self, code: str) -> None:
         """Machine coordinates go with absolute rapids and straight feeds only."""
@@ -261,6 +299,8 @@ class Motions:
         cycle: str = "",
         cycle_line: int = 0,
         compensated: bool = True,
+        start_angle: float = 0.0,
+        spin_back: bool = False,
     ) -> None:
         """Append a move and go to its end (x, z) [m]; only those that are ``compensated`` follow the nose compensation in force."""
         modal = self.modal
@@ -268,8 +308,11 @@ class Motions:
         line = self.block.line if line is None else line
         nose = modal.nose if compensated else None
         self.moves.append(
-            Move(kind, line, *start, *end, modal.spindle, feed, per_revolution, arc, seconds, modal.tool, cycle, cycle_line, nose)
-        )
+            Move(
+                kind, line, *start, *end, modal.spindle, feed, per_revolution, arc, seconds, modal.tool, cycle, cycle_line, nose,
+                start_angle, spin_back,
+            )
+        )  # fmt: skip
         modal.x, modal.z = end
         corner, self.corner = self.corner, None
         if corner is not None and len(self.moves) > 1:

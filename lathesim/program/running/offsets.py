@@ -31,6 +31,16 @@ class Offsets(Flow):
 
     # ---- nose compensation -------------------------------------------------------------------------------------------------------
 
+    def plane(self) -> None:
+        """The plane of the motions: that of X and Z, or that of X and Y for drilling along Z."""
+        meaning = self.block.of_group(Group.PLANE)
+        if meaning is not None:
+            if self.modal.nose is not None and meaning is not Meaning.PLANE_XZ:
+                raise self.error(
+                    f"{self.block.codes[meaning].text} changes the plane while nose compensation is on.", "Write G40 before it."
+                )
+            self.modal.plane = meaning
+
     def compensation(self) -> None:
         """G40 to G42, and the choice of a work offset."""
         self._work_offset()
@@ -43,6 +53,7 @@ class Offsets(Flow):
             modal.side, modal.nose = 0, None
             return
         code = self.block.codes[meaning].text
+        self.check_plane(code)
         modal.side = _SIDES[meaning]
         tool = self._given_nose(code) if meaning in _GIVEN else self._tool_of_nose(code)
         if tool.radius == 0.0:

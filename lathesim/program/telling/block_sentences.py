@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from lathesim.program.dialects import Dialect
 from lathesim.program.macros.statements import Kind, Statement
-from lathesim.program.meanings import Meaning
+from lathesim.program.meanings import HOLES, Meaning
 from lathesim.program.words import Block, Word
 
 _FIRST = {
@@ -35,7 +35,8 @@ _FULL = {
     Meaning.THREADING_CYCLE: {
         "P": "height {}", "K": "height {}", "Q": "first depth {}", "D": "first depth {}", "F": "lead {}", "R": "taper {}", "I": "taper {}",
     },
-    Meaning.PECK_DRILLING: {"R": "plane {}", "Q": "pecks of {}", "F": "feed {}"},
+    **{meaning: {"R": "plane {}", "Q": "pecks of {}", "F": "feed {}", "L": "{} holes"} for meaning in HOLES},
+    Meaning.RIGID_TAPPING: {"K": "lead {}", "I": "{} times as fast on the way out"},
     Meaning.THREADING_CYCLE_SIMPLE: {"F": "lead {}", "R": "taper {}"},
     Meaning.TURNING_CYCLE_SIMPLE: {"R": "taper {}"},
     Meaning.FACING_CYCLE_SIMPLE: {"R": "taper {}"},
@@ -79,8 +80,12 @@ def speed_words(block: Block, meanings: Mapping[str, Meaning | None], inch: bool
 def cycle_words(meaning: Meaning, block: Block, dialect: Dialect) -> str:
     """Return what the words of a block tell a cycle; lengths in the unit of the program."""
     letters = {word.letter for word in block.words}
-    if dialect.o_words:
-        table = _DRIVE_LINE if meaning is Meaning.THREADING_CYCLE else _PROFILE if meaning in _FULL else {}
+    if dialect.o_words and meaning is Meaning.FINISHING_CYCLE:
+        table = _PROFILE
+    elif dialect.o_words:
+        table = (
+            _DRIVE_LINE if meaning is Meaning.THREADING_CYCLE else _PROFILE if _FULL.get(meaning) is _CONTOUR else _FULL.get(meaning, {})
+        )
     elif meaning in _FIRST and not letters & ({"P", "Q"} if meaning in _CONTOURED else {"X", "Z", "U", "W"}):
         table = _FIRST[meaning]
     else:

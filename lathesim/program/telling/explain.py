@@ -93,7 +93,9 @@ def move_sentence(move: Move, dialect: Dialect) -> str:
     if move.kind == "rapid":
         return f"rapid to {_end(move, dialect)}"
     if move.kind == "thread":
-        return f"thread with a lead of {1e3 * (move.feed or 0.0):.4g} mm to {_end(move, dialect)}"
+        back = "the spindle turns back, and on it " if move.spin_back else ""
+        begun = f", begun {math.degrees(move.start_angle):.4g} degrees behind the index," if move.start_angle else ""
+        return f"{back}thread with a lead of {1e3 * (move.feed or 0.0):.4g} mm{begun} to {_end(move, dialect)}"
     feed = ""
     if move.feed is not None:
         feed = f" at {move.feed * 1e3:.4g} mm/rev" if move.per_revolution else f" at {move.feed * 6e4:.4g} mm/min"
