@@ -68,7 +68,7 @@ def check_statements(blocks: Blocks, dialect: Dialect) -> None:
 
 
 def words_missing(blocks: Blocks, dialect: Dialect) -> int:
-    """Return how many shapes of blocks of a program the dialect does not have or carry out, and whether an end, a motion or a plane lacks."""
+    """Return how many shapes of blocks the dialect does not have or carry out, and whether an end, a motion or a plane is missing."""
     missing = sum(not _has_shape(block, dialect) for block in blocks.shapes.values())
     missing += dialect.end_required and not blocks.ending
     missing += dialect.drills_in_xy and _drills_elsewhere(blocks, dialect)
