@@ -12,6 +12,7 @@ import stat
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import TracebackType
 
 from lathesim.errors import WriteError
 
@@ -40,7 +41,7 @@ class PartFile:
         """Move the file to its place; ``durable`` makes sure first that the disk has it."""
         if self._hold is not None:
             if durable:
-                os.fsync(self._hold)
+                self.settle()
             self._let_go()
             self.part.replace(self.path)
 
@@ -63,6 +64,11 @@ class PartFile:
         self.discard()
         return True
 
+    def settle(self) -> None:
+        """Make sure that the disk has what was written."""
+        if self._hold is not None:
+            os.fsync(self._hold)
+
     def discard(self) -> None:
         """Take the file away, where it was not kept."""
         if self._hold is not None:
@@ -75,23 +81,55 @@ class PartFile:
             os.close(hold)
 
 
+class WholeFiles:
+    """Files that belong together: all are moved to their places at the end of a ``with``, in the order in which they came, or none.
+
+    Raises :class:`WriteError` where one of them cannot be written.
+    """
+
+    def __init__(self, *, durable: bool = True) -> None:
+        self._durable = durable
+        self._parts: list[PartFile] = []
+
+    def place(self, path: Path) -> Path:
+        """Return the place to write the file ``path`` to."""
+        try:
+            self._parts.append(PartFile(path))
+        except OSError as error:
+            raise refusal(path, error) from error
+        return self._parts[-1].part
+
+    def write_text(self, path: Path, text: str) -> Path:
+        """Write one of the files in UTF-8, and return its own path."""
+        self.place(path).write_bytes(text.encode())
+        return path
+
+    def __enter__(self) -> WholeFiles:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        try:
+            for part in self._parts if error is None and self._durable else ():
+                part.settle()
+            for part in self._parts if error is None else ():
+                part.keep(durable=False)
+        except OSError as refused:
+            error = refused
+        finally:
+            for part in self._parts:
+                part.discard()
+        if isinstance(error, OSError) and self._parts:
+            raise refusal(self._parts[-1].path, error) from error
+
+
 @contextmanager
 def whole_file(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
     """Yield a place to write to, and move it to ``path`` at the end of the block; after an exception nothing is moved.
 
     Raises :class:`WriteError` where the file cannot be written.
     """
-    place = Path(path)
-    part: PartFile | None = None
-    try:
-        part = PartFile(place)
-        yield part.part
-        part.keep(durable=durable)
-    except OSError as error:
-        raise refusal(place, error) from error
-    finally:
-        if part is not None:
-            part.discard()
+    with WholeFiles(durable=durable) as files:
+        yield files.place(Path(path))
 
 
 def write_text(path: str | Path, text: str) -> Path:
@@ -144,20 +182,29 @@ def folder_lock(folder: Path) -> Iterator[None]:
 
 def make_folder(folder: Path) -> Path:
     """Make a folder that files are to be written to, with those above it. Raises :class:`WriteError` where it cannot be made or written."""
+    check_folder(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise WriteError(f"the folder cannot be made: {_reason(error)}.", place=str(folder), remedy="Choose another.") from None
-    if not os.access(folder, os.W_OK):
-        raise WriteError("the folder cannot be written.", place=str(folder), remedy="Choose another.")
+        raise refusal(folder, error) from error
     return folder
 
 
 def check_output(path: Path) -> Path:
-    """Make the folder of an output file and return the path, before work begins that the file is to keep. Raises :class:`WriteError`."""
-    make_folder(path.parent)
-    check_place(path)
+    """Return the path of an output file whose folder may still be made, checked before the work begins. Raises :class:`WriteError`."""
+    check_folder(path.parent)
+    if path.parent.exists():
+        check_place(path)
     return path
+
+
+def check_folder(folder: Path) -> None:
+    """Raise :class:`WriteError` where no folder can be made, or one that is there cannot be written."""
+    there = next((one for one in (folder, *folder.parents) if os.path.lexists(one)), folder)
+    if not there.is_dir():
+        raise WriteError(f"'{there}' is no folder.", place=str(folder), remedy="Choose another place.")
+    if not os.access(there, os.W_OK):
+        raise WriteError(f"the folder '{there}' cannot be written.", place=str(folder), remedy="Choose another place.")
 
 
 def check_place(path: Path) -> None:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from lathesim.whole_file import write_text
+
 MARKER = ".lathesim-workspace"
 
 
@@ -16,7 +18,7 @@ def mark_workspace(folder: Path) -> None:
     text = (
         f"{folder.resolve()}\nThe file lets lathesim load the plug-ins in plugins/ here. 'lathesim init .' writes it anew after a move.\n"
     )
-    (folder / MARKER).write_text(text, encoding="utf-8")
+    write_text(folder / MARKER, text)
 
 
 def workspace_plugins(folder: Path) -> Path | None:

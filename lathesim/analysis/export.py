@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
 from lathesim.errors import RecordError
 from lathesim.record import Record
+from lathesim.whole_file import whole_file
 
 FORMATS = (".csv", ".mat")
 _BLOCK = 20_000
@@ -32,7 +30,7 @@ def export(record: Record, path: str | Path) -> None:
     suffix = place.suffix.lower()
     if suffix not in FORMATS:
         raise RecordError(f"a record cannot be exported as '{place.suffix}'.", place=str(place), remedy="Use .csv or .mat.")
-    with _whole(place) as part:
+    with whole_file(place) as part:
         (_write_csv if suffix == ".csv" else _write_mat)(record, part)
 
 
@@ -75,19 +73,3 @@ def _write_mat(record: Record, path: Path) -> None:
     names = {short: name for name, short in legal.items()}
     with path.open("wb") as file:
         savemat(file, {**values, "units": units, "names": names}, long_field_names=True, oned_as="column")
-
-
-@contextmanager
-def _whole(path: Path) -> Iterator[Path]:
-    """Return a place beside ``path`` to write to, and move it there once it is whole."""
-    if not path.parent.is_dir():
-        raise RecordError(f"there is no folder '{path.parent}'.", place=str(path), remedy="Make it, or choose another place.")
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        yield part
-        part.replace(path)
-    except OSError as error:
-        reason = str(error.strerror or error)
-        raise RecordError(f"the file cannot be written: {reason}.", place=str(path), remedy="Choose another folder.") from error
-    finally:
-        part.unlink(missing_ok=True)

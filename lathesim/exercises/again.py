@@ -23,6 +23,7 @@ from lathesim.identification.machine.position_loops import loops_of
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
+from lathesim.whole_file import make_folder, write_text
 
 RESULT = "result.json"
 _ANSWER_END, LESSON_FILE = "_answer.json", "lesson.yaml"
@@ -76,12 +77,12 @@ def record_again(answer_file: Path, lesson: Lesson, registry: Registry, folder: 
     sound = alone.run({**truth, **neutral, **shares}, seed)
     before = alone.run({**truth, **hidden, **shares}, seed)
     after = machine.run({**truth, **hidden}, seed)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     table = logged(after, machine, columns, noise, seed)
     recording = folder / "recording.csv"
     recordings = lesson.settings.recordings
     time_name = recordings.time.column if recordings is not None and recordings.time.column else "time"
-    recording.write_text(csv_text(after.time, time_name, "s", tuple(columns), table), encoding="utf-8")
+    write_text(recording, csv_text(after.time, time_name, "s", tuple(columns), table))
     sizes = [{name: _off(run[channel], sound[channel]) for name, channel in machine.extra.items()} for run in (before, after)]
     result = Result(sizes[0], sizes[1], (recording, folder / RESULT))
     _write(result, folder / RESULT, lesson)
@@ -138,4 +139,4 @@ def _write(result: Result, file: Path, lesson: Lesson) -> None:
             for name in result.before
         },
     }
-    file.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    write_text(file, json.dumps(data, indent=2) + "\n")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +15,11 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.errors import RecordingError
 from lathesim.exercises.conceal import Concealed
 from lathesim.exercises.logger import TIME, LoggedColumn, recordings_entry
-from lathesim.exercises.sealed_answer import answer_of, file_digest, seal_of
+from lathesim.exercises.sealed_answer import answer_of, seal_of
 from lathesim.lessons.class_lesson import class_lesson, files_beside
 from lathesim.lessons.lesson import Lesson
 from lathesim.units import si_factor
+from lathesim.whole_file import WholeFiles, make_folder
 
 RECORDINGS = ("recording.csv", "validate.csv")
 
@@ -45,26 +46,23 @@ def answer_place(folder: Path, wanted: Path | None) -> Path:
 
 
 def publish(lesson: Lesson, concealed: Concealed, folder: Path, answer_file: Path, *, seed: int, noise: float) -> Published:
-    """Write the folder for the class and the answer; :class:`RecordingError` where they cannot be written."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        files = [folder / name for name, _ in zip(RECORDINGS, concealed.tables, strict=False)]
-        time_unit = lesson.settings.recordings.time.unit if lesson.settings.recordings is not None else "s"
-        time_name = _time_name(lesson)
-        for file, time, table in zip(files, concealed.times, concealed.tables, strict=True):
-            file.write_text(csv_text(time, time_name, time_unit, concealed.columns, table), encoding="utf-8")
-        entry = recordings_entry(lesson, list(concealed.columns))
-        (folder / "lesson.yaml").write_text(class_lesson(lesson, entry), encoding="utf-8")
-        beside = [Path(shutil.copyfile(path, folder / path.name)) for path in files_beside(lesson)]
-        files += [folder / "lesson.yaml", *beside]
-        digests = {file.name: file_digest(file) for file in files}
-        answer = answer_of(concealed, lesson.name, digests, seed=seed, noise=noise)
-        (folder / "seal.json").write_text(json.dumps(seal_of(answer), indent=2) + "\n", encoding="utf-8")
-        answer_file.parent.mkdir(parents=True, exist_ok=True)
-        answer_file.write_text(json.dumps(answer, indent=2) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise RecordingError(f"this cannot be written: {error.strerror}.", place=str(error.filename or folder)) from None
-    return Published((*files, folder / "seal.json"), answer_file, answer)
+    """Write the folder for the class and the answer; :class:`WriteError` where they cannot be written, and then none is."""
+    make_folder(folder)
+    make_folder(answer_file.parent)
+    contents: dict[Path, bytes] = {}
+    time_unit = lesson.settings.recordings.time.unit if lesson.settings.recordings is not None else "s"
+    for name, time, table in zip(RECORDINGS, concealed.times, concealed.tables, strict=False):
+        contents[folder / name] = csv_text(time, _time_name(lesson), time_unit, concealed.columns, table).encode()
+    contents[folder / "lesson.yaml"] = class_lesson(lesson, recordings_entry(lesson, list(concealed.columns))).encode()
+    contents |= {folder / path.name: path.read_bytes() for path in files_beside(lesson)}
+    digests = {file.name: hashlib.sha256(content).hexdigest() for file, content in contents.items()}
+    answer = answer_of(concealed, lesson.name, digests, seed=seed, noise=noise)
+    with WholeFiles() as whole:
+        whole.write_text(answer_file, json.dumps(answer, indent=2) + "\n")  # first: a sealed case without it is lost
+        for file, content in contents.items():
+            whole.place(file).write_bytes(content)
+        whole.write_text(folder / "seal.json", json.dumps(seal_of(answer), indent=2) + "\n")
+    return Published((*contents, folder / "seal.json"), answer_file, answer)
 
 
 def _time_name(lesson: Lesson) -> str:

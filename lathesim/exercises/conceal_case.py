@@ -14,7 +14,7 @@ import numpy as np
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LessonError
-from lathesim.exercises.class_folder import Published, answer_place, publish
+from lathesim.exercises.class_folder import RECORDINGS, Published, answer_place, publish
 from lathesim.exercises.conceal import DRAWS, Concealed, NotSeenError, Situation, conceal
 from lathesim.exercises.hidden_effect import Wish, random_wishes, read_wish
 from lathesim.exercises.logger import LoggedColumn, logged_columns
@@ -26,6 +26,7 @@ from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 from lathesim.recordings.mapping import map_recording
 from lathesim.recordings.reading import read_recording
+from lathesim.whole_file import check_output
 
 Progress = Callable[[str], None]
 VALIDATION = "validation"
@@ -52,6 +53,8 @@ def conceal_case(
     :class:`RecordingError` and :class:`LessonError` where the case cannot be made or written.
     """
     place = answer_place(folder, answer)
+    for file in (folder / "seal.json", folder / RECORDINGS[0], place):
+        check_output(file)
     keep_read_lesson(lesson, folder)
     prepared = prepare(lesson, registry)
     seed = secrets.randbits(48) if seed is None else seed

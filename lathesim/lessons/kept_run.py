@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from typing import cast
 from lathesim.analysis.metrics.metric import Measurements, measure
 from lathesim.analysis.part.nothing_cut import nothing_cut
 from lathesim.engine.running.run import Sink
-from lathesim.errors import RecordError, SimulationError
+from lathesim.errors import SimulationError
 from lathesim.lessons.grading import UNFINISHED, GoalResult, Judgement, judge_run
 from lathesim.lessons.results_folder import results_folder
 from lathesim.lessons.run_warnings import run_warnings
@@ -21,7 +20,7 @@ from lathesim.lessons.simulate import Prepared, run_prepared
 from lathesim.plugins import Registry
 from lathesim.record import Record
 from lathesim.record_writer import save
-from lathesim.whole_file import write_new
+from lathesim.whole_file import check_place, make_folder, write_new
 
 
 @dataclass(frozen=True)
@@ -78,10 +77,11 @@ def run_and_keep(
 
     With ``further`` places nothing is replaced: the record takes the first place, ``path`` or one of these, where there is no file.
 
-    The folder is checked before the run: :class:`RecordError` where it cannot be made or written. A law that breaks is told in ``failure``
+    The place is checked before the run: :class:`WriteError` where it cannot be written. A law that breaks is told in ``failure``
     with the data up to then kept; :class:`SimulationError` is raised only where there are none.
     """
-    _make_folder(path)
+    make_folder(path.parent)
+    check_place(path)
     failure = ""
     try:
         record = run_prepared(
@@ -107,14 +107,3 @@ def run_and_keep(
     judgement = judge_run(case.case.lesson.settings.goals, measurements, record.status)
     told = nothing_cut(record) if record.status == "complete" else ""
     return KeptRun(case, record, path, measurements, judgement, told, failure, run_warnings(case.case, case.plan))
-
-
-def _make_folder(path: Path) -> None:
-    """Make the folder of a record, and refuse it before the run where it cannot be written."""
-    place, remedy = str(path.parent), "Choose another with --out."
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RecordError(f"the folder cannot be made: {error.strerror}.", place=place, remedy=remedy) from None
-    if not os.access(path.parent, os.W_OK):
-        raise RecordError("the folder cannot be written.", place=place, remedy=remedy)

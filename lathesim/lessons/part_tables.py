@@ -13,6 +13,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LessonError, nearest
 from lathesim.lessons.case import Given
 from lathesim.shipped import shipped_folder
+from lathesim.whole_file import write_text
 
 LARGEST_TABLE = 200_000
 """Numbers that a table may hold: a lap of some minutes, or a network far larger than a control has time for."""
@@ -52,8 +53,13 @@ def table_of(given: Given, component: type[Component], name: str, beside: Path) 
 
 def write_table(file: Path, columns: tuple[str, ...], rows: FloatArray) -> None:
     """Write a table so that :func:`table_of` reads the same numbers back, bit for bit."""
+    write_text(file, table_text(columns, rows))
+
+
+def table_text(columns: tuple[str, ...], rows: FloatArray) -> str:
+    """Return a table as :func:`write_table` writes it."""
     lines = [",".join(columns), *[",".join(repr(float(value)) for value in row) for row in rows]]
-    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return "\n".join(lines) + "\n"
 
 
 def table_file(named: str | float, beside: Path) -> Path | None:

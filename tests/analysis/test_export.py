@@ -66,7 +66,7 @@ def test_what_cannot_be_exported(tmp_path: Path) -> None:
 def test_a_write_that_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "run.csv").write_text("old", encoding="utf-8")
     monkeypatch.setattr("lathesim.analysis.export._write_csv", _fail)
-    with pytest.raises(LatheSimError, match=r"run\.csv: the file cannot be written: No space left on device\. Choose another folder\.$"):
+    with pytest.raises(LatheSimError, match=r"run\.csv: the disk is full\. Make room, or choose another folder; nothing was replaced\.$"):
         export(shoulder(), tmp_path / "run.csv")
     assert (tmp_path / "run.csv").read_text(encoding="utf-8") == "old"
     assert [path.name for path in tmp_path.iterdir()] == ["run.csv"]

@@ -20,7 +20,7 @@ def pixels(path: Path) -> np.ndarray:
 
 def test_a_png_is_the_picture_that_matplotlib_saves(tmp_path: Path) -> None:
     figure = plots.contour_error_figure(shoulder())
-    write_figure(figure, tmp_path / "short.png")
+    write_figure(figure, tmp_path / "short.png", "png")
     assert figure.get_dpi() == 100
     usual = plots.contour_error_figure(shoulder())
     hold_ticks(usual)

@@ -192,7 +192,7 @@ def test_an_output_folder_that_cannot_be_made_is_refused_before_the_run(capsys: 
     Path("taken").write_text("a file", encoding="utf-8")
     said = call(capsys, *ONE, "--out", "taken/run.h5")
     assert said.code == 1
-    assert said.err == "taken: the folder cannot be made: File exists. Choose another with --out.\n"
+    assert said.err == "taken: 'taken' is no folder. Choose another place.\n"
 
 
 def test_a_full_disk_is_told(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,6 +39,7 @@ from lathesim.analysis.metrics.turning_metrics import CONTOUR_ERROR
 from lathesim.analysis.part.part_shape import part_shape
 from lathesim.errors import RecordError, nearest
 from lathesim.record import FloatArray, Record
+from lathesim.whole_file import whole_file
 
 FORMATS = (".png", ".svg", ".pdf")
 _LABEL = 16
@@ -51,11 +52,8 @@ def save_figure(figure: Any, path: str | Path) -> None:
     place = Path(path)
     if place.suffix.lower() not in FORMATS:
         raise RecordError(f"a figure cannot be saved as '{place.suffix}'.", place=str(place), remedy="Use .png, .svg or .pdf.")
-    try:
-        write_figure(figure, place)
-    except OSError as error:
-        reason = str(error.strerror or error)
-        raise RecordError(f"the figure cannot be written: {reason}.", place=str(place), remedy="Choose another folder.") from error
+    with whole_file(place) as part:
+        write_figure(figure, part, place.suffix.lower()[1:])
 
 
 def path_figure(record: Record, title: str = "") -> Any:

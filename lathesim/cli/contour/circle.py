@@ -8,12 +8,13 @@ from pathlib import Path
 import click
 
 from lathesim.cli.case_options import read_settings, set_option, variant_option
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 
 @click.command()
 @click.argument("lesson")
-@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw both directions, magnified.")
+@click.option("--save", type=OutputPath(), metavar="F.png", help="Draw both directions, magnified.")
 @click.option("--no-contributions", is_flag=True, help="Do not leave out one effect after the other.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-circle/1) and nothing else.")
 @variant_option

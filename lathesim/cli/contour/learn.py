@@ -6,11 +6,16 @@ import json
 import math
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from lathesim.cli.case_options import read_settings, set_option, variant_option
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
+
+if TYPE_CHECKING:
+    from lathesim.compensation.learning.learn import Learning
 
 
 @click.command()
@@ -26,7 +31,7 @@ from lathesim.cli.registry import open_registry, plugins_option
     metavar="FILE",
     help="A lap of a real machine: write the program of the next one to --out.",
 )
-@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Write the lesson with what was learned.")
+@click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Write the lesson with what was learned.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-learning/1) and nothing else.")
 @variant_option
 @set_option
@@ -55,6 +60,7 @@ def learn(
     from lathesim.compensation.learning.learn import learn as from_lap_to_lap
     from lathesim.compensation.learning.learned_lesson import write_learned
     from lathesim.compensation.learning.response import learning_filter
+    from lathesim.errors import WriteError
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.results_folder import keep_read_lesson, results_folder
     from lathesim.lessons.simulate import prepare
@@ -82,10 +88,21 @@ def learn(
             return
         learning = from_lap_to_lap(course, chosen, laps, on=on, tell=tell)
     lasted = time.perf_counter() - began
-    written = write_learned(prepared, course, learning, out) if out is not None else []
+    written, refused = [], None
+    try:
+        written = write_learned(prepared, course, learning, out) if out is not None else []
+    except WriteError as error:  # what was learned is told first
+        refused = error
     if as_json:
         click.echo(json.dumps(_as_json(lesson, learning, lasted, [str(file) for file in written]), indent=2))
-        return
+    else:
+        _tell(learning, lasted, written)
+    if refused is not None:
+        raise refused
+
+
+def _tell(learning: Learning, lasted: float, written: list[Path]) -> None:
+    chosen = learning.filter
     bound = f"predicted contraction of a lap at most {chosen.bound:.3f}, " if math.isfinite(chosen.bound) else ""
     cutoff = f"low-pass at {chosen.cutoff:.3g} Hz" if chosen.cutoff else "no low-pass"
     click.echo(f"{bound}{cutoff}\n")
@@ -110,10 +127,7 @@ def _promised(bound: float) -> str:
     return f"the next one's is predicted to be {bound:.2f} of it" if math.isfinite(bound) else "nothing is predicted without a filter"
 
 
-def _as_json(lesson: str, learning: object, lasted: float, files: list[str]) -> dict[str, object]:
-    from lathesim.compensation.learning.learn import Learning
-
-    assert isinstance(learning, Learning)
+def _as_json(lesson: str, learning: Learning, lasted: float, files: list[str]) -> dict[str, object]:
     return {
         "schema": "lathesim-learning/1",
         "lesson": lesson,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.case_options import variant_option
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     "--as", "form", type=click.Choice(("lesson", "program", "table")), default="lesson", show_default=True,
     help="The lesson with its remedies; for a closed control a changed part program; or the table to type in.",
 )  # fmt: skip
-@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Where the files go.")
+@click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="Where the files go.")
 @click.option("--json", "as_json", is_flag=True, help="Write the answer as JSON (schema lathesim-remedy/1) and nothing else.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Draw what is uncertain in the same way again.")
 @click.option("--without-margin", is_flag=True, help="Size at the estimates, without the margin against overcompensation.")

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import click
 
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 
 @click.command()
 @click.argument("lesson")
-@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="WEIGHTS.csv", help="Where the weights go.")
+@click.option("--out", type=OutputPath(), required=True, metavar="WEIGHTS.csv", help="Where the weights go.")
 @click.option(
     "--variant", "variants", multiple=True, metavar="NAME", help="Score in this variant; several times for several [default: the lesson]."
 )
@@ -68,7 +69,7 @@ def train(
     with working(shown=not as_json) as tell:
         training = search(question, chosen, starts=starts, rounds=rounds, seed=seed, judged=judged, tell=tell)
     lasted = time.perf_counter() - began
-    write_table(out, NeuralRegulator.declarations["weights"].columns, training.table)  # type: ignore[attr-defined]
+    columns = NeuralRegulator.declarations["weights"].columns  # type: ignore[attr-defined]
     if as_json:
         result = {
             "schema": "lathesim-training/1",
@@ -83,6 +84,7 @@ def train(
             "wall_time_s": round(lasted, 2),
         }
         click.echo(json.dumps(result, indent=2))
+        write_table(out, columns, training.table)
         return
     for number, item in enumerate(training.starts, start=1):
         told = "diverged" if item.diverged else f"score {item.score:.4g}"
@@ -93,4 +95,5 @@ def train(
     worse = [name for name, value in training.scores.items() if value > training.zero[name]]
     if worse:
         click.echo(f"\nWith weights of zero, the tangent speed alone, {', '.join(worse)} scores better than what was trained.")
+    write_table(out, columns, training.table)
     click.echo(f"\n{shape.weights} weights, {lasted:.1f} s. See {out}; a lesson names it as 'tables: {{{question.table}: {out.name}}}'.")

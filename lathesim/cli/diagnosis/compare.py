@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.case_options import variant_option
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.whole_file import make_folder
 
 if TYPE_CHECKING:
     from lathesim.compensation.remedying.promise_check import Kept
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 @click.argument("recording", type=click.Path(path_type=Path))
 @variant_option
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-compare/1) and nothing else.")
-@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where the figure goes [default: lathesim_runs/LESSON/].")
+@click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where the figure goes [default: lathesim_runs/LESSON/].")
 @click.option("--no-plots", is_flag=True, help="Draw no figure.")
 @plugins_option
 def compare(
@@ -86,13 +88,7 @@ def _promises(lesson: Lesson, recording: Path, registry: Registry) -> list[Kept]
 def _drawn(comparison: Comparison, path: Path) -> Path:
     from lathesim.analysis.figures.plots import save_figure
     from lathesim.diagnosis.comparison.compare_figure import compare_figure
-    from lathesim.errors import RecordError
 
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RecordError(
-            f"the folder cannot be made: {error.strerror}.", place=str(path.parent), remedy="Choose another with --out."
-        ) from None
+    make_folder(path.parent)
     save_figure(compare_figure(comparison), path)
     return path

@@ -7,6 +7,7 @@ from typing import cast
 
 import click
 
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 VALIDATION = "validation"
@@ -22,8 +23,8 @@ VALIDATION = "validation"
     help="What is hidden, for example CoulombFriction:level=20 N@x_axis; several times for several, 'none' for nothing.",
 )  # fmt: skip
 @click.option("--random", "at_random", is_flag=True, help="Let nothing, one effect or two be drawn.")
-@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="DIR", help="The folder for the class.")
-@click.option("--answer", type=click.Path(path_type=Path), metavar="FILE", help="Where the answer goes [default: DIR_answer.json].")
+@click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="The folder for the class.")
+@click.option("--answer", type=OutputPath(makes_folder=True), metavar="FILE", help="Where the answer goes [default: DIR_answer.json].")
 @click.option("--validate", is_flag=True, help=f"Record a second time, in the lesson's variant '{VALIDATION}' where it has one.")
 @click.option("--drive", type=click.Path(path_type=Path), metavar="FILE", help="A recording that holds the inputs the lesson drives.")
 @click.option(

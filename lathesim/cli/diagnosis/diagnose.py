@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.case_options import variant_option
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.whole_file import check_output, write_text
 
 if TYPE_CHECKING:
     from lathesim.identification.execution.budget import Deadline
@@ -35,8 +37,8 @@ _EVERY = 10.0
     metavar="FILE",
     help="A recording from before the machine changed: what changed since is named, however small, and not what the lesson left out.",
 )
-@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where report and lesson go [default: lathesim_runs/LESSON/].")
-@click.option("--json", "json_file", type=click.Path(path_type=Path, allow_dash=True), metavar="FILE", help="Write JSON ('-': print it).")
+@click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where report and lesson go [default: lathesim_runs/LESSON/].")
+@click.option("--json", "json_file", type=OutputPath(allow_dash=True), metavar="FILE", help="Write JSON ('-': print it).")
 @click.option("--effect", "only", multiple=True, metavar="NAME", help="Try only these effects.")
 @click.option("--at-most", metavar="TIME", help="Answer within so long, as '2 min', with what is known by then [default: when done].")
 @click.option(
@@ -90,7 +92,7 @@ def diagnose(
     from lathesim.diagnosis.diagnose import ask
     from lathesim.diagnosis.diagnose import diagnose as answer
     from lathesim.diagnosis.records.diagnosis import as_json
-    from lathesim.diagnosis.reporting.answer_files import write_answer
+    from lathesim.diagnosis.reporting.answer_files import report_place, write_answer
     from lathesim.diagnosis.reporting.terminal_text import answer_lines
     from lathesim.identification.replay.loading import load_case
     from lathesim.lessons.lesson import load_lesson
@@ -100,6 +102,9 @@ def diagnose(
     effects = [registry.effect(name) for name in only] if only else list(registry.effects.values())
     loaded = load_lesson(lesson)
     quiet = json_file is not None and str(json_file) == "-"
+    folder = out or results_folder(loaded, recording, validate, before, *(Path(file) for _, file in others), variant=variant)
+    if not no_report:
+        check_output(report_place(folder))
     if others and validate is not None:
         raise click.UsageError("--with and --validate both judge: give one of them.")
     if others and before is not None:
@@ -115,7 +120,6 @@ def diagnose(
             diagnosis = diagnose_together(case, further, registry, lambda loaded_case: question, tell)
         else:
             diagnosis = answer(question, tell)
-    folder = out or results_folder(loaded, recording, validate, before, *(Path(file) for _, file in others), variant=variant)
     if design:
         from lathesim.cli.interrupting import interruptible
         from lathesim.experiments.design.for_diagnosis import with_designed_program
@@ -124,16 +128,13 @@ def diagnose(
             diagnosis = with_designed_program(
                 diagnosis, loaded, registry, folder / "next", variant, lambda text: click.echo(text, err=True), stop
             )
+    told = json.dumps({**as_json(diagnosis), "report": None if no_report else str(report_place(folder))}, indent=2)
+    click.echo(told if quiet else "\n".join([*answer_lines(diagnosis), ""]))  # before anything is written: a disk may be full
     files = [] if no_report else write_answer(diagnosis, case.lesson, folder)
-    told = json.dumps({**as_json(diagnosis), "report": str(files[0]) if files else None}, indent=2)
-    if quiet:
-        click.echo(told)
-    else:
-        if json_file is not None:
-            json_file.write_text(told + "\n", encoding="utf-8")
-            files.append(json_file)
+    if not quiet:
+        files += [write_text(json_file, told + "\n")] if json_file is not None else []
         see = f" See {', '.join(map(str, files))}." if files else ""
-        click.echo("\n".join([*answer_lines(diagnosis), "", f"{diagnosis.wall_time:.1f} s.{see}"]))
+        click.echo(f"{diagnosis.wall_time:.1f} s.{see}")
     return 0 if diagnosis.complete or at_most is not None else STOPPED
 
 

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.case_options import read_settings, set_option, variant_option
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
     from lathesim.identification.estimation.multistart import FittedParameter, ParameterFit
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 @click.option("--starts", type=click.IntRange(min=1), default=4, show_default=True, help="Fits begun within 50 % of the given values.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which starts these are.")
 @click.option("--closed-loop", "closed", is_flag=True, help="Leave the machine's loops closed, instead of replaying what was recorded.")
-@click.option("--out", type=click.Path(path_type=Path), metavar="LESSON.yaml", help="Write the lesson with the fitted values.")
+@click.option("--out", type=OutputPath(), metavar="LESSON.yaml", help="Write the lesson with the fitted values.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-fit/1) and nothing else.")
 @variant_option
 @set_option
@@ -129,4 +131,4 @@ def _write(lesson: Lesson, found: ParameterFit, out: Path) -> None:
     values = {item.name: f"{item.value:.10g} {_unit(item)}".strip() for item in found.parameters if item.determined}
     if not out.parent.is_dir():
         raise LessonError(f"there is no folder '{out.parent}'.", place=str(out), remedy="Make it, or choose another place.")
-    out.write_text(changed_lesson(lesson, [], values, out.parent), encoding="utf-8")
+    write_text(out, changed_lesson(lesson, [], values, out.parent))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 
@@ -36,7 +37,7 @@ from lathesim.cli.registry import open_registry, plugins_option
 @click.option("--generations", type=click.IntRange(min=1), default=100, show_default=True, help="How many populations.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which random numbers the populations take.")
 @click.option("--keep-structure", is_flag=True, help="Change values only: insert no effect, replace no part.")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, metavar="DIR", help="Where lesson and report go.")
+@click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="Where lesson and report go.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-emulation/1) and nothing else.")
 @plugins_option
 def emulate(
@@ -74,11 +75,8 @@ def emulate(
 
     with interruptible() as stop:
         found = learn(loaded, recordings, validate, registry, question, (lambda sentence: None) if as_json else say, stop)
+    click.echo(json.dumps(json_of(found), indent=2) if as_json else "\n".join(told_lines(found)))
     places = write_emulation(found, out)
-    if as_json:
-        click.echo(json.dumps(json_of(found), indent=2))
-    else:
-        for line in told_lines(found):
-            click.echo(line)
+    if not as_json:
         click.echo(f"\nThe lesson is {places['lesson']}, the report {places['report']}")
     return 130 if found.stopped else 0

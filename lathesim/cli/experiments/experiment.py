@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.case_options import variant_option
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ _LONGEST = 3600.0
     type=click.Choice(("average", "refit", "price", "floor")),
     help="Leave a step of the design out, to see what it is good for: the program gets worse.",
 )
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, metavar="DIR", help="Where program and lesson go.")
+@click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="Where program and lesson go.")
 @click.option("--json", "as_json", is_flag=True, help="Print the prediction (schema lathesim-experiment/1) and nothing else.")
 @variant_option
 @plugins_option
@@ -142,10 +143,6 @@ def experiment(
         if not no_trial and not found.stopped and found.decidable:
             with contextlib.suppress(KeyboardInterrupt):
                 found, foretold = tried_design(found, lambda design: write_program_and_lesson(design, out), registry, seed, say)
+    click.echo(json.dumps(json_of(found, foretold), indent=2) if as_json else "\n".join(told_lines(found, foretold, out)))
     write_experiment(found, foretold, out)
-    if as_json:
-        click.echo(json.dumps(json_of(found, foretold), indent=2))
-    else:
-        for line in told_lines(found, foretold, out):
-            click.echo(line)
     return 130 if found.stopped else 0

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+
 
 @click.command()
 @click.option(
@@ -24,7 +26,7 @@ import click
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which noise is drawn.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-watermark/1) and nothing else.")
-@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the frontier: delay against cost.")
+@click.option("--save", type=OutputPath(), metavar="F.png", help="Draw the frontier: delay against cost.")
 def watermark(
     pole: float,
     gain: float,

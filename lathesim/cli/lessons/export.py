@@ -6,10 +6,12 @@ from pathlib import Path
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+
 
 @click.command(name="export")
 @click.argument("run", type=click.Path(path_type=Path), metavar="RUN.h5")
-@click.argument("file", type=click.Path(path_type=Path), metavar="F.csv|F.mat")
+@click.argument("file", type=OutputPath(), metavar="F.csv|F.mat")
 @click.argument("channels", nargs=-1, metavar="[CHANNEL ...]")
 def export(run: Path, file: Path, channels: tuple[str, ...]) -> int:
     """Write the record RUN.h5 as CSV or MAT file; some CHANNELs only, where they are named.

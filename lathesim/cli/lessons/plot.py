@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+
 if TYPE_CHECKING:
     from lathesim.record import Record
 
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path), metavar="RUN.h5")
 @click.argument("channels", nargs=-1, metavar="[CHANNEL ...]")
-@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Where the figure goes (.png, .svg or .pdf).")
+@click.option("--save", type=OutputPath(), metavar="F.png", help="Where the figure goes (.png, .svg or .pdf).")
 def plot(run: Path, channels: tuple[str, ...], save: Path | None) -> int:
     """Plot channels of the record RUN.h5 over time; without a CHANNEL the path, the contour error and the voltages.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.case_options import find_program_file, program_option, read_settings, set_option, variant_option
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ STOPPED = 130
 @set_option
 @click.option("--recording", type=click.Path(path_type=Path), metavar="FILE", help="What drives a lesson with 'recordings: drive:'.")
 @click.option("--seed", type=click.IntRange(min=0), help="Another seed of the noise.")
-@click.option("--out", type=click.Path(path_type=Path), metavar="RUN.h5", help="Where the record goes [default: lathesim_runs/LESSON/].")
+@click.option("--out", type=OutputPath(makes_folder=True), metavar="RUN.h5", help="Where the record goes [default: lathesim_runs/LESSON/].")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-run/1) and nothing else.")
 @click.option("--plain", "engine", flag_value="plain", help="Run in plain Python, without the compiler.")
 @click.option("--compiled", "engine", flag_value="compiled", help="Compile first, however short the run.")

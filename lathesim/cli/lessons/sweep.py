@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.case_options import find_program_file, program_option, read_settings, set_option, variant_option
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
@@ -33,8 +34,8 @@ STOPPED = 130
     help="N values from LOW to HIGH, or a list: x_dac.bits=8,10,12. Parameters joined with + move together.",
 )
 @click.option("--metric", "metrics", multiple=True, metavar="NAME", help="What is measured [default: the metrics of the lesson's goals].")
-@click.option("--out", type=click.Path(path_type=Path), metavar="F.csv", help="The table [default: lathesim_runs/LESSON/sweep.csv].")
-@click.option("--plot", type=click.Path(path_type=Path), metavar="F.png", help="The plot [default: beside the table].")
+@click.option("--out", type=OutputPath(makes_folder=True), metavar="F.csv", help="The table [default: lathesim_runs/LESSON/sweep.csv].")
+@click.option("--plot", type=OutputPath(), metavar="F.png", help="The plot [default: beside the table].")
 @click.option("--no-plot", is_flag=True, help="Draw no plot.")
 @click.option("--threads", type=click.IntRange(min=1), help="Runs at the same time [default: as many as there are cores].")
 @click.option("--executor", metavar="dask://HOST:PORT", help="Make the runs on a Dask cluster.")

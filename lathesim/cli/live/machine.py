@@ -9,6 +9,7 @@ import click
 
 from lathesim.cli.case_options import read_settings, set_option, variant_option
 from lathesim.cli.live.live_options import STOPPED, axis_option, host_option, read_axes
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 @click.option("--buffer", "capacity", type=click.IntRange(2, 1_000_000), default=200, show_default=True, help="Room of the buffer.")
 @click.option("--begin", type=click.IntRange(1, 1_000_000), default=50, show_default=True, help="Set-points to wait for at the start.")
 @click.option("--elastic", type=click.FloatRange(1e-5, 1.0), metavar="RHO", help="Slow down on the path when the buffer runs low.")
-@click.option("--out", type=click.Path(path_type=Path), metavar="R.h5", help="Keep what the machine did.")
+@click.option("--out", type=OutputPath(), metavar="R.h5", help="Keep what the machine did.")
 @click.option("--once", is_flag=True, help="End after the first stream.")
 @axis_option
 @variant_option

@@ -10,7 +10,9 @@ import click
 
 from lathesim.cli.case_options import variant_option
 from lathesim.cli.live.live_options import STOPPED
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 @click.argument("url", metavar="URL")
 @click.option("--map", "map_file", type=click.Path(path_type=Path), metavar="MAP.yaml", help="Which node or data item is which channel.")
 @click.option("--for", "duration", default="10min", show_default=True, metavar="TIME", help="How long to record.")
-@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="R.h5", help="Where the record goes.")
+@click.option("--out", type=OutputPath(), required=True, metavar="R.h5", help="Where the record goes.")
 @click.option("--lesson", metavar="LESSON", help="Write the lesson with its mapping beside the record, so that 'diagnose' works next.")
 @click.option("--interval", default="0 s", show_default=True, metavar="TIME", help="Sampling asked for; 0 s: as often as there is news.")
 @click.option("--queue", type=click.IntRange(1, 100_000), default=5000, show_default=True, help="Values the server is asked to queue.")
@@ -112,7 +114,7 @@ def _write_lesson(prepared: Prepared, recorded: list[str], out: Path, variant: s
 
     place = out.with_name(f"{out.stem}_lesson.yaml")
     further = {"recordings": recordings_for(prepared, recorded)}
-    place.write_text(changed_lesson(prepared.case.lesson, [], {}, place.parent, variant=variant, further=further), encoding="utf-8")
+    write_text(place, changed_lesson(prepared.case.lesson, [], {}, place.parent, variant=variant, further=further))
     return str(place)
 
 

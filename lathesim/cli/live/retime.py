@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+
 if TYPE_CHECKING:
     from lathesim.motion.axis_limits import AxisLimits
     from lathesim.motion.kinematics import Chain
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 @click.option(
     "--keep-free", type=click.FloatRange(0.0, 0.9), default=0.0, metavar="SHARE", help="Of the accelerations, as 'machine --elastic' needs."
 )
-@click.option("--out", type=click.Path(path_type=Path), metavar="S.h5", help="Where the set-points go [default: JOINTS_set_points.h5].")
+@click.option("--out", type=OutputPath(), metavar="S.h5", help="Where the set-points go [default: JOINTS_set_points.h5].")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-retime/1) and nothing else.")
 def retime(joints: Path, as_json: bool, out: Path | None, period: str, tolerance: str | None, lesson: str | None, **how: Any) -> None:
     """Time the path of JOINTS.csv as quickly as the limits of the axes allow, and write a set-point for each servo period.

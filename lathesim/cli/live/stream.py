@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.live.live_options import STOPPED, axis_option, read_axes
+from lathesim.cli.output_path import OutputPath
 
 if TYPE_CHECKING:
     from lathesim.live.recording.record_blocks import RecordBlocks
@@ -22,7 +23,7 @@ _SUFFIX = ".position"
 @click.argument("set_points", type=click.Path(path_type=Path), metavar="S.h5")
 @click.argument("url", metavar="URL")
 @click.option("--fill", type=click.IntRange(2, 1_000_000), default=150, show_default=True, help="How full to keep the buffer.")
-@click.option("--out", type=click.Path(path_type=Path), metavar="R.h5", help="Keep the feedback.")
+@click.option("--out", type=OutputPath(), metavar="R.h5", help="Keep the feedback.")
 @click.option("--elastic", type=click.FloatRange(1e-5, 1.0), metavar="RHO", help="With sim: play elastically, as machine --elastic does.")
 @click.option("--away", type=click.FloatRange(0.0, 1e6), default=0.0, metavar="N", help="With sim: planner away 5 + Exp(N) periods.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, help="With sim: seed of the planner's absences.")

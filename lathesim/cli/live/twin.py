@@ -9,6 +9,7 @@ import click
 
 from lathesim.cli.case_options import variant_option
 from lathesim.cli.live.live_options import STOPPED
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ _BAR = 21
 @click.option("--map", "map_file", type=click.Path(path_type=Path), metavar="MAP.yaml", help="Which node or data item is which channel.")
 @click.option("--every", default="0.5 s", show_default=True, metavar="TIME", help="How often a line is shown.")
 @click.option("--scale", metavar="5um", help="Difference that fills the bar [default: the largest so far].")
-@click.option("--out", type=click.Path(path_type=Path), metavar="R.h5", help="Keep references, executed and simulated channels.")
+@click.option("--out", type=OutputPath(), metavar="R.h5", help="Keep references, executed and simulated channels.")
 @click.option("--fast", is_flag=True, help="Show a recording as fast as it can be read, not at its own times.")
 @click.option("--plain", is_flag=True, help="Write lines of text also where the output is a terminal.")
 @variant_option

@@ -10,6 +10,7 @@ import click
 
 from lathesim.cli.case_options import variant_option
 from lathesim.cli.live.live_options import STOPPED
+from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 @click.option("--at-most", default="120 s", show_default=True, metavar="TIME", help="How long a diagnosis may take.")
 @click.option("--no-diagnosis", is_flag=True, help="Tell changes and drifts only.")
 @click.option("--json-lines", is_flag=True, help="Write each event as a line of JSON (schema lathesim-watch/1) and nothing else.")
-@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where windows and answers go.")
+@click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where windows and answers go.")
 @variant_option
 @plugins_option
 def watch(

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from lathesim.whole_file import make_folder
+
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path, file_okay=False))
@@ -27,10 +29,10 @@ def init(folder: Path, teacher: bool) -> None:
             if target.exists():
                 kept += 1
                 continue
-            target.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(target.parent)
             shutil.copyfile(path, target)
             copied += 1
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     mark_workspace(folder)
     click.echo(f"{folder}: {copied} files copied" + (f", {kept} that were there left as they are." if kept else "."))
     click.echo(f"Next: cd {folder} && lathesim run lesson_configs/01_contour_error.yaml")

@@ -8,7 +8,9 @@ from typing import Any
 
 import click
 
+from lathesim.cli.output_path import OutputPath
 from lathesim.errors import ProgramError
+from lathesim.whole_file import write_text
 
 _COMMON: list[Callable[[Any], Any]] = [
     click.option("--length", required=True, help="How far the cut goes behind the face, for example 20mm."),
@@ -16,7 +18,7 @@ _COMMON: list[Callable[[Any], Any]] = [
     click.option("--clearance", default="5mm", show_default=True, help="How far in front of the face, and outside the part, rapid ends."),
     click.option("--feed", default="120 mm/min", show_default=True, help="Per minute (mm/min), or per revolution (mm, mm/rev)."),
     click.option("--speed", default="1000 rpm", show_default=True, help="Spindle speed (rpm), or constant surface speed (m/min)."),
-    click.option("--out", type=click.Path(path_type=Path), help="Write this file; without it the program is printed."),
+    click.option("--out", type=OutputPath(), help="Write this file; without it the program is printed."),
     click.option("--force", is_flag=True, help="Replace a file that is there."),
 ]
 
@@ -71,8 +73,5 @@ def _hand_out(text: str, out: Path | None, force: bool) -> None:
         return
     if out.exists() and not force:
         raise ProgramError(f"'{out}' is there already.", remedy="Choose another name, or replace it with --force.")
-    try:
-        out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ProgramError(f"'{out}' cannot be written: {error.strerror}.", remedy="Choose another place.") from error
+    write_text(out, text)
     click.echo(f"wrote {out}")

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+from lathesim.whole_file import write_text
+
 if TYPE_CHECKING:
     from lathesim.program.moves import Move, Program
     from lathesim.program.nose.tool_nose import Tool
@@ -20,8 +23,8 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print canonical moves, schema lathe-canon/1.")
 @click.option("--explain", "as_words", is_flag=True, help="Say in a sentence what each block does.")
 @click.option("--check", "as_check", is_flag=True, help="Only say what is odd or wrong; leaves with 1 where something is.")
-@click.option("--plot", "figure", type=click.Path(path_type=Path), metavar="F.png", help="Draw the path.")
-@click.option("--write", "written", type=click.Path(path_type=Path), metavar="F.ngc", help="Write the moves as a plain LinuxCNC program.")
+@click.option("--plot", "figure", type=OutputPath(), metavar="F.png", help="Draw the path.")
+@click.option("--write", "written", type=OutputPath(), metavar="F.ngc", help="Write the moves as a plain LinuxCNC program.")
 @click.option("--tool", "tools", multiple=True, metavar="N=RADIUS[,ORIENTATION]", help="Nose of a tool for G41 and G42, as 1=0.8mm,3.")
 @click.option("--stock", metavar="D,L[,FACE]", help="Diameter and length of the bar, and Z of its face [0 mm]; rapids into it are told.")
 @click.option("--strict", is_flag=True, help="Refuse codes that do nothing in the simulation, as those of the machine's builder.")
@@ -114,10 +117,7 @@ def _write(interpreted: Program, place: Path) -> None:
 
     if place.exists():
         raise ProgramError(f"'{place}' is there already.", remedy="Choose another name.")
-    try:
-        place.write_text(linuxcnc_text(interpreted), encoding="utf-8")
-    except OSError as error:
-        raise ProgramError(f"'{place}' cannot be written: {error.strerror}.", remedy="Choose another place.") from error
+    write_text(place, linuxcnc_text(interpreted))
     click.echo(f"wrote {place}", err=True)
 
 

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+from lathesim.whole_file import make_folder
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -25,7 +28,7 @@ AGREEMENT = 1.0
 @click.option("--table1", is_flag=True, help="Print the means of Table 1 over small changes, beside a reference.")
 @click.option("--tui", "terminal", is_flag=True, help="Measure the terminal app: first paint, answers to keys, drawing.")
 @click.option("--stability", is_flag=True, help="Measure stability maps, as ratios: collocation, measured responses, the next cut.")
-@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Where --scale draws [default: lathesim_runs/scale.png].")
+@click.option("--save", type=OutputPath(makes_folder=True), metavar="F.png", help="Where --scale draws [default: lathesim_runs/scale.png].")
 def bench(as_json: bool, quick: bool, scale: bool, table1: bool, terminal: bool, stability: bool, save: Path | None) -> int:
     """Measure how fast this machine simulates: the median CPU time of a run, its ratio to the compiled engine, and peers where installed.
 
@@ -101,7 +104,7 @@ def _draw(series: Sequence[Any], place: Path) -> Path:
     from lathesim.analysis.figures.plots import save_figure
     from lathesim.analysis.figures.scale_plot import scale_figure
 
-    place.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(place.parent)
     save_figure(scale_figure({item.name: (item.sizes, item.seconds, item.slope) for item in series}), place)
     return place
 

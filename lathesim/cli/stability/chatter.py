@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+
 if TYPE_CHECKING:
     from lathesim.stability.chatter.diagnose_cut import CutDiagnosis
     from lathesim.stability.chatter.recorded_cut import RecordedCut
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 @click.option("--second-speed", type=click.FloatRange(min=0.0, min_open=True), metavar="RPM", help="Its speed.")
 @click.option("--band", metavar="LOW..HIGH", help="Judge only what is between these frequencies [Hz].")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-chatter/1) and nothing else.")
-@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the spectrum with its lines.")
+@click.option("--save", type=OutputPath(), metavar="F.png", help="Draw the spectrum with its lines.")
 def chatter(
     recording: Path,
     channel: str | None,

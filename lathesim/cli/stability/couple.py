@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+
 if TYPE_CHECKING:
     from lathesim.stability.assembly.assembly_file import Assembly
 
@@ -22,7 +24,7 @@ _LINES_OF_FIGURE, _LINES_OF_BAND = 800, 200
     "--inverse", type=click.Path(path_type=Path), metavar="TIP.json", help="Take the parts off a measured tip: what they were fixed to."
 )
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-couple/1) and nothing else.")
-@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the tip over frequency.")
+@click.option("--save", type=OutputPath(), metavar="F.png", help="Draw the tip over frequency.")
 def couple(assembly: Path, frequency: str, overhang: str | None, inverse: Path | None, as_json: bool, save: Path | None) -> None:
     """Show the receptance of the tip of the beams in ASSEMBLY.yaml, the first part at the tip.
 

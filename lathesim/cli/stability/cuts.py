@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+
 if TYPE_CHECKING:
     from lathesim.stability.learning.learned_map import LearnedMap
 
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Another seed of the particles.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-cuts/1) and nothing else.")
-@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the map.")
+@click.option("--save", type=OutputPath(), metavar="F.png", help="Draw the map.")
 def cuts(
     lesson: str,
     cuts_file: Path | None,

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+
 if TYPE_CHECKING:
     from lathesim.stability.limits.lesson_cut import Cut
     from lathesim.stability.limits.lobes import StabilityMap
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 @click.option("--speed", "speeds", default="500..8000:301", show_default=True, metavar="LOW..HIGH:N", help="Speeds [rpm].")
 @click.option("--cuts", "tried", type=click.Path(path_type=Path), metavar="CUTS.csv", help="Show the cuts that were tried.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-lobes/1) and nothing else.")
-@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the lobes.")
+@click.option("--save", type=OutputPath(), metavar="F.png", help="Draw the lobes.")
 def lobes(lesson: str, method: str | None, speeds: str, tried: Path | None, as_json: bool, save: Path | None) -> None:
     """Show the limit of the chip width of LESSON's cut over the spindle speed, from its 'tool_point:'.
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+
 if TYPE_CHECKING:
     from lathesim.stability.tool_point.choose_modes import Estimate, FoundModes
     from lathesim.stability.tool_point.frequency_response import FrequencyResponse
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 @click.option("--count", type=click.IntRange(1, 40), help="How many modes; else taps that were not fitted decide.")
 @click.option("--band", metavar="LOW..HIGH", help="Frequencies [Hz] to look at.")
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-modes/1) and nothing else.")
-@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the response with the fit.")
+@click.option("--save", type=OutputPath(), metavar="F.png", help="Draw the response with the fit.")
 def modes(
     file: Path, quantity: str | None, unit: str | None, count: int | None, band: str | None, as_json: bool, save: Path | None
 ) -> None:

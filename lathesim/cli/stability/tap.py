@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lathesim.cli.output_path import OutputPath
+
 if TYPE_CHECKING:
     from lathesim.stability.tool_point.estimate_response import TapEstimate
 
@@ -18,10 +20,10 @@ if TYPE_CHECKING:
 @click.option("--seed", type=click.IntRange(min=0), help="Another seed of noise and hand.")
 @click.option("--hits", type=click.IntRange(1, 50), help="How many hits are to be kept.")
 @click.option(
-    "--out", type=click.Path(path_type=Path), metavar="F.csv|F.mat|F.uff", help="Where the response goes  [default: lathesim_runs/]."
+    "--out", type=OutputPath(makes_folder=True), metavar="F.csv|F.mat|F.uff", help="Where the response goes  [default: lathesim_runs/]."
 )
 @click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-tap/1) and nothing else.")
-@click.option("--save", type=click.Path(path_type=Path), metavar="F.png", help="Draw the response with its coherence.")
+@click.option("--save", type=OutputPath(), metavar="F.png", help="Draw the response with its coherence.")
 def tap(
     lesson: str, recording: Path | None, seed: int | None, hits: int | None, out: Path | None, as_json: bool, save: Path | None
 ) -> None:

@@ -17,6 +17,7 @@ from lathesim.lessons.simulate import Prepared
 from lathesim.plugins import Registry
 from lathesim.recordings.mapping import map_recording
 from lathesim.recordings.reading import read_recording
+from lathesim.whole_file import make_folder, write_text
 
 NEXT_LAP, LESSON = "next_lap.nc", "lesson.yaml"
 _OFF = 2
@@ -48,12 +49,12 @@ def next_lap(
     errors = asked - read
     following = chosen.applied(np.array(run) - asked, errors)
     following[:, 0] = 0.0
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     file = folder / NEXT_LAP
-    file.write_text(program_text(asked + following, course.period, course.axes_of_path(), None), encoding="utf-8")
+    write_text(file, program_text(asked + following, course.period, course.axes_of_path(), None))
     values = {name: str(given.value) for name, given in prepared.case.set.items() if given.place.startswith("--set")}
     text = changed_lesson(lesson, [], values, folder, variant=prepared.case.variant, program=file, further={"dialect": "linuxcnc"})
-    (folder / LESSON).write_text(text, encoding="utf-8")
+    write_text(folder / LESSON, text)
     return (file, folder / LESSON), float(np.sqrt(np.mean(np.sum(errors**2, axis=0))))
 
 

@@ -30,6 +30,7 @@ from lathesim.lessons.program_path import limits_of
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.program.loading import load_program
 from lathesim.program.path import lay_path
+from lathesim.whole_file import write_text
 
 PROGRAM_FILE, LESSON_FILE = "mirrored.nc", "lesson_program.yaml"
 MIRRORED = (*BUILDERS, "WorkpieceDeflection", "ToolCompliance")
@@ -63,9 +64,7 @@ def write_program(answer: Answer, folder: Path) -> list[Path]:
         fact = f"the mirrored path would shift a point by {1e3 * largest:.3g} mm, which gouges."
         raise LessonError(fact, place=str(diagnosed.lesson.path), remedy="Repair the machine; a program does not take up so much.")
     file = folder / PROGRAM_FILE
-    file.write_text(
-        program_text(course.references() + best, course.period, course.axes_of_path(), _spindle(prepared, walker)), encoding="utf-8"
-    )
+    write_text(file, program_text(course.references() + best, course.period, course.axes_of_path(), _spindle(prepared, walker)))
     try:
         lay_path(load_program(file, "linuxcnc"), limits_of(diagnosed.lesson.machine))
     except (LatheSimError, ProgramError) as error:
@@ -73,7 +72,7 @@ def write_program(answer: Answer, folder: Path) -> list[Path]:
     changes = {"replace": {walker: CONTINUOUS}, "program": file, "further": {"dialect": "linuxcnc"}}
     text = changed_lesson(diagnosed.lesson, [], dict(diagnosed.values), folder, variant=diagnosed.variant, **changes)  # type: ignore[arg-type]
     lesson = folder / LESSON_FILE
-    lesson.write_text(text, encoding="utf-8")
+    write_text(lesson, text)
     return [file, lesson]
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from lathesim.compensation.remedying.bench import Line
 from lathesim.compensation.remedying.remedy import Answer
+from lathesim.whole_file import write_text
 
 TABLE_FILE = "control_table.txt"
 _MOST_ROWS = 400
@@ -22,7 +23,7 @@ def write_control_table(answer: Answer, folder: Path) -> Path:
         lines += [f"{axis}: against {', '.join(line.answers)}", *_of(line, answer), ""]
     lines += [f"{item.effect} at {item.at}: {item.why}." for item in answer.not_mended]
     file = folder / TABLE_FILE
-    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(file, "\n".join(lines) + "\n")
     return file
 
 

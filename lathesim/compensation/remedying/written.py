@@ -9,6 +9,7 @@ from typing import Any
 
 from lathesim.compensation.remedying.bench import Line
 from lathesim.compensation.remedying.remedy import Answer
+from lathesim.whole_file import make_folder, write_text
 
 SCHEMA = "lathesim-remedy/1"
 ANSWER_FILE = "remedy.json"
@@ -16,12 +17,12 @@ ANSWER_FILE = "remedy.json"
 
 def write_lesson(answer: Answer, folder: Path) -> list[Path]:
     """Write the lesson with its remedies (and without the effects, which the machine has by itself), its tables, and the answer."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     bench = answer.bench
     units = {line.name: bench.units(line.name) for line in answer.lines} if bench is not None else {}
     text = answer.diagnosed.text(answer.lines, units, folder, with_effects=False)
     lesson = folder / "lesson.yaml"
-    lesson.write_text(text, encoding="utf-8")
+    write_text(lesson, text)
     return [lesson, *[folder / f"{line.name}_{name}.csv" for line in answer.lines for name in line.tables]]
 
 
@@ -84,5 +85,5 @@ def _number(value: float) -> float | None:
 def write_answer(data: dict[str, Any], folder: Path) -> Path:
     """Write the answer beside the lesson, where compare and conceal --again find it."""
     file = folder / ANSWER_FILE
-    file.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    write_text(file, json.dumps(data, indent=2) + "\n")
     return file

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import Diagnosis
-from lathesim.diagnosis.reporting.html_report import write_report
+from lathesim.diagnosis.reporting.html_report import report_html
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson
+from lathesim.whole_file import WholeFiles, make_folder
 
 
 def refitted_values(diagnosis: Diagnosis) -> Mapping[str, str]:
@@ -18,13 +19,18 @@ def refitted_values(diagnosis: Diagnosis) -> Mapping[str, str]:
 
 
 def write_answer(diagnosis: Diagnosis, lesson: Lesson, folder: Path, method: Method = STANDARD) -> list[Path]:
-    """Write the report and, where something was found, the lesson with it in; return the files, the report first."""
-    folder.mkdir(parents=True, exist_ok=True)
-    files = [write_report(diagnosis, folder / "report.html", method=method)]
-    if diagnosis.plugin:
-        files.append(folder / "discovered_term.py")
-        files[-1].write_text(diagnosis.plugin, encoding="utf-8")
-    if diagnosis.insert:
-        files.append(folder / f"{lesson.name}_explained.yaml")
-        files[-1].write_text(changed_lesson(lesson, diagnosis.insert, refitted_values(diagnosis), folder), encoding="utf-8")
+    """Write the report and, where something was found, the lesson with it in, all or none; return the files, the report first."""
+    make_folder(folder)
+    with WholeFiles() as whole:
+        files = [whole.write_text(report_place(folder), report_html(diagnosis, method=method))]
+        if diagnosis.plugin:
+            files.append(whole.write_text(folder / "discovered_term.py", diagnosis.plugin))
+        if diagnosis.insert:
+            explained = changed_lesson(lesson, diagnosis.insert, refitted_values(diagnosis), folder)
+            files.append(whole.write_text(folder / f"{lesson.name}_explained.yaml", explained))
     return files
+
+
+def report_place(folder: Path) -> Path:
+    """Return where the report of a diagnosis stands in a folder."""
+    return folder / "report.html"

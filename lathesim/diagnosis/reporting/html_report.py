@@ -41,7 +41,6 @@ from lathesim.diagnosis.reporting.number_text import (
 )
 from lathesim.diagnosis.reporting.stability_text import stability_lines
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
-from lathesim.errors import RecordError
 from lathesim.identification.estimation.estimates import CONFIDENCE
 from lathesim.identification.machine.roles import is_recorded_signal
 
@@ -54,18 +53,6 @@ _WORDS = {
     "recording_fault": "Fault of the recording",
 }
 _STRIP_BEGIN, _STRIP_LENGTH = 40.0, 640.0
-
-
-def write_report(diagnosis: Diagnosis, path: str | Path, method: Method = STANDARD) -> Path:
-    """Write the report of a diagnosis as one HTML file and give its path; :class:`RecordError` where it cannot be written."""
-    place = Path(path)
-    text = report_html(diagnosis, method=method)
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise RecordError(f"the report cannot be written: {error.strerror}.", place=str(place), remedy="Choose another place.") from None
-    return place
 
 
 def report_html(diagnosis: Diagnosis, method: Method = STANDARD) -> str:

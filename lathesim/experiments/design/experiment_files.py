@@ -14,6 +14,7 @@ from lathesim.experiments.design.experiment import Designed
 from lathesim.experiments.design.prediction import Foretold
 from lathesim.experiments.design.rivals import NEXT_RUN
 from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.whole_file import make_folder, write_text
 
 SCHEMA = "lathesim-experiment/1"
 
@@ -27,9 +28,9 @@ def program_of(found: Designed) -> str:
 
 def write_program_and_lesson(found: Designed, folder: Path) -> Path:
     """Write program.nc and lesson.yaml, which maps a recording as the lesson does, and return the place of the lesson."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     program = folder / "program.nc"
-    program.write_text(program_of(found), encoding="utf-8")
+    write_text(program, program_of(found))
     names = ", ".join(rival.name for rival in found.scene.rivals)
     text = f"A run of this program tells apart {names}. Record it, and diagnose it with this lesson.\n"
     further: dict[str, Any] = {
@@ -43,7 +44,7 @@ def write_program_and_lesson(found: Designed, folder: Path) -> Path:
         further["duration"] = f"{np.ceil(10.0 * found.program.seconds) / 10.0:.1f} s"
     written = changed_lesson(found.lesson, [], {}, folder, program=program, further=further)
     place = folder / "lesson.yaml"
-    place.write_text(written, encoding="utf-8")
+    write_text(place, written)
     return place
 
 
@@ -143,7 +144,7 @@ def write_experiment(found: Designed, foretold: Sequence[Foretold], folder: Path
     from lathesim.analysis.figures.plots import save_figure
 
     places = {"prediction": folder / "prediction.json", "picture": folder / "experiment.png"}
-    places["prediction"].write_text(json.dumps(as_json(found, foretold), indent=2), encoding="utf-8")
+    write_text(places["prediction"], json.dumps(as_json(found, foretold), indent=2))
     units = [found.scene.plan.unit(name) for name in found.scene.channels]
     names = [rival.name for rival in found.scene.rivals]
     chosen = (found.program.seconds, found.worth.chance)

@@ -30,6 +30,7 @@ from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
+from lathesim.whole_file import make_folder, write_text
 
 SCHEMA = "lathesim-experiment/1"
 _STEP = 1e-3
@@ -271,14 +272,14 @@ def as_json(found: Precise) -> dict[str, Any]:
 def write_precision(found: Precise, folder: Path) -> dict[str, Any]:
     """Write program.nc, lesson.yaml and prediction.json into a folder, and return the last."""
     told = as_json(found)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "program.nc").write_text(found.program.text, encoding="utf-8")
+    make_folder(folder)
+    write_text(folder / "program.nc", found.program.text)
     further: dict[str, Any] = {"variants": {}, "try": [], "goals": []}
     if found.room.needs_duration:
         further["duration"] = f"{np.ceil(10.0 * found.program.seconds) / 10.0:.1f} s"
     text = changed_lesson(found.lesson, [], {}, folder, program=folder / "program.nc", further=further)
-    (folder / "lesson.yaml").write_text(text, encoding="utf-8")
-    (folder / "prediction.json").write_text(json.dumps(told, indent=2), encoding="utf-8")
+    write_text(folder / "lesson.yaml", text)
+    write_text(folder / "prediction.json", json.dumps(told, indent=2))
     return told
 
 

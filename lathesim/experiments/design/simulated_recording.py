@@ -14,6 +14,7 @@ from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.lessons.lesson import Lesson
 from lathesim.units import conversion
+from lathesim.whole_file import whole_file
 
 
 class ReadingNoise(Component):
@@ -85,4 +86,5 @@ def write_recording(lesson: Lesson, assembly: Assembly, place: Path, run: tuple[
     for target, signal in settings.compare.items():
         columns[signal.column] = by_name[target] / (signal.scale * conversion(signal.unit, units[target]))
     table = np.column_stack(list(columns.values()))
-    np.savetxt(place, table, delimiter=",", header=",".join(columns), comments="", fmt="%.10g")
+    with whole_file(place) as part:
+        np.savetxt(part, table, delimiter=",", header=",".join(columns), comments="", fmt="%.10g")

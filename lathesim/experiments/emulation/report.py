@@ -13,6 +13,7 @@ import numpy as np
 from lathesim.experiments.emulation.emulation import Emulation
 from lathesim.experiments.emulation.free_values import FreeValue
 from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.whole_file import make_folder, write_text
 
 SCHEMA = "lathesim-emulation/1"
 
@@ -205,7 +206,7 @@ def write_emulation(found: Emulation, folder: Path) -> dict[str, Path]:
 
     lesson, report = lesson_text(found, folder), report_html(found, "emulation.png")
     told = json.dumps(as_json(found), indent=2)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     panels = [
         (item.name, item.time, item.values, judged.deviation, judged.band)
         for item, judged in zip(found.unseen_recorded, found.unseen, strict=True)
@@ -213,5 +214,5 @@ def write_emulation(found: Emulation, folder: Path) -> dict[str, Path]:
     save_figure(emulation_figure(found.lesson.title, panels, found.telling.singular), folder / "emulation.png")
     places = {"lesson": folder / "lesson.yaml", "report": folder / "report.html", "json": folder / "emulation.json"}
     for name, text in (("lesson", lesson), ("report", report), ("json", told)):
-        places[name].write_text(text, encoding="utf-8")
+        write_text(places[name], text)
     return places

@@ -5,13 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import math
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from lathesim.errors import RecordError
 from lathesim.lessons.sweeping.members import Member
+from lathesim.whole_file import check_place, make_folder, refusal, write_text
 
 FORMAT = "# lathesim-sweep/1"
 
@@ -36,18 +36,17 @@ class SweepTable:
         table of a sweep, or cannot be written.
         """
         try:
+            make_folder(self.path.parent)
+            check_place(self.path)
             if not self.path.exists():
-                self.path.parent.mkdir(parents=True, exist_ok=True)
-                self.path.write_text(self._head(), encoding="utf-8")
+                write_text(self.path, self._head())
                 return {}
             written = self.path.read_bytes()
         except OSError as error:
-            raise RecordError(
-                f"the table cannot be written: {error.strerror}.", place=str(self.path), remedy="Choose another --out."
-            ) from None
+            raise refusal(self.path, error) from None
         whole = written[: written.rfind(b"\n") + 1]
         if self._head().encode().startswith(written):
-            _replace(self.path, self._head())
+            write_text(self.path, self._head())
             return {}
         try:
             text = whole.decode("utf-8")
@@ -56,17 +55,20 @@ class SweepTable:
         self._check_head(text)
         found = {member.number: member for member in map(self._member, csv.reader(io.StringIO(text[len(self._head()) :])))}
         if whole != written:
-            _replace(self.path, text)
+            write_text(self.path, text)
         return found
 
     def add(self, member: Member) -> None:
         """Write the row of a run, at once and whole."""
-        with self.path.open("a", encoding="utf-8", newline="") as file:
-            file.write(self._row(member))
+        try:
+            with self.path.open("ab") as file:
+                file.write(self._row(member).encode())
+        except OSError as error:
+            raise refusal(self.path, error) from error
 
     def finish(self, members: dict[int, Member]) -> None:
         """Write the whole table anew, in the order given."""
-        _replace(self.path, self._head() + "".join(self._row(member) for member in members.values()))
+        write_text(self.path, self._head() + "".join(self._row(member) for member in members.values()))
 
     def _head(self) -> str:
         return "\n".join([FORMAT, *(f"# {line}" for line in self.header), _joined(self.columns)]) + "\n"
@@ -103,10 +105,3 @@ def _joined(cells: Sequence[str]) -> str:
     text = io.StringIO()
     csv.writer(text, lineterminator="").writerow([cell.replace("\n", " ") for cell in cells])
     return text.getvalue()
-
-
-def _replace(path: Path, text: str) -> None:
-    """Write a file beside its place and move it there when whole."""
-    with tempfile.NamedTemporaryFile("w", encoding="utf-8", newline="", dir=path.parent, delete=False) as file:
-        file.write(text)
-    Path(file.name).replace(path)

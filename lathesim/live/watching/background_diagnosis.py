@@ -23,6 +23,7 @@ from lathesim.live.recording.record_mapping import recordings_for
 from lathesim.live.sources.samples import Signal
 from lathesim.record import Channel, FloatArray, Record
 from lathesim.record_writer import save
+from lathesim.whole_file import make_folder, write_text
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +92,7 @@ class Windows:
 
 def free_number(folder: Path) -> int:
     """Return the next free number of a window in a folder, taken by making its folder ``watch_NUMBER``: no session replaces another's."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     for number in itertools.count(1):
         try:
             (folder / f"watch_{number}").mkdir()
@@ -109,13 +110,13 @@ async def diagnose_window(
     It begins from what was known ``before``: what the laps before have shown of a value need not be found again.
     """
     window = windows.asked
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     record, lesson, answer = (folder / f"watch_{number}{ending}" for ending in (".h5", "_lesson.yaml", ".json"))
     save(window.as_record(), record)
     further = {"recordings": recordings_for(prepared, [signal.name for signal in window.signals])}
     variant = prepared.case.variant
     text = changed_lesson(prepared.case.lesson, [], before.values, folder, variant=variant, further=further, sizes=before.sizes)
-    lesson.write_text(text, encoding="utf-8")
+    write_text(lesson, text)
     command = [sys.executable, "-m", "lathesim", "diagnose", str(lesson), str(record), "--json", str(answer), "--no-report"]
     command += ["--at-most", f"{patience:g} s", "--out", str(folder / f"watch_{number}")]
     for option, beside in (("validate", windows.validation), ("before", windows.before)):

@@ -11,6 +11,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.live.watching.effects.known_effects import KnownEffects
 from lathesim.plugins import Registry
+from lathesim.whole_file import write_text
 
 
 def with_named(prepared: Prepared, answer: Mapping[str, Any], known: KnownEffects, registry: Registry, place: Path) -> Prepared:
@@ -21,5 +22,5 @@ def with_named(prepared: Prepared, answer: Mapping[str, Any], known: KnownEffect
     standing = {(str(entry.effect), str(entry.at)) for entry in prepared.case.lesson.settings.insert}
     new = [dict(entry) for entry in answer.get("insert", []) if (str(entry["effect"]), str(entry["at"])) not in standing]
     text = changed_lesson(prepared.case.lesson, new, {}, place.parent, variant=prepared.case.variant, sizes=known.texts())
-    place.write_text(text, encoding="utf-8")
+    write_text(place, text)
     return prepare(load_lesson(str(place)), registry)

@@ -17,6 +17,7 @@ import numpy as np
 
 from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
+from lathesim.whole_file import write_bytes
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+|[-+]\d{3})?")
 _BARE_EXPONENT = re.compile(r"(\d)([-+]\d{3})$")
@@ -142,7 +143,7 @@ def write_uff58(functions: Sequence[Function58], path: Path, *, binary: bool = F
 
     Raises :class:`RecordingError` where the abscissa has more digits than the ASCII form holds.
     """
-    path.write_bytes(b"".join(part for function in functions for part in _written(function, binary, str(path))))
+    write_bytes(path, b"".join(part for function in functions for part in _written(function, binary, str(path))))
 
 
 def _written(function: Function58, binary: bool, path: str) -> Iterator[bytes]:

@@ -10,6 +10,7 @@ from lathesim.errors import RecordingError
 from lathesim.stability.tool_point.frequency_response import SI_UNITS, Complex, FrequencyResponse, Quantity, from_receptance
 from lathesim.stability.tool_point.read_response import HIT, UNIVERSAL
 from lathesim.stability.tool_point.uff58 import COHERENCE, RESPONSE, SPECTRUM, Function58, write_uff58
+from lathesim.whole_file import make_folder, whole_file
 
 _NUMERATORS: dict[Quantity, tuple[int, str, str]] = {
     "receptance": (8, "Displacement", "m"),
@@ -24,22 +25,23 @@ def write_response(response: FrequencyResponse, path: Path, *, binary: bool = Tr
     The ending of the name (.csv, .mat, .uff) says how.
     """
     kind = path.suffix.lower()
-    path.parent.mkdir(parents=True, exist_ok=True)
+    if kind not in (*UNIVERSAL, ".mat", ".csv"):
+        raise RecordingError(
+            f"a response is not written as '{path.suffix}'.", place=str(path), remedy="End the name in .csv, .mat or .uff."
+        )
+    make_folder(path.parent)
     if kind in UNIVERSAL:
         _universal(response, path, binary)
-    elif kind == ".mat":
+    elif kind == ".csv":
+        _text(response, path)
+    else:
         import scipy.io
 
         mean, hits = _measured(response)
         columns: dict[str, object] = {"freq": response.frequency, "H": mean, "unit": SI_UNITS[response.quantity], "notes": response.notes}
         further = {"coherence": response.coherence, "force": response.forces, "hits": np.stack(hits) if hits else None}
-        scipy.io.savemat(path, columns | {name: value for name, value in further.items() if value is not None})
-    elif kind == ".csv":
-        _text(response, path)
-    else:
-        raise RecordingError(
-            f"a response is not written as '{path.suffix}'.", place=str(path), remedy="End the name in .csv, .mat or .uff."
-        )
+        with whole_file(path) as part:
+            scipy.io.savemat(part, columns | {name: value for name, value in further.items() if value is not None}, appendmat=False)
 
 
 def _measured(response: FrequencyResponse) -> tuple[Complex, list[Complex]]:
@@ -63,7 +65,7 @@ def _text(response: FrequencyResponse, path: Path) -> None:
     for number, row in enumerate(hits, 1):
         names += [f"hit {number} real [{unit}]", f"hit {number} imag [{unit}]"]
         columns += [row.real, row.imag]
-    with path.open("w", encoding="utf-8") as file:
+    with whole_file(path) as part, part.open("w", encoding="utf-8") as file:
         if response.notes:
             file.write(f"# {response.notes}\n")
         file.write(",".join(names) + "\n")

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lathesim.errors import RecordError, WriteError
+from lathesim.errors import WriteError
 from lathesim.whole_file import folder_lock, write_text
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class StudentBook:
             write_text(self.path, json.dumps(data, indent=2) + "\n")
         except WriteError as error:
             fact = f"your progress cannot be written: {error.fact}"
-            raise RecordError(fact, place=str(self.path), remedy="The run itself is kept.") from None
+            raise WriteError(fact, place=str(self.path), remedy="The run itself is kept.") from None
 
     def _read(self) -> dict[str, LessonEntry]:
         try:

@@ -18,7 +18,7 @@ from textual.widgets import DataTable, Input, Label, Static, TabbedContent, TabP
 from textual.widgets.tree import TreeNode
 
 from lathesim.engine.assembly import Part
-from lathesim.errors import LatheSimError
+from lathesim.errors import LatheSimError, WriteError
 from lathesim.lessons.simulate import Prepared
 from lathesim.manual.component_page import first_sentence
 from lathesim.tui.model.machine_tree import (
@@ -40,6 +40,7 @@ from lathesim.tui.model.workbench import REGISTRY, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.program_pane import ProgramPane
 from lathesim.tui.widgets.wiring_view import WiringView
+from lathesim.whole_file import make_folder, write_text
 
 _COLUMNS = ("", "name", "value", "default", "bounds", "what it is")
 
@@ -379,10 +380,10 @@ class ConfigureScreen(WorkbenchScreen):
             if path.exists() and path.resolve() == self._setup.lesson.path.resolve():
                 self.tell_fault("The lesson itself is not written over. Choose another name.")
                 return
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(self._setup.lesson_text(path.parent), encoding="utf-8")
-        except OSError as error:
-            self.tell_fault(f"{path}: {error.strerror}. Choose another place.")
+            make_folder(path.parent)
+            write_text(path, self._setup.lesson_text(path.parent))
+        except WriteError as error:
+            self.tell_fault(str(error))
             return
         self.notify(f"Saved. {shlex.join(['lathesim', 'run', str(path)])} runs it.", markup=False)
 

@@ -27,6 +27,7 @@ from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.browse_list import BrowseList
 from lathesim.tui.widgets.compare_pane import ComparePane
 from lathesim.tui.widgets.diagnosis_pane import DiagnosisPane
+from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
     from lathesim.tui.screens.conceal_form import Order
@@ -208,7 +209,7 @@ class DetectiveScreen(WorkbenchScreen):
         path = folder / f"{case.lesson.name}_{case.recording.stem}.yaml"
         try:
             text = changed_lesson(case.lesson, (), {}, folder, variant=setup.variant, further={"recordings": recordings_entry(columns)})
-            path.write_text(text, encoding="utf-8")
+            write_text(path, text)
             self.workbench.open_lesson(path)
             assert self.workbench.setup is not None
             self.case = CaseFile(self.workbench.setup.lesson, case.recording)

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.records.diagnosis import BaselineValue, Diagnosis, Interval, Location
-from lathesim.diagnosis.reporting.html_report import _baseline, insert_lines, report_html, write_report
+from lathesim.diagnosis.reporting.html_report import _baseline, insert_lines, report_html
 from lathesim.diagnosis.reporting.number_text import interval_texts, number, percent, quantity_text, times
 from lathesim.diagnosis.reporting.wiring_diagram import wiring_diagram
-from lathesim.errors import RecordError
 from tests.diagnosis.sample_diagnoses import ALL, COULOMB, NAMED, TIED, UNKNOWN, WIRES
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
@@ -145,14 +144,6 @@ def test_a_page_is_the_same_each_time_and_of_reasonable_size(pages: dict[str, st
     trace = replace(NAMED.evidence.traces[0], time=long, recorded=np.sin(long), before=np.cos(long), after=np.sin(long))
     html = report_html(replace(NAMED, evidence=replace(NAMED.evidence, traces=(trace,))))
     assert len(html) < 300_000
-
-
-def test_the_page_is_written_where_it_is_asked_for(tmp_path: Path) -> None:
-    path = write_report(NAMED, tmp_path / "made" / "report.html")
-    assert path.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(RecordError, match="the report cannot be written"):
-        write_report(NAMED, tmp_path / "file" / "report.html")
 
 
 def test_the_template_goes_into_the_wheel() -> None:
