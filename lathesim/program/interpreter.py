@@ -17,7 +17,8 @@ from dataclasses import replace
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
 from lathesim.program.meanings import HOLES, Group, Meaning
-from lathesim.program.moves import Event, Move, Program
+from lathesim.program.move_table import CUTTING, KINDS, Moves
+from lathesim.program.moves import Event, Program
 from lathesim.program.nose.compensation import compensated
 from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.running.offsets import Offsets
@@ -93,14 +94,14 @@ class _Interpreter(Offsets):
             return self._motion_steps
         return self._macro_steps if Meaning.MACRO_CALL in block.codes else self._steps
 
-    def _compensated(self) -> tuple[tuple[Move, ...], tuple[Event, ...]]:
+    def _compensated(self) -> tuple[Moves, tuple[Event, ...]]:
         """Return moves and events with the nose compensation carried out."""
-        if all(move.nose is None for move in self.moves):
-            return tuple(self.moves), tuple(self.events)
-        made = compensated(self.moves, self.blocks.name)
+        if all(mode.nose is None for mode in self.moves.modes):
+            return self.moves, tuple(self.events)
+        made = compensated(list(self.moves), self.blocks.name)
         places = [0, *itertools.accumulate(len(moves) for moves in made)]
         events = tuple(replace(event, before_move=places[event.before_move]) for event in self.events)
-        return tuple(replace(move, nose=None) for moves in made for move in moves), events
+        return Moves(replace(move, nose=None) for moves in made for move in moves), events
 
     def run_block(self, block: Block) -> None:
         """Run the steps of a block in their order."""
@@ -394,5 +395,5 @@ class _Interpreter(Offsets):
             self.assumed["spindle_mode"] = str(Meaning.SPINDLE_SPEED)
         if Group.MOTION not in said and self.dialect.first_motion is not None:
             self.assumed["motion"] = f"{self.dialect.first_motion} until the program says otherwise"
-        if self.modal.tool is None and any(move.kind in ("feed", "arc", "thread") for move in self.moves):
+        if self.modal.tool is None and any(KINDS[kind] in CUTTING for kind in set(self.moves.kinds)):
             self.assumed["tool"] = "the one in use, as the program calls none"

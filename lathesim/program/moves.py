@@ -6,12 +6,16 @@ Seen with +Z to the right and +X up, a positive sweep runs counterclockwise.
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from lathesim.program.nose.tool_nose import Nose
 from lathesim.program.words import Warned
+
+if TYPE_CHECKING:
+    from lathesim.program.move_table import Moves
 
 MoveKind = Literal["rapid", "feed", "arc", "thread", "dwell"]
 EventKind = Literal[
@@ -19,7 +23,7 @@ EventKind = Literal[
 ]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Spindle:
     """The spindle in force during a move.
 
@@ -33,7 +37,7 @@ class Spindle:
     limit: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Arc:
     """An arc: centre and radii [m], angles [rad]. ``end_radius`` differs from ``radius`` by at most the arc tolerance."""
 
@@ -50,7 +54,7 @@ class Arc:
         return self.sweep < 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Move:
     """One motion or dwell.
 
@@ -117,7 +121,7 @@ class Program:
 
     name: str
     dialect: str
-    moves: tuple[Move, ...]
+    moves: Moves
     events: tuple[Event, ...]
     warnings: tuple[Warned, ...] = ()
     assumed: Mapping[str, str] = field(default_factory=dict)
@@ -125,10 +129,11 @@ class Program:
     @property
     def summary(self) -> Summary:
         """Counts and lengths; rapids of no length are not counted as ways."""
-        counts: dict[str, int] = {}
-        for move in self.moves:
-            counts[move.kind] = counts.get(move.kind, 0) + 1
-        cut = math.fsum(move.length for move in self.moves if move.kind in ("feed", "arc", "thread"))
-        rapid = math.fsum(move.length for move in self.moves if move.kind == "rapid")
+        ways: dict[bool, array[float]] = {True: array("d"), False: array("d")}
+        for kind, length in self.moves.ways():
+            if kind != "dwell":
+                ways[kind == "rapid"].append(length)
         last = self.moves[-1] if self.moves else None
-        return Summary(counts, cut, rapid, last.end_x if last else 0.0, last.end_z if last else 0.0)
+        return Summary(
+            self.moves.counts, math.fsum(ways[False]), math.fsum(ways[True]), last.end_x if last else 0.0, last.end_z if last else 0.0
+        )

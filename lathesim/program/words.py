@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import re
 from array import array
-from collections.abc import Mapping, Sequence
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import overload
@@ -86,6 +87,13 @@ class Lines(Sequence[Block]):
             return Block(line, (), fault=self.faults[line])
         return self.parsed(line) or Block(line, ())
 
+    def matching(self, pattern: re.Pattern[str]) -> Iterator[Block]:
+        """Yield the blocks of the lines in which a pattern is found."""
+        for line in dict.fromkeys(bisect_right(self.starts, found.start()) for found in pattern.finditer(self.text)):
+            place = bisect_left(self.lines, line)
+            if self.lines[place : place + 1] == array("I", [line]):
+                yield self[place]
+
 
 @dataclass(frozen=True)
 class Blocks:
@@ -109,6 +117,10 @@ class Blocks:
     def place(self, line: int) -> str:
         """The place of a physical line as errors show it."""
         return f"{self.name}:{line}"
+
+    def matching(self, pattern: re.Pattern[str]) -> Iterator[Block]:
+        """Yield the blocks of the main program in whose lines a pattern is found."""
+        return self.blocks.matching(pattern) if isinstance(self.blocks, Lines) else iter(())
 
 
 def read_program_file(path: str | Path, *, block_delete: bool = True) -> Blocks:

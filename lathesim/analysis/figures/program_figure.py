@@ -2,45 +2,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable
 from typing import Any
 
-from lathesim.analysis.figures.figure_style import dress, new_figure
+from lathesim.analysis.figures.figure_style import dress, legend, new_figure
 
 Piece = tuple[str, list[float], list[float]]
 """Kind of a move (rapid, feed, thread), its z and its x [mm]."""
-
+Line = tuple[list[float], list[float]]
 
 _MARGIN = 0.12
 """Share of the cut's size that is shown around it."""
+_LONGEST = 10_000
+"""Points of one drawn line, assumed: the renderer gives up on a line that crosses too many of its cells."""
+_STYLES = {"rapid": ("C7", "--", 0.8), "thread": ("C3", "-", 2.0)}
+_FEED = ("C0", "-", 1.4)
 
 
-def program_figure(title: str, pieces: Sequence[Piece]) -> Any:
+def program_figure(title: str, pieces: Iterable[Piece]) -> Any:
     """Draw the moves of a program in the plane of Z and X (a radius): rapid moves dashed, cuts solid, threads thick.
 
-    The view is that of the cuts; rapid moves that come from further away run out of it.
+    Moves of one kind are one line with gaps, so that a long program is drawn at once. The view is that of the cuts; rapid moves that come
+    from further away run out of it.
     """
     figure = new_figure(8.0, 4.5)
     panel = figure.subplots()
-    styles = {"rapid": ("C7", "--", 0.8), "thread": ("C3", "-", 2.0)}
-    named: set[str] = set()
-    for kind, z, x in pieces:
-        colour, line, width = styles.get(kind, ("C0", "-", 1.4))
-        label = kind if kind not in named else None
-        named.add(kind)
-        panel.plot(z, x, color=colour, linestyle=line, linewidth=width, label=label)
-    cuts = [(z, x) for kind, z, x in pieces if kind != "rapid"] or [(z, x) for _, z, x in pieces]
-    if cuts:
-        z, x = [value for piece in cuts for value in piece[0]], [value for piece in cuts for value in piece[1]]
-        margin = _MARGIN * max(max(z) - min(z), max(x) - min(x), 1.0)
-        panel.set_xlim(min(z) - margin, max(z) + margin)
-        panel.set_ylim(min(x) - margin, max(x) + margin)
     panel.axhline(0.0, color="C7", linewidth=0.8, linestyle="-.", zorder=0)
+    lines = _lines(pieces)
+    for kind, (z, x) in lines.items():
+        colour, line, width = _STYLES.get(kind, _FEED)
+        for first in range(0, max(1, len(z) - 1), _LONGEST):
+            part = slice(first, first + _LONGEST + 1)
+            panel.plot(z[part], x[part], color=colour, linestyle=line, linewidth=width, label=kind if first == 0 else None)
     panel.set_aspect("equal", adjustable="datalim")
-    panel.set_title(title, fontsize=10)
-    if named:
-        panel.legend(fontsize=8)
+    _show_cuts(panel, [line for kind, line in lines.items() if kind != "rapid"] or list(lines.values()))
+    panel.set_title(title, fontsize=10, loc="left")
+    legend(panel)
     dress(panel)
     panel.set_xlabel("Z [mm]")
     panel.set_ylabel("X (radius) [mm]")
     return figure
+
+
+def _lines(pieces: Iterable[Piece]) -> dict[str, Line]:
+    """Return z and x of the moves of each kind one behind the other, with a gap where one does not go on from the one before."""
+    lines: dict[str, Line] = {}
+    for kind, z, x in pieces:
+        if kind == "dwell":
+            continue
+        line = lines.setdefault(kind, ([], []))
+        goes_on = bool(line[0]) and (line[0][-1], line[1][-1]) == (z[0], x[0])
+        for values, more in zip(line, (z, x), strict=True):
+            if not goes_on and values:
+                values.append(math.nan)
+            values.extend(more[1:] if goes_on else more)
+    return lines
+
+
+def _show_cuts(panel: Any, lines: list[Line]) -> None:
+    """Set the view around some lines; it may still grow along one axis, as both have one scale."""
+    z = [value for line in lines for value in line[0] if not math.isnan(value)]
+    x = [value for line in lines for value in line[1] if not math.isnan(value)]
+    if not z:
+        return
+    margin = _MARGIN * max(max(z) - min(z), max(x) - min(x), 1.0)
+    panel.set_xlim(min(z) - margin, max(z) + margin, auto=True)
+    panel.set_ylim(min(x) - margin, max(x) + margin, auto=True)

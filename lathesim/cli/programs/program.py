@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,9 +74,9 @@ def program(
         click.echo(json.dumps(canon(interpreted), indent=1, ensure_ascii=False))
         return 0
     if as_words:
-        click.echo("\n".join(f"{line:>4}  {sentence}" for line, sentence in explain(blocks, interpreted)))
+        _print(f"{line:>4}  {sentence}" for line, sentence in explain(blocks, interpreted))
     elif not as_check:
-        click.echo("\n".join(_table(interpreted)))
+        _print(_table(interpreted))
     if as_words or as_check:
         click.echo(_taken_as(interpreted), err=True)
     for warned in warnings:
@@ -125,18 +127,19 @@ def _draw(interpreted: Program, figure: Path) -> None:
     from lathesim.analysis.figures.plots import save_figure
     from lathesim.analysis.figures.program_figure import program_figure
 
-    save_figure(program_figure(Path(interpreted.name).name, [_points(move) for move in interpreted.moves if move.kind != "dwell"]), figure)
+    save_figure(program_figure(Path(interpreted.name).name, map(_points, interpreted.moves)), figure)
     click.echo(f"drew {figure}", err=True)
 
 
 def _points(move: Move) -> tuple[str, list[float], list[float]]:
-    """Return kind, z and x [mm] of the points along a move."""
-    from math import cos, sin
+    """Return kind, z and x [mm] of the points along a move, on an arc one every five degrees."""
+    from math import ceil, cos, degrees, sin
 
     if move.arc is None:
         return move.kind, [1e3 * move.start_z, 1e3 * move.end_z], [1e3 * move.start_x, 1e3 * move.end_x]
     arc = move.arc
-    angles = [arc.start_angle + arc.sweep * step / 48 for step in range(49)]
+    count = ceil(abs(degrees(arc.sweep)) / 5.0) + 1
+    angles = [arc.start_angle + arc.sweep * step / count for step in range(count + 1)]
     return (
         "feed",
         [1e3 * (arc.centre_z + arc.radius * cos(a)) for a in angles],
@@ -144,17 +147,29 @@ def _points(move: Move) -> tuple[str, list[float], list[float]]:
     )
 
 
-def _table(interpreted: Program) -> list[str]:
-    lines = [f"{'line':>4}  {'move':<10}{'X [mm]':>12}{'Z [mm]':>12}  {'feed':<16}spindle"]
-    lines += [
-        f"{move.line:>4}  {_kind(move):<10}{1e3 * move.end_x:>12.4f}{1e3 * move.end_z:>12.4f}  {_feed(move):<16}{_spindle(move)}"
-        for move in interpreted.moves
-    ]
+def _print(lines: Iterable[str]) -> None:
+    """Print many lines, a thousand at once."""
+    left = iter(lines)
+    while some := list(itertools.islice(left, 1000)):
+        click.echo("\n".join(some))
+
+
+def _table(interpreted: Program) -> Iterator[str]:
+    from lathesim.program.move_table import KINDS
+
+    yield f"{'line':>4}  {'move':<10}{'X [mm]':>12}{'Z [mm]':>12}  {'feed':<16}spindle"
+    moves = interpreted.moves
+    same: dict[tuple[int, int, float], str] = {}
+    for place, key in enumerate(zip(moves.kinds, moves.mode_numbers, moves.feeds, strict=True)):
+        behind = same.get(key)
+        if behind is None:
+            behind = same[key] = f"{_feed(moves[place]):<16}{_spindle(moves[place])}"
+        kind, x, z = KINDS[key[0]], 1e3 * moves.ends[4 * place + 2], 1e3 * moves.ends[4 * place + 3]
+        yield f"{moves.lines[place]:>4}  {_arc(moves[place]) if kind == 'arc' else kind:<10}{x:>12.4f}{z:>12.4f}  {behind}"
     summary = interpreted.summary
     counts = ", ".join(f"{number} {kind}" for kind, number in summary.counts.items()) or "no moves"
-    lines.append(f"{counts}; cut {1e3 * summary.cut_path:.3f} mm, rapid {1e3 * summary.rapid_path:.3f} mm")
-    lines.append(_taken_as(interpreted))
-    return lines
+    yield f"{counts}; cut {1e3 * summary.cut_path:.3f} mm, rapid {1e3 * summary.rapid_path:.3f} mm"
+    yield _taken_as(interpreted)
 
 
 def _taken_as(interpreted: Program) -> str:
@@ -162,7 +177,7 @@ def _taken_as(interpreted: Program) -> str:
     return "taken as: " + "; ".join(f"{name.replace('_', ' ')}: {value}" for name, value in interpreted.assumed.items())
 
 
-def _kind(move: Move) -> str:
+def _arc(move: Move) -> str:
     return move.kind if move.arc is None else f"arc {'cw' if move.arc.clockwise else 'ccw'}"
 
 

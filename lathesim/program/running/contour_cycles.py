@@ -12,6 +12,7 @@ from lathesim.program.cycles.step import Point, Step
 from lathesim.program.macros.structure import Structure
 from lathesim.program.macros.variables import Variables
 from lathesim.program.meanings import Group, Meaning
+from lathesim.program.move_table import Moves
 from lathesim.program.moves import Event, Move
 from lathesim.program.nose.compensation import beside
 from lathesim.program.nose.tool_nose import LEFT, RIGHT
@@ -140,7 +141,7 @@ class ContourCycles(Motions):
         self._finishing_allowances(code)
         walked = self._walked(first, last)
         self.events += [replace(event, before_move=event.before_move + len(self.moves)) for event in walked.events]
-        self.moves += [replace(move, cycle=code, cycle_line=line) for move in walked.moves]
+        self.moves.extend(replace(move, cycle=code, cycle_line=line) for move in walked.moves)
         start = (modal.x, modal.z)
         self.modal = replace(walked.modal, motion=modal.motion, motion_code=modal.motion_code)
         self.add("rapid", start, cycle=code, cycle_line=line)
@@ -308,12 +309,12 @@ class ContourCycles(Motions):
         if self.walking:
             raise self.error("A cycle stands in the contour of a cycle.", "Write the contour with G0 to G3 only.")
         kept = (self.modal, self.moves, self.events, self.block, self.used, self.position, self.block_number, self.passed)
-        self.modal, self.moves, self.events, self.walking = copy.copy(self.modal), [], [], True
+        self.modal, self.moves, self.events, self.walking = copy.copy(self.modal), Moves(), [], True
         self.modal.motion = None
         self.passed, self.corner = set(), None
         try:
             self.run_blocks(first, last + 1)
-            return Walked(self.moves, self.events, self.modal)
+            return Walked(list(self.moves), self.events, self.modal)
         finally:
             self.walking = False
             self.modal, self.moves, self.events, self.block, self.used, self.position, self.block_number, self.passed = kept

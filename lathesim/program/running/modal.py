@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from lathesim.program.meanings import Group, Meaning
 from lathesim.program.moves import Spindle
 from lathesim.program.nose.tool_nose import Nose, Tool
+
+_spindle = lru_cache(64)(Spindle)
 
 
 @dataclass
@@ -89,7 +92,7 @@ class Modal:
     @property
     def spindle(self) -> Spindle:
         """The spindle as the next move sees it."""
-        return Spindle(self.direction, self.surface, self.speed or 0.0, self.limit if self.surface else None)
+        return _spindle(self.direction, self.surface, self.speed or 0.0, self.limit if self.surface else None)
 
     def shown(self, length: float) -> float:
         """Return a length [m] in the unit of the program [mm or inch]."""

@@ -13,7 +13,8 @@ from lathesim.errors import ProgramError
 from lathesim.program.arcs import arc_by_centre, arc_by_radius
 from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.moves import Arc, Event, EventKind, Move, MoveKind
+from lathesim.program.move_table import Mode, Moves
+from lathesim.program.moves import Arc, Event, EventKind, MoveKind
 from lathesim.program.running.corners import CORNER_LETTERS, Corner, broken, corner_of, end_at_angle
 from lathesim.program.running.modal import Modal
 from lathesim.program.vocabulary import Codes, Sorted, other_readings
@@ -34,13 +35,14 @@ class Motions:
         self.modal = Modal(start[0], start[1], diameter=dialect.x_is_diameter, per_revolution=dialect.per_revolution)
         self.modal.motion = dialect.first_motion
         self.modal.motion_code = self.code_for(dialect.first_motion) if dialect.first_motion is not None else ""
-        self.moves: list[Move] = []
+        self.moves = Moves()
         self.events: list[Event] = []
         self.warnings: list[Warned] = list(blocks.warnings)
         self.assumed: dict[str, str] = {}
         self.used: set[str] = set()
         self.block = Sorted(0, "", {}, {}, ())
         self.block_number = ""
+        self._axes = tuple({"X": "X", "Z": "Z", **(dialect.incremental or {})}.items())
         self._known: dict[tuple[Word, ...], Codes] = {}
         self.passed: set[int] = set()
         self.walking = False
@@ -99,9 +101,8 @@ class Motions:
         meaning = block.of_group(Group.MOTION)
         if meaning is not None:
             modal.motion, modal.motion_code = meaning, block.codes[meaning].code
-        axes = [letter for letter in ("X", "Z", *(self.dialect.incremental or {})) if letter in block.words and letter not in self.used]
-        centre = [letter for letter in ("I", "J", "K", "R") if letter in block.words]
-        if not axes and not (centre and modal.motion in _ARCS):
+        axes = [letter for letter, _ in self._axes if letter in block.words and letter not in self.used]
+        if not axes and not (modal.motion in _ARCS and any(letter in block.words for letter in "IJKR")):
             if self.has(Meaning.MACHINE_COORDINATES):
                 raise self.error(f"{block.codes[Meaning.MACHINE_COORDINATES].text} names no axis.", "Add an X or a Z word.")
             if meaning is Meaning.THREAD:
@@ -153,19 +154,18 @@ class Motions:
         return end
 
     def target(self, incremental: Mapping[str, str] | None = None) -> tuple[float, float]:
-        """The end point (x, z) the block names [m], X as a radius; ``incremental`` letters are those of the dialect unless given."""
-        modal = self.modal
-        incremental = self.dialect.incremental if incremental is None else incremental
+        """The end point (x, z) the block names [m], X as a radius; ``incremental`` letters come to those of the dialect."""
+        modal, words = self.modal, self.block.words
         scale = 0.5 if modal.diameter else 1.0
         x, z = modal.x, modal.z
         machine = self.has(Meaning.MACHINE_COORDINATES)
         zero = self.dialect.machine_zero if machine else modal.zero
-        for letter, axis in {"X": "X", "Z": "Z", **(incremental or {})}.items():
-            word = self.take(letter)
-            if word is None:
+        for letter, axis in self._axes if incremental is None else (*self._axes, *incremental.items()):
+            if letter not in words:
                 continue
+            self.used.add(letter)
             absolute = letter == axis and (modal.absolute or machine)
-            value = modal.metres(word.value) * (scale if axis == "X" else 1.0)
+            value = modal.metres(words[letter].value) * (scale if axis == "X" else 1.0)
             if axis == "X":
                 x = zero[0] + value if absolute else x + value
             else:
@@ -270,13 +270,11 @@ class Motions:
         """A feed move needs a feed, and per revolution a turning spindle."""
         modal = self.modal
         per_revolution = modal.per_revolution
-        mode = self.code_for(Meaning.PER_REVOLUTION if per_revolution else Meaning.PER_MINUTE)
-        example = f"Add an F word, for example {'F0.2' if per_revolution else 'F120'} with {mode}."
-        if modal.feed is None:
-            why = f"{modal.feed_lost}" if modal.feed_lost else "none is set yet"
+        if not modal.feed:
+            mode = self.code_for(Meaning.PER_REVOLUTION if per_revolution else Meaning.PER_MINUTE)
+            example = f"Add an F word, for example {'F0.2' if per_revolution else 'F120'} with {mode}."
+            why = f"the one of line {modal.feed_line} is 0" if modal.feed is not None else modal.feed_lost or "none is set yet"
             raise self.error(f"{modal.motion_code} needs a feed and {why}.", example)
-        if modal.feed == 0.0:
-            raise self.error(f"{modal.motion_code} needs a feed and the one of line {modal.feed_line} is 0.", example)
         if per_revolution and not modal.turning:
             other = self.code_for(Meaning.PER_MINUTE)
             raise self.error(
@@ -304,16 +302,11 @@ class Motions:
     ) -> None:
         """Append a move and go to its end (x, z) [m]; only those that are ``compensated`` follow the nose compensation in force."""
         modal = self.modal
-        start = (modal.x, modal.z)
         line = self.block.line if line is None else line
         nose = modal.nose if compensated else None
-        self.moves.append(
-            Move(
-                kind, line, *start, *end, modal.spindle, feed, per_revolution, arc, seconds, modal.tool, cycle, cycle_line, nose,
-                start_angle, spin_back,
-            )
-        )  # fmt: skip
+        mode = Mode(modal.spindle, per_revolution, seconds, modal.tool, cycle, cycle_line, nose, start_angle, spin_back)
+        self.moves.add(kind, line, (modal.x, modal.z), end, feed, arc, mode)
         modal.x, modal.z = end
         corner, self.corner = self.corner, None
         if corner is not None and len(self.moves) > 1:
-            self.moves[-2:] = broken(self.moves[-2], self.moves[-1], corner)
+            self.moves.replace_last(2, broken(self.moves[-2], self.moves[-1], corner))

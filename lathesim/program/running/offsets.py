@@ -212,7 +212,7 @@ class Offsets(Flow):
             self.take("P")
         named = [letter for letter in ("X", "Z", "U", "W") if letter in self.block.words]
         if named:
-            self.add("rapid", self.target(self.dialect.home_incremental or self.dialect.incremental))
+            self.add("rapid", self.target(self.dialect.home_incremental))
         x_home = not named or "X" in named or "U" in named
         z_home = not named or "Z" in named or "W" in named
         zero = modal.homes.get(which, self.dialect.machine_zero)

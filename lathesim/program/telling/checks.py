@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import re
 from collections.abc import Iterator
 
 from lathesim.program.dialects import dialect_named
 from lathesim.program.meanings import Meaning
-from lathesim.program.moves import Move, Program
+from lathesim.program.move_table import CUTTING, KINDS
+from lathesim.program.moves import Program, Spindle
 from lathesim.program.words import Blocks, Warned
 
 _BEYOND_AXIS = -1e-3
@@ -17,6 +20,7 @@ _LEADS_TO_RUN_UP = 2.0
 """How many leads a thread should have to run up to its speed, assumed: a rule of thumb of shops is three."""
 _LARGE_FEED = 2e-3
 """[m] per revolution above which a feed is a slip, assumed: ten times a roughing feed."""
+_WITHOUT_POINT = re.compile(r"[XZUW]\s*[+-]?\s*[0-9]{4,}(?![0-9.])", re.IGNORECASE)
 _STEPS_LIKELY = 1000.0
 """A position of so many units without a decimal point is likely meant in the least steps of the control, assumed."""
 
@@ -36,10 +40,6 @@ def _first(warnings: Iterator[Warned]) -> list[Warned]:
     return [] if warned is None else [warned]
 
 
-def _cuts(program: Program) -> Iterator[Move]:
-    return (move for move in program.moves if move.kind in ("feed", "arc", "thread"))
-
-
 def _units(program: Program) -> Iterator[Warned]:
     taken = program.assumed.get("units")
     if taken and program.moves:
@@ -49,56 +49,57 @@ def _units(program: Program) -> Iterator[Warned]:
 
 
 def _beyond_axis(program: Program) -> Iterator[Warned]:
-    ends = [move.end_x for move in program.moves]
-    if sum(x > _SAME for x in ends) <= sum(x < -_SAME for x in ends):
-        return  # a program for a tool on the other side
-    for move in _cuts(program):
+    moves = program.moves
+    ends = moves.ends[2::4]
+    if min(ends, default=0.0) >= _BEYOND_AXIS or sum(x > _SAME for x in ends) <= sum(x < -_SAME for x in ends):
+        return  # nothing goes there, or the tool is on the other side
+    for move in moves.where(lambda kind, mode, feed: kind in CUTTING):
         if move.end_x < _BEYOND_AXIS:
             x = f"X {1e3 * move.end_x:.4g} mm (radius)"
             yield Warned(move.line, f"The cut goes beyond the spindle's axis, to {x}. Check the sign and whether X is a diameter.")
 
 
 def _without_limit(program: Program) -> Iterator[Warned]:
-    for move in _cuts(program):
-        spindle = move.spindle
-        if spindle.direction and spindle.surface and spindle.limit is None:
-            smallest = min(abs(move.start_x), abs(move.end_x))
-            rpm = 30.0 / math.pi * spindle.speed / smallest if smallest > _SAME else math.inf
-            told = "without bound" if math.isinf(rpm) else f"at up to {rpm:.0f} rpm"
-            table = dialect_named(program.dialect)
-            how = ", as a D word beside G96" if table.surface_limit else ", as G50 S2500" if table.program_number else ""
-            yield Warned(move.line, f"The spindle runs {told} under constant surface speed. Write a speed limit before it{how}.")
+    for move in program.moves.where(lambda kind, mode, feed: kind in CUTTING and _unlimited(mode.spindle)):
+        smallest = min(abs(move.start_x), abs(move.end_x))
+        rpm = 30.0 / math.pi * move.spindle.speed / smallest if smallest > _SAME else math.inf
+        told = "without bound" if math.isinf(rpm) else f"at up to {rpm:.0f} rpm"
+        table = dialect_named(program.dialect)
+        how = ", as a D word beside G96" if table.surface_limit else ", as G50 S2500" if table.program_number else ""
+        yield Warned(move.line, f"The spindle runs {told} under constant surface speed. Write a speed limit before it{how}.")
+
+
+def _unlimited(spindle: Spindle) -> bool:
+    return spindle.direction != 0 and spindle.surface and spindle.limit is None
 
 
 def _thread_in_surface_speed(program: Program) -> Iterator[Warned]:
-    for move in program.moves:
-        if move.kind == "thread" and move.spindle.surface:
-            yield Warned(
-                move.line, "A thread is cut under constant surface speed, so its passes turn at different speeds. Write G97 before it."
-            )
+    for move in program.moves.where(lambda kind, mode, feed: kind == "thread" and mode.spindle.surface):
+        yield Warned(
+            move.line, "A thread is cut under constant surface speed, so its passes turn at different speeds. Write G97 before it."
+        )
 
 
 def _large_feeds(program: Program) -> Iterator[Warned]:
-    for move in program.moves:
-        if move.kind in ("feed", "arc") and move.per_revolution and (move.feed or 0.0) > _LARGE_FEED:
-            told = f"The feed is {1e3 * (move.feed or 0.0):.4g} mm per revolution."
-            yield Warned(move.line, f"{told} If it is meant per minute, choose that mode before F.")
+    for move in program.moves.where(lambda kind, mode, feed: kind in ("feed", "arc") and mode.per_revolution and feed > _LARGE_FEED):
+        told = f"The feed is {1e3 * (move.feed or 0.0):.4g} mm per revolution."
+        yield Warned(move.line, f"{told} If it is meant per minute, choose that mode before F.")
 
 
 def _run_up(program: Program) -> Iterator[Warned]:
-    previous: Move | None = None
-    for move in program.moves:
-        starts = move.kind == "thread" and previous is not None and previous.kind == "rapid"
-        if starts and move.feed and move.length < _LEADS_TO_RUN_UP * move.feed:
-            yield Warned(move.line, f"The thread is only {move.length / move.feed:.2g} leads long, too short to run up to its speed.")
-        previous = move
+    moves = program.moves
+    for before, here in itertools.pairwise(range(len(moves)) if "thread" in moves.counts else ()):
+        if KINDS[moves.kinds[before]] == "rapid" and KINDS[moves.kinds[here]] == "thread":
+            move = moves[here]
+            if move.feed and move.length < _LEADS_TO_RUN_UP * move.feed:
+                yield Warned(move.line, f"The thread is only {move.length / move.feed:.2g} leads long, too short to run up to its speed.")
 
 
 def _decimal_points(program: Program, blocks: Blocks) -> Iterator[Warned]:
     """Positions without a decimal point: a control set to its least increment reads them in steps of it."""
     if not dialect_named(program.dialect).program_number:
         return
-    for block in blocks.blocks:
+    for block in blocks.matching(_WITHOUT_POINT):
         for word in block.words:
             if word.letter in "XZUW" and word.expression is None and "." not in word.text and abs(word.value) >= _STEPS_LIKELY:
                 sentence = f"{word.text} has no decimal point and is read in whole units."
