@@ -81,7 +81,8 @@ class _Interpreter(Offsets):
         self.close()
         self.note_assumptions()
         moves, events = self._compensated()
-        return Program(self.blocks.name, self.dialect.name, moves, events, tuple(self.warnings), self.assumed)
+        contours = tuple(move for walked in self.contours.values() for move in walked)
+        return Program(self.blocks.name, self.dialect.name, moves, events, tuple(self.warnings), self.assumed, contours)
 
     def _steps_of(self, block: Sorted) -> tuple[Callable[[], object], ...]:
         """Return the steps that a block may need; one that only moves needs three."""

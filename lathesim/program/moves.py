@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
@@ -117,7 +117,11 @@ class Summary:
 
 @dataclass(frozen=True)
 class Program:
-    """An interpreted part program. ``assumed`` says what the program itself leaves open, and how it was taken."""
+    """An interpreted part program.
+
+    ``assumed`` says what the program itself leaves open, and how it was taken; ``contours`` are the moves that the blocks of contours
+    stand for, which cycles make their own moves of.
+    """
 
     name: str
     dialect: str
@@ -125,6 +129,7 @@ class Program:
     events: tuple[Event, ...]
     warnings: tuple[Warned, ...] = ()
     assumed: Mapping[str, str] = field(default_factory=dict)
+    contours: Sequence[Move] = ()
 
     @property
     def summary(self) -> Summary:

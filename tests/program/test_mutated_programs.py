@@ -76,7 +76,7 @@ def damage(number: int, seed: int) -> tuple[int, int]:
             program = interpret(blocks, found)
             if program.summary.cut_path > 0.0:
                 lay_path(program)
-            explain(blocks, program)
+            list(explain(blocks, program))
             checked(program, blocks)
             good += 1
         except ProgramError as error:

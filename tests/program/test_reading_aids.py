@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from lathesim.errors import ProgramError
 from lathesim.program.interpreter import interpret
 from lathesim.program.loading import load_program
+from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.reading.detect import detect_dialect
 from lathesim.program.telling.checks import checked
 from lathesim.program.telling.explain import explain
@@ -173,3 +175,31 @@ def test_the_cycles_of_linuxcnc_are_explained_in_their_own_words() -> None:
     assert "contour O100, depth of cut 1 (radius)" in told[8]
     assert "crest -4 from the drive line (counted as X)" in told[9]
     assert "slide angle 30 degrees" in told[9]
+
+
+def test_every_move_of_a_block_is_told_also_in_contours_and_with_a_nose(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = "G21 G99 G97 S500 M03 T0101\nG00 X52. Z2.\nG71 U2. R0.5\nG71 P1 Q2 U0.4 W0.1 F0.3\n"
+    text += "N1 G42 G00 X18.\nG01 Z0. F0.1\nX30.,C2.\nZ-10.\nX40.,R3.\nZ-20.\nN2 G40 X52.\nG70 P1 Q2\n"
+    text += "G42 G00 X20. Z3.\nG01 Z-5. F0.1\nX24.\nZ-12.\nG03 X30. Z-15. R3.\nG01 X46.\nG40 G00 X60.\nG04 X1.\nG04 X1.\nM30\n"
+    Path("nose.nc").write_text(text, encoding="utf-8")
+    program = interpret(read_program(text), "fanuc", tools={1: Tool(0.4e-3, 3)})
+    said = call(capsys, "program", "nose.nc", "--tool", "1=0.4mm,3", "--explain").out
+    blocks = re.split(r"\n(?= *\d+  [A-Z])", said)
+    assert len(blocks) == len(text.splitlines())
+    for line, words in enumerate(blocks, start=1):
+        told = len(re.findall(r"(?:[Rr]apid|straight line|[Ss]traight line|arc of radius [^,]*, [^,]*,) to X|[Dd]well of", words))
+        own = [move for move in program.moves if line in (move.line, move.cycle_line)]
+        assert told == len(own), (line, words)
+    assert "Part of the contour: " in said and "G42: nose compensation, tool on the right; part of the contour: rapid to X" in said
+
+
+def test_a_contour_that_only_roughing_runs_is_told_too() -> None:
+    text = "G21 G99 G97 S500 M03 T0101\nG00 X52. Z2.\nG71 U2. R0.5\nG71 P1 Q2 U0.4 F0.3\nN1 G00 X18.\nG01 Z-10.,C1. F0.1\nN2 X52.\nM30\n"
+    blocks = read_program(text)
+    told = dict(explain(blocks, interpret(blocks, "fanuc")))
+    assert told[5] == "Part of the contour: rapid to X 18 mm (diameter), Z 2 mm."
+    line, chamfer = (f"straight line to X {x} mm (diameter), Z {z} mm at 0.1 mm/rev" for x, z in ((18, -9), (20, -10)))
+    assert told[6] == f"Part of the contour: {line}; {chamfer}."

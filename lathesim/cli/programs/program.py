@@ -74,7 +74,7 @@ def program(
         click.echo(json.dumps(canon(interpreted), indent=1, ensure_ascii=False))
         return 0
     if as_words:
-        _print(f"{line:>4}  {sentence}" for line, sentence in explain(blocks, interpreted))
+        _print(f"{line:>4}  {sentence}" for line, sentence in explain(blocks, interpreted, every=True))
     elif not as_check:
         _print(_table(interpreted))
     if as_words or as_check:

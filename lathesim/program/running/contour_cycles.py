@@ -314,6 +314,7 @@ class ContourCycles(Motions):
         self.passed, self.corner = set(), None
         try:
             self.run_blocks(first, last + 1)
+            self.contours.setdefault(first, tuple(self.moves))
             return Walked(list(self.moves), self.events, self.modal)
         finally:
             self.walking = False

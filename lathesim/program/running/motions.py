@@ -14,7 +14,7 @@ from lathesim.program.arcs import arc_by_centre, arc_by_radius
 from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import Group, Meaning
 from lathesim.program.move_table import Mode, Moves
-from lathesim.program.moves import Arc, Event, EventKind, MoveKind
+from lathesim.program.moves import Arc, Event, EventKind, Move, MoveKind
 from lathesim.program.running.corners import CORNER_LETTERS, Corner, broken, corner_of, end_at_angle
 from lathesim.program.running.modal import Modal
 from lathesim.program.vocabulary import Codes, Sorted, other_readings
@@ -46,6 +46,7 @@ class Motions:
         self._known: dict[tuple[Word, ...], Codes] = {}
         self.passed: set[int] = set()
         self.walking = False
+        self.contours: dict[int, tuple[Move, ...]] = {}
         self.corner: Corner | None = None
 
     # ---- small tools of the steps ------------------------------------------------------------------------------------------------

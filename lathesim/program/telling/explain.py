@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterator
 
 from lathesim.program.dialects import Dialect, dialect_named
 from lathesim.program.meanings import Meaning
@@ -11,22 +13,22 @@ from lathesim.program.telling.block_sentences import cycle_words, speed_words, s
 from lathesim.program.words import Block, Blocks
 
 _MOST = 4
-"""Moves of one line that are told one by one."""
+"""Moves of one line that are told within its sentence."""
 _MOTION = {Meaning.RAPID, Meaning.LINE, Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE, Meaning.DWELL, Meaning.THREAD}
 """Codes that the moves themselves tell."""
 _SPEEDS = {Meaning.SURFACE_SPEED, Meaning.SPINDLE_SPEED, Meaning.SPINDLE_LIMIT}
 """Codes that are told together with their S word."""
 
 
-def explain(blocks: Blocks, program: Program) -> list[tuple[int, str]]:
-    """Return physical line and sentence for each block: the codes in words, the moves with their ends, what happens between them."""
-    dialect = dialect_named(program.dialect)
-    told = _Told(program, dialect)
-    found = []
-    for block in (*blocks.blocks, *_further(blocks)):
+def explain(blocks: Blocks, program: Program, *, every: bool = False) -> Iterator[tuple[int, str]]:
+    """Yield physical line and sentence for each block: the codes in words, the moves with their ends, what happens between them.
+
+    Where a block makes many moves, they are counted; with ``every`` each stands in a line of its own behind the sentence.
+    """
+    told = _Told(program, dialect_named(program.dialect), every)
+    for block in itertools.chain(blocks.blocks, _further(blocks)):
         sentence = told.sentence(block)
-        found.append((block.line, f"{sentence[0].upper()}{sentence[1:]}."))
-    return found
+        yield block.line, f"{sentence[0].upper()}{sentence[1:]}."
 
 
 def _further(blocks: Blocks) -> list[Block]:
@@ -39,16 +41,24 @@ def _further(blocks: Blocks) -> list[Block]:
 class _Told:
     """Sentences about blocks; ``inch`` follows the units that the blocks choose."""
 
-    def __init__(self, program: Program, dialect: Dialect) -> None:
+    def __init__(self, program: Program, dialect: Dialect, every: bool) -> None:
         self.dialect = dialect
+        self.every = every
         self.inch = False
-        self.moves: dict[int, list[Move]] = {}
+        self.moves = program.moves
+        self.places: dict[int, list[int]] = {}
         self.events: dict[int, list[Event]] = {}
-        self.contours: dict[int, Move] = {}
-        for move in program.moves:
-            self.moves.setdefault(move.cycle_line or move.line, []).append(move)
-            if move.cycle and move.line != move.cycle_line:
-                self.contours.setdefault(move.line, move)
+        self.contours: dict[int, list[Move]] = {}
+        cycles: dict[int, int] = {}  # of each contour's line, the line of the first cycle that ran it
+        for place, (line, number) in enumerate(zip(self.moves.lines, self.moves.mode_numbers, strict=True)):
+            cycle_line = self.moves.modes[number].cycle_line
+            self.places.setdefault(cycle_line or line, []).append(place)
+            if cycle_line not in (0, line) and cycles.setdefault(line, cycle_line) == cycle_line:
+                self.contours.setdefault(line, []).append(self.moves[place])
+        walked: dict[int, list[Move]] = {}
+        for move in program.contours:
+            walked.setdefault(move.line, []).append(move)
+        self.contours = {**walked, **self.contours}
         for event in program.events:
             self.events.setdefault(event.line, []).append(event)
 
@@ -61,14 +71,15 @@ class _Told:
         told += statement_words(block)
         told += [f"tool {event.tool}" for event in self.events.get(block.line, []) if event.kind == "tool"]
         told += [f"message '{event.text}'" for event in self.events.get(block.line, []) if event.kind == "message"]
-        told += self._moves(self.moves.get(block.line, []))
-        told = [words for words in told if words]
-        if not told and block.line in self.contours:
-            told = [f"part of the contour: {move_sentence(self.contours[block.line], self.dialect)}"]
+        told = list(dict.fromkeys(words for words in told if words))
+        told += self._moves([self.moves[place] for place in self.places.get(block.line, [])])
+        if block.line in self.contours and block.line not in self.places:
+            first, *rest = self._moves(self.contours[block.line])
+            told += [f"part of the contour: {first}", *rest]
         if not told and not block.words and block.comments:
             told = [f"a remark: {block.comments[0]}"]
         values = [f"{word.text} is {self.dialect.letters[word.letter]}" for word in block.words if word.letter in self.dialect.letters]
-        return "; ".join(dict.fromkeys(told)) or "; ".join(values) or "nothing is done"
+        return "; ".join(told) or "; ".join(values) or "nothing is done"
 
     def _code(self, code: str, meaning: Meaning | None, block: Block) -> str:
         if meaning is None:
@@ -83,7 +94,8 @@ class _Told:
             return [move_sentence(move, self.dialect) for move in moves]
         kinds = {kind: sum(move.kind == kind for move in moves) for kind in ("rapid", "feed", "arc", "thread", "dwell")}
         counted = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
-        return [f"{len(moves)} moves ({counted}), the last one to {_end(moves[-1], self.dialect)}"]
+        words = f"{len(moves)} moves ({counted}), the last one to {_end(moves[-1], self.dialect)}"
+        return ["".join([words, *(f"\n      {move_sentence(move, self.dialect)}" for move in moves)]) if self.every else words]
 
 
 def move_sentence(move: Move, dialect: Dialect) -> str:
