@@ -43,7 +43,10 @@ WRONG = [
     ("x_controller.proportional", "fast", "'fast' is no quantity"),
     ("x_controller.proportional", "3 mm", "is given in mm, but V/m is wanted"),
     ("x_dac.bits", "-3", "outside"),
-    ("x_axis.time_constant", "24", "has no unit"),
+    ("x_controller.proportional", "0,449", "x_controller.proportional: '0,449' has a comma"),
+    ("x_controller.proportional", "1,000 V/mm", "Write a point before decimals, as in '0.2245 V/mm'."),
+    ("x_axis.time_constant", "-24", "outside"),
+    ("duration", "-1", "it must be above zero"),
 ]
 """Parameter, a text that is no value of it, and what is said below the field."""
 
@@ -64,6 +67,29 @@ async def test_a_wrong_value_is_told_as_it_is_typed_and_the_default_stands_in_th
         assert isinstance(screen, ConfigureScreen)
         assert screen.entry is not None
         assert (screen.entry.text, screen.entry.default) == ("0.449 V/mm", "0.2245 V/mm")
+
+
+TYPED = [
+    ("x_controller.proportional", "0.449", "0.449 V/mm"),
+    ("x_controller.proportional", "449 V/m", "449 V/m"),
+    ("x_controller.proportional", "450", "450 V/m"),
+    ("x_dac.bits", "12", "12"),
+    ("sample_period", "10", "10 ms"),
+]
+"""Parameter, a text typed after those above, and the value that is taken: a number alone has the unit that is shown."""
+
+
+async def test_a_number_alone_is_taken_in_the_unit_that_is_shown_and_said_so() -> None:
+    async with opened() as (app, pilot):
+        for name, text, taken in TYPED:
+            await app.show_parameter(name)
+            await pilot.pause()
+            app.screen.query_one("#value", Input).value = text
+            await pilot.pause()
+            assert said(app).startswith(f"Taken as {taken}. ") is (text != taken)
+            await edit(app, pilot, name, text)
+            assert app.workbench.setup is not None
+            assert {**app.workbench.setup.values, **app.workbench.setup.simulation}[name] == taken
 
 
 async def test_a_change_is_marked_taken_back_and_undone() -> None:

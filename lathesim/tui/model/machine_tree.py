@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from lathesim.component import GROUPS, Component, DiscreteState, Input, Parameter, State
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Part
-from lathesim.errors import LatheSimError
+from lathesim.errors import LatheSimError, UnitError
 from lathesim.lessons.case import Given
-from lathesim.lessons.part_values import take_value
+from lathesim.lessons.part_values import placed_at, seconds, take_value
 from lathesim.lessons.simulate import Prepared
 from lathesim.plugins import Registry
 from lathesim.tui.model.setup import Setup
-from lathesim.units import conversion, quantity, split_quantity
+from lathesim.units import conversion, split_quantity
 
 EFFECTS, FURTHER, SIMULATION = "effects", "further parts", "simulation"
 _SIMULATION_UNITS = {"sample_period": "s", "step": "s", "duration": "s", "seed": "1"}
@@ -58,15 +58,16 @@ def part_entries(case: Prepared, setup: Setup, part: Part) -> list[Entry]:
         if isinstance(declared, Parameter):
             feeding = case.plan.feeds.get(name)
             fed = feeding[1] if feeding is not None and feeding[1] != name else ""
-            bounds = _bounds(declared)
-            default = f"{declared.default:g}"
+            limits = [declared.low, declared.high]
+            default = declared.default
         elif isinstance(declared, (State, DiscreteState)):
-            fed, bounds, default = "", "", f"{declared.start:g}"
+            fed, limits, default = "", [-math.inf, math.inf], declared.start
         else:
             continue
-        text = fed or _written(case, setup, part, item) or _with_unit(default, declared.unit)
+        text = fed or _written(case, setup, part, item) or _with_unit(f"{default:g}", declared.unit)
         changed = name in setup.values or _inserted_value(setup, part.name, item) is not None
         doc = declared.doc if isinstance(declared, Parameter) else f"at the start: {declared.doc}"
+        bounds = _bounds(*(_in_unit_of(text, limit, declared.unit) if math.isfinite(limit) else "" for limit in limits))
         entries.append(Entry(name, text, declared.unit, _in_unit_of(text, default, declared.unit), bounds, doc, changed, fed))
     return entries
 
@@ -84,21 +85,34 @@ def simulation_entries(case: Prepared, setup: Setup) -> list[Entry]:
     return entries
 
 
-def fault_of(case: Prepared, entry: Entry, text: str) -> str:
-    """Return what is wrong with a text as the value of an entry, in one sentence; empty where it is right."""
+def taken_value(case: Prepared, entry: Entry, typed: str) -> str:
+    """Return a text as the value of an entry: a number alone is taken in the unit that is shown.
+
+    Raises :class:`LatheSimError` where it is no value, or may be read in two ways.
+    """
+    text = _in_shown_unit(entry, typed.strip())
     part, _, item = entry.name.partition(".")
-    try:
-        if item:
-            component = next(found.component for found in case.machinery.parts if found.name == part)
-            take_value(part, component, item, Given(text, "", ""), {}, {})
-        elif entry.name == "seed":
-            if not text.strip().isdigit():
-                return "The seed is a whole number from 0 on."
-        elif quantity(text, entry.unit) <= 0.0:
-            return "The time must be above 0 s."
-    except LatheSimError as error:
-        return str(error).removeprefix(": ")
-    return ""
+    if item:
+        component = next(found.component for found in case.machinery.parts if found.name == part)
+        take_value(part, component, item, Given(text, entry.name, entry.name), {}, {})
+    elif entry.name == "seed":
+        if not (text.isascii() and text.isdigit()):
+            raise UnitError("the seed is a whole number from 0 on.", place=entry.name, remedy="Write digits alone.")
+    else:
+        seconds(Given(text, entry.name, entry.name))
+    return text
+
+
+def _in_shown_unit(entry: Entry, typed: str) -> str:
+    with placed_at(entry.name):
+        shown = split_quantity(entry.text)[1] or entry.unit
+        if "," in typed:
+            fact = f"'{typed}' has a comma, which divides decimals for some and thousands for others."
+            raise UnitError(fact, remedy=f"Write a point before decimals, as in '{entry.text}'.")
+        number, unit = split_quantity(typed)
+        if unit or shown == "1" or not math.isfinite(number):
+            return typed
+    return f"{typed} {shown}"
 
 
 def with_entry(setup: Setup, entry: Entry, text: str) -> Setup:
@@ -194,22 +208,23 @@ def _written(case: Prepared, setup: Setup, part: Part, item: str) -> str:
     return _with_unit(f"{values[item]:g}", part.component.declarations[item].unit) if item in values else ""
 
 
-def _in_unit_of(text: str, number: str, unit: str) -> str:
-    """Return a number [``unit``] in the unit in which ``text`` is written, so that both can be held against each other."""
+def _in_unit_of(text: str, value: float, unit: str) -> str:
+    """Return a value [``unit``] in the unit in which ``text`` is written, so that both can be held against each other."""
     try:
         written = split_quantity(text)[1]
         if written and written != unit:
-            return f"{float(number) / conversion(written, unit):.6g} {written}"
+            return f"{value / conversion(written, unit):.6g} {written}"
     except LatheSimError:
         pass
-    return _with_unit(number, unit)
+    return _with_unit(f"{value:g}", unit)
 
 
 def _with_unit(number: str, unit: str) -> str:
     return number if unit == "1" else f"{number} {unit}"
 
 
-def _bounds(declared: Parameter) -> str:
-    low = "" if math.isinf(declared.low) else f"{declared.low:g}"
-    high = "" if math.isinf(declared.high) else f"{declared.high:g}"
-    return f"{low} to {high}" if low and high else f"from {low}" if low else f"to {high}" if high else ""
+def _bounds(low: str, high: str) -> str:
+    if low and high:
+        number, _, unit = low.partition(" ")
+        return f"{number if high.endswith(f' {unit}') and unit else low} to {high}"
+    return f"from {low}" if low else f"to {high}" if high else ""

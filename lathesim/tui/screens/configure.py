@@ -26,11 +26,11 @@ from lathesim.tui.model.machine_tree import (
     SIMULATION,
     Entry,
     candidates,
-    fault_of,
     grouped_parts,
     part_entries,
     proposed_place,
     simulation_entries,
+    taken_value,
     with_component,
     with_entry,
     without_entry,
@@ -224,13 +224,25 @@ class ConfigureScreen(WorkbenchScreen):
 
     @on(Input.Changed, "#value")
     def _check(self, event: Input.Changed) -> None:
-        entry = self.entry
-        self._tell(entry, fault_of(self.workbench.prepared(), entry, event.value) if entry is not None else "")
+        self._taken(event.value)
 
-    def _tell(self, entry: Entry | None, fault: str) -> None:
-        """Show below the field what is wrong with the text, or else what the entry is and its bounds."""
-        bounds = f" ({entry.bounds} {entry.unit})".replace(" 1)", ")") if entry is not None and entry.bounds else ""
-        words = f"✗ {fault}" if fault else f"{entry.doc}{bounds}" if entry is not None else ""
+    def _taken(self, typed: str) -> str | None:
+        """Return what is typed as a value, and show below the field as what it is taken, or what is wrong with it."""
+        entry = self.entry
+        if entry is None:
+            return None
+        try:
+            text = taken_value(self.workbench.prepared(), entry, typed)
+        except LatheSimError as error:
+            self._tell(entry, str(error))
+            return None
+        self._tell(entry, "", "" if text == typed.strip() else f"Taken as {text}. ")
+        return text
+
+    def _tell(self, entry: Entry | None, fault: str, taken: str = "") -> None:
+        """Show below the field what is wrong with the text, or else as what it is taken, what the entry is and its bounds."""
+        bounds = f" ({entry.bounds})" if entry is not None and entry.bounds else ""
+        words = f"✗ {fault}" if fault else f"{taken}{entry.doc}{bounds}" if entry is not None else ""
         self.query_one("#fault", Static).update(words)
         self.query_one("#fault", Static).set_class(bool(fault), "-wrong")
 
@@ -239,12 +251,11 @@ class ConfigureScreen(WorkbenchScreen):
         entry, setup = self.entry, self._setup
         if entry is None or setup is None:
             return
-        fault = fault_of(self.workbench.prepared(), entry, event.value)
-        if fault:
-            self._tell(entry, fault)
+        text = self._taken(event.value)
+        if text is None:
             return
-        if event.value.strip() != entry.text:
-            self._try(with_entry(setup, entry, event.value.strip()))
+        if text != entry.text:
+            self._try(with_entry(setup, entry, text))
         self.query_one("#entries", DataTable).focus()
 
     def _try(self, setup: Setup) -> bool:
