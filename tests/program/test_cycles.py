@@ -142,6 +142,7 @@ def test_a_roughing_cycle_inside_goes_outwards() -> None:
         ("G00 X22. Z5.\nG76 X18. Z-17. F1.5\n", "needs the height of the thread"),
         ("G00 X22. Z5.\nG92 X18. Z-17.\n", "needs a lead"),
         ("G00 X0. Z2.\nG74 Z-10000. Q1 F0.1\n", "more than 200000 passes"),
+        ("G00 X22. Z5.\nG76 P010060 Q50 R1.\nG76 X18.16 Z-17. P920 Q300 F1.5\n", "finishing allowance of G76 must be below"),
         ("G00 X52. Z2.\nG71 U2. R0.5\nG71 P10 Q20 F0.2\nN10 G00 X20.\nG71 P10 Q20\nN20 X52.\n", "in the contour of a cycle"),
     ],
 )
@@ -150,3 +151,40 @@ def test_a_cycle_that_says_too_little_is_refused(text: str, sentence: str) -> No
         run(text)
     assert refused.value.place.startswith("program:")
     assert refused.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "said"),
+    [
+        ("G00 X22. Z5.\nG76 X18.16 Z-17. P920 Q300 F1.5\n", "thread_passes", "one finishing pass, no run-out"),
+        ("G00 X22. Z5.\nG76 X18.16 Z-17. K0.92 D0.3 F1.5\n", "thread_run_out", "none at the end of G76"),
+        ("G00 X0. Z2.\nG83 Z-2. R1. Q300 F0.1\nG80\n", "peck_clearance", "never more than one peck"),
+        ("G00 X40. Z2.\nG75 X30. I2. F0.1\n", "cycle_retract", "never more than one peck"),
+    ],
+)
+def test_what_a_cycle_assumes_is_said(text: str, key: str, said: str) -> None:
+    assert said in run(text).assumed[key]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("G00 X0. Z2.\nG83 Z-2. R1. F0.1\nG80\n", "drills in one stroke"),
+        ("G00 X42. Z-10.\nG75 X30. Z-16. P2000 F0.1\n", "cuts at both ends only"),
+        ("G00 X42. Z-10.\nG75 R0.3\nG75 X30. R1. P2000 F0.1\n", "R1. of G75 changes nothing"),
+        (f"G00 X60. Z5.\nG73 P10 Q20 U0.4 W0.1 F0.3\n{CONTOUR}", "cuts all in one pass"),
+    ],
+)
+def test_what_a_cycle_lacks_or_leaves_out_is_named(text: str, said: str) -> None:
+    assert any(said in warned.sentence for warned in run(text).warnings)
+
+
+def test_pecks_of_a_drill_begin_in_the_hole() -> None:
+    moves = of_cycle(run("G00 X0. Z5.\nG83 Z-1. R1. Q300 F0.1\nG80\n"), "G83")
+    assert [round(1e3 * move.end_z, 6) for move in moves if move.kind == "rapid"][:4] == [1.0, 1.0, 1.0, 0.7]
+
+
+def test_a_thread_of_linuxcnc_refuses_what_that_control_refuses() -> None:
+    for words, said in (("X10", "names another"), ("E11 L2", "longer than half of the thread")):
+        with pytest.raises(ProgramError, match=said):
+            interpret(read_program(f"G21 G8 S400 M3\nG0 X12 Z0\nG76 P1.5 Z-20 I-1 J0.2 K0.9 {words}\nM2\n"), "linuxcnc")

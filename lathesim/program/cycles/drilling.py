@@ -30,7 +30,7 @@ def drilling(
     while toward * (bottom - depth) > _EPSILON:
         deeper = bottom if peck <= 0.0 or toward * (bottom - depth) <= peck + _EPSILON else depth + toward * peck
         if depth != plane:
-            steps += [Step("rapid", (x, plane)), Step("rapid", (x, depth - toward * CLEAR))]
+            steps += [Step("rapid", (x, plane)), Step("rapid", (x, depth - toward * min(CLEAR, peck)))]
         steps.append(Step("feed", (x, deeper)))
         depth = deeper
     if dwell > 0.0:

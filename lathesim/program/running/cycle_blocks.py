@@ -8,14 +8,15 @@ from lathesim.program.cycles.pecking import pecking
 from lathesim.program.cycles.single_pass import facing_pass, lead_along_path, threading_pass, turning_pass
 from lathesim.program.cycles.threading import MOST_PASSES, DriveLineThreading, Threading
 from lathesim.program.meanings import HOLES, Group, Meaning
-from lathesim.program.running.contour_cycles import PROFILES, RETRACT, ROUGHING
+from lathesim.program.running.contour_cycles import RETRACT, ROUGHING
 from lathesim.program.running.hole_cycles import HoleCycles
+from lathesim.program.running.profile_cycles import PROFILES, ProfileCycles
 
 SINGLE = (Meaning.TURNING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE_SIMPLE, Meaning.FACING_CYCLE_SIMPLE)
 _PECKING = (Meaning.FACE_GROOVING_CYCLE, Meaning.GROOVING_CYCLE)
 
 
-class Cycles(HoleCycles):
+class Cycles(HoleCycles, ProfileCycles):
     """Expands cycles; ``position`` is the place of the present block, ``passed`` are the places of contours that are not executed again."""
 
     def cycle(self) -> bool:
@@ -121,7 +122,7 @@ class Cycles(HoleCycles):
         p, q, i, k = (self.take(letter) for letter in "PQIK")
         step_x = self._length(p) if p is not None else modal.metres(i.value) if i is not None else 0.0
         step_z = self._length(q) if q is not None else modal.metres(k.value) if k is not None else 0.0
-        self.take("R")
+        self._ignored_word("R", code)
         start, end = (modal.x, modal.z), self.target()
         if (step_x if across else step_z) < 0.0 or (step_z if across else step_x) < 0.0:
             raise self.error(f"{code} has a step below 0.", "Give steps without a sign; the end point says the direction.")
@@ -130,6 +131,9 @@ class Cycles(HoleCycles):
         retract = self._retract(modal.peck_retract, step or RETRACT)
         ways = (abs(end[0] - start[0]), abs(end[1] - start[1]))
         deep, wide = ways if across else ways[::-1]
+        if wide > 1e-6 and not aside:
+            letters = ("Q", "K") if across else ("P", "I")
+            self.warn(f"{code} has no step to the side and cuts at both ends only. Add {letters[0]} or {letters[1]}.")
         self._check_count((deep / step if step else 1.0) * (wide / aside + 1.0 if aside else 2.0), code)
         self._carry_out(pecking(start, end, across=across, step=step, aside=aside, retract=retract), code)
 
@@ -145,6 +149,7 @@ class Cycles(HoleCycles):
                 digits = int(p.value)
                 modal.thread_finishing, modal.thread_angle = max(1, digits // 10000), math.radians(digits % 100)
                 modal.thread_chamfer = 0.1 * (digits // 100 % 100)
+            modal.thread_told = True
             modal.thread_smallest = self._length(q) if q is not None else modal.thread_smallest
             modal.thread_allowance = self._length(r) if r is not None else modal.thread_allowance
             return
@@ -160,6 +165,10 @@ class Cycles(HoleCycles):
                 f"{code} needs the height of the thread and the first depth.", f"Write it as {code} X18.16 Z-17. P920 Q300 F1.5."
             )
         lead = self._lead()
+        if one_block:
+            self.assumed["thread_run_out"] = f"none at the end of {code} in one block"
+        elif not modal.thread_told:
+            self.assumed["thread_passes"] = f"no first block of {code}: one finishing pass, no run-out, an angle and an allowance of 0"
         start, end = (modal.x, modal.z), self.target()
         threading = Threading(
             start=start,
@@ -176,6 +185,9 @@ class Cycles(HoleCycles):
         )
         if not 0.0 < threading.first_depth <= threading.height:
             raise self.error(f"The first depth of {code} must be above 0 and at most the height of the thread.", "Correct P and Q.")
+        if not 0.0 <= threading.allowance < threading.height:
+            fact = f"The finishing allowance of {code} must be below the height of the thread."
+            raise self.error(fact, f"Correct R of the first {code}.")
         self._check_passes(2.0 * math.log(threading.height / threading.first_depth), threading.finishing, code)
         self._carry_out(threading.steps(), code, start_angle=self.start_angle() if one_block else 0.0)
 
@@ -206,8 +218,13 @@ class Cycles(HoleCycles):
             raise self.error(f"{code} needs P and J above 0 and K above J.", "Correct P, J and K.")
         if words["R"] is not None and values["R"] < 1.0:
             raise self.error(f"R of {code} is below 1.", "Write R1 for passes of equal depth, R2 for passes of equal area.")
+        if "X" in self.block.words:
+            fact = f"{code} cuts along the X where it begins, and names another."
+            raise self.error(fact, "Take the X word out; I says where the crest is.")
         start = (modal.x, modal.z)
         end = self.target()
+        if modal.metres(values["E"]) > 0.5 * abs(end[1] - start[1]):
+            raise self.error(f"The taper E of {code} is longer than half of the thread.", "Make E shorter.")
         self._check_passes((values["R"] or 1.0) * math.log(values["K"] / values["J"]), values["H"], code)
         threading = DriveLineThreading(
             start,

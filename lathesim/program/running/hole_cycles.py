@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from lathesim.program.cycles.drilling import Hole, drilling, tapping
+from lathesim.program.cycles.drilling import CLEAR, Hole, drilling, tapping
 from lathesim.program.cycles.step import Point, Step
 from lathesim.program.meanings import HOLES, Meaning
 from lathesim.program.running.contour_cycles import ContourCycles
@@ -58,6 +58,9 @@ class HoleCycles(ContourCycles):
         self.check_feed()
         if meaning is Meaning.PECK_DRILLING and given.get("Q", 0.0) > 0.0:
             self._check_count(abs(given["Z"] - plane) / given["Q"], modal.motion_code)
+            self.assumed["peck_clearance"] = f"{1e3 * CLEAR:g} mm in front of the last depth, never more than one peck"
+        elif meaning is Meaning.PECK_DRILLING:
+            self.warn(f"{modal.motion_code} has no peck and drills in one stroke. Add Q.")
         steps = drilling(
             start,
             (place[0], given["Z"]),

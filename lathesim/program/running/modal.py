@@ -66,6 +66,7 @@ class Modal:
     relief: tuple[float, float] = (0.0, 0.0)
     repeats: int = 1
     peck_retract: float | None = None
+    thread_told: bool = False
     thread_finishing: int = 1
     thread_angle: float = 0.0
     thread_smallest: float = 0.0
