@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Literal
 
 from lathesim.component import Declaration
 from lathesim.engine.assembly import Assembly
+from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
@@ -18,6 +20,8 @@ from lathesim.recordings.threshold import Threshold
 from lathesim.units import is_count
 
 _LASTING = 10e-3
+_MEASURED = ("N", "N*m", "A")
+"""Units of what pushes a part and is measured as a rule."""
 _EXAMPLE = "recordings: {time: {column: t, unit: s}, drive: {x_controller.reference: {column: r, unit: m}}, compare: {...}}"
 
 
@@ -38,11 +42,12 @@ def mapping_of(lesson: Lesson, assembly: Assembly) -> RecordingMapping:
             "the lesson compares nothing with the recording.", place=place, remedy="Add compare: {x_encoder.position: {...}}."
         )
     declared = {f"{part.name}.{name}": item for part in assembly.parts for name, item in part.component.declarations.items()}
-    feeding = {wire.target: wire.source for wire in assembly.wires if wire.source}
+    feeding = {item.target: item.source for item in assembly.wires if item.source}
     signals = [
         _signal(lesson, "drive", name, entry, declared, (feeding[name],) if name in feeding else (), 0.0)
         for name, entry in recordings.drive.items()
     ]
+    signals = [_between_rows(signal, entry, assembly) for signal, entry in zip(signals, recordings.drive.values(), strict=True)]
     steps = _steps(assembly)
     signals += [_signal(lesson, "compare", name, entry, declared, (), steps.get(name, 0.0)) for name, entry in recordings.compare.items()]
     time = recordings.time
@@ -81,6 +86,23 @@ def _signal(
             raise LessonError(f"nothing says what one of the counts of {name} is worth.", place=where, remedy=remedy)
         written, scale, resolution = unit, scale * count, count
     return SignalMapping(name, entry.column, written, scale, resolution, role, unit, also=also, place=place, threshold=threshold)
+
+
+def _between_rows(signal: SignalMapping, entry: DrivingSignal, assembly: Assembly) -> SignalMapping:
+    """Return what drives an input with what it does between two rows, and whether that is an assumption.
+
+    A force, torque or current that pushes a moving part was measured, except where a controller or a converter of the machine gives it.
+    A voltage was commanded, and so was what a controller or a converter takes.
+    """
+    if entry.held is not None or signal.threshold is not None:
+        return replace(signal, moves=entry.held is False)
+    part, _, item = signal.target.partition(".")
+    ports = next(one.component.ports for one in assembly.parts if one.name == part)
+    pushes = item in (ports.get("effort"), ports.get("drive")) and "measured" not in ports
+    given = any(not wire(assembly).moves_between_samples(source) for source in signal.also)
+    if not pushes or given or signal.si_unit not in (*_MEASURED, "V"):
+        return signal
+    return replace(signal, moves="flow" in ports and signal.si_unit in _MEASURED, assumed=True)
 
 
 def _steps(assembly: Assembly) -> dict[str, float]:

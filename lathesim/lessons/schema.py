@@ -204,6 +204,11 @@ class DrivingSignal(RecordedSignal):
     value: Quantity | None = Field(default=None, description="what the input is then; 0 while it is off")
     until_below: Quantity | None = Field(default=None, description="level below which it is off again; as 'above' where it is left out")
     lasting: Quantity | None = Field(default=None, description="a crossing counts only if the column stays there so long; 10 ms")
+    held: bool | None = Field(
+        default=None,
+        strict=True,
+        description="whether a value stays until the next row, as a command does; a force on a moving part was measured, and moves",
+    )
 
     @model_validator(mode="after")
     def _is_whole(self) -> DrivingSignal:

@@ -56,6 +56,10 @@ class SignalMapping:
     also: tuple[str, ...] = ()
     place: str = ""
     threshold: Threshold | None = None
+    moves: bool = False
+    """Whether a driven input moves from row to row on a straight line, as what was measured; else it is held, as what was commanded."""
+    assumed: bool = False
+    """Whether that was assumed."""
 
     @property
     def kind(self) -> str:
@@ -78,6 +82,11 @@ class RecordingMapping:
         """Return the names of the channels of one role."""
         return tuple(signal.target for signal in self.signals if signal.role == role)
 
+    @property
+    def moving(self) -> frozenset[str]:
+        """The driven inputs that move on straight lines from row to row."""
+        return frozenset(signal.target for signal in self.signals if signal.moves)
+
 
 @dataclass(frozen=True, eq=False)
 class MappedRecording:
@@ -96,6 +105,7 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     """
     findings = [Finding("reading", "", note, "") for note in table.notes if not note.startswith("left out")]
     columns = {signal.target: _column(table, signal, findings) for signal in mapping.signals}
+    findings += [_as_assumed(signal) for signal in mapping.signals if signal.assumed]
     time, began = _time(table, mapping, findings)
     _same_length(table, mapping, columns, time)
     count = len(next(iter(columns.values())))
@@ -128,6 +138,15 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
         "status": "complete",
     }
     return MappedRecording(Record(np.arange(end - begin, dtype=np.float64) * np.float64(period), kept, meta), tuple(findings), resolution)
+
+
+def _as_assumed(signal: SignalMapping) -> Finding:
+    """Return what is assumed of a driven input between two rows."""
+    if signal.moves:
+        done = "it moves on straight lines from row to row; write held: true where it was commanded"
+        return Finding("driven", signal.target, "a force or torque on a moving part is taken as measured", done)
+    done = "it is held until the next row; write held: false where it was measured"
+    return Finding("driven", signal.target, "a voltage is taken as commanded", done)
 
 
 def rows_as_taken(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -> tuple[FloatArray, dict[str, FloatArray]]:

@@ -145,7 +145,7 @@ duration: 4 s
 set: {x_axis.mass: 40 kg, x_axis.viscous: 200 N*s/m, x_encoder.resolution: 1 um}
 recordings:
   time: {column: t, unit: s}
-  drive: {x_axis.force: {column: push, unit: N}}
+  drive: {x_axis.force: {column: push, unit: N, held: true}}
   compare: {x_encoder.position: {column: seen, unit: mm, resolution: 1 um}}
 uncertain: {x_axis.mass: 5 %, x_axis.viscous: 10 %}
 """

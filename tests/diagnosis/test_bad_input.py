@@ -15,7 +15,7 @@ lesson: A pushed table
 machine: force_axis
 recordings:
   time: {column: t, unit: s}
-  drive: {x_axis.force: {column: force, unit: N}}
+  drive: {x_axis.force: {column: force, unit: N, held: true}}
   compare: {x_encoder.position: {column: place, unit: mm, resolution: 1 um}}
 """
 UNCERTAIN = "uncertain: {x_axis.mass: 5 %, x_axis.viscous: 20 %}\n"

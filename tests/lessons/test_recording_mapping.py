@@ -7,6 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from lathesim.errors import LatheSimError
+from lathesim.lessons.assemble import assemble
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.schema import RecordedSignal
@@ -52,6 +53,35 @@ def test_units_come_from_the_machine(tmp_path: Path) -> None:
         ),
         f"{path}:5:18",
     )
+
+
+@pytest.mark.parametrize(
+    ("machine", "driven", "moves", "assumed"),
+    [
+        ("torque_spindle", "spindle.torque: {column: u, unit: N*m}", True, True),
+        ("torque_spindle", "spindle.torque: {column: u, unit: N*m, held: true}", False, False),
+        ("voltage_axis", "x_drive.voltage: {column: u, unit: V}", False, False),
+        ("voltage_axis", "x_axis.force: {column: u, unit: N}", True, True),
+        ("voltage_axis", "x_drive.voltage: {column: u, unit: V, held: false}", True, False),
+        ("voltage_axis", "x_dac.command: {column: u, unit: V}", False, False),
+        ("cascade_axis", "x_controller.reference: {column: u, unit: m}", False, False),
+        ("led_axis", "x_axis.reference: {column: u, unit: m}", False, False),
+        ("force_axis", "x_axis.force: {column: u, unit: N, above: 3 N, value: 2 N}", False, False),
+    ],
+)
+def test_what_was_measured_moves_between_rows_and_what_was_commanded_is_held(
+    machine: str, driven: str, moves: bool, assumed: bool, tmp_path: Path
+) -> None:
+    seen = "spindle.angle: {column: q, unit: rad}" if "spindle" in machine else "x_axis.position: {column: q, unit: m}"
+    path = tmp_path / "driven.yaml"
+    path.write_text(
+        f"lesson: Driven\nmachine: {machine}\nduration: 1 s\nrecordings:\n  time: {{column: t, unit: s}}\n"
+        f"  drive: {{{driven}}}\n  compare: {{{seen}}}\n",
+        encoding="utf-8",
+    )
+    lesson = load_lesson(path)
+    first = mapping_of(lesson, assemble(lesson, load_registry(installed=False))).signals[0]
+    assert (first.moves, first.assumed) == (moves, assumed)
 
 
 def test_the_unit_of_a_pure_number_needs_no_quotes() -> None:

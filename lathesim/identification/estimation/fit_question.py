@@ -50,7 +50,9 @@ def ask_fit(
     period = mapped.record.sample_period
     assembly, decisions = at_period(prepared.machinery, period), decisions_for_each(period, prepared.machinery)
     driven, compared = mapping.targets("drive"), mapping.targets("compare")
-    misfit = replay_misfit(assembly, mapped.record, driven, compared, mapped.resolution, closed=closed, decisions=decisions)
+    misfit = replay_misfit(
+        assembly, mapped.record, driven, compared, mapped.resolution, closed=closed, decisions=decisions, moving=mapping.moving
+    )
     for name in names:
         known = name in prepared.plan.parameters or name in prepared.plan.states
         if known and name not in misfit.plan.parameters and name not in misfit.plan.states:

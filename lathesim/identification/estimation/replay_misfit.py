@@ -6,7 +6,7 @@ the misfit is smooth in the parameters even where the machine's converters and e
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -76,15 +76,16 @@ def replay_misfit(
     *,
     closed: bool = False,
     decisions: int = 1,
+    moving: Collection[str] = (),
 ) -> Misfit:
     """Return the misfit of an assembly, sampled as a recording is, against that; its controllers make so many ``decisions`` for each
-    sample.
+    sample. Driven inputs that are ``moving`` were measured, and go on straight lines from row to row.
 
     ``closed`` leaves the machine's own loops closed: only the inputs the lesson calls driven are recorded ones, and sensors round.
     """
     recorded = {name: record[name] for name in compared}
     whole = {name: values for name, values in recorded.items() if np.isfinite(values).all()}
-    machine = drive(assembly, {name: record[name] for name in driven})
+    machine = drive(assembly, {name: record[name] for name in driven}, moving)
     motion = recorded_motion(assembly, whole)
     if not closed:
         machine = _shown_places(sense(cut(_exact_sensors(machine), whole), motion), motion)

@@ -14,7 +14,6 @@ from lathesim.errors import LessonError
 from lathesim.identification.replay.controller_rate import at_controllers_rate
 from lathesim.identification.replay.experiment import Machine, build_experiments
 from lathesim.identification.replay.loading import Recorded, read_for
-from lathesim.identification.replay.open_loop import drive
 from lathesim.lessons.case import Given
 from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.simulate import Prepared
@@ -41,7 +40,7 @@ def driven_by(prepared: Prepared, file: Path, registry: Registry) -> Driven:
         place = lesson.source.place(("recordings",), key=True)
         remedy = "Run it without --recording, or add drive: {x_controller.reference: {...}}."
         raise LessonError("the recording drives nothing in this lesson.", place=place, remedy=remedy)
-    driven = drive(machine.assembly, {name: recorded.record[name] for name in machine.drive})
+    driven = machine.driven_by(machine.assembly, recorded.record)
     assembly = replace(cast("Machinery", at_controllers_rate(driven, machine.decisions)), finish="")
     starts = _recorded_starts(machine, recorded, wire(assembly))
     for name, given in prepared.case.set.items():

@@ -48,6 +48,12 @@ class Machine:
     white: bool = False
     decisions: int = 1
     clock: float = 1.0
+    moving: frozenset[str] = frozenset()
+    """Driven inputs that were measured, and move on straight lines from row to row; what was commanded is held."""
+
+    def driven_by(self, assembly: Assembly, record: Record) -> Assembly:
+        """Return an assembly of this machine whose driven inputs take what was recorded of them."""
+        return drive(assembly, {name: record[name] for name in self.drive}, self.moving)
 
 
 TELLING = ("in_cut", "angle", "flow")
@@ -82,7 +88,7 @@ class Experiment:
         return {name: self.record[name] for name in self.machine.compare}
 
     def _driven(self) -> Assembly:
-        return drive(self.with_candidates, {name: self.record[name] for name in self.machine.drive})
+        return self.machine.driven_by(self.with_candidates, self.record)
 
     def _channels(self) -> dict[str, str]:
         """Return the output that stands for each compared channel."""
@@ -197,7 +203,7 @@ class Experiment:
         if self.machine.decisions > 1:
             return {}
         recorded = self._whole()
-        driven = drive(self.machine.assembly, {name: self.record[name] for name in self.machine.drive})
+        driven = self.machine.driven_by(self.machine.assembly, self.record)
         counted = counted_motion(self.machine.assembly, recorded)
         replayed = cut(driven, recorded)
         followed = follow(replayed, counted)

@@ -94,6 +94,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
         resolution,
         decisions=decisions_for_each(period, prepared.machinery),
         clock=clock_beside(period, prepared.machinery),
+        moving=mapping.moving,
     )
     return LoadedCase(lesson, prepared, machine, tuple(recordings))
 
@@ -117,6 +118,7 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
         mapped.resolution,
         decisions=decisions_for_each(period, prepared.machinery),
         clock=clock_beside(period, prepared.machinery),
+        moving=mapping.moving,
     )
     return machine, Recorded(file.name, mapped.record, tuple(findings))
 

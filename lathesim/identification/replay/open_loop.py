@@ -29,14 +29,17 @@ def seen(assembly: Assembly, channel: str) -> str:
     return assembly.seen_as.get(channel, channel) if isinstance(assembly, Machinery) else channel
 
 
-def drive(assembly: Assembly, signals: Mapping[str, FloatArray]) -> Assembly:
-    """Return the assembly with inputs (``part.input``) driven by recorded signals, one value a sample [SI]; effects that sense them too."""
+def drive(assembly: Assembly, signals: Mapping[str, FloatArray], moving: Collection[str] = ()) -> Assembly:
+    """Return the assembly with inputs (``part.input``) driven by recorded signals, one value a sample [SI]; effects that sense them too.
+
+    Each value is held until the next one, as a command is; those of ``moving`` inputs go there on a straight line, as what is measured.
+    """
     parts = list(assembly.parts)
     wires = {item.target: item for item in assembly.wires}
     units = {f"{part.name}.{name}": item.unit for part in parts for name, item in part.component.declarations.items()}
     for target, values in signals.items():
         name = f"recorded_{target.replace('.', '_')}"
-        parts.append(_signal(name, HeldSignal, units[target], values))
+        parts.append(_signal(name, LinearSignal if target in moving else HeldSignal, units[target], values))
         for driven in (*_sensing(assembly, wires, target), first_input({part.name: part for part in parts}, wires, target)):
             wires[driven] = Wire(driven, f"{name}.value")
     return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))

@@ -271,6 +271,38 @@ def test_the_spectra_are_of_the_channel_that_lines_tell_most_of(friction: Compar
     assert f"Spectrum, {silent.channel}" not in titles
 
 
+def write_slow_log(folder: Path, held: str = "") -> tuple[Path, Path]:
+    """Write 50 Hz of a force that goes on between the rows and the place of the mass that it pushes, in closed form, and the lesson.
+
+    m dv/dt = F cos(w t): v = F/(m w) sin w t, x = F/(m w^2) (1 - cos w t).
+    """
+    time, turning, push = 0.02 * np.arange(300), 2.0 * np.pi * 1.3, 300.0
+    place = push / (40.0 * turning**2) * (1.0 - np.cos(turning * time))
+    rows = np.column_stack([time, push * np.cos(turning * time), place])
+    np.savetxt(folder / "slow.csv", rows, delimiter=",", header="t [s],push [N],seen [m]", comments="", fmt="%.12g")
+    lesson = folder / "slow.yaml"
+    lesson.write_text(
+        "lesson: Slow log\nmachine: force_axis\nduration: 1 s\nset: {x_axis.mass: 40 kg, x_axis.viscous: 0 N*s/m}\n"
+        "recordings:\n  time: {column: t, unit: s}\n"
+        f"  drive: {{x_axis.force: {{column: push, unit: N{held}}}}}\n"
+        "  compare: {x_axis.position: {column: seen, unit: m, resolution: 1 um}}\n",
+        encoding="utf-8",
+    )
+    return lesson, folder / "slow.csv"
+
+
+def test_a_measured_force_adds_no_half_row_of_lateness(registry: Registry, tmp_path: Path) -> None:
+    """Held from row to row the force comes half a row late, 10 ms here, and the place with it."""
+    machine, recorded = load_recording(load_lesson(write_slow_log(tmp_path)[0]), tmp_path / "slow.csv", registry)
+    told = "x_axis.force: a force or torque on a moving part is taken as measured; it moves on straight lines from row to row; write held"
+    assert any(str(finding).startswith(told) for finding in recorded.findings)
+    moving = compare("slow", machine, recorded).channels[0]
+    held = compare("slow", *load_recording(load_lesson(write_slow_log(tmp_path, ", held: true")[0]), tmp_path / "slow.csv", registry))
+    assert held.channels[0].rms > 1e-3
+    assert moving.rms < 0.1 * held.channels[0].rms
+    assert not any("taken as measured" in text for text in held.findings)
+
+
 # ---- what cannot be compared -----------------------------------------------------------------------------------------------------
 
 

@@ -134,7 +134,7 @@ def _columns(rig: Rig, description: str, axis: str, units: dict[str, str]) -> li
     if rig.kind == "spindle":
         load = "spindle.disturbance" if description == "table" else "spindle.torque"
         return [
-            "  drive:", "    command.command: {column: u, unit: V}", f"    {load}: {{column: load, unit: N*m}}",
+            "  drive:", "    command.command: {column: u, unit: V}", f"    {load}: {{column: load, unit: N*m, held: true}}",
             "  compare:", f"    spindle_encoder.angle: {{column: q, unit: rad, resolution: {p.encoder:.9g} rad}}",
             f"    spindle{'_drive' if description == 'table' else ''}.current: {{column: i, unit: A, resolution: {p.current_step:g} A}}",
         ]  # fmt: skip

@@ -186,7 +186,9 @@ def lesson_text(told: Told, recording: str = "fit.csv") -> str:
     if told.known_coulomb > 0.0:
         lines.append(f"insert: [{{effect: CoulombFriction, at: x_axis, level: {_quantity(told.known_coulomb, 'N')}}}]")
     lines += ["recordings:", f"  file: {recording}", "  time: {column: time, unit: s}", "  drive:"]
-    lines += [f"    {target}: {{column: {column}, unit: {unit}}}" for target, (column, unit) in DRIVE[told.template].items()]
+    for target, (column, unit) in DRIVE[told.template].items():
+        held = ", held: true" if unit == "N*m" else ""  # the truth steps with a torque and a load that stay for a sample
+        lines.append(f"    {target}: {{column: {column}, unit: {unit}{held}}}")
     lines.append("  compare:")
     compare = COMPARE[told.template]
     lines += [f"    {compare[name][0]}: {{column: {name}, unit: {compare[name][1]}}}" for name in told.channels]
