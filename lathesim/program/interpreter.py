@@ -106,12 +106,13 @@ class _Interpreter(Offsets):
 
     def run_block(self, block: Block) -> None:
         """Run the steps of a block in their order."""
-        block = self.computed(block)
-        self.block = sort_block(block, self.blocks, self.dialect, self._known)
+        if block.assignments or block.computed:
+            block = self.computed(block)
+        own = self.block = sort_block(block, self.blocks, self.dialect, self._known)
         self.block_number, self.used = block.number.lstrip("0"), set()
-        if not self.block.codes and not self.block.words and not block.comments and not self.block.builders:
+        if not (own.codes or own.words or own.comments or own.builders):
             return
-        for step in self._steps_of(self.block):
+        for step in self._steps_of(own):
             step()
         if not self.moved:
             self.say_groups()
@@ -135,11 +136,10 @@ class _Interpreter(Offsets):
 
     def feed(self) -> None:
         """F in mm or inch per minute or per revolution."""
-        if self._feed_is_lead():
+        if "F" not in self.block.words or self._feed_is_lead():
             return
-        word = self.take("F")
-        if word is None:
-            return
+        word = self.block.words["F"]
+        self.used.add("F")
         if word.value < 0.0:
             raise self.error(f"{word.text} is a negative feed.", "Give the feed without a sign; the end point says the direction.")
         self.no_units_change(word)

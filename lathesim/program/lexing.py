@@ -24,7 +24,7 @@ DIGIT_LIMIT = 9  # digits before the decimal point, assumed: a larger number is 
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _SIMPLE = re.compile(
-    r"[ \t]*(?:[Nn]([0-9]{1,9}(?:\.[0-9]*)?)[ \t]*)?((?:[A-DF-MO-Za-df-mo-z][+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+)[ \t]*)+)"
+    r"[ \t]*(?:[Nn]([0-9]{1,9}(?:\.[0-9]*)?)[ \t]*)?((?:[A-DF-MO-Za-df-mo-z][+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+)[ \t]*)+)[\r\n]*"
 )
 """A line of words only, as nearly all lines are: it needs no walk along its characters."""
 _SHAPE = re.compile(r"[GMTgmt][+-]?[0-9.]+|[A-Za-z]")
@@ -89,6 +89,7 @@ def block_of_line(raw: str, line: int, name: str, block_delete: bool) -> Block |
         pairs = _PAIR.findall(simple[2].upper())
         return Block(line, tuple([Word(letter, float(number), letter + number) for letter, number in pairs]), (), simple[1] or "")
     place = f"{name}:{line}"
+    raw = raw.rstrip("\r\n")
     for character in raw:
         if (ord(character) < 32 and character != "\t") or ord(character) == 127:
             raise ProgramError(

@@ -63,8 +63,8 @@ class Lines(Sequence[Block]):
         self._block_delete = block_delete
 
     def raw(self, line: int) -> str:
-        """Return a physical line, counted from 1."""
-        return self.text[self.starts[line - 1] : self.starts[line]].rstrip("\r\n")
+        """Return a physical line, counted from 1, with its end."""
+        return self.text[self.starts[line - 1] : self.starts[line]]
 
     def parsed(self, line: int) -> Block | None:
         """Return the block of a physical line, or None where it is blank or deleted; raises :class:`ProgramError`."""
@@ -83,9 +83,9 @@ class Lines(Sequence[Block]):
         if isinstance(index, slice):
             return tuple([self[place] for place in range(*index.indices(len(self)))])
         line = self.lines[index]
-        if self.faults and line in self.faults:
+        if line in self.faults:
             return Block(line, (), fault=self.faults[line])
-        return self.parsed(line) or Block(line, ())
+        return block_of_line(self.text[self.starts[line - 1] : self.starts[line]], line, self._name, self._block_delete) or Block(line, ())
 
     def matching(self, pattern: re.Pattern[str]) -> Iterator[Block]:
         """Yield the blocks of the lines in which a pattern is found."""
@@ -183,7 +183,7 @@ class _Reader:
         ends: dict[Shape, str] = {}  # of the shapes: which of them end a program
         text, starts, kept = self.lines.text, self.lines.starts, self.lines.lines
         for line in range(self._leader() + 1, self.count + 1):
-            raw = text[starts[line - 1] : starts[line]].rstrip("\r\n")
+            raw = text[starts[line - 1] : starts[line]]
             if self.ending and _PROGRAM_NUMBER.match(raw):
                 return
             self.line = line

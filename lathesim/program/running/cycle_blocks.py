@@ -15,6 +15,9 @@ from lathesim.program.running.profile_cycles import PROFILES, ProfileCycles
 SINGLE = (Meaning.TURNING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE_SIMPLE, Meaning.FACING_CYCLE_SIMPLE)
 _PECKING = (Meaning.FACE_GROOVING_CYCLE, Meaning.GROOVING_CYCLE)
 
+_GO_ON = frozenset({*SINGLE, *HOLES, Meaning.RIGID_TAPPING, Meaning.THREAD_BY_FEED})
+"""The cycles that a block with an axis word repeats."""
+
 
 class Cycles(HoleCycles, ProfileCycles):
     """Expands cycles; ``position`` is the place of the present block, ``passed`` are the places of contours that are not executed again."""
@@ -22,7 +25,7 @@ class Cycles(HoleCycles, ProfileCycles):
     def cycle(self) -> bool:
         """Carry out the cycle of the block, by its own code or a single-pass cycle in force; say whether there was one."""
         meaning = self.block.of_group(Group.MOTION)
-        if meaning is None and self.modal.motion in (*SINGLE, *HOLES, Meaning.RIGID_TAPPING, Meaning.THREAD_BY_FEED):
+        if meaning is None and self.modal.motion in _GO_ON:
             named = any(letter in self.block.words and letter not in self.used for letter in ("X", "Z", "U", "W"))
             meaning = self.modal.motion if named else None
         if meaning is None:

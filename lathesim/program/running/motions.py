@@ -115,7 +115,7 @@ class Motions:
             first = block.words[axes[0]].text
             why = "none is set yet" if modal.motion is None else f"{modal.motion_code} has ended the one before"
             raise self.error(f"{first} needs a motion code and {why}.", "Write G0 or G1 in front of it.")
-        if self.has(Meaning.MACHINE_COORDINATES):
+        if Meaning.MACHINE_COORDINATES in block.codes:
             self.check_machine_coordinates(block.codes[Meaning.MACHINE_COORDINATES].text)
         if modal.motion in _ARCS:
             self.arc(bool(axes))
