@@ -52,6 +52,10 @@ def interpret(
     return interpreter.program()
 
 
+_LEADS = frozenset({Meaning.THREAD_BY_FEED, Meaning.THREADING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE})
+"""Codes beside which F is a lead."""
+
+
 class _Interpreter(Offsets):
     """Runs the steps of every block in their order; ``moved`` says whether there was a move yet."""
 
@@ -88,7 +92,8 @@ class _Interpreter(Offsets):
         """Return the steps that a block may need; one that only moves needs three."""
         if (
             self._only_moves.issuperset(block.codes)
-            and not (block.builders or block.comments)
+            and not block.builders
+            and not any(_says(comment) for comment in block.comments)
             and "S" not in block.words
             and "T" not in block.words
         ):
@@ -121,7 +126,7 @@ class _Interpreter(Offsets):
     def comment(self) -> None:
         """(MSG, text) is a message to the operator."""
         for comment in self.block.comments:
-            if comment[:4].upper() == "MSG,":
+            if _says(comment):
                 self.event("message", text=comment[4:].strip())
 
     def feed_mode(self) -> None:
@@ -149,9 +154,7 @@ class _Interpreter(Offsets):
 
     def _feed_is_lead(self) -> bool:
         """Return whether F of this block is the lead of a thread."""
-        leads = (Meaning.THREAD_BY_FEED, Meaning.THREADING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE)
-        own = self.block.of_group(Group.MOTION)
-        return own in leads or (own is None and self.modal.motion in leads)
+        return (self.block.of_group(Group.MOTION) or self.modal.motion) in _LEADS
 
     def no_units_change(self, word: Word) -> None:
         """F and surface speeds in the very block that changes the units: controls differ, so it is refused."""
@@ -398,3 +401,8 @@ class _Interpreter(Offsets):
             self.assumed["motion"] = f"{self.dialect.first_motion} until the program says otherwise"
         if self.modal.tool is None and any(KINDS[kind] in CUTTING for kind in set(self.moves.kinds)):
             self.assumed["tool"] = "the one in use, as the program calls none"
+
+
+def _says(comment: str) -> bool:
+    """Return whether a comment is a message to the operator."""
+    return comment[:4].upper() == "MSG,"

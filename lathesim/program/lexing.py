@@ -24,11 +24,12 @@ DIGIT_LIMIT = 9  # digits before the decimal point, assumed: a larger number is 
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _SIMPLE = re.compile(
-    r"[ \t]*(?:[Nn]([0-9]{1,9}(?:\.[0-9]*)?)[ \t]*)?((?:[A-DF-MO-Za-df-mo-z][+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+)[ \t]*)+)[\r\n]*"
+    r"[ \t]*(?:[Nn]([0-9]{1,9}(?:\.[0-9]*)?)[ \t]*)?((?:[A-DF-MO-Za-df-mo-z][ \t]*[+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+)[ \t]*)+)[\r\n]*"
 )
 """A line of words only, as nearly all lines are: it needs no walk along its characters."""
-_SHAPE = re.compile(r"[GMTgmt][+-]?[0-9.]+|[A-Za-z]")
-_PAIR = re.compile(r"([A-Z])([+-]?[0-9.]+)")
+_REMARK = re.compile(r"\(([^()\x00-\x08\x0a-\x1f\x7f]*)\)|;([^\x00-\x08\x0a-\x1f\x7f]*)")
+_SHAPE = re.compile(r"[GMTgmt][ \t]*[+-]?[0-9.]+|[A-Za-z]")
+_PAIR = re.compile(r"([A-Z])[ \t]*([+-]?[0-9.]+)")
 _CORNER = re.compile(r"(,[CRA])([+-]?(?:[0-9]{1,9}\.?[0-9]*|\.[0-9]+))")
 _DELETE = re.compile(r"^\s*/[1-9]?")
 _BLOCK_NUMBER = re.compile(r"N([0-9]+\.?[0-9]*)")
@@ -78,16 +79,23 @@ class Block(NamedTuple):
 
 def shape_of(raw: str) -> tuple[str, ...] | None:
     """Return the codes, tools and letters of a line of words only, or None for every other line; lines of one shape have the same words."""
-    simple = _SIMPLE.fullmatch(raw) if len(raw) <= LINE_LIMIT else None
+    simple = _simple(raw)
     return None if simple is None else tuple(_SHAPE.findall(simple[2]))
+
+
+def _simple(raw: str) -> re.Match[str] | None:
+    """Return the match of a line of words only, beside remarks, or None."""
+    if len(raw) > LINE_LIMIT:
+        return None
+    return _SIMPLE.fullmatch(_REMARK.sub(" ", raw) if "(" in raw or ";" in raw else raw)
 
 
 def block_of_line(raw: str, line: int, name: str, block_delete: bool) -> Block | None:
     """Return the block of one line, or None where it is blank or deleted; raises :class:`ProgramError` with ``name:line``."""
-    simple = _SIMPLE.fullmatch(raw) if len(raw) <= LINE_LIMIT else None
+    simple = _simple(raw)
     if simple is not None:
-        pairs = _PAIR.findall(simple[2].upper())
-        return Block(line, tuple([Word(letter, float(number), letter + number) for letter, number in pairs]), (), simple[1] or "")
+        words = [Word(letter, float(number), letter + number) for letter, number in _PAIR.findall(simple[2].upper())]
+        return Block(line, tuple(words), _remarks(raw) if "(" in raw or ";" in raw else (), simple[1] or "")
     place = f"{name}:{line}"
     raw = raw.rstrip("\r\n")
     for character in raw:
@@ -118,6 +126,11 @@ def block_of_line(raw: str, line: int, name: str, block_delete: bool) -> Block |
     if not words and not comments and not number:
         return None
     return Block(line, tuple(words), tuple(comments), number)
+
+
+def _remarks(raw: str) -> tuple[str, ...]:
+    """Return the remarks of a line; an empty one counts in parentheses only."""
+    return tuple(found[found.lastindex or 0].strip() for found in _REMARK.finditer(raw) if found[1] is not None or found[2].strip())
 
 
 def _computed_block(line: int, code: str, comments: list[str], place: str) -> Block | None:

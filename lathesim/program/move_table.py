@@ -15,6 +15,7 @@ KINDS: tuple[MoveKind, ...] = ("rapid", "feed", "arc", "thread", "dwell")
 CUTTING: tuple[MoveKind, ...] = ("feed", "arc", "thread")
 _NUMBER: dict[str, int] = {kind: number for number, kind in enumerate(KINDS)}
 _NO_FEED = -1.0
+_NO_ARC = -1
 _ARC_VALUES = 6
 
 
@@ -47,7 +48,7 @@ class Moves(Sequence[Move]):
         self.mode_numbers = array("I")
         self.modes: list[Mode] = []
         self._known: dict[Mode, int] = {}
-        self._arcs: dict[int, int] = {}
+        self._arc_numbers = array("i")
         self._arc_values = array("d")
         self.extend(moves)
 
@@ -62,8 +63,8 @@ class Moves(Sequence[Move]):
         mode: Mode,
     ) -> None:
         """Append a move from ``start`` to ``end`` (x, z) [m]."""
+        self._arc_numbers.append(_NO_ARC if arc is None else len(self._arc_values))
         if arc is not None:
-            self._arcs[len(self.kinds)] = len(self._arc_values)
             self._arc_values.extend((arc.centre_x, arc.centre_z, arc.radius, arc.end_radius, arc.start_angle, arc.sweep))
         self.kinds.append(_NUMBER[kind])
         self.lines.append(line)
@@ -104,7 +105,7 @@ class Moves(Sequence[Move]):
             self.lines.pop()
             self.feeds.pop()
             self.mode_numbers.pop()
-            self._arcs.pop(len(self.kinds), None)
+            self._arc_numbers.pop()
         del self.ends[-4 * count :]
         self.extend(moves)
 
@@ -125,10 +126,10 @@ class Moves(Sequence[Move]):
             raise IndexError(index)
         x, z, end_x, end_z = self.ends[4 * place : 4 * place + 4]
         feed, mode = self.feeds[place], self.modes[self.mode_numbers[place]]
-        first = self._arcs.get(place)
+        first = self._arc_numbers[place]
         return Move(
             KINDS[self.kinds[place]], self.lines[place], x, z, end_x, end_z, mode.spindle, None if feed < 0.0 else feed,
-            mode.per_revolution, None if first is None else Arc(*self._arc_values[first : first + _ARC_VALUES]), *mode[2:],
+            mode.per_revolution, None if first == _NO_ARC else Arc(*self._arc_values[first : first + _ARC_VALUES]), *mode[2:],
         )  # fmt: skip
 
     def __eq__(self, other: object) -> bool:
@@ -155,12 +156,9 @@ class Moves(Sequence[Move]):
         """Yield kind and length [m] of each move."""
         ends = self.ends
         for place, number in enumerate(self.kinds):
-            first = self._arcs.get(place) if number == _ARC else None
-            if first is not None:
-                yield "arc", abs(self._arc_values[first + 5]) * self._arc_values[first + 2]
+            first = self._arc_numbers[place]
+            if first != _NO_ARC:
+                yield KINDS[number], abs(self._arc_values[first + 5]) * self._arc_values[first + 2]
             else:
                 k = 4 * place
                 yield KINDS[number], math.hypot(ends[k + 2] - ends[k], ends[k + 3] - ends[k + 1])
-
-
-_ARC = _NUMBER["arc"]

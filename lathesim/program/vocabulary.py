@@ -166,7 +166,7 @@ def sort_block(block: Block, blocks: Blocks, dialect: Dialect, known: dict[tuple
     found = known.get(key)
     if found is None:
         found = known[key] = _codes(key, blocks, dialect, blocks.place(block.line))
-    for letter, axis in (dialect.incremental or {}).items():
+    for letter, axis in dialect.incremental.items() if dialect.incremental else ():
         if letter in words and axis in words:
             raise ProgramError(
                 f"{words[axis].text} and {words[letter].text} both move {axis}.",

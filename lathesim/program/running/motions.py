@@ -131,21 +131,20 @@ class Motions:
 
     def own_corner(self) -> Corner | None:
         """The chamfer or rounding that the block has between its end and the next move."""
-        if ",C" not in self.dialect.letters:
+        if ",C" not in self.dialect.letters or self.block.words.keys().isdisjoint(CORNER_LETTERS):
             return None
         words = [word for letter in CORNER_LETTERS if (word := self.take(letter)) is not None]
-        if not words:
-            return None
         if words[0].value == 0.0 or (words[0].letter.startswith(",") and words[0].value < 0.0) or len(words) > 1:
             raise self.error(f"{words[0].text} is no size of a corner, or there are two.", "Give one of ,C and ,R above 0.")
         return corner_of(words[0], self.modal.metres(words[0].value), self.block.place)
 
     def line_end(self) -> tuple[float, float]:
         """The end point (x, z) of a straight feed [m], which an angle and one of X and Z may tell as well."""
-        angle = (self.take(",A") or self.take("A")) if ",A" in self.dialect.letters else None
+        words = self.block.words
+        angle = (self.take(",A") or self.take("A")) if ",A" in self.dialect.letters and (",A" in words or "A" in words) else None
         if angle is None:
             return self.target()
-        words, start = self.block.words, (self.modal.x, self.modal.z)
+        start = (self.modal.x, self.modal.z)
         given = [axis for axis, letters in (("X", "XU"), ("Z", "ZW")) if any(letter in words for letter in letters)]
         if len(given) != 1:
             raise self.error(f"{angle.text} is the angle of a line whose end is named by X and Z.", "Give one of X and Z beside an angle.")
