@@ -68,6 +68,7 @@ class Case:
     every: Mapping[str, int]
     every_given: Mapping[str, Given]
     tables: Mapping[str, Given]
+    alarms: Mapping[str, Given]
     insert: tuple[Insertion, ...]
 
 
@@ -81,7 +82,7 @@ def case_of(
     layers: list[tuple[Changes, Location]] = [(lesson.settings, ())]
     if variant is not None:
         layers.append((_variant(lesson, variant), ("variants", variant)))
-    changed: dict[str, dict[str, Given]] = {"set": {}, "replace": {}, "wires": {}, "tables": {}}
+    changed: dict[str, dict[str, Given]] = {"set": {}, "replace": {}, "wires": {}, "tables": {}, "alarms": {}}
     parts = {name: PartOfCase(entry, lesson.machine.source, ("parts", name)) for name, entry in lesson.machine.settings.parts.items()}
     units: dict[str, dict[str, str]] = {}
     every: dict[str, int] = {}
@@ -117,6 +118,7 @@ def case_of(
         every=every,
         every_given=every_given,
         tables=changed["tables"],
+        alarms=changed["alarms"],
         insert=tuple(inserted),
     )
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lathesim.analysis.metrics.metric import Measured, Measurements, measure
+from lathesim.analysis.metrics.unstable_loop import unstable_loop
 from lathesim.analysis.part.nothing_cut import nothing_cut
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.lessons.lesson import find_lesson
@@ -106,9 +107,14 @@ class Judgement:
     goals: tuple[GoalResult, ...]
 
 
-def judge_run(goals: Sequence[Goal], measurements: Measurements, status: str) -> Judgement:
-    """Hold one run against the goals of a lesson. It reaches them where it came to its end and met all of them itself."""
+def judge_run(goals: Sequence[Goal], measurements: Measurements, status: str, unstable: str = "") -> Judgement:
+    """Hold one run against the goals of a lesson. It reaches them where it came to its end and met all of them itself.
+
+    ``unstable`` says that a loop was unstable: it takes the place of the hints, which are made for loops that hold.
+    """
     found = judge(goals, measurements.values, measurements.skipped)
+    if unstable:
+        found = tuple(replace(goal, hint=unstable) for goal in found)
     if status != "complete":
         reason = "the run was not finished"
         return Judgement(UNFINISHED, tuple(replace(goal, is_judged=False, reason=goal.reason or reason) for goal in found))
@@ -171,7 +177,7 @@ def grade_file(path: Path, registry: Registry, given: Yardstick | None = None) -
 
 def grade(record: Record, name: str, lesson: Yardstick, registry: Registry) -> Grade:
     """Hold a record against the goals of a lesson."""
-    judgement = judge_run(lesson.settings.goals, measure(record, registry.metrics), record.status)
+    judgement = judge_run(lesson.settings.goals, measure(record, registry.metrics), record.status, unstable_loop(record))
     goals = judgement.goals
     variant = str(record.meta.get("variant", ""))
     ended = record.status

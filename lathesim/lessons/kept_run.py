@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import cast
 
 from lathesim.analysis.metrics.metric import Measurements, measure
+from lathesim.analysis.metrics.unstable_loop import unstable_loop
 from lathesim.analysis.part.nothing_cut import nothing_cut
 from lathesim.engine.running.run import Sink
 from lathesim.errors import SimulationError
@@ -104,6 +105,6 @@ def run_and_keep(
     else:
         save(record, path)
     measurements = measure(record, registry.metrics)
-    judgement = judge_run(case.case.lesson.settings.goals, measurements, record.status)
+    judgement = judge_run(case.case.lesson.settings.goals, measurements, record.status, unstable_loop(record))
     told = nothing_cut(record) if record.status == "complete" else ""
     return KeptRun(case, record, path, measurements, judgement, told, failure, run_warnings(case.case, case.plan))

@@ -101,6 +101,9 @@ class ToolEntry(_Model):
     orientation: Annotated[int, Field(strict=True, ge=0, le=9)] = 3
 
 
+_ALARMS = "output -> its largest size, as '50 mm', or its range, as '-100..500 mm'; beyond it the run stops"
+
+
 class MachineSettings(_Model):
     """A machine template: parts and wires."""
 
@@ -113,6 +116,7 @@ class MachineSettings(_Model):
     step: Quantity
     record: list[PartItem] | None = Field(default=None, description="channels to record; all outputs where it is left out")
     travel: Travel = Field(default_factory=Travel)
+    alarms: dict[PartItem, Quantity] = Field(default_factory=dict, description=_ALARMS)
     start_point: StartPoint | None = Field(
         default=None, description="where the tool stands at first; the dialect's place where it is left out"
     )
@@ -328,6 +332,7 @@ class Changes(_Model):
     insert: list[InsertEntry] = Field(default_factory=list, description="effects, in the order in which they act")
     wires: dict[PartItem, Quantity] = Field(default_factory=dict, description="input -> part.output or a quantity; adds or replaces a wire")
     every: dict[str, Count] = Field(default_factory=dict, description="part -> sampled at each n-th sample instant")
+    alarms: dict[PartItem, Quantity] = Field(default_factory=dict, description=_ALARMS)
     tables: dict[PartItem, Text] = Field(default_factory=dict, description="part.table -> CSV file of numbers, beside the lesson")
 
 

@@ -15,6 +15,7 @@ from lathesim.component import Parameter, Table
 from lathesim.engine.assembly import Part
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, SimulationError
+from lathesim.lessons.alarms import Alarm, AlarmWatch, alarms_of
 from lathesim.lessons.assemble import assemble_case
 from lathesim.lessons.case import Case, case_of
 from lathesim.lessons.insertion import Machinery
@@ -33,12 +34,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Prepared:
-    """A case of a lesson, ready to run: any number of times, with other overrides and seeds; ``recording`` names what drives it, if any."""
+    """A case of a lesson, ready to run: any number of times, with other overrides and seeds.
+
+    ``recording`` names what drives it, if any; ``alarms`` stop a run whose values leave them.
+    """
 
     case: Case
     machinery: Machinery
     plan: Plan
     recording: str = ""
+    alarms: tuple[Alarm, ...] = ()
 
     @property
     def duration(self) -> float | None:
@@ -85,7 +90,7 @@ def prepare(
     case = case_of(lesson, variant, overrides, program)
     machinery = assemble_case(case, registry)
     check_promises(lesson, machinery, registry)
-    return Prepared(case, machinery, wire(machinery))
+    return Prepared(case, machinery, wire(machinery), alarms=alarms_of(case, machinery))
 
 
 def check_machine(machine: Machine, registry: Registry) -> Plan:
@@ -99,7 +104,9 @@ def check_machine(machine: Machine, registry: Registry) -> Plan:
     lesson = Lesson(machine.name, machine.path, settings, machine.source, machine)
     path = np.zeros((1, len(PATH_COLUMNS)))
     path[0, [LENGTH, FEED]] = 0.001
-    machinery = assemble_case(case_of(lesson), registry, path)
+    case = case_of(lesson)
+    machinery = assemble_case(case, registry, path)
+    alarms_of(case, machinery)
     return wire(dataclasses.replace(machinery, parts=tuple(_with_example_tables(part) for part in machinery.parts)))
 
 
@@ -166,6 +173,7 @@ def run_prepared(
             often=often,
             onlooker=onlooker,
             largest_block=largest_block,
+            guard=AlarmWatch(prepared.plan, prepared.alarms) if prepared.alarms else None,
         )
     except SimulationError as error:
         if error.record is not None:

@@ -168,3 +168,30 @@ def test_a_slower_part_holds_between_its_samples() -> None:
 def test_a_start_value_may_be_overridden() -> None:
     quiet = Assembly((Part("axis", Axis),), (Wire("axis.voltage", constant=0.0),), 0.005, 0.0005)
     assert run(wire(quiet), duration=0.1, overrides={"axis.travel": 0.25})["axis.position"][0] == 0.25
+
+
+class Limit:
+    """Ends a run where the axis passes 1 m."""
+
+    def look(self, first: int, values: FloatArray) -> tuple[int, str] | None:
+        outside = np.flatnonzero(values[self.row] > 1.0)
+        return (int(outside[0]), f"axis at sample {first + int(outside[0])}") if len(outside) else None
+
+    def __init__(self, row: int) -> None:
+        self.row = row
+
+
+def test_a_guard_ends_the_run_at_the_same_sample_in_both_engines() -> None:
+    plan = wire(loop())
+    whole = run(plan, duration=4.0, seed=3, engine="plain")
+    row = plan.channels.index("axis.position")
+    first = int(np.argmax(whole["axis.position"] > 1.0))
+    ended = []
+    for engine, block in (("plain", 7), ("compiled", None)):
+        with pytest.raises(SimulationError, match=f"axis at sample {first}") as caught:
+            run(plan, duration=4.0, seed=3, engine=engine, guard=Limit(row), largest_block=block)
+        assert isinstance(caught.value.record, Record)
+        ended.append(caught.value.record)
+    assert same(*ended)
+    assert ended[0].status == f"failed: axis at sample {first}"
+    assert all(np.array_equal(ended[0][name], whole[name][: first + 1]) for name in whole.channels)

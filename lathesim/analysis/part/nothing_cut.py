@@ -95,7 +95,7 @@ def _led_beside(record: Record) -> str:
     if stock is None or x is None or z is None:
         return ""
     programmed = _nearest(record, stock, record[x], record[z])
-    if programmed.distance == 0.0:
+    if programmed.distance <= _AS_NEAR:
         return ""
     return f"the program leads the tool no nearer to the stock than {programmed.told(record)}; take it to {_remedy(stock, programmed)}"
 

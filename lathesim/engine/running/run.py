@@ -50,6 +50,13 @@ class Sink(Protocol):
         """Take the times (samples,) and values (channels, samples) of the next block."""
 
 
+class Guard(Protocol):
+    """Stops a run where a value leaves the limits of the machine."""
+
+    def look(self, first: int, values: FloatArray) -> tuple[int, str] | None:
+        """Return the first sample of a block (channels, samples) that is outside, and the alarm as a sentence; none where all is inside."""
+
+
 @dataclass
 class _Progress:
     expected: int
@@ -100,6 +107,7 @@ def run(
     often: bool = False,
     onlooker: Sink | None = None,
     largest_block: int | None = None,
+    guard: Guard | None = None,
 ) -> Record:
     """Run a plan and give its Record.
 
@@ -107,13 +115,13 @@ def run(
     ``part.parameter`` and ``part.state`` to other values [SI]. ``progress`` is told the simulated time after each block; ``stop`` ends the
     run after the current block, or out of a law that does not end, and Ctrl-C does the same. With a ``sink`` the values go there and the
     Record holds none. An ``onlooker`` sees each block as well, which the Record keeps all the same; ``largest_block`` [samples] sets how
-    often. An onlooker that takes its time slows the run.
+    often. An onlooker that takes its time slows the run. A ``guard`` ends the run with the first sample that it finds outside its limits.
 
     ``engine`` "auto" takes machine code where it is at hand, and compiles only where the rest of the run, judged by ``expected_time`` [s],
     would take longer plain; sooner where the machine is to be run ``often``. A machine that cannot be compiled runs plain, and whoever
     listens to the compiler is told why.
 
-    Raises :class:`SimulationError` when a law breaks, with the data up to then in its ``record``.
+    Raises :class:`SimulationError` when a law breaks or the guard ends the run, with the data up to then in its ``record``.
     """
     if engine not in ENGINES:
         raise SimulationError(f"there is no engine '{engine}'.", remedy=f"Choose {', '.join(ENGINES)}.")
@@ -133,7 +141,7 @@ def run(
     failure = ""
     with Watch(plan, stop) as watch:
         try:
-            failure = _advance(plan, fused, arrays, state, last, seed, engine, kept, progress, stop, watch)
+            failure = _advance(plan, fused, arrays, state, last, seed, engine, kept, progress, stop, watch, guard)
         except (KeyboardInterrupt, LawRunsOnError) as stopped:
             failure = watch.verdict(stopped, state.first * period)
             state.status = f"failed: {failure}" if failure else "stopped"
@@ -147,7 +155,7 @@ def run(
 
 def _advance(
     plan: Plan, fused: FusedModule, arrays: RunArrays, state: _Progress, last: int, seed: int, engine: str, kept: _Destination,
-    progress: Callable[[float], None] | None, stop: threading.Event | None, watch: Watch,
+    progress: Callable[[float], None] | None, stop: threading.Event | None, watch: Watch, guard: Guard | None = None,
 ) -> str:  # fmt: skip
     """Run block after block; give the sentence about what broke, empty where nothing did."""
     module: Any = None
@@ -173,6 +181,11 @@ def _advance(
         before = live.copy()
         begun = watch.block_begun = clock.perf_counter()
         done, values, broken = _one_block(plan, module, live, state, count, noise)
+        alarm = guard.look(state.first, values) if guard is not None else None
+        if alarm is not None:
+            kept.add(state, values[:, : alarm[0] + 1])
+            state.status = f"failed: {alarm[1]}"
+            return alarm[1]
         if broken or not np.isfinite(values).all():
             sentence, time = describe_failure(plan, state.first, count, before, noise.tolist())
             good = max(0, min(done if not broken else count, int(time / period) - state.first + 1))

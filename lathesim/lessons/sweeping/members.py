@@ -20,6 +20,7 @@ from lathesim.engine.fusing.fuse import fuse
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.running.run_arrays import start_arrays
 from lathesim.errors import LatheSimError
+from lathesim.lessons.alarms import AlarmWatch
 from lathesim.lessons.simulate import Prepared
 from lathesim.record import Channel, Record
 
@@ -73,7 +74,7 @@ class Members:
             Batch(plan, 1, threads=1).check_step(overrides)
             while True:
                 batch = Batch(plan, samples, self.prepared.case.seed, threads=1)
-                (measured,) = batch.run(self.names, np.array([list(values)]), self._measured)
+                (measured,) = batch.run(self.names, np.array([list(values)]), functools.partial(self._measured, overrides))
                 if measured is not None or samples >= longest:
                     break
                 samples *= 2
@@ -84,13 +85,16 @@ class Members:
         values_found, status = measured
         return Member(number, values_found, status)
 
-    def _measured(self, values: FloatArray) -> tuple[tuple[float, ...], str] | None:
+    def _measured(self, overrides: Mapping[str, float], values: FloatArray) -> tuple[tuple[float, ...], str] | None:
         """Measure the recorded ``values`` (channels, samples); none where the run needs more room."""
         plan = self.prepared.plan
         recorded = np.flatnonzero((~np.isnan(values)).any(axis=0))
         count = int(recorded[-1]) + 1 if len(recorded) else 1
         broken = not np.isfinite(values[:, :count]).all()
         nothing = (math.nan,) * len(self.metrics)
+        alarm = AlarmWatch(plan, self.prepared.alarms, overrides).look(0, values[:, :count])
+        if alarm is not None:
+            return nothing, f"stopped: {alarm[1]}"
         if broken:
             at = int(np.argmin(np.isfinite(values[:, :count]).all(axis=0)))
             return nothing, f"broke down at t = {at * plan.assembly.sample_period:.4g} s"

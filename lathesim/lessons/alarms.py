@@ -1,0 +1,143 @@
+"""Alarms: a run stops where an axis leaves its travel or the error with which it follows, as the control of a machine would stop it.
+
+LinuxCNC has FERROR and MIN_LIMIT, MAX_LIMIT for it (Integrator Manual, INI configuration), Fanuc the parameters 1320, 1321 and 1828. Left
+out: a limit that grows with the speed, as that of FERROR, and one for an axis that stands.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.analysis.metrics.unstable_loop import UNSTABLE
+from lathesim.component import Output, Parameter
+from lathesim.engine.assembly import FloatArray
+from lathesim.engine.wiring import Plan
+from lathesim.errors import LessonError
+from lathesim.lessons.case import Case, Given
+from lathesim.lessons.insertion import Machinery
+from lathesim.lessons.part_values import no_item, placed_at, si_value
+from lathesim.units import split_quantity
+
+_GAINS = ("proportional", "position_gain", "velocity_gain", "loop_gain", "integral")
+"""Parameters of a controller that are above zero in a loop that holds its axis."""
+_GROWING = 4
+"""Swings in a row, each larger than the one before, that count as a loop that swings up (assumed)."""
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """The limits of an output [SI]."""
+
+    channel: str
+    low: float
+    high: float
+
+
+def alarms_of(case: Case, machinery: Machinery) -> tuple[Alarm, ...]:
+    """Return the alarms of the machine template, and of the lesson in their place; one that a replaced part no longer has is left out.
+
+    Raises :class:`LessonError` with the place of an entry that is at fault.
+    """
+    parts = {part.name: part.component for part in machinery.parts}
+    source = case.lesson.machine.source
+    written = {
+        name: Given(text, source.place(("alarms", name)), source.place(("alarms", name), key=True))
+        for name, text in case.lesson.machine.settings.alarms.items()
+        if name.partition(".")[0] not in case.replace or name.partition(".")[2] in parts[name.partition(".")[0]].declared(Output)
+    }
+    return tuple(_alarm(name, given, parts) for name, given in {**written, **case.alarms}.items())
+
+
+def _alarm(name: str, given: Given, parts: dict[str, type]) -> Alarm:
+    part, _, item = name.partition(".")
+    if part not in parts:
+        raise LessonError(f"there is no part '{part}'.", place=given.key_place, remedy=f"The machine has {', '.join(parts)}.")
+    declared = parts[part].declarations.get(item)  # type: ignore[attr-defined]
+    if not isinstance(declared, Output):
+        raise no_item(part, parts[part], item, (Output,), "output", given.key_place)
+    lower, dots, upper = str(given.value).rpartition("..")
+    high = si_value(Given(upper, given.place, given.key_place), declared.unit)
+    if not dots:
+        low = -high
+    else:
+        with placed_at(given.place):
+            unit = split_quantity(upper)[1]
+        bare = lower.strip().lstrip("+-").replace(".", "", 1).isdigit()
+        low = si_value(Given(f"{lower} {unit}" if bare else lower, given.place, given.key_place), declared.unit)
+    if not low < high:
+        raise LessonError(f"the alarm leaves {name} no room.", place=given.place, remedy="Write it as 50 mm, or as -100..500 mm.")
+    return Alarm(name, low, high)
+
+
+class AlarmWatch:
+    """Looks through the blocks of one run for the first value outside the alarms; those of channels that are not recorded are left out."""
+
+    def __init__(self, plan: Plan, alarms: Sequence[Alarm], overrides: Mapping[str, float] | None = None) -> None:
+        self._plan = plan
+        self._overrides = overrides or {}
+        self._rows = {alarm: plan.channels.index(alarm.channel) for alarm in alarms if alarm.channel in plan.channels}
+        self._errors: dict[str, list[FloatArray]] = {alarm.channel: [] for alarm in self._rows if alarm.channel.endswith(".error")}
+
+    def look(self, first: int, values: FloatArray) -> tuple[int, str] | None:
+        """Return the first sample of a block (channels, samples) that is outside, and the alarm as a sentence; none where all is inside."""
+        tripped: tuple[int, Alarm] | None = None
+        for alarm, row in self._rows.items():
+            outside = (values[row] < alarm.low) | (values[row] > alarm.high)
+            sample = int(np.argmax(outside))
+            if outside[sample] and (tripped is None or sample < tripped[0]):
+                tripped = sample, alarm
+        for name, kept in self._errors.items():
+            kept.append(values[self._plan.channels.index(name), : None if tripped is None else tripped[0] + 1].copy())
+        if tripped is None:
+            return None
+        sample, alarm = tripped
+        return sample, self._told(alarm, float(values[self._rows[alarm], sample]), first + sample)
+
+    def _told(self, alarm: Alarm, value: float, sample: int) -> str:
+        part, _, item = alarm.channel.partition(".")
+        letter = part.partition("_")[0]
+        unit = self._plan.unit(alarm.channel)
+        what = f"{letter.upper()} {'following error' if item == 'error' else item}" if len(letter) == 1 else alarm.channel
+        if item == "error":
+            limit = f"{shown_with_unit(abs(value), unit)} exceeds the limit of {shown_with_unit(alarm.high, unit)}"
+        else:
+            limit = f"{shown_with_unit(value, unit)} is outside {shown_with_unit(alarm.low, unit)} to {shown_with_unit(alarm.high, unit)}"
+        time = sample * self._plan.assembly.sample_period
+        cause = self._cause(letter) or f"slow the axis down, or widen the alarm {alarm.channel}"
+        return f"{what} {limit} at {time:.4g} s; {cause}."
+
+    def _cause(self, letter: str) -> str:
+        """Return why an axis ran away: a gain of the wrong sign, or an error that swings up."""
+        controllers = [name for name in self._plan.parts if name.startswith(f"{letter}_") and "controller" in name]
+        gains = [f"{part}.{gain}" for part in controllers for gain in _GAINS if f"{part}.{gain}" in self._plan.parameters]
+        for name in gains:
+            if self._value(name) < 0.0:
+                return f"{UNSTABLE}: {self._shown(name)} has the wrong sign"
+        for name, kept in self._errors.items():
+            if name.startswith(f"{letter}_") and _swings_up(np.concatenate(kept)):
+                lower = f"; lower {self._shown(gains[0])}" if gains else ""
+                return f"{UNSTABLE}: the axis swings further and further{lower}"
+        return ""
+
+    def _value(self, name: str) -> float:
+        return self._overrides.get(name, self._plan.parameter_values[self._plan.parameters[name]])
+
+    def _shown(self, name: str) -> str:
+        part, _, item = name.partition(".")
+        declared = self._plan.parts[part].component.declarations[item]
+        assert isinstance(declared, Parameter)
+        word = item.replace("_", " ").removesuffix(" gain")
+        return f"the {word} gain {shown_with_unit(self._value(name), declared.unit)} of {part}"
+
+
+def _swings_up(error: FloatArray) -> bool:
+    """Return whether an error ends in swings about zero of which each is larger than the one before."""
+    ends = np.flatnonzero(np.diff(np.sign(error)) != 0) + 1
+    swings = [float(np.max(np.abs(swing))) for swing in np.split(error, ends)[-_GROWING - 1 : -1] if len(swing)]
+    return len(swings) == _GROWING and all(later > swing for swing, later in pairwise(swings)) and math.isfinite(swings[-1])
