@@ -73,6 +73,25 @@ def test_a_measured_response_is_taken_as_it_is(capsys: Capture) -> None:
     assert "Modes fitted to the response" in by_modes["findings"][0]
 
 
+def test_a_response_that_ends_below_a_mode_leads_to_modes_that_a_lesson_takes(capsys: Capture) -> None:
+    frequency, chance = np.arange(20.0, 1001.0), np.random.default_rng(1)
+    tool = ToolPoint((Mode(300.0, 0.03, 2e7), Mode(1500.0, 0.02, 5e7)), (1.0, 1.0))
+    noise = 2e-10 * (chance.standard_normal(len(frequency)) + 1j * chance.standard_normal(len(frequency)))
+    write_response(FrequencyResponse(frequency, tool.receptance(frequency) + noise), Path("frf.csv"))
+    text = HEAD.replace("700 N/mm^2", "1000 N/mm^2").replace("60 deg", "0 deg")
+    Path("mine.yaml").write_text(f"{text}  response: {{file: frf.csv}}\n", encoding="utf-8")
+    for method in ("frequency", "collocation"):
+        found = said_json(capsys, "lobes", "mine.yaml", "--speed", "20000..20000:1", "--method", method)
+        assert found["smallest_width_m"] == pytest.approx(1.303e-3, rel=2e-3)
+        assert "the response ends at 1000 Hz, below a mode" in found["findings"][0]
+    said = call(capsys, "modes", "frf.csv").out
+    assert "near 1500 Hz" in said
+    modes = said[said.index("  modes:") :]
+    Path("mine.yaml").write_text(text + modes, encoding="utf-8")
+    (row,) = said_json(capsys, "lobes", "mine.yaml", "--speed", "20000..20000:1")["rows"]
+    assert row["width_m"] == pytest.approx(limit_at(ToolPoint(tool.modes[:1], (1.0,)), 1e9, 20000.0).width, rel=2e-3)
+
+
 def test_what_is_uncertain_gives_a_band_and_cuts_are_shown(capsys: Capture) -> None:
     lesson(TWO + "  speed: 3000 rpm\n  width: 1 mm\nuncertain: {tool_point.cutting_stiffness: 20 %, tool_point.damping_1: 30 %}\n")
     Path("cuts.csv").write_text("speed [rpm],width [mm],stable\n2500,0.5,yes\n3000,3,no\n", encoding="utf-8")

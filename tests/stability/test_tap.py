@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from lathesim.errors import LatheSimError
+from lathesim.stability.limits.lesson_cut import Cut, with_modes
 from lathesim.stability.tool_point.choose_modes import find_modes
 from lathesim.stability.tool_point.estimate_response import TapEstimate, estimate_response, judged_hits
-from lathesim.stability.tool_point.frequency_response import FrequencyResponse, Quantity
+from lathesim.stability.tool_point.frequency_response import FrequencyResponse, Quantity, ends_too_low
+from lathesim.stability.tool_point.modal_fit import ModalModel
 from lathesim.stability.tool_point.modes import Mode, ToolPoint
 from lathesim.stability.tool_point.noise_weights import weights_of_mean
 from lathesim.stability.tool_point.read_response import read_response
@@ -201,6 +203,50 @@ def test_modes_without_single_hits_are_decided_on_lines() -> None:
     found = find_modes(replace(CLEAN, hits=None, coherence=None))
     assert "every second line" in found.decided_on
     assert [mode.frequency.value for mode in found.modes][:2] == pytest.approx([150.0, 420.0], rel=1e-3)
+
+
+def measured(modes: list[tuple[float, float, float]], highest: float, noise: float, seed: int) -> FrequencyResponse:
+    """Return a response of modes (frequency, damping, stiffness) from 20 Hz on, a line each hertz, with noise on each line [m/N]."""
+    f, chance = np.arange(20.0, highest + 0.5), np.random.default_rng(seed)
+    tool = ToolPoint(tuple(Mode(*mode) for mode in modes), tuple(1.0 for _ in modes))
+    return FrequencyResponse(f, tool.receptance(f) + noise * (chance.standard_normal(len(f)) + 1j * chance.standard_normal(len(f))))
+
+
+ABOVE = [
+    ([(300.0, 0.03, 2e7), (1500.0, 0.02, 5e7)], 2e-10),
+    ([(300.1, 0.012, 2e7), (460.7, 0.026, 1.1e7), (665.6, 0.012, 6.3e7), (2322.0, 0.02, 2.2e7)], 5e-10),
+    ([(113.0, 0.038, 1e7), (710.5, 0.03, 2.2e7), (1446.0, 0.023, 4.4e7), (3100.0, 0.02, 3e7)], 1e-10),
+]
+
+
+@pytest.mark.parametrize("given", [False, True])
+@pytest.mark.parametrize(("modes", "noise"), ABOVE)
+def test_a_mode_above_the_band_stays_a_residual_term(modes: list[tuple[float, float, float]], noise: float, given: bool) -> None:
+    response, inside = measured(modes, 1000.0, noise, 1), [mode for mode in modes if mode[0] < 1000.0]
+    found = find_modes(response, len(inside) if given else None)
+    assert len(found.modes) == len(inside)
+    for mode, true in zip(found.modes, inside, strict=True):
+        assert [mode.frequency.value, mode.damping.value, mode.stiffness.value] == pytest.approx(true, rel=2e-3)
+        assert mode.stiffness.high < 1.01 * mode.stiffness.low
+    tool, told = with_modes(Cut(response, 1e9))
+    lines = np.linspace(20.0, 1000.0, 20000)
+    true = ToolPoint(tuple(Mode(*mode) for mode in modes), tuple(1.0 for _ in modes)).receptance(lines).real.min()
+    assert tool.receptance(lines).real.min() == pytest.approx(true, rel=0.01)
+    assert "what lies outside its 20 to 1000 Hz is kept" in told
+
+
+def test_poles_that_cancel_each_other_or_that_nothing_determines_are_phantoms() -> None:
+    omega, damping = 2.0 * np.pi * np.array([300.0, 600.0, 600.1, 900.0]), np.array([0.03, 0.02, 0.02, 1e-6])
+    model = ModalModel(omega, damping, np.array([0.2, 9.0, -9.1, 0.1]), np.zeros(2), 0.0, 0.0, np.diag([1e-6] * 7 + [9.0] + [1e-6] * 6))
+    assert model.phantoms(np.array([20.0, 1000.0])) == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("highest", "told"), [(250.0, "below a mode that still holds it"), (303.0, "below the chatter frequency"), (800.0, None)]
+)
+def test_a_response_that_ends_too_low_is_told(highest: float, told: str | None) -> None:
+    found = ends_too_low(measured([(300.0, 0.03, 2e7)], highest, 2e-10, 1), 0.5)
+    assert found == () if told is None else told in found[0]
 
 
 @pytest.mark.slow

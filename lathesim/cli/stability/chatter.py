@@ -72,10 +72,9 @@ def _modes(lesson: str | None) -> tuple[float, ...]:
     if lesson is None:
         return ()
     from lathesim.lessons.lesson import load_lesson
-    from lathesim.stability.limits.lesson_cut import cut_of, with_modes
+    from lathesim.stability.limits.lesson_cut import cut_of, natural_frequencies
 
-    tool, _ = with_modes(cut_of(load_lesson(lesson)))
-    return tuple(mode.frequency for mode in tool.modes)
+    return natural_frequencies(cut_of(load_lesson(lesson)))
 
 
 def _draw(recording: Path, cut: RecordedCut, found: CutDiagnosis, save: Path) -> None:

@@ -124,7 +124,7 @@ def _table(found: StabilityMap, cut: Cut, edges: Any) -> None:
     from lathesim.stability.limits.frequency_limit import speeds_of
 
     for sentence in found.findings:
-        click.echo(sentence)
+        click.echo(f"{sentence[0].upper()}{sentence[1:].rstrip('.')}.")
     click.echo(
         f"{'speed [rpm]':>12}{'width [mm]':>14}" + (f"{'95 %':>20}" if edges is not None else "") + f"{'chatter [Hz]':>14}{'lobe':>6}  kind"
     )

@@ -81,6 +81,7 @@ def _as_json(found: FoundModes, response: FrequencyResponse) -> dict[str, Any]:
             {"frequency_hz": _estimate(mode.frequency), "damping": _estimate(mode.damping), "stiffness_n_per_m": _estimate(mode.stiffness)}
             for mode in found.modes
         ],
+        "outside_band_hz": [mode.frequency.value for mode in found.outside],
         "decided_on": found.decided_on,
         "held_out_misfit": [{"modes": count, "misfit": misfit} for count, misfit in found.held_out],
         "findings": list(response.findings),
@@ -102,8 +103,15 @@ def _tell(found: FoundModes, response: FrequencyResponse) -> None:
             f"{k.value:>16.5e} +-{(k.high - k.low) / 2:>10.2e}"
         )
     click.echo(f"\nThe number of modes was decided on {found.decided_on}.")
-    click.echo("\ntool_point:\n  modes:")
-    for mode in found.modes:
+    if found.outside:
+        places = ", ".join(f"{mode.frequency.value:.0f}" for mode in found.outside)
+        click.echo(f"What lies outside {response.frequency[0]:.3g} to {response.highest:.0f} Hz is a residual term: near {places} Hz.")
+    usable = [mode for mode in found.modes if mode.stiffness.value > 0.0]
+    if len(usable) < len(found.modes):
+        click.echo("A negative stiffness is none of a tool point: force and response point against each other, or are apart.")
+    if usable:
+        click.echo("\ntool_point:\n  modes:")
+    for mode in usable:
         click.echo(
             f"    - {{frequency: {mode.frequency.value:.6g} Hz, damping: {100 * mode.damping.value:.6g} %, "
             f"stiffness: {mode.stiffness.value:.6g} N/m}}"

@@ -7,16 +7,24 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lathesim.errors import LessonError
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value
-from lathesim.stability.tool_point.frequency_response import FrequencyResponse
+from lathesim.stability.tool_point.frequency_response import FrequencyResponse, ends_too_low
 from lathesim.stability.tool_point.modes import Mode, ToolPoint
 
 if TYPE_CHECKING:
     from lathesim.lessons.schema import ResponseEntry
+    from lathesim.stability.tool_point.choose_modes import FoundModes
 
+_FAR, _WELL_DAMPED = 3.0, 0.5
+"""Frequency over the end of the band, and damping ratio, of the mode that stands for a residual term: assumed, so that it does not
+chatter first."""
+_NO_REST = 1e-3
+"""Share of the response at its chatter frequency below which a residual term is left out."""
 RPM = 60.0 / (2.0 * math.pi)
 """Revolutions a minute of a radian per second."""
 
@@ -69,6 +77,7 @@ def cut_of(lesson: Lesson) -> Cut:
         tool = _measured(entry.response, lesson.path.parent)
         direction = value(entry.response.direction, "rad")
         factor = math.cos(angle - direction) * math.cos(direction)
+        tool = replace(tool, findings=(*tool.findings, *ends_too_low(tool, factor)))
     elif entry.assembly is not None:
         from lathesim.stability.assembly.assembly_file import load_assembly
         from lathesim.stability.assembly.tip_response import tip_response
@@ -133,15 +142,44 @@ def _check(cut: Cut, place: str) -> None:
         raise LessonError("a tooth leaves the cut before it enters.", place=place, remedy="Give entry below leave, from 0 to 360 deg.")
 
 
-def with_modes(cut: Cut) -> tuple[ToolPoint, str]:
-    """Return the modes of a cut, and a sentence where they were fitted to a response for it."""
-    if isinstance(cut.tool, ToolPoint):
-        return cut.tool, ""
+def natural_frequencies(cut: Cut) -> tuple[float, ...]:
+    """Return the natural frequencies [Hz] of a cut's tool point; of a measured response those within its band."""
+    return tuple(mode.frequency for mode in (cut.tool.modes if isinstance(cut.tool, ToolPoint) else _fitted(cut.tool)[0]))
+
+
+def _fitted(response: FrequencyResponse) -> tuple[list[Mode], FoundModes]:
+    """Return the modes of a response that a tool point can have, and all that was found; :class:`LessonError` where there are none."""
     from lathesim.stability.tool_point.choose_modes import find_modes
 
-    found = find_modes(replace(cut.tool, hits=None) if cut.tool.force_noise == 0.0 else cut.tool)
-    modes = [replace(item.mode, direction=cut.direction) for item in found.modes if item.stiffness.value > 0.0]
-    if not modes:
+    found = find_modes(replace(response, hits=None) if response.force_noise == 0.0 else response)
+    inside = [item.mode for item in found.modes if item.stiffness.value > 0.0]
+    if not inside:
         raise LessonError("no mode could be fitted to the response.", remedy="Use the method 'frequency', which takes it as it is.")
-    told = ", ".join(f"{mode.frequency:.1f} Hz" for mode in modes)
-    return ToolPoint(tuple(modes), tuple(cut.factor for _ in modes)), f"Modes fitted to the response: {told}."
+    return inside, found
+
+
+def with_modes(cut: Cut) -> tuple[ToolPoint, str]:
+    """Return the modes of a cut, and a sentence where they were fitted to a response for it.
+
+    What lies outside the band of the response counts too: poles that the data determine as modes, and the rest by one stiff, well damped
+    mode far above, which gives the same real part where the response chatters first.
+    """
+    if isinstance(cut.tool, ToolPoint):
+        return cut.tool, ""
+    inside, found = _fitted(cut.tool)
+    known = [item.mode for item in found.outside if item.stiffness.value > 0.0 and item.is_known]
+    modes, lines = [*inside, *known], cut.tool.frequency
+    plain = ToolPoint(tuple(modes), tuple(1.0 for _ in modes))
+    whole = found.model.response(lines, windowed=False)
+    first = int(np.argmin(cut.factor * whole.real))
+    rest = float((whole - plain.receptance(lines)).real[first])
+    factors = [cut.factor for _ in modes]
+    if abs(rest) > _NO_REST * abs(whole[first]):
+        far = _FAR * cut.tool.highest
+        modes.append(Mode(far, _WELL_DAMPED, 1.0 / abs(rest) / (1.0 - float(lines[first] / far) ** 2)))
+        factors.append(math.copysign(cut.factor, cut.factor * rest))
+    told = f"Modes fitted to the response: {', '.join(f'{mode.frequency:.1f} Hz' for mode in inside)}"
+    if len(modes) > len(inside):
+        ends = f"{cut.tool.frequency[0]:.3g} to {cut.tool.highest:.0f} Hz"
+        told += f"; what lies outside its {ends} is kept" + "".join(f", as a mode near {mode.frequency:.0f} Hz" for mode in known)
+    return ToolPoint(tuple(replace(mode, direction=cut.direction) for mode in modes), tuple(factors)), f"{told}."

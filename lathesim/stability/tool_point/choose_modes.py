@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,15 @@ from lathesim.stability.tool_point.modes import Mode
 from lathesim.stability.tool_point.noise_weights import NoiseWeights, weights_of_mean, weights_of_residual
 
 MOST_MODES = 12
+_OUTSIDE = 2
+"""Poles outside the band that are tried where the number of modes is given, assumed: one above and one below."""
 NORMAL_95 = 1.959964
 _WORTH = 2.0
 """Standard errors by which held-out taps have to be met better before a further mode is believed."""
 _CHANCE = 0.3
 """A gain has to exceed this share of the chance scatter of a misfit as well, assumed: filters and windows are not perfect either."""
+_KNOWN = 0.7
+"""Width of an interval over its value up to which a pole outside the band is taken for a mode, assumed."""
 _NOT_WORTH = 2
 _DESCRIBED = 1.5
 """A search ends after so many further modes that brought nothing, once the misfit is about that of the noise."""
@@ -48,13 +52,19 @@ class FoundMode:
         """The mode as a tool point takes it."""
         return Mode(self.frequency.value, self.damping.value, self.stiffness.value)
 
+    @property
+    def is_known(self) -> bool:
+        """Whether its damping and stiffness are known to about a third."""
+        return all(abs(item.high - item.low) < _KNOWN * abs(item.value) for item in (self.damping, self.stiffness))
+
 
 @dataclass(frozen=True, eq=False)
 class FoundModes:
-    """The modes of a response, the model they belong to, and how their number was decided: its text and the held-out misfit of each
-    number."""
+    """The modes of a response within its band, the model they belong to, and how their number was decided: its text and the held-out
+    misfit of each number of poles. ``outside`` are poles beside the band: residual terms, which bend the response inside it."""
 
     modes: tuple[FoundMode, ...]
+    outside: tuple[FoundMode, ...]
     model: ModalModel
     decided_on: str
     held_out: tuple[tuple[int, float], ...]
@@ -63,19 +73,33 @@ class FoundModes:
 def find_modes(response: FrequencyResponse, count: int | None = None) -> FoundModes:
     """Return the modes of a response; ``count`` fixes their number, else the hits that were not fitted decide.
 
-    Without single hits every second line is held out. :class:`RecordingError` where no mode stands out of the noise.
+    Without single hits every second line is held out. Pairs that cancel each other and poles that the data do not determine are taken out.
+    :class:`RecordingError` where no mode within the band stands out of the noise.
     """
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        held: tuple[tuple[int, float], ...] = ()
-        text = "the number given"
-        start: ModalModel | None = None
-        if count is None:
-            start, held, text = _count(response)
-            if start is None:
+        start, held, text = _count(response, count)
+        if start is None and count is None:
+            raise RecordingError("no mode stands out of the noise.", remedy="Tap again, harder or with a softer tip.")
+        model = _fitted(response, len(start.omega) if start is not None else count or 1, start)
+        while phantoms := model.phantoms(response.frequency):
+            left = model.without(phantoms)
+            if not left.inside(response.frequency).any():
                 raise RecordingError("no mode stands out of the noise.", remedy="Tap again, harder or with a softer tip.")
-            count = len(start.omega)
-        model = _fitted(response, count, start)
-    return FoundModes(_with_intervals(model), model, text, held)
+            model = _fitted(response, len(left.omega), left)
+    inside = model.inside(response.frequency)
+    if not inside.any():
+        fact = f"no mode lies between {response.frequency[0]:g} and {response.highest:g} Hz."
+        raise RecordingError(fact, remedy="Measure up to higher frequencies.")
+    if count is not None and np.count_nonzero(inside) < count:
+        text += f", of which the data determine {np.count_nonzero(inside)}"
+    found = _with_intervals(model)
+    return FoundModes(
+        tuple(mode for mode, there in zip(found, inside, strict=True) if there),
+        tuple(mode for mode, there in zip(found, inside, strict=True) if not there),
+        model,
+        text,
+        held,
+    )
 
 
 def _fitted(response: FrequencyResponse, count: int, start: ModalModel | None) -> ModalModel:
@@ -124,8 +148,11 @@ def _fitted_without_hits(response: FrequencyResponse, count: int, start: ModalMo
     return model
 
 
-def _count(response: FrequencyResponse) -> tuple[ModalModel | None, tuple[tuple[int, float], ...], str]:
-    """Return where the fit of the right number of modes begins, the held-out misfit of each number tried, and what was held out."""
+def _count(response: FrequencyResponse, given: int | None) -> tuple[ModalModel | None, tuple[tuple[int, float], ...], str]:
+    """Return where the fit of the right number of poles begins, the held-out misfit of each number tried, and what was held out.
+
+    With a number of modes ``given``, only that of the poles outside the band is left to decide.
+    """
     if response.hits is not None and len(response.hits) >= 3:
         folds = _folds_of_hits(response)
         text = f"each of {len(folds)} hits in turn, which was not fitted"
@@ -136,7 +163,7 @@ def _count(response: FrequencyResponse) -> tuple[ModalModel | None, tuple[tuple[
     model: ModalModel | None = None
     best, chosen, since = found.score(None), model, 0
     held = [(0, float(best.mean()))]
-    for count in range(1, MOST_MODES + 1):
+    for count in range(given or 1, (MOST_MODES if given is None else given + _OUTSIDE) + 1):
         # the place where a mode begins is looked for once; each fold then fits it to its own data
         first = folds[0]
         model = begin_modes(
@@ -145,10 +172,14 @@ def _count(response: FrequencyResponse) -> tuple[ModalModel | None, tuple[tuple[
         score = found.score(model)
         held.append((count, float(score.mean())))
         since += 1
-        if _is_better(best, score, folds):
+        if given is not None and np.count_nonzero(model.inside(response.frequency)) != given:
+            continue
+        if not model.phantoms(response.frequency) and (_is_better(best, score, folds) or (given is not None and chosen is None)):
             best, chosen, since = score, model, 0
         elif since >= _NOT_WORTH and best.mean() < _DESCRIBED:
             break
+    if given is not None:
+        return chosen, (), "the number given"
     if chosen is not None:
         chosen = found.without_the_needless(chosen, best)
     return chosen, tuple(held), text
@@ -183,9 +214,7 @@ class _Search:
         while len(model.omega) > 1:
             tried = []
             for out in _needless(model):
-                fewer = replace(
-                    model, omega=np.delete(model.omega, out), damping=np.delete(model.damping, out), residue=np.delete(model.residue, out)
-                )
+                fewer = model.without([out])
                 tried.append((self.score(fewer), fewer))
             best, fewer = min(tried, key=lambda item: float(item[0].mean()))
             if _is_better(best, score, self.folds):

@@ -39,6 +39,8 @@ UNITS: dict[str, tuple[Quantity, float]] = {
 """Unit of a response, without spaces and in small letters -> what it measures, and its size in SI."""
 FEWEST_LINES = 8
 POOR_COHERENCE = 0.5
+_LAST_LINES = 4
+"""Lines at least, and a fiftieth of all, by which the end of a response is judged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,6 +161,23 @@ def within(response: FrequencyResponse, low: float, high: float, place: str) -> 
         hits=None if response.hits is None else response.hits[:, keep],
         forces=None if response.forces is None else response.forces[keep],
     )
+
+
+def ends_too_low(response: FrequencyResponse, factor: float) -> tuple[str, ...]:
+    """Return a sentence where a response of which the cutting force feels the ``factor`` ends below a frequency at which the cut chatters.
+
+    Above all its modes the real part of a tool point is negative, that of a mass. Where it is positive at the end, a mode lies above. Where
+    the oriented real part is lowest there, it falls on.
+    """
+    last = max(_LAST_LINES, len(response.frequency) // 50)
+    real = response.receptance_values.real
+    end, scatter = real[-last:], np.diff(real[-last:], 2) / np.sqrt(6.0)
+    if (factor * end).min() <= (factor * real).min() < 0.0:
+        return (f"the response ends at {response.highest:g} Hz, below the chatter frequency: the limits are too high. Measure further up",)
+    if end.mean() > 3.0 * float(scatter.std()) / np.sqrt(last):
+        fact = f"the response ends at {response.highest:g} Hz, below a mode that still holds it there"
+        return (f"{fact}: chatter above is not measured. Measure further up",)
+    return ()
 
 
 def quantity_and_scale(quantity: str | None, unit: str | None, place: str) -> tuple[Quantity, float] | None:

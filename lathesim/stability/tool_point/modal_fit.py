@@ -2,15 +2,18 @@
 
     H(w) = sum_i R_i / (s^2 + 2 zeta_i w_i s + w_i^2) + U + L/s^2,   s = j w + r
 
-R_i is 1/m_i, so that k_i = w_i^2/R_i; U and L stand for the modes above and below the band, and r is the rate of an exponential window.
+R_i is 1/m_i, so that k_i = w_i^2/R_i; U and L stand for the modes far above and below the band, and r is the rate of an exponential
+window. A pole may lie outside the band: a mode not far from it bends the response inside, which no constant does.
 Poles and residues are found together by Levenberg and Marquardt; a further mode begins where the misfit is largest. Source: N. M. M. Maia,
 J. M. M. Silva, Theoretical and Experimental Modal Analysis (1997), chapter 4. Left out: complex residues.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +31,12 @@ _STEPS = 30
 _ENOUGH = 1e-3
 """A fit ends when a step gains less than this of the sum of squares."""
 _LEAST_DAMPING, _MOST_DAMPING = 1e-6, 0.9
+_BELOW, _ABOVE = 0.2, 5.0
+"""Shares of the lowest and highest frequency of the band up to which a pole may lie outside, assumed: further out U and L do as well."""
+_DETERMINED = 1.0
+"""Largest standard deviation of the logarithm of a value that data determine."""
+_CANCEL = 0.2
+"""A pair cancels where the sum of its residues is below this share of the larger one, assumed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +68,29 @@ class ModalModel:
         if len(self.rest):
             found[count], found[count + 1] = 1.0, 1.0 / (s * s)
         return found
+
+    def inside(self, frequency: FloatArray) -> Any:
+        """Return which modes lie within the band of frequencies [Hz], (modes,)."""
+        place = self.omega / (2.0 * math.pi)
+        return (place >= frequency[0]) & (place <= frequency[-1])
+
+    def phantoms(self, frequency: FloatArray) -> list[int]:
+        """Return the poles that are no modes: pairs that cancel each other, and poles within the band that the data do not determine."""
+        assert self.covariance is not None
+        count, spread = len(self.omega), np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        unknown = (spread[count : 2 * count] > _DETERMINED) | (spread[2 * count : 3 * count] > _DETERMINED)
+        found = set(np.flatnonzero(unknown & self.inside(frequency)).tolist())
+        for low, high in itertools.combinations(range(count), 2):
+            width = max(self.damping[low] * self.omega[low], self.damping[high] * self.omega[high])
+            sizes = np.abs(self.residue[[low, high]])
+            if self.omega[high] - self.omega[low] < width and abs(self.residue[low] + self.residue[high]) < _CANCEL * sizes.max():
+                found |= {low, high}
+        return sorted(found)
+
+    def without(self, out: list[int]) -> ModalModel:
+        """Return the model less some of its modes."""
+        kept = np.delete(np.arange(len(self.omega)), out)
+        return replace(self, omega=self.omega[kept], damping=self.damping[kept], residue=self.residue[kept])
 
 
 def laplace(frequency: FloatArray, rate: float) -> Complex:
@@ -124,14 +156,10 @@ def _with_one_more(model: ModalModel, frequency: FloatArray, s: Complex, values:
         begun.sort(key=lambda item: item.misfit)
         model = min((_refined(item, s, values, weights) for item in begun[:_TRIED]), key=lambda item: item.misfit)
     while len(model.omega) > count:
-        fewer = [_solved(_without(model, out), s, values, weights) for out in range(len(model.omega))]
+        fewer = [_solved(model.without([out]), s, values, weights) for out in range(len(model.omega))]
         fewer.sort(key=lambda item: item.misfit)
         model = min((_refined(item, s, values, weights) for item in fewer[:_TRIED]), key=lambda item: item.misfit)
     return model
-
-
-def _without(model: ModalModel, out: int) -> ModalModel:
-    return replace(model, omega=np.delete(model.omega, out), damping=np.delete(model.damping, out), residue=np.delete(model.residue, out))
 
 
 def _worst(frequency: FloatArray, misfit: Complex, weights: NoiseWeights) -> list[float]:
@@ -169,7 +197,7 @@ def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
 def _refined(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeights) -> ModalModel:
     """Return a model with poles and residues where the weighted misfit is smallest, and the covariance there."""
     count = len(model.omega)
-    slowest, quickest = 0.5 * abs(s[0].imag) + 1e-3, 1.2 * abs(s[-1].imag)
+    slowest, quickest = _BELOW * abs(s[0].imag) + 1e-3, _ABOVE * abs(s[-1].imag)
     model = _solved(model, s, values, weights)
     brake = 1e-3
     for _ in range(_STEPS):
