@@ -13,6 +13,7 @@ its centre and a straight row of at most the tolerance closes the gap. So the pa
 from __future__ import annotations
 
 import math
+from array import array
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,26 +101,28 @@ def lay_path(program: Program, limits: Limits | None = None) -> Path:
     Raises :class:`ProgramError` with ``file:line`` where a move leaves the travel of the machine or is faster than its largest feed, and
     where nothing moves at all.
     """
-    rows: list[list[float]] = []
+    last: list[float] = []
+    values = array("d")  # lists of numbers would take four times the memory
     for move in program.moves:
         if limits is not None:
             _check_limits(move, limits, f"{program.name}:{move.line}")
         made = _rows(move)
         if made and move.kind == "thread":
-            made[0][FEED_MODE] = _thread_mode(move, rows)
-        rows.extend(made)
-    if not rows:
+            made[0][FEED_MODE] = _thread_mode(move, last)
+        for last in made:
+            values.extend(last)
+    if not values:
         raise ProgramError("The program moves nothing.", place=program.name, remedy="Write a G0 or G1 with an end point.")
-    table = np.array(rows, dtype=np.float64)
+    table = np.array(values, dtype=np.float64).reshape(-1, len(PATH_COLUMNS))
     table.setflags(write=False)
     return Path(program.name, table)
 
 
-def _thread_mode(move: Move, rows: list[list[float]]) -> float:
-    """Return how a thread begins behind these rows."""
+def _thread_mode(move: Move, last: list[float]) -> float:
+    """Return how a thread begins behind the last row, which is empty at the beginning."""
     if move.spin_back:
         return TAP_OUT
-    goes_on = rows and rows[-1][FEED_MODE] in (THREAD, THREAD_ON) and rows[-1][SPINDLE_DIRECTION] == float(move.spindle.direction)
+    goes_on = last and last[FEED_MODE] in (THREAD, THREAD_ON) and last[SPINDLE_DIRECTION] == float(move.spindle.direction)
     return THREAD_ON if goes_on else THREAD
 
 

@@ -99,7 +99,8 @@ class Lines(Sequence[Block]):
 class Blocks:
     """A program cut into blocks; ``ending`` is what closed it: ``M2``, ``M30``, ``%`` or nothing.
 
-    ``shapes`` has one block of each shape, ``branches`` says whether statements choose the next block.
+    ``shapes`` has one block of each shape, ``branches`` says whether statements choose the next block, ``deleted`` how many lines of the
+    main program begin with / and are left out.
     """
 
     name: str
@@ -113,6 +114,7 @@ class Blocks:
     """Blocks behind the end of the main program from an N number to M99, by that number."""
     shapes: Mapping[Shape, Block] = field(default_factory=dict)
     branches: bool = False
+    deleted: int = 0
 
     def place(self, line: int) -> str:
         """The place of a physical line as errors show it."""
@@ -162,7 +164,9 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
     if not any(block.words for block in reader.shapes.values()):
         reader.warnings.append(Warned(1, "The program is empty."))
     last = reader.line if reader.ending else max(lines.lines, default=1)
-    return Blocks(name, lines, reader.ending, last, tuple(reader.warnings), subprograms, own, reader.shapes, reader.branches)
+    return Blocks(
+        name, lines, reader.ending, last, tuple(reader.warnings), subprograms, own, reader.shapes, reader.branches, reader.deleted
+    )
 
 
 class _Reader:
@@ -171,7 +175,7 @@ class _Reader:
     def __init__(self, lines: Lines, name: str) -> None:
         self.lines, self.name = lines, name
         self.count = len(lines.starts) - 1
-        self.line = self.opened = self.main = 0
+        self.line = self.opened = self.main = self.deleted = 0
         self.ending = ""
         self.inside, self.jumps, self.branches = 0, False, False  # how many statements are open, and whether any may go to another block
         self.warnings: list[Warned] = []
@@ -216,6 +220,7 @@ class _Reader:
             self.lines.lines.append(line)
             return None
         if block is None:
+            self.deleted += self.lines.raw(line).lstrip().startswith("/")
             return None
         if block.statement is not None:
             self.branches = True

@@ -129,6 +129,12 @@ def test_all_that_a_program_leaves_open_is_said_beside_the_check(
             assert what in said.err, what
 
 
+def test_lines_that_block_delete_leaves_out_are_counted() -> None:
+    text = "G21 G18\n/G0 X1\nG0 X2\n /2 G0 X3\nM2\n"
+    assert interpret(read_program(text), "linuxcnc").assumed["block_delete"] == "on, so that 2 lines with / are left out"
+    assert "block_delete" not in interpret(read_program(text, block_delete=False), "linuxcnc").assumed
+
+
 # ---- dialects ------------------------------------------------------------------------------------------------------------------------
 
 
@@ -209,6 +215,16 @@ def test_a_program_that_no_dialect_has_is_refused_for_the_word_that_is_missing()
     assert "V5 names an axis this lathe does not have" in refused("G21\nG90 G1 X10 F100\nV5\nM2\n")
 
 
-@pytest.mark.parametrize("text", ["%_N_SHAFT_MPF\nG0 X1\nM30\n", "G500\nG0 X1\nM30\n", "G0 X1\nG153 X2\nM30\n", "N10 GOTOB ANF\nM30\n"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "%_N_SHAFT_MPF\nG0 X1\nM30\n",
+        "G500\nG0 X1\nM30\n",
+        "G0 X1\nG153 X2\nM30\n",
+        "N10 GOTOB ANF\nM30\n",
+        'T="ROUGH" D1\nM30\n',
+        "ANF:\nM30\n",
+    ],
+)
 def test_sinumerik_is_told_by_its_header_and_codes(text: str) -> None:
     assert "This is a program for Sinumerik (" in refused(text)
