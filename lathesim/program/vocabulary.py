@@ -60,11 +60,13 @@ class Codes(NamedTuple):
 
 
 def check_statements(blocks: Blocks, dialect: Dialect) -> None:
-    """Refuse the first statement of the program that the dialect writes otherwise; its words are refused only where they run."""
-    if blocks.branches:
-        for block in blocks.shapes.values():
-            if block.statement is not None:
-                check_statement(block, blocks, dialect)
+    """Refuse the first statement that the dialect writes otherwise, and codes of another control; words are refused only where they run."""
+    for block in blocks.shapes.values():
+        if block.statement is not None:
+            check_statement(block, blocks, dialect)
+        for word in block.words:
+            if word.letter == "G" and CODES_ELSEWHERE.get(word.code) == SINUMERIK and word.code not in dialect.codes:
+                raise foreign_program(SINUMERIK, word.text, blocks.place(block.line))
 
 
 def words_missing(blocks: Blocks, dialect: Dialect) -> int:
@@ -180,8 +182,7 @@ def _codes(words: tuple[Word, ...], blocks: Blocks, dialect: Dialect, place: str
     codes: dict[Meaning, Word] = {}
     builders: list[Word] = []
     groups: dict[Group, Meaning] = {}
-    for word in words:
-        meaning = _meaning(word, blocks, dialect, place)
+    for word, meaning in [(word, _meaning(word, blocks, dialect, place)) for word in words]:
         if meaning is None:
             builders.append(word)
             continue
@@ -293,8 +294,6 @@ def _foreign_code(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> P
 def _code_elsewhere(word: Word, place: str) -> ProgramError:
     """Return the error for a code that no dialect has, with what it is on other controls."""
     known = CODES_ELSEWHERE.get(word.code)
-    if known == SINUMERIK:
-        return foreign_program(SINUMERIK, word.text, place)
     if known is not None:
         return ProgramError(
             f"{word.text} is not supported here: {known}.", place=place, remedy="Take it out, or write what it does in other codes."

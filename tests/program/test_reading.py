@@ -228,3 +228,7 @@ def test_a_program_that_no_dialect_has_is_refused_for_the_word_that_is_missing()
 )
 def test_sinumerik_is_told_by_its_header_and_codes(text: str) -> None:
     assert "This is a program for Sinumerik (" in refused(text)
+
+
+def test_a_command_to_grbl_itself_is_no_part_of_a_program() -> None:
+    assert "$H is a command to GRBL itself, and no part of a program. Take it out" in refused("$h\nG21\nG0 X1\n")
