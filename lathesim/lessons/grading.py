@@ -184,7 +184,7 @@ def grade(record: Record, name: str, lesson: Yardstick, registry: Registry) -> G
     finished = judgement.result != UNFINISHED
     notes = [] if finished else [f"The run was not finished: {ended.partition('. ')[0].rstrip('.')}."]
     if not _is_of(record, lesson):
-        title, own = _title_in(record), str(record.meta.get("lesson_name", ""))
+        title, own = lesson_title(record), str(record.meta.get("lesson_name", ""))
         named = " ".join(item for item in (f"'{title}'" if title else "", f"({own})" if own else "") if item)
         notes.append(f"The record is of another lesson{f': {named}' if named else ''}.")
         return Grade(name, OTHER, lesson.name, variant, ended, goals, tuple(notes))
@@ -214,10 +214,11 @@ def _yardstick(name: str, source: Source, registry: Registry) -> Yardstick:
 
 def _is_of(record: Record, lesson: Yardstick) -> bool:
     """Return whether a record was made with a lesson or with a copy of it: name or title agree."""
-    return record.meta.get("lesson_name") == lesson.name or _title_in(record) == lesson.title
+    return record.meta.get("lesson_name") == lesson.name or lesson_title(record) == lesson.title
 
 
-def _title_in(record: Record) -> str:
+def lesson_title(record: Record) -> str:
+    """Return the title of the lesson in a record, empty where it holds none."""
     settings = _settings_in(record)
     return settings.lesson if settings is not None else ""
 

@@ -14,9 +14,10 @@ from textual.widgets import Footer, Label, ProgressBar, Static
 from lathesim.analysis.display_unit import display_unit, shown_with_unit
 from lathesim.errors import LatheSimError
 from lathesim.live.twin import Twin, TwinLine
+from lathesim.tui.drawing.curves import Line
 from lathesim.tui.model.twin_picture import TwinPicture, magnified, nice_magnification
 from lathesim.tui.repainting import RepaintingApp
-from lathesim.tui.widgets.time_plot import Line, TimePlot
+from lathesim.tui.widgets.time_plot import TimePlot
 
 _DRAWN = 0.25
 """Seconds between two pictures."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from textual.pilot import Pilot
@@ -92,6 +93,38 @@ async def test_a_file_that_cannot_be_written_is_told_and_the_rest_goes_on() -> N
             await answer(app, pilot, name)
             assert name in told(app).removeprefix(before), key
         assert app.screen.query_one(TimePlot).named
+
+
+async def test_the_saved_figure_is_what_stands_on_the_screen(monkeypatch: pytest.MonkeyPatch) -> None:
+    figures: list[Any] = []
+    monkeypatch.setattr("lathesim.analysis.figures.plots.save_figure", lambda figure, name: figures.append(figure))
+    async with opened() as (app, pilot):
+        for variant in ("I", "II"):
+            app.workbench.open_lesson("01_contour_error", variant)
+            await run_to_end(app, pilot)
+        await pilot.press("f3")
+        await pilot.pause()
+        tick_all(app)
+        await pilot.pause()
+        plot = app.screen.query_one(TimePlot)
+        plot.focus()
+        await pilot.press("plus", "right", "full_stop")
+        await pilot.press("g")
+        await pilot.pause()
+        assert app.screen.query_one("#answer", Input).value == "lathesim_runs/01_contour_error/002_001_contour_error.png"
+        await pilot.press("enter")
+        await pilot.pause()
+        (figure,), shown = figures, plot.picture()
+        panel = figure.axes[0]
+        curves = [line for line in panel.lines if line.get_label() in ("002", "001")]
+        assert [line.get_label() for line in curves] == ["002", "001"]
+        assert [line.get_linestyle() for line in curves] == ["-", "--"]
+        assert (panel.get_xlim(), panel.get_ylim()) == (shown.x_limits, shown.y_limits)
+        assert 0.0 < shown.x_limits[0] < shown.x_limits[1] < app.workbench.runs[0].record().time[-1]
+        assert (panel.get_xlabel(), panel.get_ylabel()) == ("t / s", "contour error in contact [µm]")
+        assert panel.lines[-1].get_xdata()[0] == shown.cursor
+        assert figure.get_suptitle() == "Servo control and contour error: 002 case II, 001 case I"
+        assert max(abs(curves[0].get_ydata())) == pytest.approx(337.9, abs=0.1)
 
 
 async def test_the_cursor_tells_values_with_units() -> None:

@@ -27,10 +27,12 @@ def plot(run: Path, channels: tuple[str, ...], save: Path | None) -> int:
     """
     from lathesim.analysis.figures.plots import channels_figure, overview_figure, save_figure
     from lathesim.analysis.figures.run_plots import save_run_plots
+    from lathesim.lessons.grading import lesson_title
     from lathesim.record import load
 
     record = load(run)
-    title = str(record.meta.get("lesson_name") or run.stem)
+    case = str(record.meta.get("variant", ""))
+    title = f"{lesson_title(record) or run.stem}{f', case {case}' if case else ''}"
     if channels:
         files = [save or run.with_name(f"{run.stem}_channels.png")]
         save_figure(channels_figure(record, _named(record, channels), title), files[0])

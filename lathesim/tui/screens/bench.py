@@ -15,6 +15,7 @@ from textual.widgets import Label, ProgressBar, Select, Static
 from lathesim.analysis.metrics.metric import find_channel
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
+from lathesim.tui.drawing.curves import Curve
 from lathesim.tui.drawing.lathe_scene import LatheScene, Motion, scene_of_case, scene_of_record
 from lathesim.tui.drawing.readings import blank_readings, program_line, readings
 from lathesim.tui.model.goals import goal_text
@@ -25,7 +26,7 @@ from lathesim.tui.widgets.lathe_view import LatheView
 from lathesim.tui.widgets.program_listing import ProgramListing
 from lathesim.tui.widgets.read_outs import ReadOuts
 from lathesim.tui.widgets.slider import Slider
-from lathesim.tui.widgets.time_plot import Curve, TimePlot
+from lathesim.tui.widgets.time_plot import TimePlot
 
 GAINS = (1.0, 10.0, 30.0, 100.0, 1000.0)
 ZOOMS = (0.0, 10e-3, 2e-3)

@@ -16,7 +16,8 @@ from lathesim.lessons.lesson import Lesson
 from lathesim.stability.limits.frequency_limit import speeds_of
 from lathesim.stability.limits.lesson_cut import cut_of
 from lathesim.stability.limits.lobes import stability_map
-from lathesim.tui.widgets.time_plot import Line, TimePlot
+from lathesim.tui.drawing.curves import Line
+from lathesim.tui.widgets.time_plot import TimePlot
 
 SPEEDS = (500.0, 8000.0, 301)
 """The speeds that are shown [rpm], and how many, as ``lathesim lobes`` has them."""

@@ -8,7 +8,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rich.text import Text
 from textual import on
 from textual.binding import Binding
@@ -21,11 +20,13 @@ from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.analysis.metrics.metric import Measurements, find_channel, measure
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
+from lathesim.tui.drawing.curves import Curve
+from lathesim.tui.drawing.run_lines import figure_title, path_lines, surface_lines, wave_lines
 from lathesim.tui.model.overlay import contact, overlaid, value_at
 from lathesim.tui.model.workbench import RUN, RUNS, BenchRun
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.tick_list import TickList
-from lathesim.tui.widgets.time_plot import Curve, Line, TimePlot
+from lathesim.tui.widgets.time_plot import TimePlot
 
 TIME, PATH, ERROR, SURFACE = "over time", "path", "contour error", "surface"
 _FIGURE_ENDING = {TIME: "channels", PATH: "path", ERROR: "contour_error", SURFACE: "surface"}
@@ -160,6 +161,7 @@ class ResultsScreen(WorkbenchScreen):
                     listed.add_option(Selection(text, name, name in self._channels))
 
     def _draw(self, runs: list[tuple[str, Record]]) -> None:
+        self._command = ""
         plot = self.query_one(TimePlot)
         several = len(runs) > 1
         if self._view == TIME:
@@ -173,13 +175,14 @@ class ResultsScreen(WorkbenchScreen):
                     curves.append(Curve(record, name, "contour error in contact", run=title if several else "", only=contact(record)))
             plot.show(curves, cursor=self._cursor)
         elif self._view == PATH:
-            plot.show_lines(_path_lines(runs), "Z / mm", "X (radius) / mm")
+            plot.show_lines(path_lines(runs), "Z / mm", "X (radius) / mm")
         else:
-            surface = _surface_lines(runs)
-            waves = [] if surface else _wave_lines(runs)
+            surface = surface_lines(runs)
+            waves = [] if surface else wave_lines(runs)
             words = ("angle of the part / deg", "height / um") if waves else ("Z / mm", "R_a / um")
             plot.show_lines(surface or waves, *words)
         self._show_cursor(runs)
+        self.show_command()
 
     def _show_cursor(self, runs: list[tuple[str, Record]]) -> None:
         words = self.query_one("#cursor", Static)
@@ -285,15 +288,15 @@ class ResultsScreen(WorkbenchScreen):
         self._ticked.append(run.path)
 
     def action_figure(self) -> None:
-        """Save the picture through matplotlib."""
+        """Save what stands in the plot as a figure."""
         from lathesim.tui.screens.text_question import TextQuestion
 
         runs = self._records()
         if not runs:
             self.tell_fault("There is no run to draw. Run something first.")
             return
-        first = next(run.path for run in self._all if run.path in self._ticked)
-        name = first.with_name(f"{first.stem}_{_FIGURE_ENDING[self._view]}.png")
+        paths = [run.path for run in self._all if run.path in self._ticked]
+        name = paths[0].with_name("_".join([*(path.stem for path in paths[:4]), _FIGURE_ENDING[self._view]]) + ".png")
         self.app.push_screen(TextQuestion("Save the figure as (.png, .svg or .pdf)", str(name)), self._save_figure)
 
     def _save_figure(self, name: str | None) -> None:
@@ -301,32 +304,14 @@ class ResultsScreen(WorkbenchScreen):
             return
         runs = self._records()
         try:
+            from lathesim.analysis.figures.picture_figure import picture_figure
             from lathesim.analysis.figures.plots import save_figure
 
-            save_figure(self._figure(runs), name)
+            save_figure(picture_figure(self.query_one(TimePlot).picture(), figure_title(runs)), name)
         except LatheSimError as error:
             self.tell_fault(str(error))
             return
-        self._command = self._plot_command(name)
-        self.show_command()
         self.notify(f"The figure is in {name}.", markup=False)
-
-    def _figure(self, runs: list[tuple[str, Record]]) -> Any:
-        from lathesim.analysis.figures.plots import channels_figure, contour_error_figure, path_figure
-        from lathesim.analysis.part.surface import surface_figure
-        from lathesim.analysis.part.waves import waves_figure
-
-        if self._view == TIME:
-            found = overlaid(runs, self._channels)
-            return channels_figure(found, list(found), " and ".join(title for title, _ in runs))
-        is_wave = self._view == SURFACE and not _surface_lines(runs) and bool(_wave_lines(runs))
-        draw = waves_figure if is_wave else {PATH: path_figure, ERROR: contour_error_figure, SURFACE: surface_figure}[self._view]
-        return draw(runs[0][1], runs[0][0])
-
-    def _plot_command(self, name: str) -> str:
-        path = next(run.path for run in self._all if run.path in self._ticked)
-        channels = self._channels if self._view == TIME else []
-        return shlex.join(["lathesim", "plot", str(path), *channels, "--save", name])
 
     def action_csv(self) -> None:
         """Write the data of the run as a CSV file."""
@@ -349,9 +334,10 @@ class ResultsScreen(WorkbenchScreen):
         except LatheSimError as error:
             self.tell_fault(str(error))
             return
-        path = next(run.path for run in self._all if run.path in self._ticked)
-        self._command = shlex.join(["lathesim", "export", str(path), name])
-        self.show_command()
+        if len(runs) == 1:
+            path = next(run.path for run in self._all if run.path in self._ticked)
+            self._command = shlex.join(["lathesim", "export", str(path), name])
+            self.show_command()
         self.notify(f"The data are in {name}.", markup=False)
 
     def command(self) -> str:
@@ -372,44 +358,3 @@ def short_name(path: Path, among: list[Path]) -> str:
 
 def _named(name: str, title: str, several: bool) -> str:
     return f"{name} ({title})" if several else name
-
-
-def _path_lines(runs: list[tuple[str, Record]]) -> list[Line]:
-    from lathesim.tui.drawing.lathe_scene import Motion
-
-    lines: list[Line] = []
-    for title, record in runs:
-        motion = Motion.of(record)
-        if motion is None:
-            continue
-        if not lines:
-            lines.append(Line(motion.z_reference * 1e3, motion.x_reference * 1e3, "reference"))
-        lines.append(Line(motion.z * 1e3, motion.x * 1e3, title))
-    return lines
-
-
-def _wave_lines(runs: list[tuple[str, Record]]) -> list[Line]:
-    from lathesim.analysis.part.waves import waves_on_part
-
-    lines = []
-    for title, record in runs:
-        try:
-            waves = waves_on_part(record, turns=1)
-        except LatheSimError:
-            continue
-        lines.append(Line(np.degrees(waves.angle), 1e6 * waves.height[-1], f"{title}, R_a {1e6 * waves.roughness:.3g} um"))
-    return lines
-
-
-def _surface_lines(runs: list[tuple[str, Record]]) -> list[Line]:
-    from lathesim.analysis.part.surface import roughness_along
-
-    lines = []
-    for title, record in runs:
-        try:
-            surface = roughness_along(record)
-        except LatheSimError:
-            continue
-        if len(surface.z):
-            lines.append(Line(np.asarray(surface.z) * 1e3, np.asarray(surface.roughness) * 1e6, title))
-    return lines

@@ -13,8 +13,9 @@ from textual.widgets import Button, Label, Static
 
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.lessons.lesson import Lesson
+from lathesim.tui.drawing.curves import Line
 from lathesim.tui.model.tool_point import ToolPointSeen, tool_point_seen
-from lathesim.tui.widgets.time_plot import Line, TimePlot
+from lathesim.tui.widgets.time_plot import TimePlot
 
 
 class ToolPointView(ModalScreen[None]):

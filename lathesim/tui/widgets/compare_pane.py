@@ -10,8 +10,9 @@ from textual.widget import Widget
 from textual.widgets import Select, Static
 
 from lathesim.tui.drawing.case_words import scaled, wiring_chain
+from lathesim.tui.drawing.curves import Line
 from lathesim.tui.model.case_file import CaseFile, comparison_text
-from lathesim.tui.widgets.time_plot import Line, TimePlot
+from lathesim.tui.widgets.time_plot import TimePlot
 
 
 class ComparePane(Vertical):

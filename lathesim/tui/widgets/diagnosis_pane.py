@@ -9,9 +9,10 @@ from textual.widget import Widget
 from textual.widgets import RichLog, Static
 
 from lathesim.tui.drawing.case_words import scaled
+from lathesim.tui.drawing.curves import Line
 from lathesim.tui.drawing.standing_bars import standing_bars
 from lathesim.tui.model.case_file import CaseFile, diagnosis_text, judged_guess
-from lathesim.tui.widgets.time_plot import Line, TimePlot
+from lathesim.tui.widgets.time_plot import TimePlot
 
 
 class DiagnosisPane(Vertical):

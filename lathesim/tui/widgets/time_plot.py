@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from rich.markup import escape
@@ -22,44 +20,19 @@ from textual_plot import HiResMode, PlotWidget
 from textual_plot.axis_formatter import NumericAxisFormatter
 from textual_plot.plot_widget import Legend, LinePlot
 
-from lathesim.analysis.display_unit import display_unit
-from lathesim.analysis.metrics.metric import find_channel
-from lathesim.record import FloatArray, Record
+from lathesim.analysis.figures.picture_figure import DrawnLine, Picture
 from lathesim.tui.drawing.axis_ticks import axis_ticks, even_axis, labels_of
 from lathesim.tui.drawing.braille import BRAILLE, braille_codes, trace
 from lathesim.tui.drawing.curve_looks import look_of
-from lathesim.tui.drawing.envelope import envelope
+from lathesim.tui.drawing.curves import Curve, Line, Scaled, power_beside, range_of, said_once, scaled
 
-_MOST_POINTS = 4000
-"""Points of a line that are drawn at most."""
+FIGURE_POINTS = 3000
+"""Columns to which a curve is thinned in a figure: more than a page has dots across."""
 _LOW = 12
 """Rows below which the margins are made smaller."""
 _COLUMNS_A_TICK, _ROWS_A_TICK = 12, 2
 _ROOM = 0.05
 """Share of the range of values that stays free above and below."""
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A channel of a record, with the words for the legend; ``until`` bounds the samples shown."""
-
-    record: Record
-    channel: str
-    title: str = ""
-    until: int | None = None
-    run: str = ""
-    """The run, where several are shown."""
-    only: FloatArray | None = None
-    """Where given, only samples at which this is above 0.5 are drawn."""
-
-
-@dataclass(frozen=True)
-class Line:
-    """Points of any two quantities, both in the units of their axes; ``title`` names the line."""
-
-    x: FloatArray
-    y: FloatArray
-    title: str
 
 
 class _StyledCanvas(Canvas):
@@ -128,6 +101,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         """Whether the names say the unit; otherwise it stands before them where the plot is low."""
         self._values: tuple[float, float] | None = None
         self._pressed_at: tuple[int, int] | None = None
+        self._drawn: list[Scaled | Line] = []
         self._across, self._up = _Ticks(), _Ticks()
         self.set_x_formatter(self._across)
         self.set_y_formatter(self._up)
@@ -247,28 +221,46 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         with self.app.batch_update():
             self.clear()
             units: list[str] = []
-            low: list[float] = []
-            high: list[float] = []
             labels: list[tuple[str, str]] = []
-            for curve in (curve for curve in curves if curve.channel in curve.record):
-                drawn = _scaled(curve, max(10, 2 * (self.size.width - self.margin_left)), fit_to_feed)
-                if drawn is None:
-                    continue
-                units.append(drawn.unit)
-                power = _power(max(map(abs, (*low, *high)), default=0.0), max(abs(drawn.low), abs(drawn.high)), set(units))
-                low.append(drawn.low * power)
-                high.append(drawn.high * power)
+            self._drawn = []
+            for curve, item in scaled(curves, fit_to_feed=fit_to_feed):
+                units.append(item.unit)
+                largest = max(
+                    (abs(end) for other in self._drawn if isinstance(other, Scaled) for end in (other.low, other.high)), default=0.0
+                )
+                power = power_beside(largest, max(abs(item.low), abs(item.high)), set(units))
                 times = f" x{power:g}" if power != 1.0 else ""
-                labels.append((f"{curve.title or curve.channel} [{drawn.unit or '1'}]{times}", curve.run))
-                self.plot(drawn.time, drawn.values * power, hires_mode=HiResMode.BRAILLE)
+                labels.append((f"{curve.title or curve.channel} [{item.unit or '1'}]{times}", curve.run))
+                self._draw(item.times(power), max(10, 2 * (self.size.width - self.margin_left)))
+            ends = self._ends()
             if not keep_zoom:
-                self._fit(span, (min(low), max(high)) if low else None)
+                self._fit(span, (min(ends), max(ends)) if ends else None)
             self.set_xlabel("t / s" if units else "")
             self.set_ylabel(f"{units[0] or '1'}" if len(set(units)) == 1 else "")
             if cursor is not None and units:
                 self.add_v_line(cursor, line_style="grey50")
-            before, names = _named(labels)
+            before, names = said_once(labels)
             self._show_names(names, before if names else nothing, says_unit=True)
+
+    def _draw(self, item: Scaled | Line, columns: int) -> None:
+        self._drawn.append(item)
+        self.plot(*item.points(columns), hires_mode=HiResMode.BRAILLE)
+
+    def _ends(self) -> list[float]:
+        """Return the ends of what is to be seen of the curves drawn so far."""
+        return [end for item in self._drawn if isinstance(item, Scaled) for end in (item.low, item.high)]
+
+    def picture(self) -> Picture:
+        """Return what stands in the frame, with the limits that a person has set, for a figure."""
+        looks = [look_of(place) for place in range(len(self._drawn))]
+        before, names = self._names_shown[1], self._names_shown[0]
+        lines = [
+            DrawnLine(*item.points(FIGURE_POINTS), name, look.on_light, look.dash)
+            for item, name, look in zip(self._drawn, names, looks, strict=True)
+        ]
+        limits = (self._x_min, self._x_max), (self._y_min, self._y_max)
+        cursor = next((line.x for line in self._v_lines), None)
+        return Picture(tuple(lines), self._x_label, before or self._y_label, *limits, cursor)
 
     def show_cursor(self, cursor: float | None) -> None:
         """Move the cursor and leave everything else as it is."""
@@ -283,9 +275,10 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             return
         with self.app.batch_update():
             self.clear()
+            self._drawn = []
             for line in lines:
-                self.plot(*_thinned(line, 2 * self.size.width), hires_mode=HiResMode.BRAILLE)
-            self._fit(None, _range_of([line.y for line in lines]))
+                self._draw(line, 2 * self.size.width)
+            self._fit(None, range_of([line.y for line in lines]))
             self.set_xlabel(x_label)
             self.set_ylabel(y_label)
             if cursor is not None and lines:
@@ -322,66 +315,3 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         if self._values is not None:
             self._up.even = even_axis(*self._values, self._rows)
             self.set_ylimits(*self._up.even[:2])
-
-
-def _named(labels: Sequence[tuple[str, str]]) -> tuple[str, list[str]]:
-    """Return what is said once, and the name of each curve: of one quantity in several runs only the run is said each time."""
-    if len(labels) > 1 and len({label for label, _ in labels}) == 1 and all(run for _, run in labels):
-        return labels[0][0], [run for _, run in labels]
-    return "", [f"{label} {run}".rstrip() for label, run in labels]
-
-
-def _power(largest: float, own: float, units: set[str]) -> float:
-    """Return the power of ten by which a curve of another unit is drawn larger or smaller, so that it stands beside the others."""
-    if len(units) < 2 or largest <= 0.0 or own <= 0.0:
-        return 1.0
-    return float(10.0 ** math.floor(math.log10(largest / own)))
-
-
-def _range_of(values: Sequence[FloatArray]) -> tuple[float, float] | None:
-    finite = [item[np.isfinite(item)] for item in values]
-    lows, highs = [float(item.min()) for item in finite if len(item)], [float(item.max()) for item in finite if len(item)]
-    return (min(lows), max(highs)) if lows else None
-
-
-def _thinned(line: Line, columns: int) -> tuple[FloatArray, FloatArray]:
-    """Return the points of a line that are drawn: peaks are kept where it goes one way along."""
-    usable = np.isfinite(line.x) & np.isfinite(line.y)
-    x, y = line.x[usable], line.y[usable]
-    if len(x) and bool((np.diff(x) >= 0.0).all()):
-        return envelope(x, y, columns)
-    stride = max(1, len(x) // _MOST_POINTS)
-    return x[::stride], y[::stride]
-
-
-@dataclass(frozen=True)
-class _Drawn:
-    time: FloatArray
-    values: FloatArray
-    unit: str
-    low: float
-    high: float
-
-
-def _scaled(curve: Curve, columns: int, fit_to_feed: bool) -> _Drawn | None:
-    """Return a curve in its display unit, thinned; None where it has no finite value."""
-    record = curve.record
-    values, time = record[curve.channel][: curve.until], record.time[: curve.until]
-    if curve.only is not None:
-        values = np.where(curve.only[: curve.until] > 0.5, values, np.nan)
-    finite = np.isfinite(values)
-    seen = finite
-    for sign in (".engaged", ".cutting_block") if fit_to_feed else ():
-        name = find_channel(record, sign)
-        there = finite & (record[name][: curve.until] > 0.5) if name is not None else finite
-        if name is not None and there.any():
-            seen = there
-            break
-    if not seen.any():
-        return None
-    low, high = float(values[seen].min()), float(values[seen].max())
-    factor, unit = display_unit(record.unit(curve.channel), max(abs(low), abs(high)))
-    if curve.only is not None:
-        time, values = time[finite], values[finite]
-    thin_time, thin = envelope(time, values, columns)
-    return _Drawn(thin_time, thin / factor, unit, low / factor, high / factor)

@@ -1,0 +1,126 @@
+"""What a plot shows: curves of records and lines of any two quantities, made ready to be drawn."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from lathesim.analysis.display_unit import display_unit
+from lathesim.analysis.metrics.metric import find_channel
+from lathesim.record import FloatArray, Record
+from lathesim.tui.drawing.envelope import envelope
+
+BoolArray = npt.NDArray[np.bool_]
+_MOST_POINTS = 4000
+"""Points of a line that are drawn at most."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A channel of a record, with the words for the legend; ``until`` bounds the samples shown."""
+
+    record: Record
+    channel: str
+    title: str = ""
+    until: int | None = None
+    run: str = ""
+    """The run, where several are shown."""
+    only: FloatArray | None = None
+    """Where given, only samples at which this is above 0.5 are drawn."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """Points of any two quantities, both in the units of their axes; ``title`` names the line."""
+
+    x: FloatArray
+    y: FloatArray
+    title: str
+
+    def points(self, columns: int) -> tuple[FloatArray, FloatArray]:
+        """Return the points that are drawn: peaks are kept where the line goes one way along."""
+        usable = np.isfinite(self.x) & np.isfinite(self.y)
+        x, y = self.x[usable], self.y[usable]
+        if len(x) and bool((np.diff(x) >= 0.0).all()):
+            return envelope(x, y, columns)
+        stride = max(1, len(x) // _MOST_POINTS)
+        return x[::stride], y[::stride]
+
+
+def said_once(labels: Sequence[tuple[str, str]]) -> tuple[str, list[str]]:
+    """Return what is said once, and the name of each curve: of one quantity in several runs only the run is said each time."""
+    if len(labels) > 1 and len({label for label, _ in labels}) == 1 and all(run for _, run in labels):
+        return labels[0][0], [run for _, run in labels]
+    return "", [f"{label} {run}".rstrip() for label, run in labels]
+
+
+def power_beside(largest: float, own: float, units: set[str]) -> float:
+    """Return the power of ten by which a curve of another unit is drawn larger or smaller, so that it stands beside the others."""
+    if len(units) < 2 or largest <= 0.0 or own <= 0.0:
+        return 1.0
+    return float(10.0 ** math.floor(math.log10(largest / own)))
+
+
+def range_of(values: Sequence[FloatArray]) -> tuple[float, float] | None:
+    """Return the smallest and the largest value of several arrays; None where none is finite."""
+    finite = [item[np.isfinite(item)] for item in values]
+    lows, highs = [float(item.min()) for item in finite if len(item)], [float(item.max()) for item in finite if len(item)]
+    return (min(lows), max(highs)) if lows else None
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """A curve over time [s], its ``values`` [SI] divided by ``scale``; ``low`` and ``high`` [``unit``] bound what is to be seen of it."""
+
+    time: FloatArray
+    values: FloatArray
+    scale: float
+    unit: str
+    low: float
+    high: float
+
+    def times(self, power: float) -> Scaled:
+        """Return the curve drawn ``power`` times as high."""
+        return replace(self, scale=self.scale / power, low=self.low * power, high=self.high * power)
+
+    def points(self, columns: int) -> tuple[FloatArray, FloatArray]:
+        """Return time and values as they are drawn, thinned to what ``columns`` can show."""
+        time, values = envelope(self.time, self.values, columns)
+        return time, values / self.scale
+
+
+def scaled(curves: Sequence[Curve], *, fit_to_feed: bool) -> list[tuple[Curve, Scaled]]:
+    """Return curves in their display units; those of one channel share a unit, and those without a finite value are left out."""
+    found = []
+    for curve in (curve for curve in curves if curve.channel in curve.record):
+        values, time = curve.record[curve.channel][: curve.until], curve.record.time[: curve.until]
+        if curve.only is not None:
+            values = np.where(curve.only[: curve.until] > 0.5, values, np.nan)
+        finite = np.isfinite(values)
+        seen = values[_to_be_seen(curve, finite, fit_to_feed)]
+        if len(seen):
+            if curve.only is not None:
+                time, values = time[finite], values[finite]
+            found.append((curve, Scaled(time, values, 1.0, curve.record.unit(curve.channel), float(seen.min()), float(seen.max()))))
+    largest: dict[str, float] = {}
+    for curve, item in found:
+        largest[curve.channel] = max(largest.get(curve.channel, 0.0), abs(item.low), abs(item.high))
+    return [(curve, _in_unit(item, *display_unit(item.unit, largest[curve.channel]))) for curve, item in found]
+
+
+def _in_unit(item: Scaled, factor: float, unit: str) -> Scaled:
+    return Scaled(item.time, item.values, factor, unit, item.low / factor, item.high / factor)
+
+
+def _to_be_seen(curve: Curve, finite: BoolArray, fit_to_feed: bool) -> BoolArray:
+    """Return the samples that bound the axis: of what happened in the cut, or else in blocks run at feed, where the record tells."""
+    for sign in (".engaged", ".cutting_block") if fit_to_feed else ():
+        name = find_channel(curve.record, sign)
+        there = finite & (curve.record[name][: curve.until] > 0.5) if name is not None else finite
+        if name is not None and there.any():
+            return there
+    return finite
