@@ -10,8 +10,20 @@ from lathesim.identification.replay.experiment import Experiment
 
 
 def sensor_zeros(experiment: Experiment, method: Method = STANDARD) -> list[str]:
-    """Return a sentence for each second sensor whose zero plainly lies elsewhere than that of the first."""
+    """Return a sentence for each second sensor whose zero plainly lies elsewhere than that of the first, or than that of the place along
+    which the machine is led."""
     told = []
+    sensed = experiment.sensed
+    for row in sorted(sensed.led):
+        simulated = sensed.channel([], [], sensed.plan.channels.index(sensed.channels[row]))
+        apart = sensed.recorded[row] - simulated
+        apart = apart[np.isfinite(apart)]
+        middle, spread = float(np.mean(apart)), float(np.std(apart))
+        if abs(middle) > method.shared.plainly_off * max(spread, float(sensed.seen_floors[row])):
+            shown = shown_with_unit(abs(middle), sensed.plan.unit(sensed.channels[row]), 3)
+            told.append(
+                f"{experiment.machine.compare[row]} has its zero {shown} beside that of the reference; taken for no error of either."
+            )
     for row, (first, apart) in experiment.sensed.zeros().items():
         spread = float(np.std(experiment.sensed.seen[row][np.isfinite(experiment.sensed.seen[row])]))
         if abs(apart) > method.shared.plainly_off * max(spread, float(experiment.sensed.seen_floors[row])):

@@ -112,7 +112,21 @@ class Experiment:
         rates = frozenset(row for row, (host, item) in enumerate(names) if item == parts[host].ports.get("rate"))
         again = self._redundant_sensors(recorded)
         every = self.machine.decisions
-        return Simulator(plan, channels, recorded, floors, self.name, again, self.weights, self.machine.white, every, rates)
+        return Simulator(plan, channels, recorded, floors, self.name, again, self.weights, self.machine.white, every, rates, self._led())
+
+    def _led(self) -> frozenset[int]:
+        """Return the rows of the compared channels that show the place of a part which is led along its reference."""
+        parts = {part.name: part for part in self.machine.assembly.parts}
+        wires = {item.target: item for item in self.machine.assembly.wires}
+        again = {sight.row for sight in self._redundant_sensors(np.array([self._recorded[name] for name in self.machine.compare]))}
+        found = set()
+        for row, name in enumerate(self.machine.compare):
+            host, _, item = measured_output(parts, wires, name).partition(".")
+            ports, declared = parts[host].component.ports, parts[host].component.declarations
+            led = {"reference", "flow"} <= set(ports) and not {"drive", "measured"} & set(ports)
+            if led and row not in again and declared[item].unit == declared[ports["reference"]].unit:
+                found.add(row)
+        return frozenset(found)
 
     def _telling(self, assembly: Assembly) -> tuple[str, ...]:
         """Return the outputs that tell what the machine does where no sensor does: in the cut or not, the spindle angle, a velocity."""

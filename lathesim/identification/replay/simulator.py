@@ -77,6 +77,8 @@ class Simulator:
     """Samples of the plan for each one of the recording."""
     differenced: frozenset[int] = frozenset()
     """Rows of the channels that an encoder makes of its counts as their rate."""
+    led: frozenset[int] = frozenset()
+    """Rows of the channels that show the place of a part which follows a place that is given at once: nothing else tells their zero."""
     runs: RunCount = field(default_factory=RunCount, init=False, repr=False)
     _with_impulse: Remembered[_ImpulseResponses] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
     _shaped: Remembered[tuple[NoiseShapes, ...]] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
@@ -108,24 +110,30 @@ class Simulator:
 
     def as_seen(self, channels: FloatArray) -> FloatArray:
         """Return channels (channels, samples) with the difference in place of a second sensor of one motion, a place without the mean of
-        it: each sensor has a zero of its own."""
-        if not self.redundant_sensors:
+        it: each sensor has a zero of its own. So has the first one where what it measures is led along a recorded place."""
+        if not (self.redundant_sensors or self.led):
             return channels
         found = np.array(channels)
+        for row in self.led:
+            with np.errstate(invalid="ignore", over="ignore"):
+                found[row] -= self._mean((row,), found[row])
         for sight in self.redundant_sensors:
             # a lost run is infinite in both, and their difference no number: residual_of takes it for lost
             with np.errstate(invalid="ignore", over="ignore"):
                 found[sight.row] -= sight.expected(channels[sight.first], self.period)
                 if not sight.rate:
-                    found[sight.row] -= self._mean(sight, found[sight.row])
+                    found[sight.row] -= self._mean((sight.row, sight.first), found[sight.row])
         return found
 
     def from_zero_of(self, simulated: FloatArray) -> FloatArray:
-        """Return simulated channels (channels, samples) with each second sensor read from the zero that it has in the recording."""
+        """Return simulated channels (channels, samples) with each sensor that has a zero of its own read from that of the recording."""
         found = np.array(simulated)
+        for row in self.led:
+            found[row] += self._mean((row,), self.recorded[row] - simulated[row])
         for sight in self.redundant_sensors:
             if not sight.rate:
-                apart = [self._mean(sight, one[sight.row] - sight.gain * one[sight.first]) for one in (self.recorded, simulated)]
+                rows = sight.row, sight.first
+                apart = [self._mean(rows, one[sight.row] - sight.gain * one[sight.first]) for one in (self.recorded, found)]
                 found[sight.row] += apart[0] - apart[1]
         return found
 
@@ -133,11 +141,11 @@ class Simulator:
         """Return for each second sensor of a place (its row) the first one (row) and by how much more it shows on the average."""
         places = [sight for sight in self.redundant_sensors if not sight.rate]
         apart = {sight.row: self.recorded[sight.row] - sight.gain * self.recorded[sight.first] for sight in places}
-        return {sight.row: (sight.first, self._mean(sight, apart[sight.row])) for sight in places}
+        return {sight.row: (sight.first, self._mean((sight.row, sight.first), apart[sight.row])) for sight in places}
 
-    def _mean(self, sight: RedundantSensor, values: FloatArray) -> float:
-        """Return the mean of values (samples,) where both sensors were recorded and the sample counts."""
-        counts = np.isfinite(self.recorded[sight.row]) & np.isfinite(self.recorded[sight.first])
+    def _mean(self, rows: Sequence[int], values: FloatArray) -> float:
+        """Return the mean of values (samples,) where the sensors (rows) were recorded and the sample counts."""
+        counts = np.isfinite(self.recorded[list(rows)]).all(axis=0)
         if self.weights is not None:
             counts &= self.weights > LARGER_PART
         return float(np.mean(values[counts])) if counts.any() else 0.0
