@@ -5,7 +5,9 @@ Feeds are mm/min (``per_min``) or mm per revolution (``per_rev``), speeds rpm, o
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Iterator
 from typing import Any
 
 from lathesim.program.moves import Event, Move, Program, Spindle
@@ -19,6 +21,22 @@ _RPM = 60.0 / (2.0 * math.pi)
 
 def canon(program: Program) -> dict[str, Any]:
     """Return the program as the dictionary that ``lathesim program FILE --json`` prints."""
+    return {**_frame(program), "moves": [_move(index, move) for index, move in enumerate(program.moves)]}
+
+
+def canon_text(program: Program) -> Iterator[str]:
+    """Yield the parts of :func:`canon` as JSON, move by move, so that a long program takes no more memory than a short one."""
+    head, moves, tail = json.dumps(_frame(program), indent=1, ensure_ascii=False).partition('\n "moves": []')
+    between = moves[:-1]
+    yield head
+    for index, move in enumerate(program.moves):
+        yield f"{between}\n  " + json.dumps(_move(index, move), indent=1, ensure_ascii=False).replace("\n", "\n  ")
+        between = ","
+    yield f"\n ]{tail}" if len(program.moves) else f"{moves}{tail}"
+
+
+def _frame(program: Program) -> dict[str, Any]:
+    """Return everything of a program but its moves."""
     summary = program.summary
     return {
         "schema": SCHEMA,
@@ -32,7 +50,7 @@ def canon(program: Program) -> dict[str, Any]:
             "rapid_path_mm": _mm(summary.rapid_path),
             "final": [_mm(summary.final_x), _mm(summary.final_z)],
         },
-        "moves": [_move(index, move) for index, move in enumerate(program.moves)],
+        "moves": [],
         "events": [_event(event) for event in program.events],
         "warnings": [{"line": warned.line, "text": warned.sentence} for warned in program.warnings],
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import sys
 import tracemalloc
@@ -12,6 +13,7 @@ import pytest
 
 from lathesim.analysis.figures.program_figure import program_figure
 from lathesim.cli.programs.program import _points
+from lathesim.program.canon import canon, canon_text
 from lathesim.program.interpreter import interpret
 from lathesim.program.move_table import Moves
 from lathesim.program.reading.detect import detect_dialect
@@ -73,6 +75,12 @@ def test_moves_in_columns_are_the_moves_that_were_put_in() -> None:
     assert moves.counts == {kind: sum(move.kind == kind for move in listed) for kind in ("rapid", "feed", "arc", "dwell", "thread")}
     with pytest.raises(IndexError):
         moves[len(moves)]
+
+
+@pytest.mark.parametrize("body", ["", "(MSG, 1)\nG0 X1\n", "G0 X1\nG1 Z-2\nG3 X3 Z-4 K-2\n"])
+def test_the_moves_in_json_are_written_one_by_one_and_read_the_same(body: str) -> None:
+    program = interpret(read_program(f"G21 G18 F100 S500 M3\n{body}M2\n", 'a "moves": [].ngc'), "linuxcnc")
+    assert "".join(canon_text(program)) == json.dumps(canon(program), indent=1, ensure_ascii=False)
 
 
 def test_a_long_program_is_drawn_with_a_line_for_each_kind_of_move() -> None:

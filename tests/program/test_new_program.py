@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from lathesim.cli.programs.new_program import new_program
 from lathesim.cli.programs.program import program
-from lathesim.errors import ProgramError, WriteError, UnitError
+from lathesim.errors import ProgramError, UnitError, WriteError
 from lathesim.program.interpreter import interpret
 from lathesim.program.words import read_program
 

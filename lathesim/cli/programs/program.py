@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -45,7 +44,7 @@ def program(
     block_delete: bool,
 ) -> int:
     """Show the moves of a part program. Lengths are in mm and X is a radius."""
-    from lathesim.program.canon import canon
+    from lathesim.program.canon import canon_text
     from lathesim.program.interpreter import interpret
     from lathesim.program.reading.detect import detect_dialect
     from lathesim.program.telling.checks import checked
@@ -71,7 +70,7 @@ def program(
     if written is not None:
         _write(interpreted, written)
     if as_json:
-        click.echo(json.dumps(canon(interpreted), indent=1, ensure_ascii=False))
+        _print(canon_text(interpreted), between="")
         return 0
     if as_words:
         _print(f"{line:>4}  {sentence}" for line, sentence in explain(blocks, interpreted, every=True))
@@ -147,11 +146,13 @@ def _points(move: Move) -> tuple[str, list[float], list[float]]:
     )
 
 
-def _print(lines: Iterable[str]) -> None:
-    """Print many lines, a thousand at once."""
-    left = iter(lines)
+def _print(parts: Iterable[str], between: str = "\n") -> None:
+    """Print many parts, a thousand at once, and end the line."""
+    left = iter(parts)
     while some := list(itertools.islice(left, 1000)):
-        click.echo("\n".join(some))
+        click.echo(between.join(some), nl=between == "\n")
+    if between != "\n":
+        click.echo()
 
 
 def _table(interpreted: Program) -> Iterator[str]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+from array import array
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
 
 from lathesim.program.dialects import Dialect, dialect_named
@@ -46,15 +48,17 @@ class _Told:
         self.every = every
         self.inch = False
         self.moves = program.moves
-        self.places: dict[int, list[int]] = {}
         self.events: dict[int, list[Event]] = {}
         self.contours: dict[int, list[Move]] = {}
+        lines = [
+            self.moves.modes[number].cycle_line or line for line, number in zip(self.moves.lines, self.moves.mode_numbers, strict=True)
+        ]
+        self.places = array("I", sorted(range(len(lines)), key=lines.__getitem__))  # of the moves, in the order of their blocks
+        self.lines = array("I", [lines[place] for place in self.places])
         cycles: dict[int, int] = {}  # of each contour's line, the line of the first cycle that ran it
-        for place, (line, number) in enumerate(zip(self.moves.lines, self.moves.mode_numbers, strict=True)):
-            cycle_line = self.moves.modes[number].cycle_line
-            self.places.setdefault(cycle_line or line, []).append(place)
-            if cycle_line not in (0, line) and cycles.setdefault(line, cycle_line) == cycle_line:
-                self.contours.setdefault(line, []).append(self.moves[place])
+        for move in self.moves.where(lambda kind, mode, feed: mode.cycle_line > 0):
+            if move.line != move.cycle_line and cycles.setdefault(move.line, move.cycle_line) == move.cycle_line:
+                self.contours.setdefault(move.line, []).append(move)
         walked: dict[int, list[Move]] = {}
         for move in program.contours:
             walked.setdefault(move.line, []).append(move)
@@ -72,8 +76,9 @@ class _Told:
         told += [f"tool {event.tool}" for event in self.events.get(block.line, []) if event.kind == "tool"]
         told += [f"message '{event.text}'" for event in self.events.get(block.line, []) if event.kind == "message"]
         told = list(dict.fromkeys(words for words in told if words))
-        told += self._moves([self.moves[place] for place in self.places.get(block.line, [])])
-        if block.line in self.contours and block.line not in self.places:
+        own = self.places[bisect_left(self.lines, block.line) : bisect_right(self.lines, block.line)]
+        told += self._moves([self.moves[place] for place in own])
+        if block.line in self.contours and not own:
             first, *rest = self._moves(self.contours[block.line])
             told += [f"part of the contour: {first}", *rest]
         if not told and not block.words and block.comments:
