@@ -27,6 +27,7 @@ from lathesim.program.reading.foreign_controls import foreign_control, foreign_p
 __all__ = ["Block", "Blocks", "Lines", "Warned", "Word", "read_program", "read_program_file"]
 
 MOST_LOCALS = 500  # N numbers behind the end that may be called, assumed: programs have a handful
+MOST_KEPT = 5_000  # blocks with expressions or statements that are kept, assumed: loops run few of them often
 MOST_FAULTS = 20  # lines at fault that are told, assumed: whoever wrote more has to look at the file anyway
 
 _LINE_END = re.compile(r"\r\n|\n|\r")
@@ -48,7 +49,7 @@ class Warned:
 
 
 class Lines(Sequence[Block]):
-    """Blocks of a text that are cut into words each time they are used; kept are only the text and where its lines begin.
+    """Blocks of a text that are cut into words each time they are used; kept are the text and where its lines begin.
 
     ``starts`` are the places of the lines in ``text`` and of its end, ``lines`` the physical lines of the blocks, ``faults`` the errors of
     lines that cannot be read. So a long program takes about its own length of memory.
@@ -61,6 +62,7 @@ class Lines(Sequence[Block]):
         self.faults: dict[int, ProgramError] = {}
         self._name = name
         self._block_delete = block_delete
+        self._kept: dict[int, Block] = {}
 
     def raw(self, line: int) -> str:
         """Return a physical line, counted from 1, with its end."""
@@ -83,9 +85,15 @@ class Lines(Sequence[Block]):
         if isinstance(index, slice):
             return tuple([self[place] for place in range(*index.indices(len(self)))])
         line = self.lines[index]
+        if line in self._kept:
+            return self._kept[line]
         if line in self.faults:
             return Block(line, (), fault=self.faults[line])
-        return block_of_line(self.text[self.starts[line - 1] : self.starts[line]], line, self._name, self._block_delete) or Block(line, ())
+        raw = self.text[self.starts[line - 1] : self.starts[line]]
+        block = block_of_line(raw, line, self._name, self._block_delete) or Block(line, ())
+        if (block.computed or block.statement is not None or block.assignments) and len(self._kept) < MOST_KEPT:
+            self._kept[line] = block
+        return block
 
     def matching(self, pattern: re.Pattern[str]) -> Iterator[Block]:
         """Yield the blocks of the lines in which a pattern is found."""

@@ -43,24 +43,32 @@ def test_a_line_takes_at_most_twice_the_memory_of_the_interpreter_of_linuxcnc() 
     assert most / 5000 < 2 * RS274_BYTES
 
 
+def calls(text: str, dialect: str) -> int:
+    """Return how many functions are called while a program is read and run."""
+    count = 0
+
+    def counted(_: FrameType, event: str, __: object) -> None:
+        nonlocal count
+        count += event == "call"
+
+    sys.setprofile(counted)
+    try:
+        interpret(read_program(text), dialect)
+    finally:
+        sys.setprofile(None)
+    return count
+
+
 def test_a_line_takes_the_same_work_however_long_the_program_is() -> None:
-    def calls(lines: int) -> int:
-        text, count = zigzag(lines), 0
-
-        def counted(_: FrameType, event: str, __: object) -> None:
-            nonlocal count
-            count += event == "call"
-
-        sys.setprofile(counted)
-        try:
-            interpret(read_program(text), "linuxcnc")
-        finally:
-            sys.setprofile(None)
-        return count
-
-    short, long = calls(500), calls(1500)
+    short, long = calls(zigzag(500), "linuxcnc"), calls(zigzag(1500), "linuxcnc")
     assert (long - short) / 1000 < 40
     assert long < 3 * short
+
+
+def test_a_jump_takes_the_same_work_however_long_the_program_is() -> None:
+    loop = "O1\nG21 G99 G97 S500 M3 T0101\n#1=0\nGOTO 5\n{}N5 #1=#1+1\nG0 X[10+#1]\nIF [#1 LT 300] GOTO 5\nM30\n"
+    passed = 1000
+    assert calls(loop.format("G0 X5.\n" * passed), "fanuc") - calls(loop.format(""), "fanuc") < 40 * passed
 
 
 def test_moves_in_columns_are_the_moves_that_were_put_in() -> None:

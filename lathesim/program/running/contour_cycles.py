@@ -220,11 +220,10 @@ class ContourCycles(Motions):
         meaning = self.block.of_group(Group.MOTION)
         return "" if meaning is None else self.readings(self.block.codes[meaning])
 
-    def _numbered(self, word: Word, nearer: Iterable[int], further: Iterable[int], code: str) -> int:
+    def _numbered(self, word: Word, nearer: range, further: range, code: str) -> int:
         for places in (nearer, further):
-            for place in places:
-                number = self.blocks.blocks[place].number
-                if number and float(number) == word.value:
+            for place in self.numbered(word.value):
+                if place in places:
                     return place
         known = [block.number for block in self.blocks.blocks if block.number]
         names = f"It has N{', N'.join(known[:8])}{' and more' if len(known) > 8 else ''}." if known else "It has no N numbers."

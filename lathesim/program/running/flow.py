@@ -136,8 +136,7 @@ class Flow(Cycles):
         key = id(self.blocks.blocks)
         if key not in self._structures:
             statements = [(place, block.statement) for place, block in enumerate(self.blocks.blocks) if block.statement is not None]
-            lines = [block.line for block in self.blocks.blocks]
-            self._structures[key] = structure(statements, lambda place: self.blocks.place(lines[place]))
+            self._structures[key] = structure(statements, lambda place: self.blocks.place(self.blocks.blocks[place].line))
         return self._structures[key]
 
     def _statement(self, block: Block, statement: Statement) -> int:
@@ -220,11 +219,9 @@ class Flow(Cycles):
 
     def _numbered_place(self, number: str) -> int:
         """Return the place of the block N ``number``, looked for from here on, else from the beginning."""
-        blocks = self.blocks.blocks
-        for places in (range(self.position + 1, len(blocks)), range(self.position + 1)):
-            for place in places:
-                if blocks[place].number and float(blocks[place].number) == float(number):
-                    return place
+        blocks, places = self.blocks.blocks, self.numbered(float(number))
+        if places:
+            return next((place for place in places if place > self.position), places[0])
         raise ProgramError(
             f"The program goes to N{number}, and there is no such block.",
             place=self.blocks.place(blocks[self.position].line),

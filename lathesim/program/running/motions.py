@@ -43,6 +43,7 @@ class Motions:
         self.block = Sorted(0, "", {}, {}, ())
         self.block_number = ""
         self._axes = tuple({"X": "X", "Z": "Z", **(dialect.incremental or {})}.items())
+        self._numbers: dict[int, dict[float, list[int]]] = {}
         self._known: dict[tuple[Word, ...], Codes] = {}
         self.passed: set[int] = set()
         self.walking = False
@@ -74,6 +75,16 @@ class Motions:
         """What a code means in other dialects, as ``; in the dialect 'paper' it means millimetres``, or nothing."""
         others = other_readings(word.code, self.dialect)
         return f"; {others}" if others else ""
+
+    def numbered(self, number: float) -> list[int]:
+        """The places of the blocks of the present program that have this N number."""
+        found = self._numbers.get(id(self.blocks.blocks))
+        if found is None:
+            found = self._numbers[id(self.blocks.blocks)] = {}
+            for place, block in enumerate(self.blocks.blocks):
+                if block.number:
+                    found.setdefault(float(block.number), []).append(place)
+        return found.get(number, [])
 
     def event(self, kind: EventKind, *, direction: int = 0, tool: int | None = None, text: str = "") -> None:
         """Note something that happens before the next move."""
