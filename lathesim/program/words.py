@@ -33,6 +33,8 @@ MOST_FAULTS = 20  # lines at fault that are told, assumed: whoever wrote more ha
 _LINE_END = re.compile(r"\r\n|\n|\r")
 _PERCENT = re.compile(r"(?:\A|[\r\n])[ \t]*%")
 _END = re.compile(r"M\s*0*(?:2|30|99)(?![0-9.])", re.IGNORECASE)
+_MOVES = re.compile(r"[XZUW]\s*[-+.0-9#\[]", re.IGNORECASE)
+_REMARK = re.compile(r"\([^()]*\)|;.*")
 _PROGRAM_NUMBER = re.compile(r"\s*[Oo]\s*([0-9]{1,8})(?![0-9.])")
 _BLOCK_NUMBER = re.compile(r"N([0-9]+\.?[0-9]*)")
 
@@ -258,11 +260,12 @@ class _Reader:
     def _leader(self) -> int:
         """Return how many lines stand before the % that opens the program, which nobody reads.
 
-        A % opens where no end of a program stands before it, and where it is followed by a second % or by such an end.
+        A % opens where no end of a program stands before it, and where a second % follows, or else such an end and nothing moves before it.
         """
         marks = [found.end() for found in _PERCENT.finditer(self.lines.text)]
         before, behind = (self.lines.text[: marks[0] - 1], self.lines.text[marks[0] :]) if marks else ("", "")
-        if not before.strip() or _END.search(before) or (len(marks) == 1 and not _END.search(behind)):
+        bare = _REMARK.sub("", before)
+        if not before.strip() or _END.search(bare) or (len(marks) == 1 and (_MOVES.search(bare) or not _END.search(behind))):
             return 0
         count = len(_LINE_END.findall(before))
         shown = " ".join(before.split())[:40]

@@ -52,6 +52,8 @@ def test_a_program_runs_from_the_first_percent_to_the_second() -> None:
         ("O1\r\n%\r\nG0 X1\r\nM30\r\n", 1),
         ("(no leader)\n\nG0 X1\nG0 X2\n%\n", 2),
         ("G0 X1\nM30\n%\n", 1),
+        ("(ends with M30)\n%\nG0 X1\nG0 X2\n%\n", 2),
+        ("G0 X1\n%\nG0 X2\nG0 X3\nM30\n", 1),
         ("G0 X1\nM2\n%\nG0 X2\nM2\n%\n", 1),
         ("\n \n%\nG0 X1\n%\n", 1),
     ],
