@@ -48,22 +48,11 @@ def keep_sealed(name: str, content: bytes) -> Path:
 
 def kept_sealed(name: str) -> bytes | None:
     """Return what :func:`keep_sealed` wrote, or none where it is not there, damaged, or cannot be read."""
-    found = _whole(name)
-    return None if found is None else found[1]
-
-
-def sealed_place(name: str) -> Path | None:
-    """Return where the file is that :func:`keep_sealed` wrote, or none as :func:`kept_sealed`."""
-    found = _whole(name)
-    return None if found is None else found[0]
-
-
-def _whole(name: str) -> tuple[Path, bytes] | None:
     for folder in _folders():
         with contextlib.suppress(OSError):
             seal, newline, content = (folder / name).read_bytes().partition(b"\n")
             if seal + newline == _seal(name, content):
-                return folder / name, content
+                return content
     return None
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, Output, Parameter, State, Table
 from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.engine.rk4 import RK4, Tableau
 from lathesim.errors import WiringError, nearest
 from lathesim.units import same_dimension
 
@@ -23,10 +24,11 @@ Node = tuple[str, str]
 class Plan:
     """A machine ready to be fused and run.
 
-    ``order`` is the order of the output and update laws at a sample instant, ``stage`` that of the outputs every RK4 stage needs.
+    ``order`` is the order of the output and update laws at a sample instant, ``stage`` that of the outputs every stage of a step needs.
     ``parameters``, ``states``, ``discrete``, ``memories``, ``tables`` and ``noises`` give the position of each ``part.name`` in the arrays
     a run is given; ``start_*`` their values. ``feeds`` tells for each input or replaced parameter what feeds it: ``("output", name)``,
-    ``("parameter", name)``. ``kept`` holds what was made of the plan and is used again (its fused module).
+    ``("parameter", name)``. ``tableau`` is the integrator between two instants. ``kept`` holds what was made of the plan and is used again
+    (its fused module).
     """
 
     assembly: Assembly
@@ -46,6 +48,7 @@ class Plan:
     previous: tuple[str, ...]
     channels: tuple[str, ...]
     steps_per_sample: int
+    tableau: Tableau = RK4
     varying: frozenset[Node] = field(default_factory=frozenset)
     kept: dict[str, object] = field(default_factory=dict, compare=False, repr=False)
 
@@ -72,8 +75,8 @@ class Plan:
         raise WiringError(f"nothing that can be set is called '{name}'.", remedy=nearest(name, names))
 
 
-def wire(assembly: Assembly) -> Plan:
-    """Return the plan of an assembly, or refuse it by name (:class:`WiringError`)."""
+def wire(assembly: Assembly, tableau: Tableau = RK4) -> Plan:
+    """Return the plan of an assembly that steps with a tableau, or refuse it by name (:class:`WiringError`)."""
     parts = _named_parts(assembly.parts)
     feeds, constants = _feeds(parts, assembly.wires)
     steps = _steps_per_sample(assembly)
@@ -112,6 +115,7 @@ def wire(assembly: Assembly) -> Plan:
         previous=previous,
         channels=_channels(parts, assembly),
         steps_per_sample=steps,
+        tableau=tableau,
         varying=varying,
     )
 

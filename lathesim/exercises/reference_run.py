@@ -9,13 +9,11 @@ two steps holds it in other instants. Source: Hairer, Norsett, Wanner, Solving O
 
 from __future__ import annotations
 
-import hashlib
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from lathesim.engine.assembly import Assembly
-from lathesim.engine.fusing.fuse import FusedModule, fuse
+from lathesim.engine.rk4 import HEUN
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.record import Record
@@ -23,30 +21,10 @@ from lathesim.record import Record
 FINER = 10
 """Steps of this run for each step of the lesson."""
 
-_HEUN = (
-    (r"^    stages = .*$", "    stages = ((1.0, step), (1.0, step))"),
-    (r"^    sixth = .*$", "    sixth = 0.5 * step"),
-)
-"""What is put in the place of the engine's table of stages (weight in the sum, reach of the next stage) and of its share of the sum."""
-
 
 def fine_plan(assembly: Assembly, *, finer: int = FINER) -> Plan:
     """Return the plan of an assembly that runs by Heun's method with steps ``finer`` times shorter."""
-    plan = wire(replace(assembly, step=assembly.step / finer))
-    if plan.states:
-        fuse(plan)
-        plan.kept.update({key: by_heun(kept) for key, kept in plan.kept.items() if isinstance(kept, FusedModule)})
-    return plan
-
-
-def by_heun(fused: FusedModule) -> FusedModule:
-    """Return a fused module with Heun's method in place of the engine's classical Runge-Kutta method."""
-    source = fused.source
-    for engine, own in _HEUN:
-        source, count = re.subn(engine, own, source, flags=re.MULTILINE)
-        if count != 1:
-            raise AssertionError(f"the engine's module has {count} lines like '{engine}', and one is wanted")
-    return FusedModule(source, fused.pieces, hashlib.sha256(source.encode()).hexdigest()[:32])
+    return wire(replace(assembly, step=assembly.step / finer), HEUN)
 
 
 def fine_run(

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from lathesim.cli.speed.bench_axes import axes_plan
-from lathesim.component import Component, Output, State
-from lathesim.engine.assembly import Assembly, Part
-from lathesim.engine.compiling.module_cache import module_path, quick_module
+from lathesim.cli.speed.bench_work import SEED, lathe_plan
+from lathesim.component import Component, DiscreteState, Input, Output, State
+from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.engine.compiling.module_cache import module_path
 from lathesim.engine.fusing.fuse import fuse
+from lathesim.engine.rk4 import HEUN, RK4, Tableau
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.running.noise import draw_noise
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import ComponentError
 from tests.engine import small_machine
-from tests.engine.small_machine import PARTS, Axis, loop
+from tests.engine.small_machine import PARTS, WIRES, Axis, loop
 
 
 def digest(assembly: Assembly) -> str:
@@ -88,9 +90,62 @@ def test_a_batch_reduces_on_the_way() -> None:
     assert all(isinstance(peak, float) for peak in peaks)
 
 
-def test_python_reaches_the_variables_of_a_step_in_one_byte() -> None:
-    large, small = axes_plan(12), wire(loop())
-    names = quick_module(fuse(large)).run_block.__code__.co_varnames
-    assert len(names) > 256
-    assert max(names.index(f"axis{number}__speed__rate_4") for number in range(1, 13)) < 256
-    assert len(quick_module(fuse(small)).run_block.__code__.co_varnames) < 256
+class Counter(Component):
+    """Counts samples; the law reads its first state after it has given the second."""
+
+    count = DiscreteState("1", doc="samples so far")
+    last = DiscreteState("1", doc="samples before this one")
+    measured = Input("m", doc="anything")
+    counted = Output("1", doc="samples so far")
+    before = Output("1", doc="samples before this one")
+
+    @staticmethod
+    def update(count: float, last: float, measured: float) -> tuple[float, float]:
+        following = count + 1.0
+        if measured > 1e9:
+            following = count
+        return following, count
+
+    @staticmethod
+    def output(count: float, last: float) -> tuple[float, float]:
+        return count, last
+
+
+def test_a_state_that_a_law_still_reads_is_replaced_after_the_law() -> None:
+    plan = wire(Assembly((*PARTS, Part("counter", Counter)), (*WIRES, Wire("counter.measured", "axis.position")), 0.005, 0.0005))
+    record = run(plan, duration=0.02, engine="plain")
+    assert record["counter.counted"].tolist() == [1.0, 2.0, 3.0, 4.0, 5.0]
+    assert record["counter.before"].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+def test_plain_and_compiled_lathe_agree_to_the_bit() -> None:
+    plan = lathe_plan()
+    plain, compiled = (run(plan, seed=SEED, duration=0.5, engine=engine) for engine in ("plain", "compiled"))
+    assert all(plain[name].tobytes() == compiled[name].tobytes() for name in plan.channels)
+
+
+@pytest.mark.parametrize(("tableau", "order"), [(RK4, 4.0), (HEUN, 2.0)])
+def test_a_tableau_has_the_order_of_its_method(tableau: Tableau, order: float) -> None:
+    """Against runs with a much finer step the error of a free decay falls by 2^order with half the step."""
+
+    def end(step: float) -> float:
+        assembly = Assembly((Part("decay", Decay, {}, {"size": 1.0}),), (), 1.0, step)
+        return float(run(wire(assembly, tableau), duration=1.0, engine="plain", check_stability=False)["decay.shown"][-1])
+
+    errors = [abs(end(step) - math.exp(-1.0)) for step in (0.25, 0.125, 0.0625)]
+    assert np.log2(np.array(errors[:-1]) / np.array(errors[1:])) == pytest.approx([order, order], abs=0.25)
+
+
+class Decay(Component):
+    """dx/dt = -x."""
+
+    size = State("m", doc="what is left")
+    shown = Output("m", doc="what is left")
+
+    @staticmethod
+    def derivative(size: float) -> float:
+        return -size
+
+    @staticmethod
+    def output(size: float) -> float:
+        return size

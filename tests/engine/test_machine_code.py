@@ -41,7 +41,7 @@ def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pat
     monkeypatch.setattr(module_cache, "_MACHINES", {})
     monkeypatch.setattr(module_cache, "_LAWS", {})
     monkeypatch.setattr(cache_folder, "_INSTEAD", {})
-    caches = (law_text, module_cache.plain_module, module_cache.quick_module)
+    caches = (law_text, module_cache.plain_module)
     for cache in caches:
         cache.cache_clear()
     yield tmp_path / "cache"

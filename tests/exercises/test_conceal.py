@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.engine.fusing.fuse import FusedModule
 from lathesim.errors import LatheSimError, LessonError, RecordingError
 from lathesim.exercises.class_folder import answer_place, publish
 from lathesim.exercises.conceal import Concealed, NotSeenError, Situation, conceal
 from lathesim.exercises.grading import grade, read_guess
 from lathesim.exercises.hidden_effect import place_wishes, random_wishes, read_wish
 from lathesim.exercises.logger import LoggedColumn, logged_columns
-from lathesim.exercises.reference_run import by_heun, fine_plan, fine_run
+from lathesim.exercises.reference_run import fine_plan, fine_run
 from lathesim.exercises.sealed_answer import answer_of, changed_files, digest_of, opened, seal_of
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.lesson import Lesson, load_lesson
@@ -77,11 +76,6 @@ def test_it_differs_from_the_engine_and_by_next_to_nothing(prepared: Prepared) -
     engine = run_prepared(prepared, engine="plain")
     difference = np.abs(ours["x_axis.velocity"] - engine["x_axis.velocity"]).max()
     assert 0.0 < difference < 1e-4
-
-
-def test_a_changed_engine_is_noticed() -> None:
-    with pytest.raises(AssertionError, match="lines like"):
-        by_heun(FusedModule("def run_block(): pass", (), ""))
 
 
 # ---- what is asked for -----------------------------------------------------------------------------------------------------------

@@ -21,12 +21,11 @@ from pathlib import Path
 from typing import Any
 
 from lathesim.cache_folder import is_kept as in_cache
-from lathesim.cache_folder import keep, keep_sealed, kept_sealed, sealed_place
+from lathesim.cache_folder import keep, keep_sealed, kept_sealed
 from lathesim.engine.compiling.compile_notice import say
 from lathesim.engine.compiling.machine_code import CompiledMachine, is_kept, load_code, make_code
 from lathesim.engine.fusing.fuse import FusedModule
 from lathesim.engine.fusing.law_source import Piece
-from lathesim.engine.fusing.plain_text import PLAIN_FORMAT, plain_text
 from lathesim.errors import SimulationError
 
 _WIRING_TIME, _LINE_TIME, _LAW_TIME = 0.6, 0.0025, 0.07
@@ -86,16 +85,8 @@ def _load(path: Path, name: str) -> types.ModuleType:
 
 @functools.lru_cache(maxsize=64)
 def plain_module(fused: FusedModule) -> Any:
-    """Return the module as plain Python, its text as it stands: for ``rates``, and to find where a run broke."""
+    """Return the module as plain Python."""
     return _load(module_path(fused), f"lathesim_plain_{fused.digest}")
-
-
-@functools.lru_cache(maxsize=64)
-def quick_module(fused: FusedModule) -> Any:
-    """Return the module's ``run_block`` as plain Python runs it fastest; rewritten once, or from the cache where it is whole there."""
-    name = f"quick_{fused.digest}.{PLAIN_FORMAT}.py"
-    path = sealed_place(name) or keep_sealed(name, plain_text(fused.source).encode())
-    return _load(path, f"lathesim_quick_{fused.digest}")
 
 
 _MACHINES: dict[str, CompiledMachine] = {}

@@ -1,6 +1,4 @@
-"""``fuse``: a plan to one readable Python module, which is compiled as it stands.
-
-For plain Python, :mod:`lathesim.engine.fusing.plain_text` rewrites its ``run_block`` first, bit for bit the same.
+"""``fuse``: a plan to one readable Python module, which runs as it stands and is compiled as it stands.
 
 The module holds the laws as they stand in their components and two functions of its own::
 
@@ -13,10 +11,10 @@ are read at the start and written back at the end. ``record`` is flat, sample af
 side. Parameters, start values, tables and noise are arguments: changing them never makes new source. ``vector`` and ``matrix`` take one
 array out of many, ``take`` and ``put`` some of its numbers, ``keep`` those of a record.
 
-The four RK4 stages are one loop: a machine of many parts is then compiled in a quarter of the time, and runs as fast. A law that a stage
-calls once stands there in place of its call, without what nobody reads, and what is held through the sample is computed before the
-steps: plain Python then takes two thirds of the time, and machine code no longer. Sums begin with -0.0, to which adding any number gives
-that number.
+The stages of the plan's tableau are one loop: a machine of many parts is then compiled in a quarter of the time, and runs as fast. A law
+that a stage calls once stands there in place of its call, without what nobody reads, and what is held through the sample is computed before
+the steps: plain Python then takes two thirds of the time, and machine code no longer. Sums begin with -0.0, to which adding any number
+gives that number.
 """
 
 from __future__ import annotations
@@ -223,7 +221,7 @@ class _Writer:
         first = [variable for variable in variables if rates[variable] != f"{variable}__rate"]
         stages = [f"{variable}__stage = {variable} + reach * {rates[variable]}" for variable in dict.fromkeys([*first, *variables])]
         body = [*laws, *sums, *stages, *(["stage_time = moment + reach"] if time == "stage_time" else [])]
-        after = [f"{variable} = {variable} + sixth * {variable}__sum" for variable in variables]
+        after = [f"{variable} = {variable} + share * {variable}__sum" for variable in variables]
         held: list[str] = []
         if not self.checked:
             read_after = [f"{variable}__sum" for variable in variables]
@@ -265,8 +263,7 @@ class _Writer:
         lines = ["def run_block(first, count, period, step, steps, parameters, states, discrete, memories, tables, noise, record):"]
         setup = self._unpack()
         setup += [f"{_flat(name)}__noise = vector(noise, {position})" for name, position in plan.noises.items()]
-        setup += ["half = 0.5 * step", "sixth = step / 6.0", "stages = ((1.0, half), (2.0, half), (2.0, step), (1.0, half))"]
-        setup += ["finished = False", "done = 0"]
+        setup += [*plan.tableau.lines(), "finished = False", "done = 0"]
         body = ["time = (first + sample) * period", *self._sample_instant()]
         body += [f"{_flat(name)}__previous = {_flat(plan.feeds[name][1])}" for name in plan.previous if plan.feeds[name][0] == "output"]
         body += [f"row = sample * {len(plan.channels)}", *_put("record", plan.channels, "row + ", "keep")]

@@ -16,7 +16,7 @@ import lathesim
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.compiling.compile_notice import say
 from lathesim.engine.compiling.machine_code import CompiledMachine
-from lathesim.engine.compiling.module_cache import compile_time, compiled_machine, is_compiled, quick_module
+from lathesim.engine.compiling.module_cache import compile_time, compiled_machine, is_compiled, plain_module
 from lathesim.engine.fusing.fuse import FusedModule, fuse
 from lathesim.engine.running.endless import LawRunsOnError, Watch, may_run_on
 from lathesim.engine.running.failure import describe_failure
@@ -164,7 +164,7 @@ def _advance(
     if may_compile and (engine == "compiled" or is_compiled(fused)):
         module, may_compile = _machine_code(fused, state), False
     if state.engine == "plain":
-        module, live = quick_module(fused), arrays.as_lists()
+        module, live = plain_module(fused), arrays.as_lists()
     period = plan.assembly.sample_period
     largest = min(max(_SMALLEST_BLOCK, _BLOCK_NUMBERS // max(1, len(plan.channels))), state.largest)
     size = min(_FIRST_BLOCK[state.engine], last, largest)
