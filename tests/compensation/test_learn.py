@@ -15,6 +15,7 @@ from lathesim.compensation.learning.response import learning_filter, path_frame
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry
+from lathesim.record import Record
 
 RMS_MM = (0.578, 0.173, 0.052, 0.016)
 """Tracking errors of the first laps, from a prototype."""
@@ -122,21 +123,29 @@ def recorded(tmp_path: Path, keep: int | None = None) -> tuple[Path, Path]:
     """Write the lesson with a mapping, and a lap of it as a logger would."""
     source = load_lesson("20_learning")
     (tmp_path / "lesson.yaml").write_text(source.text + RECORDED, encoding="utf-8")
-    record = simulate(source, load_registry(), "12_bits")
+    return tmp_path / "lesson.yaml", logged(simulate(source, load_registry(), "12_bits"), tmp_path / "lap.csv", keep)
+
+
+def logged(record: Record, place: Path, keep: int | None = None) -> Path:
+    """Write a lap as a logger would."""
     names = ("interpolator.x_reference", "interpolator.z_reference", "x_encoder.position", "z_encoder.position")
     rows = [",".join(f"{value:.9f}" for value in row) for row in zip(record.time, *(record[name] for name in names), strict=True)]
-    (tmp_path / "lap.csv").write_text("\n".join(["time [s],x_asked [m],z_asked [m],x_read [m],z_read [m]", *rows[:keep]]) + "\n")
-    return tmp_path / "lesson.yaml", tmp_path / "lap.csv"
+    place.write_text("\n".join(["time [s],x_asked [m],z_asked [m],x_read [m],z_read [m]", *rows[:keep]]) + "\n", encoding="utf-8")
+    return place
 
 
 def test_the_next_lap_of_a_recorded_one_is_a_program_that_is_better(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lesson, lap = recorded(tmp_path)
     out = tmp_path / "next"
     assert run_command_line(["learn", str(lesson), "--variant", "12_bits", "--recording", str(lap), "--out", str(out)]) == 0
-    assert "0.5799 mm rms; the next one's is predicted to be 0.30 of it" in capsys.readouterr().out
-    again = simulate(load_lesson(out / "lesson.yaml"), load_registry())
+    assert "0.5799 mm rms; the next one's is predicted to be 0.1712 mm, 0.30 of it." in capsys.readouterr().out
+    second = simulate(load_lesson(out / "lesson.yaml"), load_registry())
+    assert run_command_line(["learn", str(lesson), "--variant", "12_bits", "--recording", str(logged(second, lap)), "--out", str(out)]) == 0
+    assert "0.1712 mm rms; the next one's is predicted to be 0.05389 mm, 0.31 of it. No lap is predicted to come below 0.004" in (
+        capsys.readouterr().out
+    )
     first = simulate(load_lesson("20_learning"), load_registry(), "12_bits")
-    errors = [first["interpolator.z_reference"][:3000] - run["z_axis.position"][:3000] for run in (first, again)]
+    errors = [first["interpolator.z_reference"][:3000] - run["z_axis.position"][:3000] for run in (first, second)]
     assert np.sqrt(np.mean(errors[1] ** 2)) < 0.4 * np.sqrt(np.mean(errors[0] ** 2))
 
 
@@ -155,3 +164,13 @@ def test_a_lesson_that_has_learned_goes_on_learning(tmp_path: Path, capsys: pyte
     assert after[0]["largest_m"] == pytest.approx(before[-1]["largest_m"], rel=1e-3)
     assert after[-1]["largest_m"] < 0.3 * after[0]["largest_m"]
     assert (second / "x_controller_learned_2.csv").is_file()
+
+
+@pytest.mark.parametrize("variant", ["12_bits", "8_bits"])
+@pytest.mark.parametrize("what", ["voltage", "reference"])
+def test_what_is_predicted_holds_down_to_the_floor(variant: str, what: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["learn", "20_learning", "--variant", variant, "--what", what, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    reached = [lap["rms_m"] for lap in told["laps"][1:]]
+    assert all(found <= most for found, most in zip(reached, told["predicted_at_most_m"], strict=True))
+    assert told["predicted_at_most_m"][-1] < 3.0 * min(reached)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,12 @@ from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
     from lathesim.compensation.learning.learn import Learning
+
+if TYPE_CHECKING:
+    from lathesim.compensation.learning.recorded_lap import Outlook
+
+NO_BETTER = 0.97
+"""Share of a lap's error to which learning must still bring it to be worth a lap."""
 
 
 @click.command()
@@ -81,11 +88,12 @@ def learn(
         if recording is not None:
             from lathesim.compensation.learning.recorded_lap import next_lap
 
-            files, error = next_lap(prepared, course, chosen, recording, registry, out or results_folder(loaded, recording))
-            click.echo(
-                f"The tracking error of this lap is {1e3 * error:.4g} mm rms; {_promised(chosen.bound)}. See {', '.join(map(str, files))}"
-            )
+            files, outlook = next_lap(prepared, course, chosen, recording, registry, out or results_folder(loaded, recording))
+            click.echo(f"{_promised(outlook)} See {', '.join(map(str, files))}")
             return
+        if what == "reference":
+            # what a level of the converter leaves follows from the answer to a voltage
+            chosen = replace(chosen, answer=learning_filter(course_of(prepared, "voltage")).answer)
         learning = from_lap_to_lap(course, chosen, laps, on=on, tell=tell)
     lasted = time.perf_counter() - began
     written, refused = [], None
@@ -123,8 +131,12 @@ def _tell(learning: Learning, lasted: float, written: list[Path]) -> None:
         click.echo(f"See {', '.join(map(str, written))}")
 
 
-def _promised(bound: float) -> str:
-    return f"the next one's is predicted to be {bound:.2f} of it" if math.isfinite(bound) else "nothing is predicted without a filter"
+def _promised(outlook: Outlook) -> str:
+    """Return what a recorded lap was off, what the simulation predicts of the next one, and where the learning ends."""
+    now, following, floor = (f"{1e3 * value:.4g} mm" for value in (outlook.now, outlook.following, outlook.floor))
+    told = f"The tracking error of this lap is {now} rms; the next one's is predicted to be {following}, "
+    told += f"{outlook.following / outlook.now:.2f} of it. No lap is predicted to come below {floor}: that is the floor."
+    return told if outlook.floor < NO_BETTER * outlook.now else f"{told} This lap has reached it: nothing is left to learn."
 
 
 def _as_json(lesson: str, learning: Learning, lasted: float, files: list[str]) -> dict[str, object]:

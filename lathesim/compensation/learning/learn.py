@@ -40,8 +40,11 @@ class Learning:
 
     @property
     def predicted(self) -> list[float]:
-        """The most that each lap's error may be [m]:  bound times that of the lap before, what is never learned, and the floor."""
-        return [self.filter.bound * lap.rms + self.never + self.floor for lap in self.laps[:-1]]
+        """The most that each lap's error may be [m]:  bound times that of the lap before, what is never learned, and twice the floor.
+
+        Rounding acts twice: in the lap, and in what the lap before has taught.
+        """
+        return [self.filter.bound * lap.rms + self.never + 2.0 * self.floor for lap in self.laps[:-1]]
 
     @property
     def contractions(self) -> list[float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,14 +21,25 @@ from lathesim.recordings.reading import read_recording
 from lathesim.whole_file import make_folder, write_text
 
 NEXT_LAP, LESSON = "next_lap.nc", "lesson.yaml"
+_LAPS_AHEAD = 12
+"""Laps that are simulated ahead to find where the learning ends."""
 _OFF = 2
 """Samples by which a recorded lap may be shorter or longer: where the logger was started and stopped (assumed)."""
 
 
+@dataclass(frozen=True)
+class Outlook:
+    """Root mean squares of tracking errors [m]: of the recorded lap, predicted of the next one, and the least of those that come."""
+
+    now: float
+    following: float
+    floor: float
+
+
 def next_lap(
     prepared: Prepared, course: Course, chosen: Filter, recording: Path, registry: Registry, folder: Path
-) -> tuple[tuple[Path, Path], float]:
-    """Write the program of the next lap from a recorded one, and the lesson that runs it; return both and the lap's tracking error [m].
+) -> tuple[tuple[Path, Path], Outlook]:
+    """Write the program of the next lap from a recorded one, and the lesson that runs it; return both and what comes of it.
 
     The lap's reference is that of the recording where it holds one, else the lesson's; by what it differs from the lesson's is what was
     learned before. Raises :class:`RecordingError` where the lap has another length, :class:`LessonError` where the lesson maps no reading.
@@ -47,15 +59,37 @@ def next_lap(
     names = [f"{loop.controller}.reference" for loop in course.loops]
     run = [_as_long(record[name], course.samples) if name in record else row for name, row in zip(names, asked, strict=True)]
     errors = asked - read
-    following = chosen.applied(np.array(run) - asked, errors)
-    following[:, 0] = 0.0
+    before = np.array(run) - asked
+    following = _following(chosen, before, errors)
     make_folder(folder)
     file = folder / NEXT_LAP
     write_text(file, program_text(asked + following, course.period, course.axes_of_path(), None))
     values = {name: str(given.value) for name, given in prepared.case.set.items() if given.place.startswith("--set")}
     text = changed_lesson(lesson, [], values, folder, variant=prepared.case.variant, program=file, further={"dialect": "linuxcnc"})
     write_text(folder / LESSON, text)
-    return (file, folder / LESSON), float(np.sqrt(np.mean(np.sum(errors**2, axis=0))))
+    return (file, folder / LESSON), _outlook(course, chosen, before, errors)
+
+
+def _following(chosen: Filter, before: FloatArray, errors: FloatArray) -> FloatArray:
+    """Return the next corrections of a program, which begins where the tool stands."""
+    following = chosen.applied(before, errors)
+    following[:, 0] = 0.0
+    return following
+
+
+def _outlook(course: Course, chosen: Filter, before: FloatArray, errors: FloatArray) -> Outlook:
+    """Return what the simulation predicts of the laps to come: its own laps, and what the recorded lap was off its simulation."""
+    off = errors - course.lap(before).errors
+    reached = [_rms(errors)]
+    for _ in range(_LAPS_AHEAD):
+        before = _following(chosen, before, errors)
+        errors = off + course.lap(before).errors
+        reached.append(_rms(errors))
+    return Outlook(reached[0], reached[1], min(reached))
+
+
+def _rms(errors: FloatArray) -> float:
+    return float(np.sqrt(np.mean(np.sum(errors**2, axis=0))))
 
 
 def _as_long(values: FloatArray, count: int) -> FloatArray:
