@@ -7,6 +7,7 @@ anything else that escapes is a fault of the program (exit code 3).
 from __future__ import annotations
 
 import difflib
+import unicodedata
 from collections.abc import Iterable, Sequence
 
 
@@ -20,7 +21,7 @@ class LatheSimError(Exception):
         self.fact = fact
         self.place = place
         self.remedy = remedy
-        super().__init__(self.message)
+        super().__init__(visible(self.message, keep="\n\t"))
 
     @property
     def message(self) -> str:
@@ -86,6 +87,14 @@ class SimulationError(LatheSimError):
     def __init__(self, fact: str, *, place: str = "", remedy: str = "", record: object = None) -> None:
         super().__init__(fact, place=place, remedy=remedy)
         self.record = record
+
+
+def visible(text: str, keep: str = "") -> str:
+    """Return text from a file with its control characters shown and not sent: an escape code would steer the terminal."""
+    if text.isascii() and text.isprintable():
+        return text
+    hidden = {character for character in text if unicodedata.category(character) in ("Cc", "Cf", "Cs")} - set(keep)
+    return text.translate({ord(character): character.encode("unicode_escape").decode() for character in hidden}) if hidden else text
 
 
 def nearest(name: str, names: Iterable[str]) -> str:

@@ -1,9 +1,12 @@
-"""A look at an HDF5 file before it is opened: the HDF5 library does not come back from some damaged files."""
+"""What an HDF5 file may not do: name other files of this computer as its values, or hold what the library does not come back from."""
 
 from __future__ import annotations
 
 import mmap
 from pathlib import Path
+from typing import Any
+
+from lathesim.errors import RecordError
 
 _COLLECTION = b"GCOL\x01\x00\x00\x00"
 """Signature, version and reserved bytes of a global heap collection, where texts of variable length stand."""
@@ -39,3 +42,20 @@ def _ends(content: mmap.mmap, begin: int) -> bool:
             return False
         place += step
     return True
+
+
+def stands_elsewhere(group: Any, name: str) -> bool:
+    """Return whether an item of a group is a link, or a dataset whose values stand in another file: raw external storage, or virtual."""
+    import h5py
+
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        return True
+    item = group[name]
+    return isinstance(item, h5py.Dataset) and bool(item.external or item.is_virtual)
+
+
+def own_item(group: Any, name: str) -> Any:
+    """Return an item of a group. Raises :class:`RecordError` where its values stand in another file, and KeyError where there is none."""
+    if name in group and stands_elsewhere(group, name):
+        raise RecordError(f"'{name}' takes its values from elsewhere.", remedy="Write them into the file itself.")
+    return group[name]

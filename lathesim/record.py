@@ -9,7 +9,6 @@ of what cannot be had again grows in its place, see :class:`lathesim.record_writ
 from __future__ import annotations
 
 import dataclasses
-import json
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -19,8 +18,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lathesim.errors import RecordError, nearest
-from lathesim.hdf5_guard import refuse_endless_heap
+from lathesim.errors import RecordError, nearest, visible
+from lathesim.hdf5_guard import own_item, refuse_endless_heap
+from lathesim.json_text import parsed_json
 
 FloatArray = npt.NDArray[np.float64]
 Meta = dict[str, str | float | int]
@@ -167,14 +167,15 @@ def is_record(path: str | Path) -> bool:
 
 
 def _read(file: Any) -> Record:
-    group = file["channels"]
+    group = own_item(file, "channels")
     channels = {}
-    for name in json.loads(_text(file["channel_names"][()])):
-        dataset = group[name]
-        channels[name] = Channel(name, _text(dataset.attrs["unit"]), dataset[:], _text(dataset.attrs["description"]))
-    time = file["time"][:]
+    for name in parsed_json(_text(file["channel_names"][()])):
+        dataset = own_item(group, name)
+        unit, description = visible(_text(dataset.attrs["unit"])), visible(_text(dataset.attrs["description"]))
+        channels[visible(name)] = Channel(visible(name), unit, dataset[:], description)
+    time = own_item(file, "time")[:]
     if "meta" in file:
-        return Record(time, channels, json.loads(_text(file["meta"][()])))
+        return Record(time, channels, parsed_json(_text(file["meta"][()])))
     whole = min([len(time), *(len(channel.values) for channel in channels.values())])
     cut = {name: dataclasses.replace(channel, values=channel.values[:whole]) for name, channel in channels.items()}
     return Record(time[:whole], cut, {"status": CUT_OFF})

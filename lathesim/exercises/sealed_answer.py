@@ -19,6 +19,7 @@ from typing import Any
 import lathesim
 from lathesim.errors import RecordingError
 from lathesim.exercises.conceal import Concealed
+from lathesim.json_text import parsed_json
 
 ANSWER = "lathesim-answer/1"
 SEAL = "lathesim-seal/1"
@@ -92,10 +93,10 @@ def changed_files(seal_path: Path, answer: Mapping[str, Any]) -> list[str]:
 def read_json(path: Path, schema: str, what: str, key: str) -> dict[str, Any]:
     """Read a JSON file of a schema; :class:`RecordingError` where it is something else."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = parsed_json(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise RecordingError(f"the {what} cannot be read: {error.strerror}.", place=str(path)) from None
-    except (UnicodeDecodeError, json.JSONDecodeError):
+    except ValueError:
         raise RecordingError(f"the {what} is no JSON file.", place=str(path), remedy="Give the file as it was made.") from None
     found = data.get("schema") if isinstance(data, dict) else None
     if found != schema or key not in data:

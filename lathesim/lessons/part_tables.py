@@ -29,16 +29,10 @@ def table_of(given: Given, component: type[Component], name: str, beside: Path) 
     file = _found(given, beside)
     if file.stat().st_size > 40 * LARGEST_TABLE:
         raise LessonError(f"the table has more than {LARGEST_TABLE} numbers.", place=str(file), remedy="Use fewer rows.")
-    rows: list[list[float]] = []
-    with file.open(encoding="utf-8", newline="") as lines:
-        for number, cells in enumerate(csv.reader(lines), start=1):
-            if not cells or cells[0].lstrip().startswith("#"):
-                continue
-            place = f"{file}:{number}"
-            if not rows and _is_header(cells):
-                _check_header(cells, declared, place)
-                continue
-            rows.append(_numbers(cells, declared, place))
+    try:
+        rows = _rows(file, declared)
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise LessonError(f"the file is no table: {error}.", place=str(file)) from None
     if not rows:
         raise LessonError("the table has no rows.", place=str(file), remedy=f"Its columns are {', '.join(declared.columns)}.")
     if len(rows) * len(declared.columns) > LARGEST_TABLE:
@@ -49,6 +43,20 @@ def table_of(given: Given, component: type[Component], name: str, beside: Path) 
     if fault:
         raise LessonError(fault, place=str(file))
     return table
+
+
+def _rows(file: Path, declared: Table) -> list[list[float]]:
+    rows: list[list[float]] = []
+    with file.open(encoding="utf-8", newline="") as lines:
+        for number, cells in enumerate(csv.reader(lines), start=1):
+            if not cells or cells[0].lstrip().startswith("#"):
+                continue
+            place = f"{file}:{number}"
+            if not rows and _is_header(cells):
+                _check_header(cells, declared, place)
+                continue
+            rows.append(_numbers(cells, declared, place))
+    return rows
 
 
 def write_table(file: Path, columns: tuple[str, ...], rows: FloatArray) -> None:

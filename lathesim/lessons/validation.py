@@ -19,14 +19,16 @@ def validated(model: type[Model], source: Source) -> Model:
     try:
         return model.model_validate(source.data)
     except ValidationError as error:
-        faults = [_fault(model, source, details) for details in error.errors(include_url=False)]
-        raise min(faults, key=_order) from None
+        first = min(error.errors(include_url=False), key=lambda details: _order(source, details))
+        raise _fault(model, source, first) from None
 
 
-def _order(fault: LessonError) -> tuple[bool, int, int]:
+def _order(source: Source, details: Any) -> tuple[bool, int, int]:
     """Return the order of telling: by place, what is missing last (a misspelt key tells more than the lack of the right one)."""
-    line, column = fault.place.rsplit(":", 2)[-2:]
-    return fault.fact.endswith(" is missing."), int(line), int(column)
+    location: Location = tuple(item for item in details["loc"] if item != "[key]")
+    missing = details["type"] == "missing"
+    line, column = source.place(location[:-1] if missing else location, key=details["type"] == "extra_forbidden").rsplit(":", 2)[-2:]
+    return missing, int(line), int(column)
 
 
 def _fault(model: type[BaseModel], source: Source, details: Any) -> LessonError:

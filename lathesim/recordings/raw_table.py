@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.errors import RecordingError, nearest
+from lathesim.errors import RecordingError, nearest, visible
 from lathesim.record import FloatArray
 
 MOST_ROWS = 20_000_000
@@ -32,6 +32,14 @@ class RawTable:
     constants: dict[str, float] = field(default_factory=dict)
     other_names: dict[str, str] = field(default_factory=dict)
     """Further names of columns (name -> column): another line of a head, or the place in a row."""
+
+    def __post_init__(self) -> None:
+        """Show the control characters in the names of columns; a mapping names them so too."""
+        for item in ("columns", "units", "constants", "other_names"):
+            object.__setattr__(self, item, {visible(name): value for name, value in getattr(self, item).items()})
+        object.__setattr__(self, "units", {name: visible(unit) for name, unit in self.units.items()})
+        object.__setattr__(self, "other_names", {name: visible(column) for name, column in self.other_names.items()})
+        object.__setattr__(self, "notes", tuple(visible(note) for note in self.notes))
 
     def column_name(self, wanted: str) -> str | None:
         """Return the name of a column, asked for with or without the unit behind it, or None."""

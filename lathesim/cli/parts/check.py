@@ -1,4 +1,4 @@
-"""``lathesim check FILE...``: lessons, machine templates, part programs and plug-ins, without running any."""
+"""``lathesim check FILE...``: lessons, machine templates, part programs and plug-ins; of these only plug-ins are run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 def check(files: tuple[Path, ...], dialect: str, plugin_folders: tuple[Path, ...]) -> int:
     """Check lessons and machine templates (.yaml), plug-ins (.py, folders) and part programs (any other ending).
 
-    One line for each file: what it is, or what is wrong with it. Leaves with 1 where something is wrong.
+    One line for each file: what it is, or what is wrong with it. Leaves with 1 where something is wrong. A plug-in is code, and checking it
+    runs the file with all rights of yours: read a stranger's first.
     """
     from lathesim.errors import LatheSimError
 
@@ -46,6 +47,8 @@ def _checked(path: Path, dialect: str, registry: Registry) -> str:
     if path.suffix == ".py" or path.is_dir():
         from lathesim.manual.plugin_list import checked_plugin
 
+        if path.exists():
+            click.echo(f"{path}: a plug-in is code; it is run now.", err=True)
         return checked_plugin(path)
     if not path.exists():
         raise LatheSimError("there is no such file.", place=str(path))

@@ -6,19 +6,24 @@ from pathlib import Path
 
 import click
 
-from lathesim.whole_file import make_folder
+from lathesim.errors import LatheSimError
+from lathesim.whole_file import make_folder, write_bytes
 
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path, file_okay=False))
 @click.option("--teacher", is_flag=True, help="Copy the solutions of the lessons too.")
-def init(folder: Path, teacher: bool) -> None:
-    """Copy the lessons, part programs and sample plug-ins to FOLDER, to work on. Nothing that is there is overwritten."""
-    import shutil
+@click.option("--yes", is_flag=True, help="Take plug-ins that are in FOLDER already without asking.")
+def init(folder: Path, teacher: bool, yes: bool) -> None:
+    """Copy the lessons, part programs and sample plug-ins to FOLDER, to work on. Nothing that is there is overwritten.
 
+    Every command that is run in FOLDER loads the plug-ins there, which are code. So it asks first where FOLDER has some of its own.
+    """
     from lathesim.shipped import FOLDERS, SOLUTIONS, shipped_folder
     from lathesim.workspace import mark_workspace
 
+    if not yes:
+        _ask_for_plugins(folder)
     copied = kept = 0
     for name in FOLDERS:
         origin = shipped_folder(name)
@@ -30,9 +35,27 @@ def init(folder: Path, teacher: bool) -> None:
                 kept += 1
                 continue
             make_folder(target.parent)
-            shutil.copyfile(path, target)
+            write_bytes(target, path.read_bytes())
             copied += 1
     make_folder(folder)
     mark_workspace(folder)
     click.echo(f"{folder}: {copied} files copied" + (f", {kept} that were there left as they are." if kept else "."))
     click.echo(f"Next: cd {folder} && lathesim run lesson_configs/01_contour_error.yaml")
+
+
+def _ask_for_plugins(folder: Path) -> None:
+    """Ask whether plug-ins that no lathesim put into a folder are to be loaded from now on; without a terminal they are not."""
+    import sys
+
+    from lathesim.shipped import shipped_folder
+    from lathesim.workspace import workspace_plugins
+
+    shipped = {path.name: path.read_bytes() for path in shipped_folder("plugins").glob("*.py")}
+    found = sorted((folder / "plugins").glob("*.py"))
+    own = [path.name for path in found if not path.name.startswith("_") and path.read_bytes() != shipped.get(path.name)]
+    if not own or workspace_plugins(folder) is not None:
+        return
+    fact = f"{folder / 'plugins'} has plug-ins of its own ({', '.join(own[:5])}), and every command in {folder} will run them from now on."
+    if not sys.stdin.isatty():
+        raise LatheSimError(fact, remedy="Read them, then write --yes.")
+    click.confirm(f"{fact} Is that wanted?", abort=True)

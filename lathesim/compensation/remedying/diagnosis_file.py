@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from lathesim.errors import LessonError
+from lathesim.json_text import parsed_json
 
 SCHEMA = "lathesim-diagnosis/1"
 _NOTHING_TO_MEND = {
@@ -86,10 +86,10 @@ def _floors(data: Mapping[str, Any]) -> dict[str, float]:
 
 def _data(file: Path) -> dict[str, Any]:
     try:
-        data = json.loads(file.read_text(encoding="utf-8"))
+        data = parsed_json(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise LessonError(f"the diagnosis cannot be read: {error.strerror}.", place=str(file)) from None
-    except (UnicodeDecodeError, json.JSONDecodeError):
+    except ValueError:
         raise LessonError("the diagnosis is no JSON file.", place=str(file), remedy="Write it with 'diagnose --json FILE'.") from None
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         found = data.get("schema") if isinstance(data, dict) else None

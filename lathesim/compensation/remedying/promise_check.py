@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.machine.position_loops import loops_of
+from lathesim.json_text import parsed_json
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
@@ -55,8 +55,8 @@ def promise_beside(lesson: Lesson) -> dict[str, Any] | None:
     if not file.is_file():
         return None
     try:
-        data = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError):
+        data = parsed_json(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
         raise LessonError("the promise is no JSON file.", place=str(file), remedy="Write it with 'lathesim remedy'.") from None
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         raise LessonError(f"the promise has not the schema {SCHEMA}.", place=str(file), remedy="Write it with 'lathesim remedy'.")

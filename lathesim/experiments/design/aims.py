@@ -11,7 +11,6 @@ variance 1 + b^2 g^2. Source: Atkinson, Donev, Tobias, Optimum Experimental Desi
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +19,7 @@ import numpy as np
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
 from lathesim.experiments.design.room import Room
+from lathesim.json_text import parsed_json
 from lathesim.lessons.lesson import Lesson, find_program
 from lathesim.lessons.program_path import path_of_program, start_of
 from lathesim.path_columns import DWELL, DWELL_PAUSE, FEED, KIND, LENGTH
@@ -51,7 +51,7 @@ NOTHING_BEFORE = Before()
 def before_design(file: Path, lesson: Lesson) -> Before:
     """Return what an ``emulation.json`` tells. Raises :class:`LatheSimError` where the file is none, or its programs are gone."""
     try:
-        told = json.loads(file.read_text(encoding="utf-8"))
+        told = parsed_json(file.read_text(encoding="utf-8"))
         if not str(told["schema"]).startswith("lathesim-emulation/"):
             raise KeyError("schema")
         programs = [item["program"] for item in told["recordings"] if item["program"]]

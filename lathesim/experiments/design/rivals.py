@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.errors import LatheSimError, nearest
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.identification.records.candidate import Candidate as Term
+from lathesim.json_text import parsed_json
 from lathesim.plugins import Registry
 
 NOTHING = "nothing"
@@ -67,7 +67,7 @@ def named_in_diagnosis(path: Path, title: str) -> list[Named]:
     nothing to tell.
     """
     try:
-        told: Any = json.loads(path.read_text(encoding="utf-8"))
+        told: Any = parsed_json(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise LatheSimError(f"the diagnosis cannot be read: {error.strerror}.", place=str(path), remedy="Check the path.") from error
     except ValueError:

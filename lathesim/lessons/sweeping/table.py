@@ -53,7 +53,10 @@ class SweepTable:
         except UnicodeDecodeError:
             raise self._foreign() from None
         self._check_head(text)
-        found = {member.number: member for member in map(self._member, csv.reader(io.StringIO(text[len(self._head()) :])))}
+        try:
+            found = {member.number: member for member in map(self._member, csv.reader(io.StringIO(text[len(self._head()) :])))}
+        except csv.Error:
+            raise self._foreign() from None
         if whole != written:
             write_text(self.path, text)
         return found

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from lathesim.errors import RecordError, nearest
+from lathesim.hdf5_guard import own_item
+from lathesim.json_text import parsed_json
 from lathesim.live.sources.samples import Block, Signal
 from lathesim.record import is_record
 
@@ -28,11 +30,10 @@ class RecordBlocks:
             load(self.path)  # which says in one sentence what is wrong
             raise RecordError("the file is no record.", place=str(path))
         self._file: Any = h5py.File(self.path, "r")
-        channels = self._file["channels"]
-        self.signals = tuple(
-            Signal(name, str(channels[name].attrs["unit"]), str(channels[name].attrs["description"])) for name in _names(self._file)
-        )
-        self._time = self._file["time"]
+        channels = own_item(self._file, "channels")
+        columns = {name: own_item(channels, name).attrs for name in _names(self._file)}
+        self.signals = tuple(Signal(name, str(noted["unit"]), str(noted["description"])) for name, noted in columns.items())
+        self._time = own_item(self._file, "time")
 
     def __len__(self) -> int:
         return min([int(self._time.shape[0]), *(int(self._file["channels"][signal.name].shape[0]) for signal in self.signals)])
@@ -67,8 +68,7 @@ class RecordBlocks:
 
 
 def _names(file: Any) -> list[str]:
-    import json
 
     raw = file["channel_names"][()]
-    names = json.loads(raw.decode("utf-8") if isinstance(raw, bytes) else raw)
+    names = parsed_json(raw.decode("utf-8") if isinstance(raw, bytes) else raw)
     return [str(name) for name in names]

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from lathesim.errors import RecordingError
+from lathesim.hdf5_guard import stands_elsewhere
 from lathesim.recordings.formats.array_columns import ArrayColumns
 from lathesim.recordings.formats.trial_read import refuse_deadly_file
 from lathesim.recordings.raw_table import RawTable, plain_unit
@@ -20,6 +21,8 @@ def walk(group, depth):
         if not isinstance(group.get(name, getlink=True), h5py.HardLink):
             continue
         item = group[name]
+        if isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
+            continue
         dict(item.attrs)
         if isinstance(item, h5py.Dataset) and item.shape is not None and item.size < 100_000_000:
             item[()]
@@ -49,7 +52,10 @@ def read_hdf5(path: Path) -> RawTable:
 
 
 def gather(path: Path, between: str, hidden: tuple[str, ...]) -> RawTable:
-    """Read the datasets of a file; groups called as one of ``hidden`` are left out. Links to other files are not followed."""
+    """Read the datasets of a file; groups called as one of ``hidden`` are left out.
+
+    Links are not followed, nor are values taken from other files.
+    """
     import h5py
 
     found = ArrayColumns(path)
@@ -68,10 +74,13 @@ def _walk(found: ArrayColumns, group: Any, prefix: str, between: str, hidden: tu
     import h5py
 
     for name in group:
-        if name in hidden or not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        full = f"{prefix}{between}{name}" if prefix else name
+        if name in hidden:
+            continue
+        if stands_elsewhere(group, name):
+            found.left_out.append(full)
             continue
         item = group[name]
-        full = f"{prefix}{between}{name}" if prefix else name
         if isinstance(item, h5py.Group):
             if depth < 12:
                 _walk(found, item, full, between, hidden, depth + 1)

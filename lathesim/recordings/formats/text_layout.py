@@ -70,7 +70,10 @@ def cells(line: str, delimiter: str) -> list[str]:
     if '"' in line:
         import csv
 
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+        try:
+            return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+        except csv.Error:  # a quoted cell longer than a line of numbers ever is
+            return [line]
     return [cell.strip() for cell in line.split(delimiter)]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -11,6 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from lathesim.errors import LessonError
+from lathesim.json_text import parsed_json
 from lathesim.lessons.case import Given
 from lathesim.lessons.part_values import si_value
 from lathesim.lessons.schema import Quantity, Text
@@ -156,7 +156,7 @@ def read_base(path: Path) -> Base:
             "there is no such file.", place=str(path), remedy="Write it with 'lathesim couple --json'; or say 'free' or 'wall'."
         )
     try:
-        rows = json.loads(path.read_text(encoding="utf-8"))["rows"]
+        rows = parsed_json(path.read_text(encoding="utf-8"))["rows"]
         frequency = np.array([row["frequency_hz"] for row in rows], dtype=np.float64)
         numbers = np.array([row["receptance"] for row in rows], dtype=np.float64)
         receptance = numbers[..., 0] + 1j * numbers[..., 1]

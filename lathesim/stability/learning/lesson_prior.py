@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.errors import LessonError
+from lathesim.json_text import parsed_json
 from lathesim.lessons.lesson import Lesson
 from lathesim.record import FloatArray
 from lathesim.stability.learning.belief import Prior
@@ -73,7 +73,7 @@ def carried_over(known: LessonPrior, path: Path) -> LessonPrior:
     """
     names = ("frequency", "damping", "stiffness_over_cutting_stiffness")
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
+        told = parsed_json(path.read_text(encoding="utf-8"))
         rows = [told["parameters"][name] for name in names]
         given = np.array([float(told["given"][name]) for name in names])
         value, low, high = (np.array([float(row[word]) for row in rows]) for word in ("value", "low", "high"))

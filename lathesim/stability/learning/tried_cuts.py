@@ -50,7 +50,11 @@ def read_cuts(path: Path) -> tuple[TriedCut, ...]:
         raise LessonError(
             "there is no such file.", place=str(path), remedy="Give a table of cuts: speed [rpm],width [mm],stable."
         ) from None
-    rows = [row for row in csv.reader(io.StringIO(text.replace(";", ",").replace("\t", ","))) if row and any(cell.strip() for cell in row)]
+    lines = io.StringIO(text.replace(";", ",").replace("\t", ","))
+    try:
+        rows = [row for row in csv.reader(lines) if row and any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise LessonError(f"the file is no table: {error}.", place=str(path), remedy="Write one cut a line.") from None
     if not rows:
         return ()
     at, scale = _columns(rows[0], str(path))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.errors import RecordingError
+from lathesim.hdf5_guard import stands_elsewhere
 from lathesim.record import FloatArray
 from lathesim.stability.tool_point.frequency_response import (
     Complex,
@@ -237,7 +238,8 @@ def _mat_arrays(path: Path) -> dict[str, Any]:
     if h5py.is_hdf5(path):
         with h5py.File(path, "r") as file:
             found = {}
-            for name, item in file.items():
+            for name in file:
+                item = None if stands_elsewhere(file, name) else file[name]
                 if isinstance(item, h5py.Dataset):
                     value = item[()]
                     fields = getattr(value, "dtype", np.dtype(float)).names or ()

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lathesim.errors import WriteError
+from lathesim.json_text import parsed_json
 from lathesim.whole_file import folder_lock, write_text
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ class StudentBook:
 
     def _read(self) -> dict[str, LessonEntry]:
         try:
-            data = json.loads(self.path.read_text(encoding="utf-8"))
+            data = parsed_json(self.path.read_text(encoding="utf-8"))
             return {str(name): _entry(entry) for name, entry in data["lessons"].items()}
         except FileNotFoundError:
             return {}
