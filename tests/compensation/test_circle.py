@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.analysis.metrics.circular_test import Circle, circles, circular_deviation, hysteresis
+from lathesim.analysis.metrics.circular_test import Circle, circles, circular_deviation, ellipse, hysteresis, quadrant_peaks
 from lathesim.cli.main import run_command_line
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import simulate
@@ -51,6 +51,25 @@ def test_a_circle_off_its_centre_is_round_and_an_ellipse_is_not() -> None:
     angle = np.linspace(-np.pi, np.pi, 1440, endpoint=False)
     assert circular_deviation(of(3e-6 * np.cos(angle) - 2e-6 * np.sin(angle))) == pytest.approx(0.0, abs=1e-12)
     assert circular_deviation(of(5e-6 * np.cos(2.0 * angle))) == pytest.approx(1e-5, rel=1e-3)
+
+
+def test_an_ellipse_is_no_reversal_and_a_spike_is() -> None:
+    angle = np.linspace(-np.pi, np.pi, 1440, endpoint=False)
+    oval = of(-0.4e-3 + 1e-5 * np.cos(angle) + 2e-4 * np.cos(2.0 * (angle - 0.7)))
+    assert ellipse(oval).size == pytest.approx(4e-4, rel=1e-3)
+    assert ellipse(oval).longest == pytest.approx(0.7, abs=1e-3)
+    assert max(quadrant_peaks(oval)) < 1e-7
+    spike = 1e-5 * np.exp(-(((angle - 0.5 * np.pi) / 0.1) ** 2))
+    assert quadrant_peaks(of(oval.radial + spike)) == pytest.approx((0.0, 1e-5, 0.0, 0.0), abs=2e-7)
+
+
+def test_unequal_gains_are_told_as_an_ellipse_that_turns_with_the_direction(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["circle", "17_circular_test", "--variant", "unequal", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    sizes, longest = zip(*(item.values() for item in told["ellipses"].values()), strict=True)
+    assert sizes == pytest.approx([0.4557e-3, 0.4557e-3], rel=0.02)
+    assert np.degrees(longest) == pytest.approx([-39.0, 39.0], abs=3.0)
+    assert max(peak for peaks in told["quadrants_m"].values() for peak in peaks) < 0.01 * sizes[0]
 
 
 def test_hysteresis_is_the_largest_difference_at_one_angle() -> None:

@@ -14,6 +14,8 @@ from lathesim.record import FloatArray, Record
 _TURN = 2.0 * math.pi
 _GRID = 720
 """Angles at which the directions are compared, and points that the two concentric circles are laid around."""
+_NEAR = math.radians(30.0)
+"""Angle from +-X and +-Z [rad] within which what a reversal leaves is looked for (assumed)."""
 _WHOLE = 1e-3
 """Share of a turn that may be missing from a whole one: a sample at either end."""
 
@@ -115,15 +117,47 @@ def hysteresis(forward: Circle, backward: Circle) -> float:
     return _carried(float(np.max(np.abs(forward.on_grid - backward.on_grid))), forward)
 
 
-def quadrant_peaks(circle: Circle) -> tuple[float, float, float, float]:
-    """Return the largest spread of the radial deviation within 30 degrees of +X, +Z, -X, -Z [m]: where an axis turns round."""
+@dataclass(frozen=True)
+class Ellipse:
+    """An ellipse in a path: its longest radius less its shortest ``size`` [m], and where it is longest [rad], -pi/2 to pi/2 from +X to +Z.
+
+    Along the diagonals and turned over by the direction it comes of axes that follow with unequal gains; where it stays, of axes that are
+    not square. Along X or Z it comes of scales (ISO 230-4, annex B).
+    """
+
+    size: float
+    longest: float
+
+
+def ellipse(circle: Circle) -> Ellipse:
+    """Return the ellipse in a path, from the second harmonic of the radial deviation away from where axes turn round."""
+    shape = _smooth(circle)
+    size = _carried(2.0 * float(np.hypot(shape[3], shape[4])), circle)
+    return Ellipse(size, 0.5 * math.atan2(shape[4], shape[3]) if size > 0.0 else 0.0)
+
+
+def _smooth(circle: Circle) -> FloatArray:
+    """Return constant, cosine and sine of once and of twice the angle that fit the radial deviation away from the quadrants."""
     even = np.arange(_GRID) * _TURN / _GRID
-    radial = circle.on_grid
+    away = np.abs((even + 0.25 * math.pi) % (0.5 * math.pi) - 0.25 * math.pi) > _NEAR
+    return np.asarray(np.linalg.lstsq(_harmonics(even[away]), circle.on_grid[away], rcond=None)[0])
+
+
+def _harmonics(angle: FloatArray) -> FloatArray:
+    return np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle), np.cos(2.0 * angle), np.sin(2.0 * angle)], axis=1)
+
+
+def quadrant_peaks(circle: Circle) -> tuple[float, float, float, float]:
+    """Return the spread of the radial deviation within 30 degrees of +X, +Z, -X, -Z [m], where an axis turns round.
+
+    Its mean, a centre that is off, and an ellipse are no reversal, and are taken away first.
+    """
+    even = np.arange(_GRID) * _TURN / _GRID
+    radial = circle.on_grid - _harmonics(even) @ _smooth(circle)
     peaks = []
     for quarter in range(4):
         off = np.abs((even - 0.5 * math.pi * quarter + math.pi) % _TURN - math.pi)
-        near = radial[off <= math.radians(30.0)]
-        peaks.append(_carried(float(np.ptp(near)), circle))
+        peaks.append(_carried(float(np.ptp(radial[off <= _NEAR])), circle))
     return peaks[0], peaks[1], peaks[2], peaks[3]
 
 

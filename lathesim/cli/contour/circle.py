@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import click
@@ -32,10 +33,12 @@ def circle(
     """Run the circle of LESSON in both directions and tell how round it is, and what each effect of the lesson adds.
 
     Told are the circular deviation G (two concentric circles hold the path), the hysteresis H (largest difference between the directions),
-    the radial deviation F from the programmed circle, and what leaves the quadrants: where an axis turns round.
+    the radial deviation F from the programmed circle, the ellipse, and the spikes at the quadrants, where an axis turns round. An ellipse
+    that slants and turns with the direction comes of unequal gains of the axes; one that stays, of axes that are not square; one
+    along an axis, of its scale.
     """
     from lathesim.analysis.display_unit import shown_with_unit
-    from lathesim.analysis.metrics.circular_test import quadrant_peaks
+    from lathesim.analysis.metrics.circular_test import ellipse, quadrant_peaks
     from lathesim.cli.working import working
     from lathesim.compensation.circular_runs import circular_test
     from lathesim.lessons.lesson import load_lesson
@@ -50,6 +53,7 @@ def circle(
         from lathesim.analysis.figures.plots import save_figure
 
         save_figure(circle_figure(f"{loaded.title}{f', {variant}' if variant else ''}", test.ways), save)
+    ellipses = {name: ellipse(way) for name, way in test.ways}
     if as_json:
         result = {
             "schema": "lathesim-circle/1",
@@ -59,6 +63,7 @@ def circle(
             "hysteresis_m": test.hysteresis,
             "largest_radial_deviation_m": test.largest,
             "smallest_radial_deviation_m": test.smallest,
+            "ellipses": {name: {"size_m": found.size, "longest_rad": found.longest} for name, found in ellipses.items()},
             "quadrants_m": {name: quadrant_peaks(way) for name, way in test.ways},
             "without": [
                 {"effect": item.effect, "part": item.at, "circular_deviation_m": item.deviation, "hysteresis_m": item.hysteresis}
@@ -70,6 +75,9 @@ def circle(
     click.echo(f"circular deviation G   {shown_with_unit(test.deviation, 'm')}")
     click.echo(f"hysteresis H           {shown_with_unit(test.hysteresis, 'm') if test.hysteresis is not None else 'one direction only'}")
     click.echo(f"radial deviation F     {shown_with_unit(test.smallest, 'm')} to {shown_with_unit(test.largest, 'm')}")
+    for name, found in ellipses.items():
+        longest = f", longest at {math.degrees(found.longest):.0f} deg from +X to +Z" if found.size > 0.0 else ""
+        click.echo(f"ellipse, {name}: {shown_with_unit(found.size, 'm')}{longest}")
     for name, way in test.ways:
         peaks = ", ".join(
             f"{place} {shown_with_unit(peak, 'm')}" for place, peak in zip(("+X", "+Z", "-X", "-Z"), quadrant_peaks(way), strict=True)
