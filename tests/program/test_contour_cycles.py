@@ -153,3 +153,19 @@ def test_a_name_of_the_main_program_is_not_known_in_a_contour(call: str) -> None
     with pytest.raises(ProgramError, match="#<sx> is local to the program that calls") as refused:
         run(f"G0 X15 Z14\n#<sx>=14.3\no100 sub\nG1 X#<sx> Z12\nG1 X1\nG1 Z0 X15\no100 endsub\n{call}\n", "linuxcnc")
     assert "#<_sx>" in refused.value.remedy
+
+
+def test_a_step_smaller_than_the_distance_is_left_out_of_the_roughed_contour() -> None:
+    contour = "O100 SUB\nG0 X5 Z1\nG1 Z-10\nG1 X5.08\nG1 Z-20\nG3 X5.6 Z-20.52 R0.6\nG1 X14\nO100 ENDSUB\nG0 X20 Z2\n"
+    moves = of_cycle(run(f"{contour}G71 Q100 D0.2 I2 R0.5\n", "linuxcnc"), "G71")
+    wall = [point for move in of_cycle(run(f"{contour}G70 Q100\n", "linuxcnc"), "G70")[1:] for point in keeps.points(move)]
+    last = [point for move in moves[-6:] if move.kind != "rapid" for point in keeps.points(move)]
+    nearest = [min(math.hypot(x - there[0], z - there[1]) for there in wall[::4]) for x, z in last[::8]]
+    assert min(nearest) == pytest.approx(0.2e-3, abs=2e-5)
+
+
+def test_a_distance_that_does_not_go_into_a_contour_is_named_as_one() -> None:
+    contour = "O100 SUB\nG0 X8 Z1\nG1 Z-10\nG1 X5\nG1 Z-10.3\nG1 X14\nO100 ENDSUB\nG0 X20 Z2\n"
+    assert min(move.end_x for move in run(f"{contour}G71 Q100 D0.5 I2\n", "linuxcnc").moves) == pytest.approx(8.5e-3)
+    with pytest.raises(ProgramError, match=r"A contour at a distance of 0\.5 mm does not go into"):
+        run("O100 SUB\nG0 X8 Z0\nG1 X7.8 Z-0.2\nG1 X12\nG1 X14 Z-9\nO100 ENDSUB\nG0 X20 Z2\nG71 Q100 D0.5 I2\n", "linuxcnc")

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from lathesim.errors import ProgramError
@@ -65,15 +65,103 @@ def compensated(moves: Sequence[Move], name: str) -> list[list[Move]]:
 
 
 def beside(moves: Sequence[Move], side: int, distance: float, name: str) -> list[Move]:
-    """Return a contour as it runs at a ``distance`` [m] on its ``side``, LEFT or RIGHT; raises as :func:`compensated`."""
+    """Return a contour as it runs at a ``distance`` [m] on its ``side``, LEFT or RIGHT; ``name`` of the program stands before messages.
+
+    What does not keep that distance from its neighbours, as a small step in a corner, is left out, and the neighbours meet. Raises
+    :class:`ProgramError` where the contour does not keep it even so.
+    """
     if distance <= _SAME:
         return list(moves)
     nose = Nose(side, distance, 0.0, 0.0)
-    run = [replace(move, nose=nose) for move in moves if _moves(move)]
-    found: list[list[Move]] = [[move] for move in run]
-    first = _shifted(run[0], nose, name)
-    _carry_out(list(range(len(run))), run, found, first.start, name)
-    return [replace(move, nose=None) for made in found for move in made]
+    contour = [move for move in moves if _moves(move)]
+    found: list[_Side] = []
+    for piece, joined in _pieces(contour, nose):
+        if joined and found and found[-1].end == piece.start:
+            found.append(piece)
+            continue
+        while found:
+            meeting = _meeting(found[-1], piece, piece.start)
+            shorter = meeting is None and piece.move.length < found[-1].move.length
+            if shorter or (meeting is not None and _overrun(piece, meeting, at_end=False)):
+                break
+            if meeting is not None and not _overrun(found[-1], meeting, at_end=True):
+                found[-1].end = piece.start = meeting
+                if math.dist(meeting, piece.end) > _SAME:
+                    found = [*found[: -1 if math.dist(meeting, found[-1].start) <= _SAME else None], piece]
+                break
+            found.pop()
+        else:
+            found.append(piece)
+    made = [_made(part) for part in found]
+    lost = contour[0] if not found or found[0].move is not contour[0] else contour[-1] if found[-1].move is not contour[-1] else None
+    near = lost or next((move for part in made for move in contour if _near(part, move, distance - _SLACK)), None)
+    if near is not None:
+        fact = f"A contour at a distance of {1e3 * distance:.4g} mm does not go into the corners of this move."
+        raise ProgramError(fact, place=f"{name}:{near.line}", remedy="Take a smaller distance, or a longer move.")
+    return made
+
+
+def _made(part: _Side) -> Move:
+    ends = {"start_x": part.start[1], "start_z": part.start[0], "end_x": part.end[1], "end_z": part.end[0]}
+    return replace(part.move, **ends, arc=_arc_of(part, (0.0, 0.0)))  # type: ignore[arg-type]
+
+
+def _near(first: Move, second: Move, distance: float) -> bool:
+    """Return whether two moves come nearer to each other than a distance [m], at nine points of either."""
+    return _nearer(first, second, distance) or _nearer(second, first, distance)
+
+
+def _nearer(move: Move, other: Move, distance: float) -> bool:
+    """Return whether one of nine points of a move lies nearer to another one than a distance [m]."""
+    for number in range(9):
+        share = number / 8.0
+        if move.arc is not None:
+            angle = move.arc.start_angle + share * move.arc.sweep
+            z, x = move.arc.centre_z + move.arc.radius * math.cos(angle), move.arc.centre_x + move.arc.radius * math.sin(angle)
+        else:
+            z, x = move.start_z + share * (move.end_z - move.start_z), move.start_x + share * (move.end_x - move.start_x)
+        if _away(z, x, other) < distance:
+            return True
+    return False
+
+
+def _away(z: float, x: float, move: Move) -> float:
+    """Return the distance [m] of a point from a move."""
+    if move.arc is not None:
+        dz, dx = z - move.arc.centre_z, x - move.arc.centre_x
+        angle = math.atan2(dx, dz) - move.arc.start_angle
+        if (-angle if move.arc.clockwise else angle) % (2.0 * math.pi) <= abs(move.arc.sweep):
+            return abs(math.hypot(dz, dx) - move.arc.radius)
+        return min(math.hypot(z - move.start_z, x - move.start_x), math.hypot(z - move.end_z, x - move.end_x))
+    along = (move.end_z - move.start_z, move.end_x - move.start_x)
+    share = ((z - move.start_z) * along[0] + (x - move.start_x) * along[1]) / (along[0] ** 2 + along[1] ** 2)
+    share = min(1.0, max(0.0, share))
+    return math.hypot(z - move.start_z - share * along[0], x - move.start_x - share * along[1])
+
+
+def _pieces(moves: Sequence[Move], nose: Nose) -> Iterator[tuple[_Side, bool]]:
+    """Yield the shifted moves with the swings about outer corners, and whether each begins where the one before ends."""
+    before: _Side | None = None
+    for move in moves:
+        if move.arc is not None and move.arc.radius < nose.radius + _SAME and move.arc.clockwise != (nose.side == LEFT):
+            before = None  # it vanishes
+            continue
+        after = _shifted(move, nose, "")
+        turn = 0.0 if before is None else _turn(before.move, move)
+        if before is not None and abs(turn) < _TANGENT:
+            after.start = before.end
+        elif before is not None and turn * nose.side < 0.0:
+            corner = (move.start_z, move.start_x)
+            swing = _swing(before, after, corner, nose, abs(turn))
+            yield _Side(swing, before.end, after.start, corner, nose.radius), True
+        yield after, before is not None and (abs(turn) < _TANGENT or turn * nose.side < 0.0)
+        before = after
+
+
+def _turn(before: Move, after: Move) -> float:
+    """Return the angle [rad] by which a move turns left from the one before."""
+    t1, t2 = _tangent(before, at_end=True), _tangent(after, at_end=False)
+    return math.atan2(t1[0] * t2[1] - t1[1] * t2[0], t1[0] * t2[0] + t1[1] * t2[1])
 
 
 def _moves(move: Move) -> bool:
@@ -160,8 +248,7 @@ def _plus(first: Point, second: Point) -> Point:
 
 def _corner(before: _Side, after: _Side, nose: Nose, name: str) -> Move | None:
     """Join two shifted moves: return the swing round an outer corner, or move both ends to where they meet in an inner one."""
-    t1, t2 = _tangent(before.move, at_end=True), _tangent(after.move, at_end=False)
-    turn = math.atan2(t1[0] * t2[1] - t1[1] * t2[0], t1[0] * t2[0] + t1[1] * t2[1])
+    turn = _turn(before.move, after.move)
     corner = (before.move.end_z, before.move.end_x)
     if abs(turn) < _TANGENT:
         after.start = before.end
