@@ -14,6 +14,7 @@ GOALS = {
     "linearization": "+-",
     "log_transform": "--",  # it breaks down before the tool cuts
     "adaptive": "+-",
+    "adaptive_slow": "-+",
     "radial_force": "+-",
     "torque": "+-",
     "power": "+-",
@@ -84,6 +85,14 @@ def test_with_a_floor_the_log_transform_lives(runs: Runs) -> None:
 
 def test_the_adaptive_controller_is_slower_than_the_nonlinear_and_faster_than_none(runs: Runs) -> None:
     assert runs.value("cycle_time", "nonlinear") < runs.value("cycle_time", "adaptive") < runs.value("cycle_time", "none")
+
+
+def test_one_pole_gives_the_published_time_and_none_the_roughness_with_it(runs: Runs) -> None:
+    assert runs.value("cycle_time", "adaptive_slow") == pytest.approx(11.37)
+    assert runs.value("max_surface_roughness", "adaptive_slow") == pytest.approx(1.404e-6, rel=0.02)
+    slower = {"process_controller__pole": "0.9998"}
+    assert runs.value("max_surface_roughness", "adaptive_slow", **slower) == pytest.approx(0.837e-6, rel=0.03)
+    assert runs.value("cycle_time", "adaptive_slow", **slower) > 12.0
 
 
 def test_the_adaptive_controller_leaves_the_air_cut_alone(runs: Runs) -> None:
