@@ -68,8 +68,7 @@ class Moves(Sequence[Move]):
             self._arc_values.extend((arc.centre_x, arc.centre_z, arc.radius, arc.end_radius, arc.start_angle, arc.sweep))
         self.kinds.append(_NUMBER[kind])
         self.lines.append(line)
-        self.ends.extend(start)
-        self.ends.extend(end)
+        self.ends.extend((*start, *end))
         self.feeds.append(_NO_FEED if feed is None else feed)
         number = self._known.get(mode)
         if number is None:

@@ -21,6 +21,8 @@ from lathesim.program.vocabulary import Codes, Sorted, other_readings
 from lathesim.program.words import Block, Blocks, Warned, Word
 
 _ARCS = (Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE)
+_PLAIN = frozenset({Meaning.RAPID, Meaning.LINE, *_ARCS})
+"""Motions that are no cycle."""
 _TURN = 360.0
 
 
@@ -107,10 +109,10 @@ class Motions:
 
     def motion(self) -> None:
         """The motion of the block, by its own code or by the one in force."""
-        if self.cycle():
-            return
         modal, block = self.modal, self.block
         meaning = block.of_group(Group.MOTION)
+        if (meaning or modal.motion) not in _PLAIN and self.cycle():
+            return
         if meaning is not None:
             modal.motion, modal.motion_code = meaning, block.codes[meaning].code
         axes = [letter for letter, _ in self._axes if letter in block.words and letter not in self.used]
