@@ -105,6 +105,14 @@ def test_a_program_without_units_is_told(capsys: pytest.CaptureFixture[str]) -> 
     assert "units: millimetres" in said.err
 
 
+@needs_shared
+def test_check_says_the_dialect_and_what_is_taken_too(capsys: pytest.CaptureFixture[str]) -> None:
+    said = call(capsys, "check", str(FOUND / "no_units.nc"))
+    assert said.code == 0
+    assert "a part program with 2 path segments, read in the dialect 'fanuc'." in said.out
+    assert "no_units.nc:7: No G20 or G21 stands before the first move; millimetres are taken." in said.out
+
+
 @pytest.mark.parametrize(("dialect", "codes"), [("paper", "G70 or G71"), ("linuxcnc", "G20 or G21"), ("grbl", "G20 or G21")])
 def test_units_that_come_too_late_or_never_are_told_in_each_dialect(dialect: str, codes: str) -> None:
     late = codes.partition(" ")[0]

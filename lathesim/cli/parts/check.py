@@ -52,10 +52,18 @@ def _checked(path: Path, dialect: str, registry: Registry) -> str:
         return checked_plugin(path)
     if not path.exists():
         raise LatheSimError("there is no such file.", place=str(path))
-    from lathesim.lessons.program_path import path_of_program
+    return _checked_program(path, dialect)
 
-    laid = path_of_program(path, dialect)
-    return f"a part program with {len(laid.table)} path segments."
+
+def _checked_program(path: Path, dialect: str) -> str:
+    from lathesim.program.loading import load_program
+    from lathesim.program.path import lay_path
+    from lathesim.program.telling.checks import checked
+
+    program = load_program(path, dialect)
+    found = f"a part program with {lay_path(program).segments} path segments, read in the dialect '{program.dialect}'."
+    odd = sorted([*program.warnings, *checked(program)], key=lambda warned: warned.line)
+    return "\n".join([found, *(f"{path}:{warned.line}: {warned.sentence}" for warned in odd)])
 
 
 def _checked_yaml(path: Path, registry: Registry) -> str:
