@@ -76,19 +76,29 @@ def _alarm(name: str, given: Given, parts: dict[str, type]) -> Alarm:
 
 
 class AlarmWatch:
-    """Looks through the blocks of one run for the first value outside the alarms; those of channels that are not recorded are left out."""
+    """Looks through the blocks of one run for the first value that leaves the alarms; those of channels that are not recorded are left out.
+
+    An alarm is armed once its value is inside: an axis that does not stand where its program starts has a large error at first.
+    """
 
     def __init__(self, plan: Plan, alarms: Sequence[Alarm], overrides: Mapping[str, float] | None = None) -> None:
         self._plan = plan
         self._overrides = overrides or {}
         self._rows = {alarm: plan.channels.index(alarm.channel) for alarm in alarms if alarm.channel in plan.channels}
+        self._armed: set[Alarm] = set()
         self._errors: dict[str, list[FloatArray]] = {alarm.channel: [] for alarm in self._rows if alarm.channel.endswith(".error")}
 
     def look(self, first: int, values: FloatArray) -> tuple[int, str] | None:
-        """Return the first sample of a block (channels, samples) that is outside, and the alarm as a sentence; none where all is inside."""
+        """Return the first sample of a block (channels, samples) that leaves its limits, and the alarm as a sentence; none without one."""
         tripped: tuple[int, Alarm] | None = None
         for alarm, row in self._rows.items():
             outside = (values[row] < alarm.low) | (values[row] > alarm.high)
+            if alarm not in self._armed:
+                inside = np.flatnonzero(~outside)
+                if not len(inside):
+                    continue
+                self._armed.add(alarm)
+                outside[: inside[0]] = False
             sample = int(np.argmax(outside))
             if outside[sample] and (tripped is None or sample < tripped[0]):
                 tripped = sample, alarm

@@ -59,6 +59,12 @@ def test_an_axis_outside_its_limits_stops_the_run_with_an_alarm(text: str, alarm
     assert caught.value.record.status == f"failed: {caught.value.fact}"
 
 
+def test_an_axis_that_does_not_stand_where_the_program_starts_comes_there_without_an_alarm(registry: Registry) -> None:
+    record = simulate(lesson("start_point: {x: 0.15 m, z: 0.15 m}\nduration: 3 s"), registry)
+    assert record["x_controller.error"][0] > 0.1
+    assert record["x_controller.error"][-1] < 0.1
+
+
 def test_no_hint_advises_a_higher_gain_where_the_loop_is_unstable(registry: Registry, tmp_path: Path) -> None:
     goals = f"goals: [{{metric: max_x_following_error, at_most: 1 mm, hint: {HINT}}}]"
     runaway = lesson(f"set: {{x_controller.proportional: -3 V/mm}}\n{goals}")

@@ -52,7 +52,6 @@ LESSON = """lesson: A thread
 machine: {machine}
 dialect: fanuc
 program: thread.nc
-start_point: {{x: 0 mm, z: 0 mm}}
 {more}
 """
 

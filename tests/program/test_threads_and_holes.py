@@ -10,10 +10,8 @@ from lathesim.path_columns import FEED_MODE, KIND, LINE_MOVE, START_ANGLE, TAP_O
 from lathesim.program.interpreter import interpret
 from lathesim.program.loading import load_program
 from lathesim.program.moves import Program
-from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.path import lay_path
 from lathesim.program.reading.detect import detect_dialect
-from lathesim.program.telling.checks import checked
 from lathesim.program.telling.explain import explain
 from lathesim.program.words import read_program
 from lathesim.program.writer import linuxcnc_text
@@ -70,21 +68,6 @@ def test_the_run_out_of_g92_ends_one_lead_outside_the_thread() -> None:
     passes = [move for move in run(f"{HEAD}G76 P011060 Q200 R0.05\nG92 X29. Z-20. F2.\nM30").moves if move.kind == "thread"]
     assert [move.end_x for move in passes] == pytest.approx([0.0145, 0.0165])
     assert [move.end_z for move in passes] == pytest.approx([-0.018, -0.020])
-
-
-def test_the_run_up_of_a_thread_counts_all_its_moves() -> None:
-    assert checked(run(f"{HEAD}G32 Z2. F2.\nZ-1. F2.\nM30")) == []
-    told = checked(run(f"{HEAD}G32 Z4. F2.\nZ2. F2.\nM30"))
-    assert [warned.sentence for warned in told] == ["The thread is only 1.5 leads long, too short to run up to its speed."]
-
-
-def test_nose_compensation_leaves_a_chain_of_threads_as_it_is() -> None:
-    text = "G21 G99 G97 S300 M3\nG0 X40. Z5. T0303\nG42 G1 X32. F0.2\nG32 Z-20. F2.\nX36. Z-23.\nG40 G0 X50.\nM30"
-    program = interpret(read_program(text), "fanuc", tools={3: Tool(0.0004, 3)})
-    threads = [move for move in program.moves if move.kind == "thread"]
-    assert [(move.end_x, move.end_z) for move in threads] == [(0.016, -0.020), (0.018, -0.023)]
-    assert modes(program)[-2:] == [THREAD, THREAD_ON]
-    assert "Nose compensation does not act on threads" in program.warnings[0].sentence
 
 
 # ---- start angles ----------------------------------------------------------------------------------------------------------------------
@@ -203,7 +186,6 @@ def test_tapping_of_fanuc_takes_its_lead_from_either_feed(mode: str, feed: str) 
     assert [move.feed for move in threads] == pytest.approx([0.00125, 0.00125])
     assert [move.spindle.direction for move in program.moves] == [0, 1, 1, -1, 1, 0]
     assert program.assumed["tapping"] == "G84 turns the standing spindle clockwise, and stops it behind the hole"
-    assert program.assumed["tapping_depth"].startswith("deeper than Z")
 
 
 def test_threads_and_taps_written_out_read_back_the_same() -> None:
