@@ -161,6 +161,7 @@ def sort_block(block: Block, blocks: Blocks, dialect: Dialect, known: dict[tuple
                 remedy="Keep one of them.",
             )
         elif letter not in dialect.letters:
+            _codes(tuple(own), blocks, dialect, blocks.place(block.line))  # a code in front of it is told first
             raise _foreign_letter(word, block, blocks, dialect, blocks.place(block.line))
         else:
             words[letter] = word
