@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 from collections.abc import Iterable
 
 from lathesim.component import Component, DiscreteState, Input, Memory, Noise, Output, Parameter, State, Table
@@ -22,13 +23,13 @@ _GROUPS: tuple[tuple[str, type], ...] = (
 
 def first_sentence(component: type[Component]) -> str:
     """Return the first line of what the class says about itself."""
-    text = inspect.getdoc(component) or ""
+    text = _said(component)
     return text.splitlines()[0] if text else ""
 
 
 def component_page(component: type[Component], origin: str) -> str:
     """Return the page of a component."""
-    lines = [component.__name__, "=" * len(component.__name__), "", inspect.getdoc(component) or "", ""]
+    lines = [component.__name__, "=" * len(component.__name__), "", _said(component), ""]
     for title, kind in _GROUPS:
         rows = [_row(name, item) for name, item in component.declarations.items() if type(item) is kind]
         if rows:
@@ -38,6 +39,11 @@ def component_page(component: type[Component], origin: str) -> str:
     if component.ports:
         lines += ["Ports for effects", *(f"  {role}: {name}" for role, name in component.ports.items()), ""]
     return "\n".join([*lines, f"From {origin}."])
+
+
+def _said(component: type[Component]) -> str:
+    """Return what the class says about itself, without the marks that its documentation is set with."""
+    return re.sub(r":\w+:`~?([^`]+)`|``(.+?)``", lambda found: found[1] or f"'{found[2]}'", inspect.getdoc(component) or "", flags=re.S)
 
 
 def _row(name: str, item: object) -> tuple[str, str, str, str]:

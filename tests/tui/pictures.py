@@ -12,6 +12,7 @@ from textual.widgets import SelectionList
 
 from lathesim.tui.app import LathesimApp
 from lathesim.tui.widgets.slider import Slider
+from lathesim.tui.widgets.time_plot import TimePlot
 from tests.cli.command import ROOT
 from tests.tui.driving import opened, run_to_end, until
 from tests.tui.lathe_moments import GOLDENS, pictures
@@ -46,7 +47,7 @@ async def results(app: LathesimApp, pilot: Pilot[None]) -> None:
     await pilot.press("f3")
     await pilot.pause()
     app.screen.query_one("#runs", SelectionList).select_all()
-    await pilot.press("tab")
+    app.screen.query_one(TimePlot).focus()
     await pilot.press("e")
 
 

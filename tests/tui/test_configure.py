@@ -43,8 +43,8 @@ WRONG = [
     ("x_controller.proportional", "fast", "'fast' is no quantity"),
     ("x_controller.proportional", "3 mm", "is given in mm, but V/m is wanted"),
     ("x_dac.bits", "-3", "outside"),
-    ("x_controller.proportional", "0,449", "x_controller.proportional: '0,449' has a comma"),
-    ("x_controller.proportional", "1,000 V/mm", "Write a point before decimals, as in '0.2245 V/mm'."),
+    ("x_controller.proportional", "0,449", "x_controller.proportional: the comma of '0,449'"),
+    ("x_controller.proportional", "1,000 V/mm", "Write a point before decimals."),
     ("x_axis.time_constant", "-24", "outside"),
     ("duration", "-1", "it must be above zero"),
 ]

@@ -107,8 +107,8 @@ def _in_shown_unit(entry: Entry, typed: str) -> str:
     with placed_at(entry.name):
         shown = split_quantity(entry.text)[1] or entry.unit
         if "," in typed:
-            fact = f"'{typed}' has a comma, which divides decimals for some and thousands for others."
-            raise UnitError(fact, remedy=f"Write a point before decimals, as in '{entry.text}'.")
+            fact = f"the comma of '{typed}' may divide decimals or thousands."
+            raise UnitError(fact, remedy="Write a point before decimals.")
         number, unit = split_quantity(typed)
         if unit or shown == "1" or not math.isfinite(number):
             return typed

@@ -29,11 +29,11 @@ class ChannelChoice(ModalScreen[tuple[str, ...] | None]):
     def compose(self) -> ComposeResult:
         """Return a field to search in, the list, and two buttons."""
         with Vertical(classes="dialog"):
-            yield Input(placeholder="Type to find a channel", id="wanted")
+            yield Input(placeholder="Type to find a channel", id="wanted", compact=True)
             yield TickList[str](id="channels")
             with Horizontal(classes="buttons"):
-                yield Button("Take", variant="primary", id="take")
-                yield Button("Leave", id="leave")
+                yield Button("Take", variant="primary", id="take", compact=True)
+                yield Button("Leave", id="leave", compact=True)
 
     def on_mount(self) -> None:
         """Fill the list."""

@@ -27,7 +27,6 @@ class ConcealForm(ModalScreen[Order | None]):
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
     DEFAULT_CSS = """
-    ConcealForm .dialog { height: auto; padding: 0 1; }
     ConcealForm #fault { color: $error; height: auto; }
     ConcealForm Input { margin-bottom: 1; }
     """
@@ -38,7 +37,7 @@ class ConcealForm(ModalScreen[Order | None]):
 
     def compose(self) -> ComposeResult:
         """Return the fields and two buttons."""
-        with Vertical(classes="dialog"):
+        with Vertical(classes="dialog -short"):
             yield Label(f"Hide something in the machine of {self._lesson}", markup=False)
             yield Label("Effect: empty for one drawn at random, 'none' for nothing")
             yield Input(id="hidden", compact=True, placeholder="CoulombFriction:level=20 N@x_axis")

@@ -73,12 +73,12 @@ class ConfigureScreen(WorkbenchScreen):
         Binding("i", "effect", "Effect", tooltip="Insert an effect at the part"),
         Binding("delete,x", "take_back", "Reset", key_display="x", tooltip="Take the lesson's own value or part, or take the effect out"),
         Binding("g", "program", "Program", tooltip="Choose a part program"),
-        Binding("n", "cut", "New cut", tooltip="Write a straight or taper cut from a form"),
+        Binding("n", "cut", "Cut", tooltip="Write a straight or taper cut from a form"),
         Binding("k", "tool_point", "Tool point", tooltip="Tap the tool with a hammer, or put its beams together, and fit its modes"),
         Binding("l", "lobes", "Lobes", tooltip="Show the stability lobes of the lesson's cut"),
         Binding("ctrl+s", "save", "Save"),
-        Binding("ctrl+o", "load", "Load"),
-        Binding("ctrl+z", "app.undo", "Undo"),
+        Binding("ctrl+o", "load", "Load", show=False),
+        Binding("ctrl+z", "app.undo", "Undo", show=False),
     ]
 
     def __init__(self) -> None:

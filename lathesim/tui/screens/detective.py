@@ -49,7 +49,7 @@ class DetectiveScreen(WorkbenchScreen):
     DetectiveScreen TabPane { padding: 0; }
     DetectiveScreen #status { height: auto; max-height: 3; padding: 0 1; background: $panel; }
     DetectiveScreen #how { height: auto; padding: 0 1; }
-    DetectiveScreen #nearby { height: 1fr; border: round $secondary; }
+    DetectiveScreen #nearby { height: 1fr; border: round $secondary; border-title-color: $foreground; }
     DetectiveScreen .row { height: 1; }
     DetectiveScreen .row Input { width: 1fr; }
     DetectiveScreen .row Label { padding: 0 1; }

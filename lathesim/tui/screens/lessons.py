@@ -200,5 +200,5 @@ def _goals_text(lesson: Lesson, entry: LessonEntry) -> Text:
         reached = f", best {best.value:.4g} {best.unit}" if best is not None else ""
         text.append(f"\n{sign} {key} {limit}{reached}", style="not bold")
         if goal.hint and not (best is not None and best.met):
-            text.append(f"\n  Hint: {goal.hint}" if entry.tries else "\n  A hint opens after your first run.", style="italic")
+            text.append(f"\n  Hint: {goal.hint}" if entry.tries else "\n  A hint opens after your first run.", style="not bold italic")
     return text

@@ -14,9 +14,6 @@ class TextQuestion(ModalScreen[str | None]):
     """Gives the text, or None where the dialog was left."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
-    DEFAULT_CSS = """
-    TextQuestion .dialog { height: auto; }
-    """
 
     def __init__(self, question: str, text: str = "", placeholder: str = "") -> None:
         super().__init__()
@@ -24,12 +21,12 @@ class TextQuestion(ModalScreen[str | None]):
 
     def compose(self) -> ComposeResult:
         """Return the question, the field and two buttons."""
-        with Vertical(classes="dialog"):
+        with Vertical(classes="dialog -short"):
             yield Label(self._question, markup=False)
-            yield Input(self._text, placeholder=self._placeholder, id="answer")
+            yield Input(self._text, placeholder=self._placeholder, id="answer", compact=True)
             with Horizontal(classes="buttons"):
-                yield Button("OK", variant="primary", id="take")
-                yield Button("Leave", id="leave")
+                yield Button("OK", variant="primary", id="take", compact=True)
+                yield Button("Leave", id="leave", compact=True)
 
     @on(Input.Submitted, "#answer")
     @on(Button.Pressed, "#take")

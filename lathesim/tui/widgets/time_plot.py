@@ -84,7 +84,8 @@ class TimePlot(PlotWidget, inherit_bindings=False):
     ]
 
     DEFAULT_CSS = """
-    TimePlot { border-top: solid $secondary; border-title-align: right; }
+    TimePlot { border-top: solid $secondary; border-title-align: right; border-title-color: $foreground; }
+    TimePlot > .plot--tick { color: $foreground-muted; text-style: none; }
     """
 
     class Picked(Message):
