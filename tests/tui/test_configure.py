@@ -234,7 +234,7 @@ async def test_the_tool_point_of_an_assembly_is_put_together(tmp_path: Path) -> 
     (tmp_path / "l.yaml").write_text(text, encoding="utf-8")
     async with opened(str(tmp_path / "l.yaml")) as (app, pilot):
         await pilot.press("f4")
-        await pilot.pause()
+        await until(pilot, lambda: isinstance(app.screen, ConfigureScreen), "the screen")
         await pilot.press("k")
         await until(pilot, lambda: "lathesim couple bar.yaml" in words_of(app.export_screenshot()), "the bar")
         assert "A bar: 1 part." in words_of(app.export_screenshot())

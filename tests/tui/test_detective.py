@@ -117,16 +117,16 @@ async def test_columns_are_mapped_in_a_form_where_the_lesson_says_nothing() -> N
         await pilot.pause()
         app.screen.query_one("#path", Input).value = "mine.csv"
         await pilot.click("#open")
-        await pilot.pause()
+        await until(pilot, lambda: bool(app.screen.query("#role-2")), "the form")
         assert [app.screen.query_one(f"#role-{place}", Select).value for place in range(3)] == [TIME, COMPARE, COMPARE]
         assert app.screen.query_one("#target-1", Input).value == "x_axis.position"
         app.screen.query_one("#unit-1", Input).value = ""
-        await pilot.click("#take")
-        await pilot.pause(0.3)
-        assert "needs a channel and a unit" in text(app.screen, "fault")
+        take = app.screen.query_one("#take", Button)
+        await pilot.click(take)
+        await until(pilot, lambda: "needs a channel and a unit" in text(app.screen, "fault"), "the fault")
         app.screen.query_one("#unit-1", Input).value = "m"
-        await pilot.pause()
-        await pilot.click("#take")
+        await until(pilot, lambda: not take.has_class("-active"), "the button")  # which takes no second click before
+        await pilot.click(take)
         await until(pilot, lambda: isinstance(app.screen, DetectiveScreen), "the screen")
         screen = app.screen
         assert isinstance(screen, DetectiveScreen)
