@@ -278,7 +278,7 @@ def test_recordings_one_after_another_are_a_stream(tmp_path: Path, capsys: pytes
     ("arguments", "sentence"),
     [
         (["nowhere.h5"], "there is no such file"),
-        (["http://127.0.0.1:1"], "no MTConnect agent answers at 127.0.0.1:1"),
+        (["http://127.0.0.1:1"], "no MTConnect agent answers at http://127.0.0.1:1/"),
         (["ftp://127.0.0.1:1"], "is no address of a machine"),
         (["nowhere.h5", "--tolerance", "x_scale.positon=5um"], "Did you mean 'x_scale.position'?"),
     ],
