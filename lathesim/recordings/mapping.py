@@ -26,8 +26,11 @@ Samples = npt.NDArray[np.int64]
 
 LEAST_SAMPLES = 20
 _TOLD = 3
-_LARGEST = 1e100
-"""Values [SI] from here on are no readings, and are missing like a NaN: a sum of their squares would be no number."""
+_LARGEST = 1e30
+"""Values [SI] from here on are no readings, and are missing like a NaN: sums and products of their squares would be no numbers.
+Those as much smaller than one are nothing."""
+_SHORTEST_PERIOD, _LONGEST_PERIOD = 1e-8, 1e6
+"""Times between two rows [s] that are read, from 10 ns to ten days."""
 _FAR = 30.0
 """A spike stands this many times farther out than what one sample in a hundred does ..."""
 _STEEPER = 3.0
@@ -111,6 +114,9 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     count = len(next(iter(columns.values())))
     _enough(table, count)
     grid = regular_grid(count, 1.0 / mapping.rate) if mapping.rate is not None else even_grid(time, findings)
+    if grid.length >= LEAST_SAMPLES and not _SHORTEST_PERIOD <= grid.period <= _LONGEST_PERIOD:
+        fact = f"the rows are {grid.period:.3g} s apart, and no machine is recorded so."
+        raise RecordingError(fact, place=mapping.time_place or str(table.source), remedy="Check the column and the unit of the time.")
     channels = {signal.target: _in_si(columns[signal.target], signal) for signal in mapping.signals}
     empty = [name for name, values in channels.items() if _mostly_missing(name, values, findings)]
     present = {name: values for name, values in channels.items() if name not in empty}
@@ -204,6 +210,7 @@ def _in_si(column: FloatArray, signal: SignalMapping) -> FloatArray:
     with np.errstate(over="ignore", invalid="ignore"):
         values = column * (signal.scale * conversion(signal.unit, signal.kind)) + signal.offset
     values[~(np.abs(values) < _LARGEST)] = np.nan
+    values[np.abs(values) < 1.0 / _LARGEST] = 0.0
     return values
 
 
@@ -236,7 +243,8 @@ def _time(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -
     times, factor = table.columns[name], si_factor(unit)[0]
     known = times[np.isfinite(times)]
     first = float(known[0]) if len(known) else 0.0
-    return (times - first) * factor, first * factor
+    with np.errstate(over="ignore", invalid="ignore"):
+        return (times - first) * factor, first * factor
 
 
 def _same_length(table: RawTable, mapping: RecordingMapping, columns: dict[str, FloatArray], time: FloatArray) -> None:

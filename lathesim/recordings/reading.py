@@ -9,9 +9,17 @@ from lathesim.errors import RecordingError, nearest
 from lathesim.recordings.raw_table import RawTable
 from lathesim.recordings.reader import Reader
 
+MOST_COMPARED = 1_000_000
+"""Samples that a comparison or a fit takes, of a few runs: 20 s and 0.7 GB."""
+SHORTER = "Keep a part of the time, or every n-th row after a low-pass filter."
+_HEAD = 100
+"""Lines of a text that may stand above its rows."""
 
-def read_recording(path: str | Path, readers: Mapping[str, Reader] | Iterable[Reader]) -> RawTable:
+
+def read_recording(path: str | Path, readers: Mapping[str, Reader] | Iterable[Reader], most: int | None = None) -> RawTable:
     """Read a recording with the reader that fits: first those for its ending, then whichever recognises what is in it.
+
+    A file with more than ``most`` rows, with some for a head, is refused before it is read where the reader can count them.
 
     Raises :class:`RecordingError` where the file is missing, is of no known kind, or cannot be read.
     """
@@ -21,6 +29,9 @@ def read_recording(path: str | Path, readers: Mapping[str, Reader] | Iterable[Re
     fitting = [reader for reader in known if place.suffix.lower() in reader.suffixes]
     for reader in [*fitting, *(reader for reader in known if reader not in fitting)]:
         if reader.reads(place):
+            if most is not None and reader.rows is not None and (rows := reader.rows(place)) > most + _HEAD:
+                fact = f"the file has {rows:,} rows; at most {most:,} are taken here.".replace(",", " ")
+                raise RecordingError(fact, place=str(place), remedy=SHORTER)
             return reader.read(place)
     suffixes = ", ".join(dict.fromkeys(suffix for reader in known for suffix in reader.suffixes))
     if fitting:

@@ -8,6 +8,7 @@ import pytest
 
 from lathesim.identification.replay import loading
 from lathesim.recordings import raw_table
+from lathesim.recordings.formats import delimited_text
 from tests.cli.command import call
 
 LESSON = """\
@@ -112,11 +113,22 @@ def test_a_file_longer_than_the_memory_bears_is_refused(capsys, tmp_path, monkey
     refused(asked(capsys, tmp_path, lesson_in(tmp_path), recording), "500", "rows")
 
 
+def test_a_text_of_more_rows_than_a_diagnosis_takes_is_refused_before_it_is_read(capsys, tmp_path, monkeypatch):
+    def read(*given):
+        raise AssertionError("the rows are counted, and not read")
+
+    monkeypatch.setattr(loading, "MOST_SAMPLES", 400)
+    monkeypatch.setattr(delimited_text, "read_rows", read)
+    recording = tmp_path / "long.csv"
+    recording.write_text("t,force,place\n" + "0.1,2,3\n" * 600, encoding="utf-8")
+    refused(asked(capsys, tmp_path, lesson_in(tmp_path), recording), "601 rows", "400", "part of the time")
+
+
 def test_a_recording_of_more_samples_than_a_diagnosis_takes_is_refused(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(loading, "MOST_SAMPLES", 400)
-    time, force, place = pushed_table(samples=500)
+    time, force, place = pushed_table(samples=450)
     recording = written(tmp_path, {"t": time, "force": force, "place": place})
-    refused(asked(capsys, tmp_path, lesson_in(tmp_path), recording), "500 samples", "part of the time")
+    refused(asked(capsys, tmp_path, lesson_in(tmp_path), recording), "450 samples", "part of the time")
 
 
 @pytest.mark.slow

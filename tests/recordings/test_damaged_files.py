@@ -13,6 +13,7 @@ from scipy.io import savemat
 from lathesim.errors import LatheSimError
 from lathesim.record import Channel, Record, load
 from lathesim.record_writer import save
+from lathesim.recordings.faults.recording_faults import recording_faults
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.raw_table import RawTable
 from lathesim.recordings.reading import read_recording
@@ -119,7 +120,8 @@ def mapped(table: RawTable) -> None:
     time, *others = table.columns
     signals = [SignalMapping(f"x.{name}", name, "mm", 1.0, None, "drive" if name == others[-1] else "compare", "m") for name in others]
     if signals:
-        map_recording(table, RecordingMapping(time, "s", None, tuple(signals)))
+        mapping = RecordingMapping(time, "s", None, tuple(signals))
+        recording_faults(map_recording(table, mapping).record, mapping)
 
 
 def damage(folder: Path, kinds: dict[str, Callable[[Path], None]], number: int, seed: int) -> Counter[str]:

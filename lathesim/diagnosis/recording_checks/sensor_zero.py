@@ -17,7 +17,7 @@ def sensor_zeros(experiment: Experiment, method: Method = STANDARD) -> list[str]
     for row in sorted(sensed.led):
         simulated = sensed.channel([], [], sensed.plan.channels.index(sensed.channels[row]))
         apart = sensed.recorded[row] - simulated
-        apart = apart[np.isfinite(apart)]
+        apart = apart[np.isfinite(apart)] if np.isfinite(apart).any() else np.zeros(1)
         middle, spread = float(np.mean(apart)), float(np.std(apart))
         if abs(middle) > method.shared.plainly_off * max(spread, float(sensed.seen_floors[row])):
             shown = shown_with_unit(abs(middle), sensed.plan.unit(sensed.channels[row]), 3)
@@ -25,7 +25,8 @@ def sensor_zeros(experiment: Experiment, method: Method = STANDARD) -> list[str]
                 f"{experiment.machine.compare[row]} has its zero {shown} beside that of the reference; taken for no error of either."
             )
     for row, (first, apart) in experiment.sensed.zeros().items():
-        spread = float(np.std(experiment.sensed.seen[row][np.isfinite(experiment.sensed.seen[row])]))
+        shown_there = experiment.sensed.seen[row][np.isfinite(experiment.sensed.seen[row])]
+        spread = float(np.std(shown_there)) if len(shown_there) else 0.0
         if abs(apart) > method.shared.plainly_off * max(spread, float(experiment.sensed.seen_floors[row])):
             name, other = experiment.machine.compare[row], experiment.machine.compare[first]
             shown = shown_with_unit(abs(apart), experiment.sensed.plan.unit(experiment.sensed.channels[row]), 3)

@@ -10,15 +10,14 @@ from lathesim.errors import LessonError
 from lathesim.identification.estimation.multistart import FreeParameter, free_parameters
 from lathesim.identification.estimation.replay_misfit import Misfit, replay_misfit
 from lathesim.identification.replay.controller_rate import decisions_for_each
-from lathesim.identification.replay.loading import at_period, coarser_than_decided
+from lathesim.identification.replay.loading import at_period, coarser_than_decided, read_mapped
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
 from lathesim.recordings.faults.recording_faults import recording_faults
 from lathesim.recordings.finding import Finding
-from lathesim.recordings.mapping import map_recording
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.reading import MOST_COMPARED
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +45,7 @@ def ask_fit(
     """
     prepared = prepare(lesson, registry, variant, overrides)
     mapping = mapping_of(lesson, prepared.machinery)
-    mapped = map_recording(read_recording(recording, registry.readers), mapping)
+    mapped = read_mapped(recording, registry, mapping, MOST_COMPARED)
     period = mapped.record.sample_period
     assembly, decisions = at_period(prepared.machinery, period), decisions_for_each(period, prepared.machinery)
     driven, compared = mapping.targets("drive"), mapping.targets("compare")

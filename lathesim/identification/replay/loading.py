@@ -25,7 +25,7 @@ from lathesim.record import Record
 from lathesim.recordings.faults.recording_faults import recording_faults
 from lathesim.recordings.finding import Finding
 from lathesim.recordings.mapping import MappedRecording, RecordingMapping, map_recording
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.reading import MOST_COMPARED, SHORTER, read_recording
 from lathesim.units import split_quantity
 
 MOST_SAMPLES = 300_000
@@ -72,10 +72,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
     resolution: dict[str, float] = {}
     period = prepared.machinery.sample_period
     for file in files:
-        mapped: MappedRecording = map_recording(read_recording(file, registry.readers), mapping)
-        if len(mapped.record) > MOST_SAMPLES:
-            fact = f"the recording has {len(mapped.record):,} samples; a diagnosis takes {MOST_SAMPLES:,} at most.".replace(",", " ")
-            raise RecordingError(fact, place=str(file), remedy="Keep a part of the time, or every n-th row after a low-pass filter.")
+        mapped = read_mapped(file, registry, mapping, MOST_SAMPLES)
         found = [*mapped.findings, *recording_faults(mapped.record, mapping)]
         if len(mapped.record) < LEAST_SAMPLES:
             raise RecordingError(
@@ -102,7 +99,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
 def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machine, Recorded]:
     """Return the machine of a prepared case and a recording of it; raises what :func:`load_case` raises, but asks for no uncertainties."""
     mapping = mapping_of(prepared.case.lesson, prepared.machinery)
-    mapped = map_recording(read_recording(file, registry.readers), mapping)
+    mapped = read_mapped(file, registry, mapping, MOST_COMPARED)
     if len(mapped.record) < LEAST_SAMPLES:
         fact = f"the recording has {len(mapped.record)} usable samples."
         raise RecordingError(fact, place=str(file), remedy=f"Record at least {LEAST_SAMPLES}.")
@@ -121,6 +118,15 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
         moving=mapping.moving,
     )
     return machine, Recorded(file.name, mapped.record, tuple(findings))
+
+
+def read_mapped(file: Path, registry: Registry, mapping: RecordingMapping, most: int) -> MappedRecording:
+    """Return a recording on its sample grid; refused, where that can be told before it is read, with more than ``most`` samples."""
+    mapped = map_recording(read_recording(file, registry.readers, most * mapping.mean_of), mapping)
+    if len(mapped.record) > most:
+        fact = f"the recording has {len(mapped.record):,} samples; at most {most:,} are taken here.".replace(",", " ")
+        raise RecordingError(fact, place=str(file), remedy=SHORTER)
+    return mapped
 
 
 def _refuse_empty(file: Path, mapped: MappedRecording, mapping: RecordingMapping) -> None:

@@ -153,7 +153,7 @@ def _steady_velocity(shown: _Shown, period: float, modelled: Mapping[str, FloatA
     """
     position = shown.values
     noise = channel_floor(position) / (_STEADY * _usual(velocity_of(position, period)) * period)
-    width = _odd((12.0 * noise**2) ** (1.0 / 3.0), len(position), period)
+    width = _odd(12.0 ** (1.0 / 3.0) * noise ** (2.0 / 3.0), len(position), period)
     place, velocity = (modelled.get(name, np.zeros(len(position))) for name in (shown.output, shown.flow))
     return np.asarray(savgol_filter(position - place, width, 2, deriv=1, delta=period) + velocity)
 

@@ -28,13 +28,14 @@ def channel_floor(values: FloatArray, resolution: float = 0.0) -> float:
     of them lie.
     """
     finite = values[np.isfinite(values)]
+    # of a channel that is nothing throughout even the square of the square is a number
     if len(finite) < _FEWEST_SAMPLES:
-        return max(resolution / math.sqrt(12.0), 1e-300)
+        return max(resolution / math.sqrt(12.0), 1e-40)
     step = resolution or smallest_step(finite) or grid_spacing(finite)
     difference = np.diff(finite, 4)
     noise = 1.4826 * float(np.median(np.abs(difference))) / _FOURTH_DIFFERENCE
     scale = float(np.max(np.abs(finite)))
-    return max(step / math.sqrt(12.0), noise, 1e-9 * scale, 1e-300)
+    return max(step / math.sqrt(12.0), noise, 1e-9 * scale, 1e-40)
 
 
 def _levels(values: FloatArray) -> FloatArray:

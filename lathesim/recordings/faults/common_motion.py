@@ -68,9 +68,15 @@ def _pair(first: RecordedChannel, second: RecordedChannel, expected: FloatArray)
 
 def correlated(first: FloatArray, second: FloatArray) -> float:
     """Return the correlation of two signals; 0 where one of them is constant."""
-    one, other = first - first.mean(), second - second.mean()
+    one, other = (_of_size_one(values - values.mean()) for values in (first, second))
     size = float(np.sqrt(np.square(one).sum() * np.square(other).sum()))
     return float((one * other).sum()) / size if size > 0.0 else 0.0
+
+
+def _of_size_one(values: FloatArray) -> FloatArray:
+    """Return values over the largest of them, so that the squares of very large and of very small ones are numbers too."""
+    largest = float(np.abs(values).max(initial=0.0))
+    return values / largest if largest > 0.0 else values
 
 
 def wrong_factors(found_pairs: list[Pair]) -> list[Finding]:

@@ -116,8 +116,11 @@ def _whitened(values: FloatArray, order: int = 8) -> FloatArray | None:
     second = np.diff(values, 2)
     if not second.any():
         return None
+    second = second / np.abs(second).max()
     rows = np.column_stack([second[order - lag : len(second) - lag] for lag in range(1, order + 1)])
     target = second[order:]
+    if not rows.any():
+        return None
     normal = rows.T @ rows + 1e-9 * np.eye(order) * float(np.mean(np.square(rows)) * len(rows))
     new: FloatArray = target - rows @ np.linalg.solve(normal, rows.T @ target)
     limit = 4.0 * 1.4826 * float(np.median(np.abs(new)))

@@ -9,7 +9,7 @@ import numpy as np
 
 from lathesim.record import FloatArray
 from lathesim.recordings.formats.number_rows import NumberRows, read_rows
-from lathesim.recordings.formats.text_chunks import head_lines
+from lathesim.recordings.formats.text_chunks import count_lines, head_lines
 from lathesim.recordings.formats.text_layout import TextLayout, find_layout
 from lathesim.recordings.raw_table import RawTable, as_table
 from lathesim.recordings.reader import Reader
@@ -64,4 +64,6 @@ def _form(layout: TextLayout) -> list[str]:
     return notes
 
 
-READER = Reader("delimited text", (".csv", ".txt", ".tsv", ".dat", ".asc", ".log"), "table of numbers in text", reads_text, read_text)
+READER = Reader(
+    "delimited text", (".csv", ".txt", ".tsv", ".dat", ".asc", ".log"), "table of numbers in text", reads_text, read_text, count_lines
+)

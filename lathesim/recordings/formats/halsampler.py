@@ -9,7 +9,7 @@ import numpy as np
 from lathesim.record import FloatArray
 from lathesim.recordings.formats.delimited_text import told
 from lathesim.recordings.formats.number_rows import RowFormat, read_rows
-from lathesim.recordings.formats.text_chunks import head_lines
+from lathesim.recordings.formats.text_chunks import count_lines, head_lines
 from lathesim.recordings.formats.text_layout import is_number
 from lathesim.recordings.raw_table import RawTable, as_table
 from lathesim.recordings.reader import Reader
@@ -55,4 +55,6 @@ def _counts(first: FloatArray) -> bool:
     return bool(np.all(steps >= 1.0) and np.median(steps) == 1.0)
 
 
-READER = Reader("LinuxCNC halsampler", (".hal", ".halsampler", ".sampler", ".txt"), "samples of halsampler", reads_samples, read_samples)
+READER = Reader(
+    "LinuxCNC halsampler", (".hal", ".halsampler", ".sampler", ".txt"), "samples of halsampler", reads_samples, read_samples, count_lines
+)

@@ -172,4 +172,4 @@ def _number(text: str, otherwise: float) -> float:
         return otherwise
 
 
-READER = Reader("LabVIEW measurement", (".lvm",), "LabVIEW measurement", reads_lvm, read_lvm)
+READER = Reader("LabVIEW measurement", (".lvm",), "LabVIEW measurement", reads_lvm, read_lvm, count_lines)

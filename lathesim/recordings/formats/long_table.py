@@ -96,4 +96,4 @@ def _at(at: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:
     return found
 
 
-READER = Reader("values by name", (".csv", ".txt", ".log"), "table of numbers in text", reads_long_table, read_long_table)
+READER = Reader("values by name", (".csv", ".txt", ".log"), "table of numbers in text", reads_long_table, read_long_table, count_lines)
