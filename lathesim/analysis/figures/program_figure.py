@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Iterable
 from typing import Any
+
+import numpy as np
 
 from lathesim.analysis.figures.figure_style import dress, legend, new_figure
 
 Piece = tuple[str, list[float], list[float]]
 """Kind of a move (rapid, feed, thread), its z and its x [mm]."""
-Line = tuple[list[float], list[float]]
+Line = tuple["array[float]", "array[float]"]
+"""z and x [mm]."""
 
 _MARGIN = 0.12
 """Share of the cut's size that is shown around it."""
@@ -51,7 +55,7 @@ def _lines(pieces: Iterable[Piece]) -> dict[str, Line]:
     for kind, z, x in pieces:
         if kind == "dwell":
             continue
-        line = lines.setdefault(kind, ([], []))
+        line = lines.setdefault(kind, (array("d"), array("d")))
         goes_on = bool(line[0]) and (line[0][-1], line[1][-1]) == (z[0], x[0])
         for values, more in zip(line, (z, x), strict=True):
             if not goes_on and values:
@@ -62,10 +66,10 @@ def _lines(pieces: Iterable[Piece]) -> dict[str, Line]:
 
 def _show_cuts(panel: Any, lines: list[Line]) -> None:
     """Set the view around some lines; it may still grow along one axis, as both have one scale."""
-    z = [value for line in lines for value in line[0] if not math.isnan(value)]
-    x = [value for line in lines for value in line[1] if not math.isnan(value)]
-    if not z:
+    if not lines:
         return
-    margin = _MARGIN * max(max(z) - min(z), max(x) - min(x), 1.0)
-    panel.set_xlim(min(z) - margin, max(z) + margin, auto=True)
-    panel.set_ylim(min(x) - margin, max(x) + margin, auto=True)
+    z, x = (np.concatenate([np.asarray(line[axis]) for line in lines]) for axis in (0, 1))
+    z_low, z_high, x_low, x_high = np.nanmin(z), np.nanmax(z), np.nanmin(x), np.nanmax(x)
+    margin = _MARGIN * max(z_high - z_low, x_high - x_low, 1.0)
+    panel.set_xlim(z_low - margin, z_high + margin, auto=True)
+    panel.set_ylim(x_low - margin, x_high + margin, auto=True)
