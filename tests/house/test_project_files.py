@@ -1,6 +1,7 @@
 """The files beside the program agree with it: the checks, the version, the chapters, the links of the README."""
 
 import re
+import tomllib
 
 import pytest
 import yaml
@@ -28,3 +29,23 @@ def test_every_chapter_has_its_place_in_the_manual() -> None:
 def test_what_a_page_links_to_is_there(page: str) -> None:
     links = re.findall(r"\]\(([^)]+)\)", (ROOT / page).read_text(encoding="utf-8"))
     assert [link for link in links if not link.startswith("https://") and not (ROOT / link).is_file()] == []
+
+
+def test_an_index_page_has_no_link_that_leads_nowhere() -> None:
+    """What a package index shows has no files of the repository beside it."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    for change in project["tool"]["hatch"]["metadata"]["hooks"]["fancy-pypi-readme"]["substitutions"]:
+        page = re.sub(change["pattern"], change["replacement"], page)
+    assert re.findall(r"\]\((?!https://)", page) == []
+    assert "| `app` | the terminal app: screens and keys |" in page
+
+
+def test_an_extra_holds_what_code_imports() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    code = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "lathesim").rglob("*.py"))
+    names = {"scikit-learn": "sklearn", "textual-serve": "textual_serve"}
+    for extra, items in project["optional-dependencies"].items():
+        for item in items if extra != "test" else ():
+            name = re.split(r"[<>=\[]", item)[0]
+            assert re.search(rf"^\s*(import|from) {names.get(name, name)}\b", code, re.M), f"{extra}: {item}"
