@@ -7,17 +7,20 @@ import contextlib
 import socket
 import struct
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from lathesim.cli.live.machine import Records
 from lathesim.live.servo import servo_session
 from lathesim.live.servo import servo_side as servo_side_module
-from lathesim.live.servo.servo_session import ServoSettings
+from lathesim.live.servo.servo_session import ServoSettings, machine_signals
 from lathesim.live.servo.streaming import StreamJob, StreamResult, stream
 from lathesim.live.servo.wire_format import Decoder, Kind, numbers_frame, read_text, text_frame
 from lathesim.live.sources.addresses import read_address
 from lathesim.live.sources.samples import LiveError, Signal, Sink
+from lathesim.record import load
 from tests.live.servo import PERIOD, Kept, machine, servo_side, wave
 
 HELLO = text_frame(Kind.HELLO, {"axes": ["x"], "period": PERIOD, "udp_port": 0})
@@ -233,3 +236,15 @@ async def test_what_is_no_servo_side_is_told() -> None:
     server.close()
     with pytest.raises(LiveError, match=f"nothing listens at 127.0.0.1:{port}"):
         await send(port, 10)
+
+
+def test_machines_with_one_name_for_their_records_replace_nothing_of_each_other(tmp_path: Path) -> None:
+    first, second = Records(tmp_path / "r.h5"), Records(tmp_path / "r.h5")
+    for records in (first, first, second, second, second):
+        sink = records.open(machine())
+        assert sink is not None
+        if records is first:
+            sink.write(np.array([0.0]), np.full((len(machine_signals(machine())), 1), 1.0))
+            sink.finish({"status": "complete"})
+    assert sorted(path.name for path in tmp_path.glob("*.h5")) == ["r.h5", "r_2.h5", "r_3.h5", "r_4.h5"]
+    assert [len(load(tmp_path / name)) for name in ("r.h5", "r_2.h5", "r_3.h5", "r_4.h5")] == [1, 1, 0, 0]

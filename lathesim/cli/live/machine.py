@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -62,7 +63,7 @@ def machine(
     axes = read_axes(axis_texts)
     prepared = prepare(load_lesson(lesson), open_registry(plugin_folders), variant, read_settings(settings))
     how = ServoSettings(capacity, min(begin, capacity), elastic, clock == "virtual")
-    records = _Records(out)
+    records = Records(out)
 
     def make(names: tuple[str, ...]) -> SteppedMachine:
         return SteppedMachine(prepared, axes_of(prepared, names, axes))
@@ -77,22 +78,32 @@ def machine(
     return STOPPED if stopped else 0
 
 
-class _Records:
-    """Opens a record for each stream: R.h5, R_2.h5 and so on."""
+class Records:
+    """Opens a record for each stream: R.h5, then R_2.h5 and so on, without those that are there already."""
 
     def __init__(self, out: Path | None) -> None:
         self._out = out
         self._count = 0
 
     def open(self, machine: SteppedMachine) -> Sink | None:
+        """Return the record of a new stream, or none where none is wanted."""
         if self._out is None:
             return None
+        import numpy as np
+
         from lathesim.live.servo.servo_session import machine_signals
-        from lathesim.record_writer import RecordWriter
+        from lathesim.record import Record
+        from lathesim.record_writer import RecordWriter, save
+        from lathesim.whole_file import write_new
 
         self._count += 1
-        place = self._out if self._count == 1 else self._out.with_name(f"{self._out.stem}_{self._count}{self._out.suffix}")
-        return RecordWriter(place, [signal.as_channel() for signal in machine_signals(machine)], growing=True)
+        channels = [signal.as_channel() for signal in machine_signals(machine)]
+        first = place = self._out
+        if self._count > 1:
+            names = (first.with_name(f"{first.stem}_{number}{first.suffix}") for number in itertools.count(self._count))
+            empty = Record(np.empty(0), {channel.name: channel for channel in channels}, {"status": "begun"})
+            place = write_new(names, lambda part: save(empty, part))  # what another machine recorded under the name stays
+        return RecordWriter(place, channels, growing=True)
 
 
 def _tell(session: Session, how: ServoSettings) -> None:
