@@ -385,7 +385,7 @@ class _Interpreter(Offsets):
         said = self.modal.said
         zero = self.start
         if self.blocks.deleted:
-            self.assumed["block_delete"] = f"on, so that {self.blocks.deleted} lines with / are left out"
+            self.assumed["block_delete"] = f"on; lines with / left out: {self.blocks.deleted}"
         self.assumed["start"] = f"X{1e3 * zero[0]:g} Z{1e3 * zero[1]:g} mm, X as a radius"
         if Group.UNITS not in said:
             self.assumed["units"] = "millimetres"

@@ -71,13 +71,14 @@ def check_statements(blocks: Blocks, dialect: Dialect) -> None:
 
 def words_missing(blocks: Blocks, dialect: Dialect) -> int:
     """Return how many shapes of blocks the dialect does not have or carry out, and whether an end, a motion or a plane is missing."""
-    missing = sum(not _has_shape(block, dialect) for block in blocks.shapes.values())
+    missing = sum(not has_shape(block, dialect) for block in blocks.shapes.values())
     missing += dialect.end_required and not blocks.ending
     missing += dialect.drills_in_xy and _drills_elsewhere(blocks, dialect)
     return missing + (dialect.first_motion is None and _moves_before_a_code(blocks, dialect))
 
 
-def _has_shape(block: Block, dialect: Dialect) -> bool:
+def has_shape(block: Block, dialect: Dialect) -> bool:
+    """Return whether a dialect has and carries out the words of a block."""
     if block.statement is not None and (not dialect.variables or dialect.o_words == (block.statement.kind in FANUC_KINDS)):
         return False
     if (block.assignments or block.computed) and not dialect.variables:

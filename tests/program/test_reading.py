@@ -141,7 +141,7 @@ def test_all_that_a_program_leaves_open_is_said_beside_the_check(
 
 def test_lines_that_block_delete_leaves_out_are_counted() -> None:
     text = "G21 G18\n/G0 X1\nG0 X2\n /2 G0 X3\nM2\n"
-    assert interpret(read_program(text), "linuxcnc").assumed["block_delete"] == "on, so that 2 lines with / are left out"
+    assert interpret(read_program(text), "linuxcnc").assumed["block_delete"] == "on; lines with / left out: 2"
     assert "block_delete" not in interpret(read_program(text, block_delete=False), "linuxcnc").assumed
 
 
@@ -168,6 +168,7 @@ def test_grbl_begins_with_rapid_moves_and_needs_no_end() -> None:
         ("G21 G18 G90 G94\nG0 X1 Z1\nG1 Z-5 F100\nG91\nG0 X1\nM2\n", "linuxcnc"),
         ("T0101\nG21 G90 G95\nG0 X1\nG91 X2\nM30\n", "fanuc-b"),
         ("G21\nG90 G94 G97 S500 M3\nG90 G1 X10 F100\nV5\nM2\n", "linuxcnc"),
+        ("G21 G90\nG0 X1\nG1 X1 Y1 U1 V1 F100\nM2\n", "linuxcnc"),
     ],
 )
 def test_the_dialect_is_that_of_the_words(text: str, dialect: str) -> None:

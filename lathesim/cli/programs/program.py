@@ -81,7 +81,7 @@ def program(
     for warned in warnings:
         click.echo(f"{interpreted.name}:{warned.line}: {warned.sentence}", err=not as_check)
     if as_check and not warnings:
-        click.echo(f"{interpreted.name}: {len(interpreted.moves)} moves, nothing odd.")
+        click.echo(f"{interpreted.name}: {len(interpreted.moves)} move{'s' if len(interpreted.moves) != 1 else ''}, nothing odd.")
     return int(as_check and bool(warnings))
 
 

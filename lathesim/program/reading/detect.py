@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
 from lathesim.program.macros.statements import FANUC_KINDS
-from lathesim.program.vocabulary import without_variants, words_missing
+from lathesim.program.vocabulary import has_shape, without_variants, words_missing
 from lathesim.program.words import Block, Blocks
 
 _HEADER = re.compile(r"dialect\s*[:=]\s*([\w-]+)", re.IGNORECASE)
@@ -70,7 +70,7 @@ def _named(name: str, place: str) -> Dialect:
 
 def _signs(blocks: Blocks, dialect: Dialect) -> int:
     """Return how many shapes of blocks are written as only this dialect writes them."""
-    return sum(_is_sign(block, dialect) for block in blocks.shapes.values())
+    return sum(_is_sign(block, dialect) and has_shape(block, dialect) for block in blocks.shapes.values())
 
 
 def _is_sign(block: Block, dialect: Dialect) -> bool:
