@@ -201,12 +201,13 @@ class DetectiveScreen(WorkbenchScreen):
 
     def _take_mapping(self, columns: list[ColumnMeaning] | None) -> None:
         from lathesim.lessons.changed_lesson import changed_lesson
+        from lathesim.lessons.results_folder import results_folder
 
         case, setup = self.case, self.workbench.setup
         if columns is None or case is None or setup is None:
             return
         folder = case.recording.parent
-        path = folder / f"{case.lesson.name}_{case.recording.stem}.yaml"
+        path = folder / f"{'_'.join(results_folder(case.lesson).parts[1:])}_{case.recording.stem}.yaml"
         try:
             text = changed_lesson(case.lesson, (), {}, folder, variant=setup.variant, further={"recordings": recordings_entry(columns)})
             write_text(path, text)
