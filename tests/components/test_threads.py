@@ -10,7 +10,7 @@ import pytest
 
 from lathesim.components.references.constant_acceleration_interpolator import ConstantAccelerationInterpolator
 from lathesim.components.references.interpolator import ConstantVelocityInterpolator
-from lathesim.path_columns import THREAD, THREAD_ON
+from lathesim.path_columns import TAP_OUT, THREAD, THREAD_ON
 from tests.components.paths import RPM, SAMPLE_PERIOD, Walk, line
 
 TURN = 2.0 * math.pi
@@ -58,3 +58,15 @@ def test_a_thread_behind_a_spindle_that_reverses_waits_for_its_index_in_the_othe
 def test_a_thread_begins_at_its_start_angle_behind_the_index(component: type) -> None:
     turns, z = cut(component, threads((4.0, 2.0, THREAD), start_angle=0.75 * TURN), lambda time: 0.9 + 5.0 * time, 600)
     np.testing.assert_allclose(z, np.clip(2.0 * (turns - 1.75), 0.0, 4.0), atol=1e-9)
+
+
+@BOTH
+def test_without_an_angle_a_chain_goes_on_at_the_speed_of_the_spindle(component: type) -> None:
+    bench = Walk(component, {"path": threads((4.0, 2.0, THREAD), (7.0, 3.0, THREAD_ON), (4.0, 3.0, TAP_OUT))})
+    bench.sample()
+    samples = bench.to_the_end(spindle_speed=TURN * 5.0)
+    way = np.abs(np.diff([1000.0 * sample["z_reference"] for sample in samples]))
+    assert way[:70] == pytest.approx(np.full(70, 2.0 * 5.0 * SAMPLE_PERIOD))
+    assert way[90:110] == pytest.approx(np.full(20, 3.0 * 5.0 * SAMPLE_PERIOD))
+    assert len(samples) * SAMPLE_PERIOD == pytest.approx(4.0 / 5.0, abs=2.0 * SAMPLE_PERIOD)
+    assert samples[-1]["z_reference"] == pytest.approx(0.004)

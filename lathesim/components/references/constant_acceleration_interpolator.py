@@ -14,7 +14,7 @@ from lathesim.components.references.interpolator import (
     x_on_path,
 )
 from lathesim.components.references.rows import next_row, takes_time
-from lathesim.components.references.threads import NO_ANGLE, walk_thread
+from lathesim.components.references.threads import NO_ANGLE, angle_of_speed, walk_thread
 from lathesim.path_columns import DWELL, DWELL_PAUSE, FEED_MODE, KIND, LENGTH, THREAD
 
 
@@ -132,7 +132,12 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
                 planned_speed = 0.0
             samples_left -= 1.0
             path_speed = 0.0
-        elif path[row][FEED_MODE] >= THREAD and spindle_angle > NO_ANGLE:
+        elif path[row][FEED_MODE] >= THREAD:
+            if spindle_angle <= NO_ANGLE:
+                x = x_on_path(path, row, travelled)
+                wanted = wanted_speed(path, row, x, spindle_speed, -1.0, 1.0, spindle_override, 0.0, largest_spindle_speed)
+                index = index if index > NO_ANGLE else 0.0
+                spindle_angle = angle_of_speed(path, row, travelled, index, wanted * sample_period)
             place, travelled, index, way, reached = walk_thread(path, row, travelled, index, spindle_angle)
             row = int(place)
             path_speed = way / sample_period

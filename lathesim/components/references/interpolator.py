@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter, Table
 from lathesim.components.references.rows import next_row, takes_time
-from lathesim.components.references.threads import NO_ANGLE, TWO_PI, walk_thread
+from lathesim.components.references.threads import NO_ANGLE, TWO_PI, angle_of_speed, walk_thread
 from lathesim.path_columns import (
     ARC_MOVE,
     CENTRE_X,
@@ -256,7 +256,12 @@ class ConstantVelocityInterpolator(Component):
             samples_left -= 1.0
             reached = 1.0 if samples_left < 0.5 else 0.0
             path_speed = 0.0
-        elif path[row][FEED_MODE] >= THREAD and spindle_angle > NO_ANGLE:
+        elif path[row][FEED_MODE] >= THREAD:
+            if spindle_angle <= NO_ANGLE:
+                x = x_on_path(path, row, travelled)
+                wanted = wanted_speed(path, row, x, spindle_speed, -1.0, 1.0, spindle_override, 0.0, largest_spindle_speed)
+                index = index if index > NO_ANGLE else 0.0
+                spindle_angle = angle_of_speed(path, row, travelled, index, wanted * sample_period)
             place, travelled, index, way, reached = walk_thread(path, row, travelled, index, spindle_angle)
             row = int(place)
             path_speed = way / sample_period

@@ -10,7 +10,8 @@ from lathesim.path_columns import FEED, FEED_MODE, LENGTH, SPINDLE_DIRECTION, ST
 
 TWO_PI = 2.0 * math.pi
 NO_ANGLE = -1.0e300
-"""Spindle angle [rad] that means "nothing is wired here" (a thread then follows the speed alone), or that no thread is in work."""
+"""Spindle angle [rad] that means "nothing is wired here" (a thread then follows the speed alone, without an index), or that no thread is in
+work."""
 
 
 def sense_of(path: Any, row: int) -> float:
@@ -21,6 +22,12 @@ def sense_of(path: Any, row: int) -> float:
 def thread_start(turned: float, start_angle: float) -> float:
     """Return the first angle [rad] from ``turned`` on that lies ``start_angle`` behind the index, a whole turn of the spindle."""
     return math.ceil((turned - start_angle) / TWO_PI - 1e-12) * TWO_PI + start_angle
+
+
+def angle_of_speed(path: Any, row: int, travelled: float, index: float, way: float) -> float:
+    """Return the angle [rad] that a spindle without an angle has turned, so that the tool goes on by ``way`` [m] in this sample."""
+    lead = path[row][FEED] * 1.0
+    return sense_of(path, row) * (index + TWO_PI * (travelled + way) / lead) if lead > 0.0 else 0.0
 
 
 def walk_thread(path: Any, row: int, travelled: float, index: float, angle: float) -> tuple[float, float, float, float, float]:
