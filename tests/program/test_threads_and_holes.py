@@ -12,6 +12,7 @@ from lathesim.program.loading import load_program
 from lathesim.program.moves import Program
 from lathesim.program.path import lay_path
 from lathesim.program.reading.detect import detect_dialect
+from lathesim.program.telling.checks import checked
 from lathesim.program.telling.explain import explain
 from lathesim.program.words import read_program
 from lathesim.program.writer import linuxcnc_text
@@ -68,6 +69,12 @@ def test_the_run_out_of_g92_ends_one_lead_outside_the_thread() -> None:
     passes = [move for move in run(f"{HEAD}G76 P011060 Q200 R0.05\nG92 X29. Z-20. F2.\nM30").moves if move.kind == "thread"]
     assert [move.end_x for move in passes] == pytest.approx([0.0145, 0.0165])
     assert [move.end_z for move in passes] == pytest.approx([-0.018, -0.020])
+
+
+def test_the_run_up_of_a_thread_counts_all_its_moves() -> None:
+    assert checked(run(f"{HEAD}G32 Z2. F2.\nZ-1. F2.\nM30")) == []
+    told = checked(run(f"{HEAD}G32 Z4. F2.\nZ2. F2.\nM30"))
+    assert [warned.sentence for warned in told] == ["The thread is only 1.5 leads long, too short to run up to its speed."]
 
 
 # ---- start angles ----------------------------------------------------------------------------------------------------------------------

@@ -87,12 +87,16 @@ def _large_feeds(program: Program) -> Iterator[Warned]:
 
 
 def _run_up(program: Program) -> Iterator[Warned]:
-    moves = program.moves
-    for before, here in itertools.pairwise(range(len(moves)) if "thread" in moves.counts else ()):
-        if KINDS[moves.kinds[before]] == "rapid" and KINDS[moves.kinds[here]] == "thread":
-            move = moves[here]
-            if move.feed and move.length < _LEADS_TO_RUN_UP * move.feed:
-                yield Warned(move.line, f"The thread is only {move.length / move.feed:.2g} leads long, too short to run up to its speed.")
+    """Threads that are one motion count together."""
+    moves, place, before = program.moves, 0, ""
+    for number, group in itertools.groupby(moves.kinds if "thread" in moves.counts else ()):
+        count = sum(1 for _ in group)
+        if KINDS[number] == "thread" and before == "rapid":
+            chain = itertools.takewhile(lambda move: not move.spin_back, moves[place : place + count])
+            leads = math.fsum(move.length / move.feed for move in chain if move.feed)
+            if leads < _LEADS_TO_RUN_UP - _SAME:
+                yield Warned(moves.lines[place], f"The thread is only {leads:.2g} leads long, too short to run up to its speed.")
+        place, before = place + count, KINDS[number]
 
 
 def _decimal_points(program: Program, blocks: Blocks) -> Iterator[Warned]:
