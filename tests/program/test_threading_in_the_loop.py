@@ -52,6 +52,7 @@ LESSON = """lesson: A thread
 machine: {machine}
 dialect: fanuc
 program: thread.nc
+start_point: {{x: 0 mm, z: 0 mm}}
 {more}
 """
 
