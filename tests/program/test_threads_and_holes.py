@@ -10,6 +10,7 @@ from lathesim.path_columns import FEED_MODE, KIND, LINE_MOVE, START_ANGLE, TAP_O
 from lathesim.program.interpreter import interpret
 from lathesim.program.loading import load_program
 from lathesim.program.moves import Program
+from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.path import lay_path
 from lathesim.program.reading.detect import detect_dialect
 from lathesim.program.telling.checks import checked
@@ -75,6 +76,15 @@ def test_the_run_up_of_a_thread_counts_all_its_moves() -> None:
     assert checked(run(f"{HEAD}G32 Z2. F2.\nZ-1. F2.\nM30")) == []
     told = checked(run(f"{HEAD}G32 Z4. F2.\nZ2. F2.\nM30"))
     assert [warned.sentence for warned in told] == ["The thread is only 1.5 leads long, too short to run up to its speed."]
+
+
+def test_nose_compensation_leaves_a_chain_of_threads_as_it_is() -> None:
+    text = "G21 G99 G97 S300 M3\nG0 X40. Z5. T0303\nG42 G1 X32. F0.2\nG32 Z-20. F2.\nX36. Z-23.\nG40 G0 X50.\nM30"
+    program = interpret(read_program(text), "fanuc", tools={3: Tool(0.0004, 3)})
+    threads = [move for move in program.moves if move.kind == "thread"]
+    assert [(move.end_x, move.end_z) for move in threads] == [(0.016, -0.020), (0.018, -0.023)]
+    assert modes(program)[-2:] == [THREAD, THREAD_ON]
+    assert "Nose compensation does not act on threads" in program.warnings[0].sentence
 
 
 # ---- start angles ----------------------------------------------------------------------------------------------------------------------

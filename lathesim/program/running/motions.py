@@ -317,6 +317,9 @@ class Motions:
         modal = self.modal
         line = self.block.line if line is None else line
         nose = modal.nose if compensated else None
+        if nose is not None and kind == "thread":
+            self.warn("Nose compensation does not act on threads; the tool point runs along them.")
+            nose = None
         mode = Mode(modal.spindle, per_revolution, seconds, modal.tool, cycle, cycle_line, nose, start_angle, spin_back)
         self.moves.add(kind, line, (modal.x, modal.z), end, feed, arc, mode)
         modal.x, modal.z = end
