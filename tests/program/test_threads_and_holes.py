@@ -203,6 +203,7 @@ def test_tapping_of_fanuc_takes_its_lead_from_either_feed(mode: str, feed: str) 
     assert [move.feed for move in threads] == pytest.approx([0.00125, 0.00125])
     assert [move.spindle.direction for move in program.moves] == [0, 1, 1, -1, 1, 0]
     assert program.assumed["tapping"] == "G84 turns the standing spindle clockwise, and stops it behind the hole"
+    assert program.assumed["tapping_depth"].startswith("deeper than Z")
 
 
 def test_threads_and_taps_written_out_read_back_the_same() -> None:

@@ -94,6 +94,7 @@ class HoleCycles(ContourCycles):
         if modal.surface or not modal.speed:
             fact = "constant surface speed is in force" if modal.surface else "no speed is set"
             raise self.error(f"{code} follows the spindle, and {fact}.", "Write G97 and an S word before it.")
+        self.assumed["tapping_depth"] = "deeper than Z by what the spindle turns on until it has reversed"
         standing = modal.direction == 0
         if standing:
             modal.direction = 1
