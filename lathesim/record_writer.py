@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import os
@@ -228,13 +229,13 @@ class _Disk(io.RawIOBase):
         """Write what was held back in an order that can be broken off: what lies behind the end of the file, then what points to it."""
         if self.failure is not None or self._at_once:
             return
+        end, longer = self._raw.seek(0, os.SEEK_END), False
         try:
-            end = self._raw.seek(0, os.SEEK_END)
-            if self._length is not None and self._length > end:
-                self._raw.truncate(self._length)
+            self._make_room(end)
             for begin, piece in self._unwritten:
                 inside = min(max(end - begin, 0), len(piece))
                 self._write_whole(begin + inside, memoryview(piece)[inside:])
+            longer = True
             for begin, piece in sorted(self._unwritten, key=lambda item: _turn(item[1])):
                 self._write_whole(begin, memoryview(piece)[: max(end - begin, 0)])
             if self._length is not None:
@@ -242,6 +243,18 @@ class _Disk(io.RawIOBase):
             self._unwritten.clear()
         except OSError as error:
             self.failure = error
+            if not longer:  # what was there before is whole without it
+                with contextlib.suppress(OSError):
+                    self._raw.truncate(end)
+
+    def _make_room(self, end: int) -> None:
+        """Make the file longer, on the disk and not only in its table: reading a hole of a full disk ends the reader."""
+        if self._length is None or self._length <= end:
+            return
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(self._raw.fileno(), end, self._length - end)
+        else:
+            self._raw.truncate(self._length)
 
     def _write_whole(self, position: int, rest: memoryview) -> None:
         self._raw.seek(position)

@@ -6,6 +6,7 @@ Exit codes: 0 done, 1 the input is at fault (one message), 2 wrong usage, 3 a fa
 from __future__ import annotations
 
 import importlib
+import io
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -155,10 +156,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _start_lightly() -> None:
-    """Spare the start what it does not need: together a tenth of a second."""
+    """Print in any encoding, and spare the start what it does not need: together a tenth of a second."""
     import gc
     import os
 
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a sign that the terminal's encoding lacks is no fault
     gc.set_threshold(50_000, 20, 20)  # what is imported stays; searching it for garbage again and again finds none
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else all installed packages are searched for them
 

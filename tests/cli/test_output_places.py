@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import subprocess
 import sys
 from pathlib import Path
 
@@ -13,8 +14,9 @@ import pytest
 from lathesim.cli.main import COMMANDS, group
 from lathesim.cli.output_path import OutputPath
 from lathesim.errors import WriteError
+from lathesim.manual.chapters import chapter
 from lathesim.whole_file import WholeFiles, write_text
-from tests.cli.command import ROOT, call
+from tests.cli.command import ROOT, call, environment
 
 Capture = pytest.CaptureFixture[str]
 INPUTS = ("--program", "--recording", "--validate", "--before", "--again", "--drive", "--guess", "--map", "--play", "--limits", "--plugins")
@@ -107,3 +109,10 @@ def test_a_case_is_published_whole_or_not_at_all(capsys: Capture, tmp_path: Path
     said = call(capsys, "conceal", lesson, "--effect", "none", "--seed", "1", "--out", "case")
     assert (said.code, said.err.splitlines()[-1]) == (1, "case/seal.json: the disk is full.")
     assert [str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*")] == ["case"]
+
+
+def test_a_sign_that_the_terminal_lacks_is_no_fault() -> None:
+    here = {**environment(), "PYTHONIOENCODING": "cp1252"}
+    done = subprocess.run([sys.executable, "-m", "lathesim", "help", "app"], env=here, capture_output=True, check=True)
+    assert "✓" in chapter("app").text
+    assert done.stdout.decode("cp1252").startswith("# ")
