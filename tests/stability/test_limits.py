@@ -10,7 +10,7 @@ import pytest
 from lathesim.errors import LessonError
 from lathesim.stability.limits.delay_equations import milling, turning
 from lathesim.stability.limits.frequency_limit import limit_at, smallest_limit, speeds_of
-from lathesim.stability.limits.periodic_delay import DelayEquation, kind_of, multipliers, smallest_unstable
+from lathesim.stability.limits.periodic_delay import DelayEquation, chatter_frequency, kind_of, multipliers, smallest_unstable
 from lathesim.stability.tool_point.modes import Mode, ToolPoint
 from tests.stability.own_cut import radius
 
@@ -156,6 +156,16 @@ def test_interrupted_turning(speed: float, share: float, width: float, kind: str
         return
     assert found * 1e3 == pytest.approx(width, rel=5e-4)
     assert kind_of(multiplier) == kind
+
+
+def test_modes_far_apart_at_a_low_speed_agree_and_take_no_minutes() -> None:
+    # 142 vibrations in a turn: 5760 values of a period, of which the largest multipliers alone are looked for
+    tool = ToolPoint((Mode(155.0, 0.03, 1.2e7), Mode(1344.0, 0.02, 4e7)), (1.0, 1.0))
+    wanted = limit_at(tool, 1e9, 567.0)
+    sizes = [abs(multipliers(turning(tool, 1e9, share * wanted.width, 567.0))[0]) for share in (1.0, 1.0 + 1e-6)]
+    assert sizes[0] == pytest.approx(1.0, abs=3e-10) and sizes[1] > 1.0
+    at_limit = turning(tool, 1e9, wanted.width, 567.0)
+    assert chatter_frequency(at_limit, multipliers(at_limit)[0]) == pytest.approx(wanted.frequency, rel=1e-9)
 
 
 @pytest.mark.slow

@@ -1,8 +1,8 @@
 """Multipliers of linear delay equations with periodic coefficients, by collocation on Chebyshev points.
 
 x'(t) = A(t) x(t) + B(t) x(t - tau) with the period tau. One period is cut into elements where A or B jump and such that none holds more
-than a few vibrations; in each the solution is a polynomial through Chebyshev points that fulfils the equation there. The map from one
-period to the next is a matrix, and the equation is stable where all its eigenvalues lie inside the unit circle.
+than a few vibrations; in each the solution is a polynomial through Chebyshev points that fulfils the equation there. The equation is
+stable where all eigenvalues of the map from one period to the next lie inside the unit circle.
 
 Source: E. A. Butcher et al., J. Comput. Nonlinear Dyn. 4 (2009), Chebyshev collocation of periodic delay equations; L. N. Trefethen,
 Spectral Methods in MATLAB (2000), differentiation matrix.
@@ -29,6 +29,11 @@ _LOOK_POINTS = 22
 """Points with which a limit is looked for before it is found with all."""
 VIBRATIONS = 4.0
 """Vibrations of an element at most."""
+_DENSE = 300
+"""Columns up to which all eigenvalues are found."""
+_LARGEST, _BASIS = 8, 80
+"""Eigenvalues of a large map that are found, and vectors of Arnoldi's basis, assumed: several multipliers are nearly as large as the
+largest."""
 
 
 @dataclass(frozen=True)
@@ -43,13 +48,8 @@ class DelayEquation:
 
 
 def multipliers(equation: DelayEquation, points: int = POINTS) -> Complex:
-    """Return the multipliers of an equation, the largest first."""
-    present, former, _ = _matrices(equation, points)
-    # what of the turn before does not count in the equation has columns of zeros: the rest alone has the same multipliers
-    counts = np.flatnonzero(former.any(axis=0))
-    if not len(counts):
-        return np.zeros(1, dtype=np.complex128)
-    values = scipy.linalg.eigvals(scipy.linalg.solve(present, former[:, counts])[counts])
+    """Return the multipliers of an equation, the largest first; of a large one, of which there are too many, only the largest few."""
+    values = _PeriodMap(equation, points).values()
     return np.asarray(values[np.argsort(-np.abs(values))])
 
 
@@ -59,8 +59,9 @@ def chatter_frequency(equation: DelayEquation, multiplier: complex, points: int 
     x(t) exp(-lambda t) repeats each period, so the vibration has the frequencies (arg(multiplier) + 2 pi k)/(2 pi tau); the strongest is
     found by the Fourier integrals of the vibration over one period, with the weights of Clenshaw and Curtis.
     """
-    present, former, times = _matrices(equation, points)
-    values, vectors = scipy.linalg.eig(scipy.linalg.solve(present, former))
+    way = _PeriodMap(equation, points)
+    values, vectors = way.eigen()
+    times = way.times
     place = int(np.argmin(np.abs(values - multiplier) + 1e3 * (np.abs(values) < 0.5 * abs(multiplier))))
     size = equation.now(0.0).shape[0]
     positions = vectors[:, place].reshape(-1, size)[:, 0::2]
@@ -87,33 +88,87 @@ def _weights(equation: DelayEquation, points: int) -> FloatArray:
     return np.concatenate([0.5 * (end - begin) * weights for begin, end in _elements(equation)])
 
 
-def _matrices(equation: DelayEquation, points: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the matrices P and F of  P x = F x_before  over one period, and the times of their rows."""
-    elements = _elements(equation)
-    nodes, differentiation = _chebyshev(points)
-    size = equation.now(0.0).shape[0]
-    block = points * size
-    present, former = np.zeros((len(elements) * block, len(elements) * block)), np.zeros((len(elements) * block, len(elements) * block))
-    identity = np.eye(size)
-    inner = np.kron(differentiation[:, :points], identity)
-    times = []
-    for number, (begin, end) in enumerate(elements):
-        half = 0.5 * (end - begin)
-        where = slice(number * block, (number + 1) * block)
-        present[where, where] = inner / half
-        for row in range(points):
-            time = begin + half * (nodes[row] + 1.0)
-            at = slice(number * block + row * size, number * block + (row + 1) * size)
-            inside = time - 1e-13 * equation.period if row == points - 1 else time
-            present[at, at] -= equation.now(inside)
-            former[at, at] += equation.before(inside)
-            times.append(time)
-        start = np.kron(differentiation[:, points:] / half, identity)
-        if number:
-            present[where, number * block - size : number * block] += start
-        else:
-            former[where, -size:] -= start
-    return present, former, np.array(times)
+class _PeriodMap:
+    """The map of the values at the points of one period to those of the next, element by element.
+
+    In an element, with the values v at its points, the value u at its left end, and those of the period before w:  P v = B w - d u.  Its
+    part of the map is v = T w + S u, and u is the last value of the element before. No matrix of the whole period is built.
+    """
+
+    def __init__(self, equation: DelayEquation, points: int) -> None:
+        elements = _elements(equation)
+        nodes, differentiation = _chebyshev(points)
+        self.size = size = equation.now(0.0).shape[0]
+        self.block = block = points * size
+        inner = np.kron(differentiation[:, :points], np.eye(size))
+        start = np.kron(differentiation[:, points:], np.eye(size))
+        self.through, self.onward = np.empty((len(elements), block, block)), np.empty((len(elements), block, size))
+        times = []
+        for number, (begin, end) in enumerate(elements):
+            half = 0.5 * (end - begin)
+            present, former = inner / half, np.zeros((block, block))
+            for row in range(points):
+                time = begin + half * (nodes[row] + 1.0)
+                at = slice(row * size, (row + 1) * size)
+                inside = time - 1e-13 * equation.period if row == points - 1 else time
+                present[at, at] -= equation.now(inside)
+                former[at, at] = equation.before(inside)
+                times.append(time)
+            solved = scipy.linalg.solve(present, np.concatenate([former, -start / half], axis=1))
+            self.through[number], self.onward[number] = solved[:, :block], solved[:, block:]
+        self.times = np.array(times)
+        # what of the period before counts: the columns that T reads, and the last value, which the first element begins with
+        counts = np.asarray(self.through.any(axis=1))
+        counts[-1, -size:] = True
+        self.counts = np.flatnonzero(counts.ravel())
+
+    def __call__(self, before: Any) -> Any:
+        """Return the values of a period from those of the period before, (values,) or (values, columns)."""
+        columns = before.reshape(len(before), -1)
+        after = self.through @ columns.reshape(len(self.through), self.block, -1)
+        end = columns[-self.size :]
+        for number in range(len(after)):
+            after[number] += self.onward[number] @ end
+            end = after[number, -self.size :]
+        return after.reshape(before.shape)
+
+    def values(self) -> Complex:
+        """Return the eigenvalues: all of a small map, the largest few of a large one."""
+        found = self._largest()
+        return np.asarray(scipy.linalg.eigvals(self._dense()) if found is None else found[0])
+
+    def eigen(self) -> tuple[Complex, Complex]:
+        """Return the same eigenvalues with their eigenvectors (values of a period, eigenvalues)."""
+        values, some = self._largest() or scipy.linalg.eig(self._dense())
+        vectors = np.zeros((len(self.through) * self.block, len(values)), dtype=np.complex128)
+        vectors[self.counts] = some
+        return np.asarray(values), self(vectors)
+
+    def _dense(self) -> FloatArray:
+        """Return the map of what counts. What is not read has columns of zeros: the rest alone has the same eigenvalues other than 0."""
+        columns = np.zeros((len(self.through) * self.block, len(self.counts)))
+        columns[self.counts, np.arange(len(self.counts))] = 1.0
+        return np.asarray(self(columns)[self.counts])
+
+    def _largest(self) -> tuple[Complex, Complex] | None:
+        """Return the largest eigenvalues of a large map, by Arnoldi's method; none of a small one, or where it does not converge."""
+        from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
+
+        count = len(self.counts)
+        if count <= _DENSE:
+            return None
+        whole = np.zeros(len(self.through) * self.block)
+
+        def apply(values: Any) -> Any:
+            whole[self.counts] = values.reshape(-1)
+            return self(whole)[self.counts]
+
+        begin = np.cos(np.arange(count))
+        try:
+            found = eigs(LinearOperator((count, count), apply, dtype=np.float64), k=_LARGEST, ncv=_BASIS, v0=begin, tol=1e-13, maxiter=2000)
+        except ArpackNoConvergence:
+            return None
+        return np.asarray(found[0]), np.asarray(found[1])
 
 
 def _elements(equation: DelayEquation) -> list[tuple[float, float]]:
