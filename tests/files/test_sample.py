@@ -22,7 +22,7 @@ def test_a_half_file_of_each_kind_is_known(tmp_path: Path) -> None:
         "a.yaml": "a: [1]\n",
         "a.html": "<p></html>\n",
         "a.svg": "<p></svg>\n",
-        "a.nc": "G1\n",
+        "a.nc": "G1 X1\n",
     }
     for name, text in texts.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
