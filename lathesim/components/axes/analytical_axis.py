@@ -46,7 +46,7 @@ class AnalyticalAxis(Component):
     smallest_current = Parameter("A", -25.0, high=0.0, doc="lower limit of the current")
     gear = Parameter("1", 1.0, low=1e-6, doc="screw turns per motor turn")
     lead = Parameter("m/rad", 7.957747154594767e-4, low=1e-9, doc="table travel per radian of the screw")
-    motor_inertia = Parameter("kg*m^2", 2.2e-3, low=1e-9, doc="inertia of the motor")
+    motor_inertia = Parameter("kg*m^2", 2.2e-3, low=1e-12, doc="inertia of the motor")
     screw_inertia = Parameter("kg*m^2", 6e-4, low=0.0, doc="inertia of the screw")
     mass = Parameter("kg", 150.0, low=0.0, doc="moving mass of the table")
     motor_viscous = Parameter("N*m*s/rad", 1e-3, low=0.0, doc="viscous friction of the motor")

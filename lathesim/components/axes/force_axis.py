@@ -27,7 +27,7 @@ class ForceAxis(Component):
     force = Input("N", doc="force of the drive on the table")
     disturbance = Input("N", default=0.0, doc="force on the table, positive against positive motion")
 
-    mass = Parameter("kg", 95.0, low=1e-3, doc="moving mass")
+    mass = Parameter("kg", 95.0, low=1e-9, doc="moving mass")
     viscous = Parameter("N*s/m", 200.0, low=0.0, doc="viscous friction")
 
     speed = State("m/s", doc="table speed")

@@ -43,7 +43,7 @@ class AnalyticalSpindle(Component):
     largest_current = Parameter("A", 200.0, low=0.0, doc="upper limit of the current")
     smallest_current = Parameter("A", -200.0, high=0.0, doc="lower limit of the current")
     gear = Parameter("1", 1.0, low=1e-6, doc="spindle turns per motor turn")
-    motor_inertia = Parameter("kg*m^2", 0.05, low=1e-9, doc="inertia of the motor")
+    motor_inertia = Parameter("kg*m^2", 0.05, low=1e-12, doc="inertia of the motor")
     spindle_inertia = Parameter("kg*m^2", 0.15, low=0.0, doc="inertia of spindle, chuck and part")
     motor_viscous = Parameter("N*m*s/rad", 0.01, low=0.0, doc="viscous friction of the motor")
     spindle_viscous = Parameter("N*m*s/rad", 0.02, low=0.0, doc="viscous friction of the spindle")
