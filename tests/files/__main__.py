@@ -164,8 +164,10 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="lathesim_files_") as root:
         bench = Bench(Path(root), random.Random(given.seed))
         (bench.root / "tmp").mkdir()
-        make_inputs(bench.inputs, bench.cache)
-        for name in given.only or COMMANDS:
+        names = given.only or list(COMMANDS)
+        if any("{in}" in item for name in names for item in COMMANDS[name]):
+            make_inputs(bench.inputs, bench.cache)
+        for name in names:
             if given.kills:
                 kills(bench, name, given.kills)
             if given.levels:
