@@ -109,7 +109,7 @@ def test_g70_follows_the_nose_compensation_of_its_contour_and_roughing_says_that
     rough = next(move for move in of_cycle(program, "G71") if move.arc is not None)
     assert rough.arc is not None
     assert rough.arc.radius == pytest.approx(15e-3)
-    assert "G70" in program.assumed["nose_in_roughing"]
+    assert "G70" in program.assumed["nose_in_cycles"]
 
 
 def test_nose_compensation_before_the_cycles_acts_in_g70_only() -> None:
@@ -117,6 +117,14 @@ def test_nose_compensation_before_the_cycles_acts_in_g70_only() -> None:
     program = run(f"G0 X102. Z4.\nG42 G0 Z2.\nG71 U2. R0.2\nG71 P1 Q2 U1. W0.1 F0.35\n{contour}G70 P1 Q2\nG40 G0 X200. Z200.\n", tools=NOSE)
     radii = {code: next(m.arc.radius for m in of_cycle(program, code) if m.arc and m.arc.radius > 2e-3) for code in ("G71", "G70")}
     assert radii == pytest.approx({"G71": 15e-3, "G70": 15.8e-3})
+
+
+@pytest.mark.parametrize("cycle", ["G76 X27. Z-17. K0.9 D0.3 F1.5", "G92 X27. Z-17. F1.5", "G75 X27. I1. F0.1"])
+def test_pecks_and_threads_run_without_nose_compensation_and_say_so(cycle: str) -> None:
+    program = run(f"G0 X40. Z4.\nG42 G0 X32. Z2.\n{cycle}\nG40 G0 X50. Z20.\n", tools=NOSE)
+    code = cycle[:3]
+    assert min(move.end_x for move in of_cycle(program, code)) == pytest.approx(13.5e-3)
+    assert "threading cycles run without it" in program.assumed["nose_in_cycles"]
 
 
 def test_linuxcnc_says_that_it_passes_over_compensation_in_a_contour() -> None:

@@ -84,7 +84,7 @@ class ContourCycles(Motions):
         side = air_side(start, contour, allow_z if across else allow_x, across=across)
         self._check_one_way(contour, code, across)
         self._check_start(contour, code, across, side)
-        self._without_nose(walked, code)
+        self._without_nose(walked)
         roughing = Roughing(start, tuple(contour), allow_x, allow_z, modal.cycle_depth, retract_by, side, across, feeds_in)
         self._rough(roughing, code)
         self._pass_over(first, last, code)
@@ -104,11 +104,10 @@ class ContourCycles(Motions):
             return min(RETRACT, cut)
         return told
 
-    def _without_nose(self, walked: list[Move], code: str) -> None:
-        """Note that a roughing cycle does not follow the nose compensation in force or in its contour."""
-        if self.modal.nose is not None or any(move.nose is not None for move in walked):
-            told = f"{code} roughs without it and leaves its allowance, G70 follows it"
-            self.assumed["nose_in_roughing"] = told
+    def _without_nose(self, contour: Iterable[Move] = ()) -> None:
+        """Note that a cycle does not follow the nose compensation in force or in its contour."""
+        if self.modal.nose is not None or any(move.nose is not None for move in contour):
+            self.assumed["nose_in_cycles"] = "G70 and single passes follow it; roughing, pecking and threading cycles run without it"
 
     def _pass_over(self, first: int, last: int, code: str) -> None:
         """Leave the contour behind a roughing cycle out of what runs next; blocks in front of it run, and that is said."""
@@ -170,7 +169,7 @@ class ContourCycles(Motions):
             )
         start = (modal.x, modal.z)
         contour = self._walked(first, last).moves
-        self._without_nose(contour, code)
+        self._without_nose(contour)
         self.check_feed()
         out = start[0]
         if contour:
@@ -316,6 +315,8 @@ class ContourCycles(Motions):
         Its threads begin at ``start_angle`` [rad].
         """
         modal = self.modal
+        if not compensated:
+            self._without_nose()
         direction, speed = modal.direction, modal.speed
         for step in steps:
             if step.arc is None and step.kind != "dwell" and step.end == (modal.x, modal.z) and not keep:

@@ -81,6 +81,7 @@ class Cycles(HoleCycles, ProfileCycles):
             self._carry_out(
                 threading_pass(start, end, modal.taper, lead, modal.thread_chamfer * lead),
                 modal.motion_code,
+                compensated=False,
                 start_angle=self.start_angle(),
             )
             return
@@ -138,7 +139,7 @@ class Cycles(HoleCycles, ProfileCycles):
             letters = ("Q", "K") if across else ("P", "I")
             self.warn(f"{code} has no step to the side and cuts at both ends only. Add {letters[0]} or {letters[1]}.")
         self._check_count((deep / step if step else 1.0) * (wide / aside + 1.0 if aside else 2.0), code)
-        self._carry_out(pecking(start, end, across=across, step=step, aside=aside, retract=retract), code)
+        self._carry_out(pecking(start, end, across=across, step=step, aside=aside, retract=retract), code, compensated=False)
 
     def _threading(self) -> None:
         """G76: of LinuxCNC (P is the pitch), of Fanuc in two blocks, or of Haas in one (K and D)."""
@@ -192,7 +193,8 @@ class Cycles(HoleCycles, ProfileCycles):
             fact = f"The finishing allowance of {code} must be below the height of the thread."
             raise self.error(fact, f"Correct R of the first {code}.")
         self._check_passes(2.0 * math.log(threading.height / threading.first_depth), threading.finishing, code)
-        self._carry_out(threading.steps(), code, start_angle=self.start_angle() if one_block else 0.0)
+        angle_of_start = self.start_angle() if one_block else 0.0
+        self._carry_out(threading.steps(), code, compensated=False, start_angle=angle_of_start)
 
     def _check_passes(self, logarithm: float, further: float, code: str) -> None:
         """Refuse a thread of more passes than are laid out; ``logarithm`` is that of how many come down to the full depth."""
@@ -243,4 +245,4 @@ class Cycles(HoleCycles, ProfileCycles):
             tapers_in=values["L"] in (1.0, 3.0),
             tapers_out=values["L"] in (2.0, 3.0),
         )
-        self._carry_out(threading.steps(), code, start_angle=self.start_angle())
+        self._carry_out(threading.steps(), code, compensated=False, start_angle=self.start_angle())
