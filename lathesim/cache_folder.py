@@ -17,7 +17,7 @@ import tempfile
 from pathlib import Path
 
 from lathesim.errors import WriteError
-from lathesim.whole_file import make_folder, write_bytes
+from lathesim.whole_file import is_alive, make_folder, write_bytes
 
 _REMEDY = "Make room, or set LATHESIM_CACHE to another folder."
 
@@ -88,8 +88,12 @@ _INSTEAD: dict[Path, Path] = {}
 
 
 def _temporary_folder(error: WriteError) -> Path:
-    """Make a folder that is removed at the end of this process, and say why."""
+    """Make a folder that is removed at the end of this process, and say why; those of processes that were killed go now."""
     fact = f"the cache cannot be written: {error.fact.rstrip('.')}."
+    for left in Path(tempfile.gettempdir()).glob(f"{_TEMPORARY}*-*"):
+        process = left.name.removeprefix(_TEMPORARY).partition("-")[0]
+        if process.isdecimal() and not is_alive(int(process)):
+            shutil.rmtree(left, ignore_errors=True)
     try:
         folder = Path(tempfile.mkdtemp(prefix=f"{_TEMPORARY}{os.getpid()}-"))
     except OSError:

@@ -247,7 +247,7 @@ def remove_dead_parts(folder: Path) -> None:
         names = [entry.name for entry in os.scandir(folder) if entry.name.endswith(".part")]
         for name in names:
             found = _PART.fullmatch(name)
-            if found and not _alive(int(found[1])):
+            if found and not is_alive(int(found[1])):
                 _remove_unlocked(folder / name)
 
 
@@ -264,8 +264,9 @@ def _remove_unlocked(part: Path) -> None:
 
 if os.name == "nt":
 
-    def _alive(process: int) -> bool:
-        return process == os.getpid()  # an open file cannot be removed there, so that nobody's is
+    def is_alive(process: int) -> bool:
+        """Return whether a process runs; here what it has open cannot be removed, so that any may be tried."""
+        return process == os.getpid()
 
     def _lock(file: int) -> None:
         pass
@@ -276,7 +277,8 @@ if os.name == "nt":
 else:
     import fcntl
 
-    def _alive(process: int) -> bool:
+    def is_alive(process: int) -> bool:
+        """Return whether a process runs."""
         try:
             os.kill(process, 0)
         except ProcessLookupError:

@@ -66,6 +66,9 @@ def test_a_cache_that_cannot_be_written_is_read_and_said_once(cache: Path, capsy
 
 def test_a_temporary_cache_is_gone_afterwards(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(b"no folder")
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    (tmp_path / f"lathesim-cache-{ended.pid}-of_one_that_was_killed").mkdir()
     lines = "from lathesim.cache_folder import keep\nprint(keep('a.py', b'1').parent, end='')"
     here = {**os.environ, "LATHESIM_CACHE": str(tmp_path / "file"), "TMPDIR": str(tmp_path), "PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", lines], env=here, capture_output=True, text=True, check=True)
