@@ -106,6 +106,7 @@ def test_friction_is_taken_away_and_the_promise_is_kept(tmp_path: Path, capsys: 
     assert result["removed_share"] > 0.95
     promise = answer["promise"]["rms_deviation of x_scale.position"]
     assert promise["low"] < promise["after"] * 3.0
+    assert all(size["high"] > 1.15 * size["low"] for name, size in answer["promise"].items() if "rms_deviation" in name)
     capsys.readouterr()
     assert run_command_line(["compare", str(out / "lesson.yaml"), str(tmp_path / "again" / "recording.csv"), "--no-plots"]) == 0
     assert "rms_deviation of x_scale.position" in capsys.readouterr().out
