@@ -45,8 +45,7 @@ def swapped(experiment: Experiment, values: Mapping[str, float], method: Method 
     recorded = np.nan_to_num(experiment.sensed.recorded)
     simulated = recorded - np.nan_to_num(experiment.sensed.one(values))
     units = [experiment.record.channels[name].unit for name in experiment.machine.compare]
-    # a channel that is nothing is not held against itself
-    power = np.maximum(np.sum(recorded**2, axis=1), experiment.sensed.floors**2)
+    power = np.maximum(np.sum(recorded**2, axis=1), 1e-60)
     off = np.sum((recorded[:, None] - simulated[None]) ** 2, axis=2) / power[:, None]
     for first, second in itertools.combinations(range(len(units)), 2):
         as_mapped, exchanged = off[first, first] + off[second, second], off[first, second] + off[second, first]

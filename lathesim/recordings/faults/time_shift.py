@@ -18,6 +18,8 @@ _LONGEST = 400
 """Samples to either side among which a shift is looked for."""
 _SHORT, _HALF = 10.0, 0.5
 """Samples up to which a shift is held against how far apart the two are, and what share of it that must show."""
+_ROUNDED = 5.0
+"""Steps of a converter that a linear prediction makes of their rounding at most."""
 _CLEAR, _STRONG = 12.0, 0.4
 """A peak of the correlation of noise stands this many times above what chance leaves, and is this high."""
 
@@ -43,12 +45,25 @@ def shifted_channels(channels: list[RecordedChannel], found_pairs: list[Pair], p
         if command.driven or command.unit != "V":
             continue
         places = [channel for channel in channels if channel.unit in MOTION_UNITS and channel.group == command.group and not channel.driven]
+        if _is_rounding(command):
+            continue
         shifts = [(height, late, place) for place in places for late, height in [noise_shift(place.values, command.values)]]
         if shifts and (best := max(shifts, key=lambda item: item[0]))[0] > _STRONG and abs(best[1]) >= _LATE:
             fact = f"its noise comes {_told(best[1], period)} that of {best[2].name}, from which it is made"
             done = "no controller knows the noise to come; shift one of the columns" if best[1] < 0 else ""
             findings.append(Finding("shift", command.name, fact, done, best[1] < 0))
     return findings
+
+
+def _is_rounding(command: RecordedChannel) -> bool:
+    """Return whether what is new in every sample of a command is no more than the steps of the converter behind which it was recorded:
+    that noise is the converter's own, and handed on from nowhere."""
+    new, sizes = _whitened(command.values), np.abs(command.steps)
+    changes = sizes[sizes > 1e-12 * float(np.abs(command.values).max())]
+    if new is None or not len(changes):
+        return True
+    size = 1.4826 * float(np.median(np.abs(new))) * float(np.abs(np.diff(command.values, 2)).max())
+    return size < _ROUNDED * float(changes.min())
 
 
 def _is_as_far_apart(pair: Pair, late: float) -> bool:
