@@ -176,7 +176,8 @@ class Component:
     """Role -> declared name, for effects that attach to this part: ``effort`` (input that takes a disturbance), ``flow``, ``displacement``
     (outputs), ``drive`` (command input), ``inertia`` (parameter), ``reading`` (output of a sensor), ``rate`` (output: what it makes of its
     counts), ``resolution``, ``bits`` (parameters: how finely it reads), ``gain`` (parameter: by what a reading is divided to be what is
-    measured) ..."""
+    measured), and of a controller ``loop_gain``, ``inner_gain``, ``integral_gain`` (parameters, above zero in a loop that holds) and
+    ``error`` (output: by how much what it measures falls short of its command) ..."""
 
     group: ClassVar[str] = ""
     """Where a person looks for the part: one of :data:`GROUPS`; empty for one that stands among "further parts"."""

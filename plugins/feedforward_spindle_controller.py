@@ -14,7 +14,14 @@ class FeedforwardSpindleController(Component):
     Source: K. J. Astrom, T. Hagglund, PID Controllers (1995), section 7.2. Left out: limits of the acceleration.
     """
 
-    ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
+    ports = {
+        "measured": "measured",
+        "drive": "reference",
+        "reading": "voltage",
+        "loop_gain": "proportional",
+        "integral_gain": "integral",
+        "error": "error",
+    }
 
     reference = Input("rad/s", doc="reference spindle speed")
     measured = Input("rad/s", doc="measured spindle speed")

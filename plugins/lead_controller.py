@@ -16,7 +16,7 @@ class LeadController(Component):
     default the zero lies on the drive's time constant of 24.3 ms. Left out: an integral.
     """
 
-    ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
+    ports = {"measured": "measured", "drive": "reference", "reading": "voltage", "loop_gain": "proportional", "error": "error"}
 
     reference = Input("m", doc="reference position")
     measured = Input("m", doc="measured position")

@@ -15,7 +15,7 @@ class VelocityFeedforwardController(Component):
     Left out: the acceleration the lag of the drive needs.
     """
 
-    ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
+    ports = {"measured": "measured", "drive": "reference", "reading": "voltage", "loop_gain": "proportional", "error": "error"}
 
     reference = Input("m", doc="reference position")
     measured = Input("m", doc="measured position")

@@ -21,11 +21,12 @@ from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError
 from lathesim.lessons.case import Case, Given
 from lathesim.lessons.insertion import Machinery
+from lathesim.lessons.loops import is_controller, loops_around
 from lathesim.lessons.part_values import no_item, placed_at, si_value
 from lathesim.units import split_quantity
 
-_GAINS = ("proportional", "position_gain", "velocity_gain", "loop_gain", "integral")
-"""Parameters of a controller that are above zero in a loop that holds its axis."""
+_GAINS = ("loop_gain", "inner_gain", "integral_gain")
+"""Roles of the parameters of a controller that are above zero in a loop that holds its axis."""
 _GROWING = 4
 """Swings in a row, each larger than the one before, that count as a loop that swings up (assumed)."""
 
@@ -86,7 +87,9 @@ class AlarmWatch:
         self._overrides = overrides or {}
         self._rows = {alarm: plan.channels.index(alarm.channel) for alarm in alarms if alarm.channel in plan.channels}
         self._armed: set[Alarm] = set()
-        self._errors: dict[str, list[FloatArray]] = {alarm.channel: [] for alarm in self._rows if alarm.channel.endswith(".error")}
+        self._loops = {alarm: loops_around(plan, alarm.channel.partition(".")[0]) for alarm in self._rows}
+        errors = {name: _role(plan, name, "error") for loops in self._loops.values() for name in loops}
+        self._errors: dict[str, list[FloatArray]] = {error: [] for error in errors.values() if error in plan.channels}
 
     def look(self, first: int, values: FloatArray) -> tuple[int, str] | None:
         """Return the first sample of a block (channels, samples) that leaves its limits, and the alarm as a sentence; none without one."""
@@ -111,26 +114,27 @@ class AlarmWatch:
 
     def _told(self, alarm: Alarm, value: float, sample: int) -> str:
         part, _, item = alarm.channel.partition(".")
-        letter = part.partition("_")[0]
         unit = self._plan.unit(alarm.channel)
-        what = f"{letter.upper()} {'following error' if item == 'error' else item}" if len(letter) == 1 else alarm.channel
-        if item == "error":
-            limit = f"{shown_with_unit(abs(value), unit)} exceeds the limit of {shown_with_unit(alarm.high, unit)}"
+        at = f"{sample * self._plan.assembly.sample_period:.4g} s"
+        if alarm.channel == _role(self._plan, part, "error"):
+            what, value = "following error", abs(value)
+            limit = f"above the limit of {shown_with_unit(alarm.high, unit)}"
         else:
-            limit = f"{shown_with_unit(value, unit)} is outside {shown_with_unit(alarm.low, unit)} to {shown_with_unit(alarm.high, unit)}"
-        time = sample * self._plan.assembly.sample_period
-        cause = self._cause(letter) or f"slow the axis down, or widen the alarm {alarm.channel}"
-        return f"{what} {limit} at {time:.4g} s; {cause}."
+            what = item.replace("_", " ")
+            limit = f"outside {shown_with_unit(alarm.low, unit)} to {shown_with_unit(alarm.high, unit)}"
+        cause = self._cause(alarm) or f"slow the axis down, or widen the alarm {alarm.channel}"
+        return f"the {what} of {part} is {shown_with_unit(value, unit)} at {at}, {limit}; {cause}."
 
-    def _cause(self, letter: str) -> str:
+    def _cause(self, alarm: Alarm) -> str:
         """Return why an axis ran away: a gain of the wrong sign, or an error that swings up."""
-        controllers = [name for name in self._plan.parts if name.startswith(f"{letter}_") and "controller" in name]
-        gains = [f"{part}.{gain}" for part in controllers for gain in _GAINS if f"{part}.{gain}" in self._plan.parameters]
+        loops = self._loops[alarm]
+        gains = [name for part in loops for role in _GAINS if (name := _role(self._plan, part, role))]
         for name in gains:
             if self._value(name) < 0.0:
                 return f"{UNSTABLE}: {self._shown(name)} has the wrong sign"
-        for name, kept in self._errors.items():
-            if name.startswith(f"{letter}_") and _swings_up(np.concatenate(kept)):
+        for part in loops:
+            kept = self._errors.get(_role(self._plan, part, "error"))
+            if kept and _swings_up(np.concatenate(kept)):
                 lower = f"; lower {self._shown(gains[0])}" if gains else ""
                 return f"{UNSTABLE}: the axis swings further and further{lower}"
         return ""
@@ -142,8 +146,13 @@ class AlarmWatch:
         part, _, item = name.partition(".")
         declared = self._plan.parts[part].component.declarations[item]
         assert isinstance(declared, Parameter)
-        word = item.replace("_", " ").removesuffix(" gain")
-        return f"the {word} gain {shown_with_unit(self._value(name), declared.unit)} of {part}"
+        return f"the {item.replace('_', ' ').removesuffix(' gain')} gain {shown_with_unit(self._value(name), declared.unit)} of {part}"
+
+
+def _role(plan: Plan, part: str, role: str) -> str:
+    """Return the ``part.name`` that has a role in a controller; empty for another part, and where it declares none."""
+    component = plan.parts[part].component
+    return f"{part}.{component.ports[role]}" if is_controller(component) and role in component.ports else ""
 
 
 def _swings_up(error: FloatArray) -> bool:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lathesim.analysis.metrics.unstable_loop import COMMANDS
 from lathesim.component import Parameter, Table
 from lathesim.engine.assembly import Part
 from lathesim.engine.wiring import Plan, wire
@@ -20,6 +21,7 @@ from lathesim.lessons.assemble import assemble_case
 from lathesim.lessons.case import Case, case_of
 from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.lesson import Lesson, Machine
+from lathesim.lessons.loops import commands_of_loops
 from lathesim.lessons.part_values import seconds
 from lathesim.lessons.program_path import expected_time
 from lathesim.lessons.promises import check_promises
@@ -193,6 +195,7 @@ def _described(record: Record, prepared: Prepared) -> Record:
         "variant": case.variant or "",
         "machine": case.lesson.machine.name,
         "program": str(case.program or ""),
+        COMMANDS: " ".join(commands_of_loops(prepared.plan)),
         "overrides": ", ".join(f"{name}={value}" for name, value in changed.items()),
     }
     if prepared.recording:

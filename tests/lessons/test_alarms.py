@@ -15,7 +15,8 @@ from lathesim.lessons.lesson import Lesson, lesson_from_text, load_lesson
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.lessons.sweeping.members import Members
 from lathesim.plugins import Registry, load_registry
-from lathesim.record import Channel, Record
+from lathesim.record import Channel, FloatArray, Record
+from tests.lessons.small_machine import write_lesson
 
 HINT = "Raise the gain."
 HEAD = "lesson: L\nmachine: two_axis_lathe\nprogram: one_pass.nc\nengine: plain\n"
@@ -35,7 +36,7 @@ def lesson(text: str) -> Lesson:
     [
         (
             "set: {x_controller.proportional: -3 V/mm}",
-            "X following error 100.1 mm exceeds the limit of 100 mm at 0.49 s; the loop is unstable: "
+            "the following error of x_controller is 100.1 mm at 0.49 s, above the limit of 100 mm; the loop is unstable: "
             "the proportional gain -3 V/mm of x_controller has the wrong sign.",
         ),
         ("set: {z_controller.integral: -4 V/(mm*s)}", "the integral gain -4000 V/(m*s) of z_controller has the wrong sign."),
@@ -45,9 +46,13 @@ def lesson(text: str) -> Lesson:
         ),
         (
             "alarms: {z_controller.error: 5 mm}",
-            "Z following error 5.053 mm exceeds the limit of 5 mm at 0.09 s; slow the axis down, or widen the alarm z_controller.error.",
+            "the following error of z_controller is 5.053 mm at 0.09 s, above the limit of 5 mm; slow the axis down, or widen the alarm "
+            "z_controller.error.",
         ),
-        ("alarms: {x_axis.position: 0..10 mm}", "X position 10.14 mm is outside 0 mm to 10 mm at 0.325 s; slow the axis down, "),
+        (
+            "alarms: {x_axis.position: 0..10 mm}",
+            "the position of x_axis is 10.14 mm at 0.325 s, outside 0 mm to 10 mm; slow the axis down, ",
+        ),
     ],
 )
 def test_an_axis_outside_its_limits_stops_the_run_with_an_alarm(text: str, alarm: str, registry: Registry) -> None:
@@ -69,7 +74,7 @@ def test_no_hint_advises_a_higher_gain_where_the_loop_is_unstable(registry: Regi
     goals = f"goals: [{{metric: max_x_following_error, at_most: 1 mm, hint: {HINT}}}]"
     runaway = lesson(f"set: {{x_controller.proportional: -3 V/mm}}\n{goals}")
     kept = run_and_keep(prepare(runaway, registry), registry, tmp_path / "a.h5")
-    assert kept.failure.startswith("X following error")
+    assert kept.failure.startswith("the following error of x_controller")
     assert not kept.nothing_cut
     assert [goal.hint for goal in kept.goals] == ["The loop is unstable, see the alarm: mend that first."]
     stiff = lesson(f"duration: 1 s\nset: {{x_controller.proportional: 50 V/mm}}\n{goals}")
@@ -95,8 +100,61 @@ def test_a_sweep_tells_the_alarm_of_the_values_it_tries(registry: Registry) -> N
     assert members.run(0, [300.0]).status == "complete"
     stopped = members.run(1, [-300.0])
     assert np.isnan(stopped.metrics).all()
-    assert stopped.status.startswith("stopped: X following error")
+    assert stopped.status.startswith("stopped: the following error of x_controller")
     assert "gain -300 V/m of x_controller has the wrong sign" in stopped.status
+
+
+TURRET = """\
+machine: A turret
+sample_period: 5 ms
+step: 1 ms
+alarms: {turret.position: -90..90 mm, regulator_of_turret.error: 80 mm}
+parts:
+  glass: {component: LinearEncoder}
+  servo: {component: PositionController}
+  regulator_of_turret: {component: PositionController}
+  scale: {component: LinearEncoder}
+  turret: {component: EmpiricalAxis}
+  bed: {component: EmpiricalAxis}
+wires:
+  servo.reference: 50 mm
+  servo.measured: glass.position
+  bed.voltage: servo.voltage
+  glass.measured: bed.position
+  regulator_of_turret.reference: 1 mm
+  regulator_of_turret.measured: scale.position
+  turret.voltage: regulator_of_turret.voltage
+  scale.measured: turret.position
+"""
+"""Two axes whose parts have other names; the one without an alarm may have any gain."""
+
+
+@pytest.mark.parametrize(
+    ("gains", "alarm"),
+    [
+        (
+            "servo.proportional: -9 V/mm, regulator_of_turret.proportional: -3 V/mm",
+            "the following error of regulator_of_turret is 80.85 mm at 0.475 s, above the limit of 80 mm; the loop is unstable: the "
+            "proportional gain -3 V/mm of regulator_of_turret has the wrong sign.",
+        ),
+        (
+            "regulator_of_turret.proportional: 30 V/mm, regulator_of_turret.smallest_voltage: -1 MV, "
+            "regulator_of_turret.largest_voltage: 1 MV",
+            "the loop is unstable: the axis swings further and further; lower the proportional gain 30 V/mm of regulator_of_turret.",
+        ),
+    ],
+)
+def test_an_alarm_follows_the_wires_to_the_loop_of_its_axis(gains: str, alarm: str, registry: Registry, tmp_path: Path) -> None:
+    machine = load_lesson(write_lesson(tmp_path, f"duration: 5 s\nset: {{{gains}}}\n", machine=TURRET, head="lesson: L\nmachine: small\n"))
+    with pytest.raises(SimulationError) as caught:
+        simulate(machine, registry)
+    assert alarm in caught.value.fact
+
+
+def test_a_hint_of_another_machine_follows_its_wires(registry: Registry, tmp_path: Path) -> None:
+    text = "duration: 3 s\nset: {servo.proportional: 50 V/mm, regulator_of_turret.proportional: 0.1 V/mm}\n"
+    record = simulate(load_lesson(write_lesson(tmp_path, text, machine=TURRET, head="lesson: L\nmachine: small\n")), registry)
+    assert unstable_loop(record) == "The loop of servo is unstable, its voltage goes from limit to limit: lower its gains first."
 
 
 @pytest.mark.parametrize(
@@ -113,11 +171,20 @@ def test_an_alarm_at_fault_is_refused_where_it_stands(text: str, fault: str, reg
     assert str(caught.value).startswith(fault)
 
 
-def test_a_quantised_loop_that_holds_is_not_called_unstable() -> None:
-    time = np.arange(2000) * 5e-3
-    step = np.where(np.arange(2000) % 2, 0.078, -0.078)
-    step[:100] = 10.0
-    record = Record(
-        time, {"x_controller.voltage": Channel("x_controller.voltage", "V", step)}, {"sample_period": 5e-3, "status": "complete"}
-    )
+TIME = np.arange(4000) * 5e-3
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        np.where(np.arange(4000) < 100, 10.0, np.where(np.arange(4000) % 2, 0.078, -0.078)),
+        np.where(np.arange(4000) // 2 % 2, 0.002, -0.002),
+        3.0 * np.sin(2.0 * np.pi * 5.0 * TIME),
+        np.zeros(4000),
+    ],
+    ids=["steps after a rapid move", "an axis that stands", "a command that swings", "none"],
+)
+def test_a_loop_that_holds_is_not_called_unstable(command: FloatArray) -> None:
+    channels = {"servo.command": Channel("servo.command", "V", command)}
+    record = Record(TIME, channels, {"sample_period": 5e-3, "status": "complete", "loop_commands": "servo.command"})
     assert unstable_loop(record) == ""

@@ -8,10 +8,14 @@ from lathesim.record import FloatArray, Record
 
 UNSTABLE = "the loop is unstable"
 """Words of an alarm that stopped a run because of its loop."""
-_AT_LIMIT = 0.9
-"""Share of the largest voltage from which on it counts as a limit (assumed)."""
+COMMANDS = "loop_commands"
+"""Entry of a record's ``meta``: the channels with which controllers drive, a space between two."""
+_SAME = 1e-6
+"""Share of the largest command by which two samples in a row at a limit may miss it: the peaks of a command that only swings do not."""
+_LEVELS = 20
+"""Values of a command up to which it goes to and fro by steps of a converter, as that of an axis that stands does (assumed)."""
 _TIMES, _WITHIN = 20, 0.2
-"""Times in a row that the voltage goes to the other limit, each within so many seconds [s], in a loop that swings (assumed)."""
+"""Times in a row that the command goes to the other limit, each within so many seconds [s], in a loop that swings (assumed)."""
 
 
 def unstable_loop(record: Record) -> str:
@@ -22,19 +26,21 @@ def unstable_loop(record: Record) -> str:
     """
     if UNSTABLE in record.status:
         return "The loop is unstable, see the alarm: mend that first."
-    for name, channel in record.channels.items():
+    for name in str(record.meta.get(COMMANDS, "")).split():
         part, _, item = name.partition(".")
-        if item == "voltage" and "controller" in part and _bounces(channel.values, record.sample_period):
-            return f"The loop of {part} is unstable, its voltage goes from limit to limit: lower its gains first."
+        if name in record and _bounces(record[name], record.sample_period):
+            return f"The loop of {part} is unstable, its {item} goes from limit to limit: lower its gains first."
     return ""
 
 
-def _bounces(voltage: FloatArray, period: float) -> bool:
-    largest = float(np.max(np.abs(voltage))) if len(voltage) else 0.0
-    at = np.flatnonzero(np.abs(voltage) >= _AT_LIMIT * largest)
-    if largest == 0.0 or len(at) <= _TIMES:
+def _bounces(command: FloatArray, period: float) -> bool:
+    largest = float(np.max(np.abs(command))) if len(command) else 0.0
+    held = np.abs(np.diff(command)) <= _SAME * largest
+    near = (command >= np.max(command, initial=0.0) - _SAME * largest) | (command <= np.min(command, initial=0.0) + _SAME * largest)
+    at = np.flatnonzero(near[1:] & held)
+    if len(at) <= _TIMES or len(np.unique(command)) <= _LEVELS:
         return False
-    turns = at[1:][np.sign(voltage[at[1:]]) != np.sign(voltage[at[:-1]])]
+    turns = at[1:][np.sign(command[at[1:]]) != np.sign(command[at[:-1]])]
     if len(turns) <= _TIMES:
         return False
     return bool((turns[_TIMES:] - turns[:-_TIMES] <= _TIMES * _WITHIN / period).any())

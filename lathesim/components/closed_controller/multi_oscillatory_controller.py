@@ -15,7 +15,7 @@ class MultiOscillatoryController(Component):
     """
 
     group = "controllers"
-    ports = {"measured": "measured", "drive": "reference", "reading": "speed"}
+    ports = {"measured": "measured", "drive": "reference", "reading": "speed", "loop_gain": "loop_gain", "error": "error"}
 
     reference = Input("m", doc="position asked for")
     measured = Input("m", doc="position as it arrives")

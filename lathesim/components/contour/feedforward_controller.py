@@ -21,7 +21,14 @@ class FeedforwardController(Component):
 
     group = "controllers"
 
-    ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
+    ports = {
+        "measured": "measured",
+        "drive": "reference",
+        "reading": "voltage",
+        "loop_gain": "proportional",
+        "integral_gain": "integral",
+        "error": "error",
+    }
 
     reference = Input("m", doc="reference position")
     measured = Input("m", doc="measured position")

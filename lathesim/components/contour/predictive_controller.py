@@ -59,7 +59,7 @@ class PredictiveController(Component):
 
     group = "controllers"
 
-    ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
+    ports = {"measured": "measured", "drive": "reference", "reading": "voltage", "error": "error"}
 
     reference = Input("m", doc="reference position")
     measured = Input("m", doc="measured position")

@@ -19,7 +19,14 @@ class AngularPositionController(Component):
 
     group = "controllers"
 
-    ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
+    ports = {
+        "measured": "measured",
+        "drive": "reference",
+        "reading": "voltage",
+        "loop_gain": "proportional",
+        "integral_gain": "integral",
+        "error": "error",
+    }
 
     reference = Input("rad", doc="reference angle")
     measured = Input("rad", doc="measured angle")

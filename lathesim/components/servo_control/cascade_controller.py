@@ -21,7 +21,13 @@ class CascadeController(Component):
 
     group = "controllers"
 
-    ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
+    ports = {
+        "measured": "measured",
+        "drive": "reference",
+        "reading": "voltage",
+        "loop_gain": "position_gain",
+        "inner_gain": "velocity_gain",
+    }
 
     reference = Input("m", doc="position asked for")
     measured = Input("m", doc="measured position")
