@@ -14,6 +14,7 @@ from lathesim.cli.output_path import OutputPath
 if TYPE_CHECKING:
     from lathesim.stability.limits.lesson_cut import Cut
     from lathesim.stability.limits.lobes import StabilityMap
+    from lathesim.stability.limits.uncertain_cut import Band
 
 
 @click.command()
@@ -38,7 +39,7 @@ def lobes(lesson: str, method: str | None, speeds: str, tried: Path | None, as_j
     from lathesim.lessons.lesson import load_lesson
     from lathesim.stability.limits.lesson_cut import cut_of
     from lathesim.stability.limits.lobes import stability_map
-    from lathesim.stability.limits.uncertain_cut import spreads_of
+    from lathesim.stability.limits.uncertain_cut import CLOSE, spreads_of
 
     loaded = load_lesson(lesson)
     cut = cut_of(loaded)
@@ -47,21 +48,25 @@ def lobes(lesson: str, method: str | None, speeds: str, tried: Path | None, as_j
     chosen = method or ("collocation" if cut.share < 1.0 or cut.milling is not None else "frequency")
     with progress_bar(f"{loaded.name}, {len(asked)} speeds", float(len(asked)), shown=not as_json and chosen != "frequency") as bar:
         found = stability_map(cut, asked, chosen, None if bar is None else lambda done, _: bar(float(done)))
-    edges = _band(cut, spreads, asked)
+    band = _band(cut, spreads, asked)
+    edges = None if band is None else band.edges
     cuts = _tried(tried)
     if save is not None:
         _draw(loaded.title, found, cut, edges, cuts, save)
     if as_json:
-        click.echo(json.dumps(_as_json(found, cut, edges, cuts), indent=2))
+        click.echo(json.dumps(_as_json(found, cut, band, cuts), indent=2))
         return
     _table(found, cut, edges)
-    if spreads and edges is None:
+    if band is not None:
+        more = "" if band.apart <= CLOSE else "; more draws are not made, so take the edges for rough"
+        click.echo(f"95 % of {band.draws} draws lie in the band, and its edges from two halves agree within {band.apart:.1%}{more}.")
+    elif spreads:
         click.echo("No band: what is uncertain is followed for uninterrupted turning only.")
     if save is not None:
         click.echo(f"See {save}")
 
 
-def _band(cut: Cut, spreads: Any, speeds: list[float]) -> Any:
+def _band(cut: Cut, spreads: Any, speeds: list[float]) -> Band | None:
     from lathesim.stability.limits.uncertain_cut import band
 
     return band(cut, spreads, speeds) if spreads and cut.share == 1.0 and cut.milling is None else None
@@ -92,7 +97,7 @@ def _draw(title: str, found: StabilityMap, cut: Cut, edges: Any, cuts: list[tupl
     save_figure(figure, save)
 
 
-def _as_json(found: StabilityMap, cut: Cut, edges: Any, cuts: list[tuple[float, float, bool | None]]) -> dict[str, Any]:
+def _as_json(found: StabilityMap, cut: Cut, band: Band | None, cuts: list[tuple[float, float, bool | None]]) -> dict[str, Any]:
     rows = []
     for place, point in enumerate(found.points):
         row: dict[str, Any] = {
@@ -102,8 +107,8 @@ def _as_json(found: StabilityMap, cut: Cut, edges: Any, cuts: list[tuple[float, 
             "lobe": point.limit.lobe if math.isfinite(point.limit.width) else None,
             "kind": point.kind,
         }
-        if edges is not None:
-            row |= {"low_m": _number(float(edges[0][place])), "high_m": _number(float(edges[2][place]))}
+        if band is not None:
+            row |= {"low_m": _number(float(band.edges[0][place])), "high_m": _number(float(band.edges[2][place]))}
         rows.append(row)
     result: dict[str, Any] = {
         "schema": "lathesim-lobes/1",
@@ -113,6 +118,8 @@ def _as_json(found: StabilityMap, cut: Cut, edges: Any, cuts: list[tuple[float, 
         "rows": rows,
         "findings": list(found.findings),
     }
+    if band is not None:
+        result["band"] = {"draws": band.draws, "edges_agree_within": _number(band.apart)}
     if cut.chosen is not None:
         result["chosen"] = {"speed_rpm": cut.chosen[0], "width_m": cut.chosen[1]}
     if cuts:

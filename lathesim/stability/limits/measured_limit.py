@@ -3,7 +3,8 @@
 At each line with Re G < 0 the limit is b = -1/(2 Ks Re G), met at the speeds n = 60 f/(N + eps/(2 pi)), where eps = 2 arg G - pi, modulo a
 turn. Between two lines limit and speed are taken as straight. At a speed the lowest branch of all lobes counts.
 
-Source: J. Tlusty, M. Polacek (1963); T. Schmitz, K. S. Smith, Machining Dynamics (2019), chapter 3. Left out: process damping.
+Source: J. Tlusty, M. Polacek (1963); T. Schmitz, K. S. Smith, Machining Dynamics (2019), chapter 3. Process damping counts in
+:func:`widths_of_lines` alone.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ from lathesim.stability.limits.frequency_limit import Limit
 
 _QUICK_TURN = 0.03
 _BETWEEN = 12
-"""Phase from line to line [rad] above which lines are put in, and into how many parts an interval is then cut."""
+_ROWS = 32
+"""Phase from line to line [rad] above which lines are put in, into how many parts an interval is then cut, and how many speeds are looked
+at together."""
 
 
 def limits_of_lines(frequency: FloatArray, response: Any, stiffness: float, speeds: FloatArray, lobes: int | None = None) -> list[Limit]:
@@ -63,9 +66,47 @@ def between_lines(frequency: FloatArray, response: Any) -> tuple[FloatArray, Any
     return merged[order], np.concatenate([response, (1.0 / total).ravel()])[order]
 
 
-def widths_of_lines(frequency: FloatArray, response: Any, stiffness: float, speeds: FloatArray) -> FloatArray:
-    """Return only the limits [m] at rising speeds [rpm], infinite where none is met."""
-    return np.asarray(_lowest(frequency, np.asarray(response), stiffness, speeds, None)[0])
+def widths_of_lines(frequency: FloatArray, response: Any, normal: Any, stiffness: float, drag: float, speeds: FloatArray) -> FloatArray:
+    """Return the limits [m] alone at speeds [rpm], infinite where none is met, with process damping.
+
+    With G the oriented ``response``, N that for a force along the ``normal``, both (lines,), and A = G + j w drag/(Ks n) N, the limit b is
+    met where A + l = G exp(-j w tau), l = 1/(Ks b) and tau = 60/n. At each line |A + l| = |G| leaves two values of l, and the phase tells
+    the turns w tau/(2 pi). Where they pass a whole number between two lines, both are taken as straight. ``drag`` is the process damping
+    over the cutting speed at 1 rpm [N*s*rpm/m^2]. Source: the equation of :mod:`lathesim.stability.limits.frequency_limit`.
+    """
+    largest = np.concatenate(
+        [_largest(frequency, response, normal, drag / stiffness, speeds[first : first + _ROWS]) for first in range(0, len(speeds), _ROWS)]
+    )
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 / (stiffness * largest))
+
+
+def _largest(frequency: FloatArray, response: Any, normal: Any, drag: float, speeds: FloatArray) -> FloatArray:
+    """Return the largest l [m/N] of :func:`widths_of_lines` at each speed, 0 where there is none."""
+    whole = response + 2j * np.pi * frequency * (drag / speeds[:, None]) * normal
+    square = np.abs(response) ** 2 - whole.imag**2
+    root = np.sqrt(np.maximum(square, 0.0))
+    best = np.zeros(len(speeds))
+    for sign in (1.0, -1.0):
+        value = np.where(square >= 0.0, sign * root - whole.real, -1.0)
+        some = np.any(value > 0.0, axis=0)
+        near = some.copy()
+        near[1:] |= some[:-1]
+        near[:-1] |= some[1:]
+        if not some.any():
+            continue
+        value, lines = value[:, near], np.flatnonzero(near)
+        share = np.angle((whole[:, near] + value) / response[near]) / (2.0 * np.pi)
+        turns = frequency[near] * (60.0 / speeds[:, None])
+        change = np.diff(share)
+        begin = turns[:, :-1] + share[:, :-1]
+        span = np.diff(turns) + change - np.round(change)
+        low, high = np.ceil(np.minimum(begin, begin + span)), np.floor(np.maximum(begin, begin + span))
+        slope = np.diff(value) / np.where(span == 0.0, 1.0, span)
+        met = value[:, :-1] + np.maximum((low - begin) * slope, (high - begin) * slope)
+        real = (square[:, near] >= 0.0)[:, :-1] & (square[:, near] >= 0.0)[:, 1:] & (np.diff(lines) == 1)
+        best = np.maximum(best, np.max(np.where(real & (low <= high), met, 0.0), axis=1, initial=0.0))
+    return best
 
 
 def _lowest(frequency: FloatArray, response: Any, stiffness: float, speeds: FloatArray, lobes: int | None) -> tuple[Any, Any, Any]:
