@@ -137,14 +137,20 @@ class DiscreteState(State):
 
 
 class Memory(Declaration):
-    """A ring or map of ``length`` numbers written in place by ``update`` (the surface left by the last revolution)."""
+    """A ring or map of ``length`` numbers written in place by ``update`` (the surface left by the last revolution).
+
+    ``holds`` gives the seconds that a ring of samples must hold, a function whose argument names are parameters, or ``duration`` [s], the
+    length of the run where it is known and 0 elsewhere. Where ``length`` samples are too few, the ring is as long as that takes.
+    """
 
     kind = "memory"
 
-    def __init__(self, unit: str, length: int, start: float = 0.0, *, doc: str) -> None:
+    def __init__(self, unit: str, length: int, start: float = 0.0, *, doc: str, holds: Callable[..., float] | None = None) -> None:
         super().__init__(unit, doc=doc)
         self.length = int(length)
         self.start = float(start)
+        self.holds = holds
+        self.held_by = tuple(inspect.signature(holds).parameters) if holds is not None else ()
 
 
 class Table(Declaration):

@@ -5,6 +5,8 @@ They are put into lessons by hand; a diagnosis does not look for them, since an 
 
 from __future__ import annotations
 
+import math
+
 from lathesim.component import DiscreteState, Input, Memory, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.identification import Identification
@@ -24,7 +26,7 @@ def _from_before(
     if back == 0 or time < begin or back * sample_period > time:
         return incoming, place * 1.0
     if back > len(history) - 1:
-        back = len(history) - 1
+        return math.nan, place * 1.0
     at = place - back
     if at < 0:
         at += len(history)
@@ -49,8 +51,8 @@ class ReplayAttack(Effect):
     outgoing = Output("{signal}", doc="reading as reported")
     reported = DiscreteState("{signal}", doc="reported reading of this sample")
     newest = DiscreteState("1", doc="place of the newest value in the ring")
-    history = Memory("{signal}", _CELLS, doc="true readings of the last samples")
-    lap = Parameter("s", 0.0, low=0.0, high=60.0, doc="how long ago what is reported was read; at most the ring")
+    history = Memory("{signal}", _CELLS, doc="true readings of the last samples", holds=lambda lap: lap)
+    lap = Parameter("s", 0.0, low=0.0, high=60.0, doc="how long ago what is reported was read")
     begin = Parameter("s", 0.0, low=0.0, doc="when the attack begins")
 
     @staticmethod
@@ -130,8 +132,8 @@ class DelayAttack(Effect):
     outgoing = Output("{signal}", doc="reading as reported")
     reported = DiscreteState("{signal}", doc="reported reading of this sample")
     newest = DiscreteState("1", doc="place of the newest value in the ring")
-    history = Memory("{signal}", _CELLS, doc="true readings of the last samples")
-    delay = Parameter("s", 0.0, low=0.0, high=60.0, doc="how late it is reported; at most the ring")
+    history = Memory("{signal}", _CELLS, doc="true readings of the last samples", holds=lambda delay: delay)
+    delay = Parameter("s", 0.0, low=0.0, high=60.0, doc="how late it is reported")
     begin = Parameter("s", 0.0, low=0.0, doc="when the attack begins")
 
     @staticmethod

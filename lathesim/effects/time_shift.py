@@ -40,7 +40,9 @@ def _remembered(history: list[float], newest: float, back: int) -> float:
 def _delayed(history: list[float], newest: float, samples: float) -> float:
     """Return the value some samples back, on the cubic through the two samples on either side; near the newest one, and beyond it, on the
     parabola through the last three. A straight line would be off by an eighth of the acceleration times the period squared."""
-    back = min(samples, len(history) - 4.0)
+    if samples > len(history) - 4.0:
+        return math.nan
+    back = samples
     whole = int(back)
     if back < 1.0:
         last, before = _remembered(history, newest, 0), _remembered(history, newest, 1)
@@ -78,7 +80,7 @@ class TransportDelay(Effect):
     before = DiscreteState("{signal}", doc="delayed command at its beginning")
     began = DiscreteState("s", doc="when the sample period began")
     newest = DiscreteState("1", doc="place of the newest value in the history")
-    history = Memory("{signal}", _SAMPLES, doc="the last samples")
+    history = Memory("{signal}", _SAMPLES, doc="the last samples", holds=lambda delay: delay)
     delay = Parameter("s", 0.0, low=0.0, high=10.0, doc="how late it is")
 
     @staticmethod
@@ -86,7 +88,9 @@ class TransportDelay(Effect):
         incoming: float, newest: float, history: list[float], delay: float, sample_period: float, time: float
     ) -> tuple[float, float, float, float]:
         place = _remember(history, newest, incoming, time)
-        whole = int(min(delay / sample_period, len(history) - 2.0))
+        if delay / sample_period > len(history) - 2.0:
+            return math.nan, math.nan, time, place
+        whole = int(delay / sample_period)
         return _remembered(history, place, whole), _remembered(history, place, whole + 1), time, place
 
     @staticmethod
@@ -139,7 +143,7 @@ class ChannelTimeShift(Effect):
     outgoing = Output("{signal}", doc="signal as recorded")
     held = DiscreteState("{signal}", doc="shifted signal")
     newest = DiscreteState("1", doc="place of the newest value in the history")
-    history = Memory("{signal}", _SAMPLES, doc="the last samples")
+    history = Memory("{signal}", _SAMPLES, doc="the last samples", holds=lambda shift: shift)
     shift = Parameter("s", 0.0, low=-10.0, high=10.0, doc="how late the channel is")
 
     @staticmethod
@@ -178,7 +182,7 @@ class ClockSkew(Effect):
     outgoing = Output("{signal}", doc="signal on the recorder's clock")
     held = DiscreteState("{signal}", doc="shifted signal")
     newest = DiscreteState("1", doc="place of the newest value in the history")
-    history = Memory("{signal}", _SAMPLES, doc="the last samples")
+    history = Memory("{signal}", _SAMPLES, doc="the last samples", holds=lambda skew, duration: skew * duration)
     skew = Parameter("1", 0.0, low=-0.1, high=0.1, doc="delay gained per time")
 
     @staticmethod

@@ -86,11 +86,6 @@ def test_delayed_cubic_arrives_exactly() -> None:
     assert record.channels["line.outgoing"].values[20:] == pytest.approx(late**3 - 0.3 * late**2, abs=1e-12)
 
 
-def test_delay_longer_than_the_ring_is_named() -> None:
-    with pytest.raises(SimulationError, match=r"line\.\w+ stopped being a number .* delay = 1"):
-        late_tank(0.001, 1.0, 0.1)
-
-
 def test_staircase_lags_by_what_the_loop_gain_and_the_delay_give(registry: Registry) -> None:
     record = simulate(load_lesson(LESSON), registry, "staircase", engine="compiled")
     error = record.channels["interpolator.x_reference"].values - record.channels["x_axis.position"].values
@@ -180,7 +175,7 @@ def test_jerk_limited_interpolator_is_the_mean_of_ramps_whatever_the_sample_peri
     ramp = np.where(time < 2.0, level, 12e-3 - 0.15 * np.maximum(2.02 - time, 0.0) ** 2)
     summed = np.concatenate([[0.0], np.cumsum(0.5e-5 * (ramp[1:] + ramp[:-1]))])
     mean = (summed - np.interp(time - 0.06, time, summed)) / 0.06
-    for period in ("0.25 ms", "0.7 ms"):
+    for period in ("0.25 ms", "0.7 ms", "0.025 ms"):
         record = interpolated(registry, period, acceleration="0.3 m/s^2", averaging="60 ms", pause="80 ms")
         early = record.time < 2.4
         x = record["interpolator.x_reference"][early]

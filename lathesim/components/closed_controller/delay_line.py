@@ -19,9 +19,9 @@ class DelayLine(Component):
     order where the delay is one sample period or more, each sample is one step and the signal is smooth. Where its slope jumps, that one
     step has order two. A shorter delay extrapolates the cubic.
 
-    Before the start the signal had its first value. A delay that the ring cannot hold gives no number, and the run names it; the
-    template's ``memory:`` makes the ring longer. A loop whose delay is too long swings up without bounds: from 1e9 on the line gives no
-    number either, so that the run says where it broke.
+    Before the start the signal had its first value. The ring is as long as the delay. One that comes by a wire and is longer than the
+    ring gives no number, and the run names it; the template's ``memory:`` makes the ring longer. A loop whose delay is too long swings up
+    without bounds: from 1e9 on the line gives no number either, so that the run says where it broke.
 
     Source: Bellen and Zennaro, Numerical Methods for Delay Differential Equations (2003), section 4.1 (interpolants of the order of the
     method). Left out: values between the samples where a sample has several steps.
@@ -32,7 +32,7 @@ class DelayLine(Component):
     incoming = Input("{signal}", doc="signal now")
     outgoing = Output("{signal}", doc="signal as it was one delay ago")
     delay = Parameter("s", 1e-3, low=0.0, doc="d: how late it arrives")
-    history = Memory("{signal}", _CELLS, doc="values at the last sample instants")
+    history = Memory("{signal}", _CELLS, doc="values at the last sample instants", holds=lambda delay: delay)
 
     newest = DiscreteState("1", doc="place of the newest value in the ring")
     began = DiscreteState("s", doc="the last sample instant")

@@ -40,6 +40,8 @@ def mean_place(places: Any, integrals: Any, newest: int, width: float, sample_pe
     cells = len(places)
     if width <= 0.0:
         return float(places[newest])
+    if width > (cells - 3) * sample_period:
+        return math.nan
     back = int(width / sample_period)
     share = width - back * sample_period
     late = newest - back
@@ -65,7 +67,7 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
     late. With a ``cycle`` a block takes whole cycles, rounded up, before its rest: it stands still for what is left of the last one.
 
     Source: the mean as a limit of jerk: L. Biagiotti, C. Melchiorri, FIR filters for online trajectory planning, Control Eng. Practice 20
-    (2012). Left out: speeds carried over corners, an average longer than the ring of 2048 samples holds, which is cut short.
+    (2012). Left out: speeds carried over corners.
     """
 
     acceleration = Parameter("m/s^2", 20.0, low=1e-3, doc="acceleration and deceleration along the path")
@@ -81,10 +83,10 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
     z_mean = DiscreteState("m", doc="mean reference z position")
     x_rate = DiscreteState("m/s", doc="its speed")
     z_rate = DiscreteState("m/s", doc="its speed")
-    x_places = Memory("m", _CELLS, doc="radius of the ramp at the last instants")
-    z_places = Memory("m", _CELLS, doc="z position of the ramp at the last instants")
-    x_integrals = Memory("m*s", _CELLS, doc="integral of the radius")
-    z_integrals = Memory("m*s", _CELLS, doc="integral of the z position")
+    x_places = Memory("m", _CELLS, doc="radius of the ramp at the last instants", holds=lambda averaging: averaging)
+    z_places = Memory("m", _CELLS, doc="z position of the ramp at the last instants", holds=lambda averaging: averaging)
+    x_integrals = Memory("m*s", _CELLS, doc="integral of the radius", holds=lambda averaging: averaging)
+    z_integrals = Memory("m*s", _CELLS, doc="integral of the z position", holds=lambda averaging: averaging)
 
     @staticmethod
     def update(  # type: ignore[override]  # a law's arguments are its own
@@ -164,9 +166,8 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
             x_places[place], z_places[place] = x, z
             x_integrals[place] = x_integrals[before] + 0.5 * sample_period * (x_places[before] + x)
             z_integrals[place] = z_integrals[before] + 0.5 * sample_period * (z_places[before] + z)
-        width = min(averaging, (cells - 3) * sample_period)
-        x_now = mean_place(x_places, x_integrals, place, width, sample_period)
-        z_now = mean_place(z_places, z_integrals, place, width, sample_period)
+        x_now = mean_place(x_places, x_integrals, place, averaging, sample_period)
+        z_now = mean_place(z_places, z_integrals, place, averaging, sample_period)
         x_rate = 0.0 if first else (x_now - x_mean) / sample_period
         z_rate = 0.0 if first else (z_now - z_mean) / sample_period
         return (

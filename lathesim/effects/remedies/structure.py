@@ -128,6 +128,11 @@ class SwingModel(ModelledRemedy):
         return incoming - share * added
 
 
+def _lateness(frequency: float, damping: float, kind: float) -> float:
+    """Return the time [s] over which a shaper spreads the reference."""
+    return (1.0 if kind < 1.5 else 2.0) * 0.5 / (frequency * math.sqrt(1.0 - damping * damping))
+
+
 class InputShaper(Remedy):
     """Splits the reference into two or three parts half a vibration apart, so that their swings cancel:
 
@@ -149,7 +154,7 @@ class InputShaper(Remedy):
     frequency = Parameter("Hz", 20.0, low=0.1, high=2000.0, doc="natural frequency")
     damping = Parameter("1", 0.0, low=0.0, high=0.9, doc="damping ratio")
     kind = Parameter("1", 1.0, low=1.0, high=2.0, doc="1 for ZV, 2 for ZVD")
-    history = Memory("{signal}", 4096, doc="the last references")
+    history = Memory("{signal}", 4096, doc="the last references", holds=_lateness)
     newest = DiscreteState("1", doc="place of the newest value in the history")
     shaped = DiscreteState("{signal}", doc="shaped reference of this sample")
 
@@ -195,7 +200,7 @@ def _back(history: list[float], newest: int, samples: float) -> float:
     """Return the value some samples back, linear between two."""
     length = len(history)
     if samples > length - 2.0:
-        samples = length - 2.0
+        return math.nan
     whole = int(samples)
     first = newest - whole
     if first < 0:

@@ -19,7 +19,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.engine.compiling.module_cache import compiled_machine
 from lathesim.engine.fusing.fuse import fuse
 from lathesim.engine.running.noise import draw_noise
-from lathesim.engine.running.run_arrays import RunArrays, start_arrays
+from lathesim.engine.running.run_arrays import RunArrays, start_arrays, start_memories
 from lathesim.engine.running.stability import check_step
 from lathesim.engine.wiring import Plan
 
@@ -63,6 +63,7 @@ class Batch:
         members = np.atleast_2d(np.asarray(values, dtype=float))
         positions = [plan.settable(name) for name in names]
         base = start_arrays(plan)
+        duration = self.samples * plan.assembly.sample_period
         with _MAKING:
             module = compiled_machine(fuse(plan))
         noise = draw_noise(plan.noises, self.seed, 0, self.samples)
@@ -79,7 +80,7 @@ class Batch:
             """Take member after member until none is left, with one scratch record for all."""
             record = np.zeros((self.samples, len(plan.channels)))
             for turn in turns:
-                live = _member(base, positions, members[turn])
+                live = _member(plan, base, positions, members[turn], duration)
                 count = self.samples if lengths is None else min(self.samples, lengths[turn])
                 own = tuple(
                     np.ascontiguousarray(places[place][turn], dtype=float) if place in places else table
@@ -111,11 +112,10 @@ class Batch:
         check_step(self.plan, start_arrays(self.plan, overrides))
 
 
-def _member(base: RunArrays, positions: Sequence[tuple[str, int]], row: FloatArray) -> RunArrays:
-    live = RunArrays(
-        base.parameters.copy(), base.states.copy(), base.discrete.copy(), tuple(item.copy() for item in base.memories), base.tables
-    )
+def _member(plan: Plan, base: RunArrays, positions: Sequence[tuple[str, int]], row: FloatArray, duration: float) -> RunArrays:
+    live = RunArrays(base.parameters.copy(), base.states.copy(), base.discrete.copy(), base.memories, base.tables)
     arrays = {"parameter": live.parameters, "state": live.states, "discrete": live.discrete}
     for (kind, position), value in zip(positions, row, strict=True):
         arrays[kind][position] = value
+    live.memories = start_memories(plan, live.parameters, duration)
     return live

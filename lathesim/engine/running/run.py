@@ -39,6 +39,8 @@ _BLOCK_NUMBERS = 2**17
 """Recorded numbers of a block at most: 1 MB, which stays near the processor while the block is looked through and kept."""
 _SMALLEST_BLOCK = 64
 """Samples of a block that shrinks because it took long; below, the cost of a call counts."""
+_LONGER = 1.5
+"""How many times longer than expected a run may last for its memories to hold what grows with the time."""
 _LONGEST_WITHOUT_END = 36000.0
 """Simulated seconds after which a run that has neither a duration nor come to its end is ended."""
 
@@ -128,7 +130,7 @@ def run(
     if duration is None and not plan.assembly.finish:
         raise SimulationError("the run has no end.", remedy="Give a duration, or name the output that ends it.")
     started = clock.perf_counter()
-    arrays = start_arrays(plan, overrides)
+    arrays = start_arrays(plan, overrides, duration if duration is not None else _LONGER * (expected_time or 0.0))
     if check_stability:
         check_step(plan, arrays)
     period = plan.assembly.sample_period

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +12,12 @@ import numpy as np
 from lathesim.component import Memory
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan
+from lathesim.errors import SimulationError
+
+_BESIDE = 5
+"""Samples that a ring holds beside its delay: what is read lies between up to four of them."""
+_MOST_CELLS = 2**22
+"""Samples that a ring holds at most, 32 MB."""
 
 
 @dataclass
@@ -62,8 +69,10 @@ def _rows(table: Any) -> list[list[float]]:
     return table if isinstance(table, list) else table.tolist()
 
 
-def start_arrays(plan: Plan, overrides: Mapping[str, float] | None = None) -> RunArrays:
+def start_arrays(plan: Plan, overrides: Mapping[str, float] | None = None, duration: float = 0.0) -> RunArrays:
     """Return the arrays at the start of a run; ``overrides`` maps ``part.parameter`` or ``part.state`` to another value [SI].
+
+    ``duration`` [s] is that of the run, 0 where it is not known.
 
     Memories and tables are never empty tuples (the compiler could not type them): a plan without gets one number that is not read.
     """
@@ -74,16 +83,38 @@ def start_arrays(plan: Plan, overrides: Mapping[str, float] | None = None) -> Ru
     for name, value in (overrides or {}).items():
         kind, position = plan.settable(name)
         arrays[kind][position] = value
-    memories = tuple(_memory(plan, name) for name in plan.memories) or (np.zeros(1),)
+    memories = start_memories(plan, parameters, duration)
     tables = tuple(
         np.ascontiguousarray(plan.parts[name.partition(".")[0]].tables[name.partition(".")[2]], dtype=float) for name in plan.tables
     )
     return RunArrays(parameters, states, discrete, memories, tables or (np.zeros((1, 1)),))
 
 
-def _memory(plan: Plan, full: str) -> FloatArray:
+def start_memories(plan: Plan, parameters: FloatArray, duration: float) -> tuple[FloatArray, ...]:
+    """Return the memories at the start of a run with these parameters, each as long as what it has to hold."""
+    return tuple(_memory(plan, name, parameters, duration) for name in plan.memories) or (np.zeros(1),)
+
+
+def _memory(plan: Plan, full: str, parameters: FloatArray, duration: float) -> FloatArray:
     part_name, _, name = full.partition(".")
     part = plan.parts[part_name]
     item = part.component.declarations[name]
     assert isinstance(item, Memory)
-    return np.full(int(part.memory_lengths.get(name, item.length)), item.start)
+    length = int(part.memory_lengths.get(name, item.length))
+    if item.holds is None:
+        return np.full(length, item.start)
+    given = {"duration": duration}
+    for argument in set(item.held_by) - {"duration"}:
+        kind, source = plan.feeds.get(f"{part_name}.{argument}", ("parameter", f"{part_name}.{argument}"))
+        if kind != "parameter":  # it changes during the run, and a value that the ring cannot hold breaks the run
+            return np.full(length, item.start)
+        given[argument] = float(parameters[plan.parameters[source]])
+    period = plan.assembly.sample_period * part.every
+    needed = item.holds(**{argument: given[argument] for argument in item.held_by}) / period + _BESIDE
+    if not needed <= _MOST_CELLS:
+        values = " and ".join(f"{argument} = {given[argument]:g}" for argument in item.held_by)
+        raise SimulationError(
+            f"{full} would have to hold {needed:.3g} samples of {period:g} s, with {values}, and holds at most {_MOST_CELLS}.",
+            remedy="Take a shorter delay, or a longer sample period.",
+        )
+    return np.full(max(length, math.ceil(needed)), item.start)
