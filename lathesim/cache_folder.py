@@ -1,7 +1,7 @@
-"""Where generated modules, their byte code and machine code and the texts of laws are kept, so that a second start finds them ready.
+"""The cache of generated modules, their byte code and machine code, and the texts of laws; it makes a second start quick.
 
-Every file is written whole or not at all. What cannot be compared with what it should be is sealed: its first line is the digest of its
-name and of the rest, and a file whose seal is broken is as good as none. A folder that cannot be written is still read.
+Every file is written whole or not at all. A file whose right content is not known beforehand is sealed: its first line is the digest of its
+name and its content. A file with a wrong seal counts as missing. A read-only folder is still read.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ def cache_folder() -> Path:
 
 
 def keep(name: str, content: bytes) -> Path:
-    """Write a file of the cache where it is not there, or not what it should be, and return its path.
+    """Write a file of the cache unless it already has this content, and return its path.
 
-    Raises :class:`WriteError` where neither the cache nor a temporary folder takes it.
+    Raises :class:`WriteError` if neither the cache nor a temporary folder can be written.
     """
     for folder in _folders():
         with contextlib.suppress(OSError):
@@ -42,12 +42,12 @@ def keep(name: str, content: bytes) -> Path:
 
 
 def keep_sealed(name: str, content: bytes) -> Path:
-    """Write a file of the cache under its seal, and return its path. Raises :class:`WriteError` as :func:`keep`."""
+    """Write a sealed file of the cache and return its path. Raises :class:`WriteError` as :func:`keep` does."""
     return _write(name, _seal(name, content) + content)
 
 
 def kept_sealed(name: str) -> bytes | None:
-    """Return what :func:`keep_sealed` wrote, or none where it is not there, damaged, or cannot be read."""
+    """Return the content that :func:`keep_sealed` wrote, or none if the file is missing, damaged or unreadable."""
     for folder in _folders():
         with contextlib.suppress(OSError):
             seal, newline, content = (folder / name).read_bytes().partition(b"\n")
@@ -66,7 +66,7 @@ def _seal(name: str, content: bytes) -> bytes:
 
 
 def _folders() -> tuple[Path, ...]:
-    """Return the folders that are read: that of the user, and the temporary one where that could not be written."""
+    """Return the folders to read: the user's, and the temporary one if the user's could not be written."""
     return (cache_folder(), *_INSTEAD.values())
 
 
@@ -74,7 +74,9 @@ def _write(name: str, content: bytes) -> Path:
     folder = cache_folder()
     if folder not in _INSTEAD:
         try:
-            return write_bytes(make_folder(folder) / name, content, durable=False)  # one that a power cut tears is known by its seal
+            return write_bytes(
+                make_folder(folder) / name, content, durable=False
+            )  # not durable: the seal reveals a file that a power cut has torn
         except WriteError as error:
             _INSTEAD[folder] = _temporary_folder(error)
     try:
@@ -84,11 +86,11 @@ def _write(name: str, content: bytes) -> Path:
 
 
 _INSTEAD: dict[Path, Path] = {}
-"""Folder that could not be written -> the temporary one that this process writes to instead."""
+"""Folder that could not be written -> temporary folder that this process writes to instead."""
 
 
 def _temporary_folder(error: WriteError) -> Path:
-    """Make a folder that is removed at the end of this process, and say why; those of processes that were killed go now."""
+    """Make a folder that is removed at the end of this process, say why, and remove the folders of processes that were killed."""
     fact = f"the cache cannot be written: {error.fact.rstrip('.')}."
     for left in Path(tempfile.gettempdir()).glob(f"{_TEMPORARY}*-*"):
         process = left.name.removeprefix(_TEMPORARY).partition("-")[0]
@@ -107,7 +109,7 @@ _TEMPORARY = "lathesim-cache-"
 
 
 def _remove(folder: Path, process: int) -> None:
-    if process == os.getpid():  # and not one that was forked from it
+    if process == os.getpid():  # a forked process must not remove it
         shutil.rmtree(folder, ignore_errors=True)
 
 

@@ -90,7 +90,7 @@ class SimulationError(LatheSimError):
 
 
 def visible(text: str, keep: str = "") -> str:
-    """Return text from a file with its control characters shown and not sent: an escape code would steer the terminal."""
+    """Return a text with its control characters as escapes, except those in ``keep``: raw escape codes would steer the terminal."""
     if text.isascii() and text.isprintable():
         return text
     hidden = {character for character in text if unicodedata.category(character) in ("Cc", "Cf", "Cs")} - set(keep)

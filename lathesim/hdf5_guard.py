@@ -1,4 +1,4 @@
-"""What an HDF5 file may not do: name other files of this computer as its values, or hold what the library does not come back from."""
+"""Refuse HDF5 files that take values from other files of this computer, or hold structures in which the library hangs."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _ends(content: mmap.mmap, begin: int) -> bool:
 
 
 def stands_elsewhere(group: Any, name: str) -> bool:
-    """Return whether an item of a group is a link, or a dataset whose values stand in another file: raw external storage, or virtual."""
+    """Return whether an item of a group is a soft or external link, or a dataset with external or virtual storage."""
     import h5py
 
     if not isinstance(group.get(name, getlink=True), h5py.HardLink):
@@ -55,7 +55,7 @@ def stands_elsewhere(group: Any, name: str) -> bool:
 
 
 def own_item(group: Any, name: str) -> Any:
-    """Return an item of a group. Raises :class:`RecordError` where its values stand in another file, and KeyError where there is none."""
+    """Return an item of a group. Raises :class:`RecordError` if its values stand in another file, and KeyError if it is missing."""
     if name in group and stands_elsewhere(group, name):
         raise RecordError(f"'{name}' takes its values from elsewhere.", remedy="Write them into the file itself.")
     return group[name]

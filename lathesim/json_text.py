@@ -1,4 +1,4 @@
-"""JSON that people hand in: what cannot be read is a ValueError, whatever Python makes of it."""
+"""Read JSON from users: every text that cannot be read raises ValueError."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def parsed_json(text: str | bytes) -> Any:
-    """Return what a JSON text holds. Raises ValueError where it is no JSON, or is nested deeper than Python can follow."""
+    """Return the value of a JSON text. Raises ValueError if it is no JSON or is nested deeper than the recursion limit of Python."""
     try:
         return json.loads(text)
     except RecursionError:

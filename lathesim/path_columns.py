@@ -37,11 +37,11 @@ PER_REVOLUTION = 1.0
 THREAD = 2.0
 """Feed mode of a thread: the way follows the angle of the spindle from its index on, its lead stands as the feed.
 
-``start_angle`` says how far behind the index it begins [rad]."""
+``start_angle`` is the angle from the index to its start [rad]."""
 THREAD_ON = 3.0
-"""Feed mode of a thread that goes on from the one before, without waiting for the index."""
+"""Feed mode of a thread that continues the previous one without waiting for the index."""
 TAP_OUT = 4.0
-"""Feed mode of the way out of a tapped hole: it goes on from the thread before while the spindle reverses."""
+"""Feed mode of the way out of a tapped hole: it continues the previous thread while the spindle reverses."""
 
 SPINDLE_OFF = 0.0
 CONSTANT_SPEED = 1.0

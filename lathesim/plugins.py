@@ -273,10 +273,10 @@ def load_registry(plugin_folders: Iterable[Path] = (), *, installed: bool = True
 
 
 class _FromSource(SourceFileLoader):
-    """Loads a plug-in from its text alone: byte code that a full disk cut off would be taken for a fault of the plug-in at each start."""
+    """Loads a plug-in from its text only: byte code that a full disk has cut off would look like a fault of the plug-in."""
 
     def get_code(self, fullname: str) -> CodeType:
-        """Return the byte code of the file as it stands."""
+        """Return the byte code of the current text of the file."""
         return compile(self.get_data(self.path), self.path, "exec", dont_inherit=True)
 
 

@@ -11,7 +11,7 @@ from lathesim.errors import LatheSimError
 
 FOLDERS = ("lesson_configs", "part_programs", "plugins")
 SOLUTIONS = ("*_solution.md", "*_search.py", "*_designed.nc")
-"""Names of shipped files that hold the answer to a lesson: they are for teachers."""
+"""Names of shipped files with solutions of lessons, for teachers."""
 
 
 def shipped_folder(name: str) -> Path:

@@ -19,7 +19,7 @@ from lathesim.unit_table import known_angle_power, known_unit
 def registry() -> Any:
     """Return the one unit registry, made when first asked for (pint takes a third of a second to load).
 
-    Nothing of it is kept on disk: the table of known units spares it to most runs, and pint's own files can be torn.
+    The registry is not cached on disk: most runs need only the table of known units, and pint's own cache files can be torn.
     """
     import pint
 
@@ -43,12 +43,12 @@ def si_factor(unit: str) -> tuple[float, str]:
     known = known_unit(unit)
     if known is not None:
         return known
-    units = registry()  # what fails in it is no fault of the text
+    units = registry()  # a fault in here is no fault of the text
     try:
         base = units.Quantity(1.0, unit).to_base_units()
     except (MemoryError, OSError):
         raise
-    except Exception as error:  # pint raises what it meets on its way through a text: of its own, of Python's tokens, of arithmetic
+    except Exception as error:  # pint lets errors of its own, of Python's tokenizer and of arithmetic through
         raise UnitError(f"'{unit}' is no unit.", remedy="Write units as in 'mm', 'm/s', 'N*s/m', 'V/mm', 'rpm'.") from error
     return float(base.magnitude), dimension_text(base.dimensionality)
 

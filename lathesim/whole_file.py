@@ -1,4 +1,4 @@
-"""The one way to write a file: beside its place, and moved there once it is whole. What stood there before stays until then."""
+"""Write every file of lathesim: under a temporary name beside its place, and moved there once complete. An older file stays until then."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from lathesim.errors import WriteError
 
 _PART = re.compile(r"\..+\.(\d+)-\d+\.part")
 _LONGEST_NAME = 100
-"""Letters of a file's name that its part has too; names of files end at 255 bytes."""
+"""Characters of the file name that its temporary name repeats; file systems limit names to 255 bytes."""
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _NUMBERS = itertools.count(1)
 
@@ -26,7 +26,7 @@ _NUMBERS = itertools.count(1)
 class PartFile:
     """An empty file ``part`` beside ``path``, locked as long as this process writes it; :meth:`keep` moves it to ``path``.
 
-    Raises :class:`WriteError` where ``path`` cannot be a new file, see :func:`check_place`.
+    Raises :class:`WriteError` if ``path`` cannot be written, see :func:`check_place`.
     """
 
     def __init__(self, path: Path) -> None:
@@ -38,7 +38,7 @@ class PartFile:
         _lock(self._hold)
 
     def keep(self, *, durable: bool = True) -> None:
-        """Move the file to its place; ``durable`` makes sure first that the disk has it."""
+        """Move the file to its place; with ``durable`` it is first flushed to the disk."""
         if self._hold is not None:
             if durable:
                 self.settle()
@@ -46,15 +46,15 @@ class PartFile:
             self.part.replace(self.path)
 
     def keep_new(self, place: Path) -> bool:
-        """Move the file to ``place`` where there is none, and return whether it is there now.
+        """Move the file to ``place`` unless a file exists there, and return whether it was moved.
 
-        The move itself finds out, so of two processes that want one place a single one gets it.
+        The move is exclusive: of two processes that want one place, only one gets it.
         """
         try:
             os.link(self.part, place)
         except FileExistsError:
             return False
-        except OSError:  # a disk that knows no second name of a file
+        except OSError:  # a file system without hard links
             try:
                 os.close(os.open(place, os.O_CREAT | os.O_EXCL))
             except FileExistsError:
@@ -65,12 +65,12 @@ class PartFile:
         return True
 
     def settle(self) -> None:
-        """Make sure that the disk has what was written."""
+        """Flush the file to the disk."""
         if self._hold is not None:
             os.fsync(self._hold)
 
     def discard(self) -> None:
-        """Take the file away, where it was not kept."""
+        """Remove the file unless it was kept."""
         if self._hold is not None:
             self._let_go()
             self.part.unlink(missing_ok=True)
@@ -82,9 +82,9 @@ class PartFile:
 
 
 class WholeFiles:
-    """Files that belong together: all are moved to their places at the end of a ``with``, in the order in which they came, or none.
+    """Files that belong together: all are moved to their places at the end of a ``with``, in the order of their creation, or none.
 
-    Raises :class:`WriteError` where one of them cannot be written.
+    Raises :class:`WriteError` if one of them cannot be written.
     """
 
     def __init__(self, *, durable: bool = True) -> None:
@@ -92,7 +92,7 @@ class WholeFiles:
         self._parts: list[PartFile] = []
 
     def place(self, path: Path) -> Path:
-        """Return the place to write the file ``path`` to."""
+        """Return the temporary path to which the file ``path`` is written."""
         try:
             self._parts.append(PartFile(path))
         except OSError as error:
@@ -100,7 +100,7 @@ class WholeFiles:
         return self._parts[-1].part
 
     def write_text(self, path: Path, text: str) -> Path:
-        """Write one of the files in UTF-8, and return its own path."""
+        """Write one of the files in UTF-8 and return its final path."""
         self.place(path).write_bytes(text.encode())
         return path
 
@@ -124,9 +124,9 @@ class WholeFiles:
 
 @contextmanager
 def whole_file(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
-    """Yield a place to write to, and move it to ``path`` at the end of the block; after an exception nothing is moved.
+    """Yield a temporary path, and move its file to ``path`` at the end of the block; after an exception nothing is moved.
 
-    Raises :class:`WriteError` where the file cannot be written.
+    Raises :class:`WriteError` if the file cannot be written.
     """
     with WholeFiles(durable=durable) as files:
         yield files.place(Path(path))
@@ -145,9 +145,9 @@ def write_bytes(path: str | Path, content: bytes, *, durable: bool = True) -> Pa
 
 
 def write_new(places: Iterable[Path], write: Callable[[Path], object]) -> Path:
-    """Write a file by calling ``write`` with a place beside, move it to the first of ``places`` where there is none, and return that.
+    """Write a file with ``write(temporary path)``, move it to the first free one of ``places``, and return that place.
 
-    Raises :class:`WriteError` where the file cannot be written, and FileExistsError where each place is taken.
+    Raises :class:`WriteError` if the file cannot be written, and FileExistsError if every place is taken.
     """
     part: PartFile | None = None
     place = Path()
@@ -168,9 +168,9 @@ def write_new(places: Iterable[Path], write: Callable[[Path], object]) -> Path:
 
 @contextmanager
 def folder_lock(folder: Path) -> Iterator[None]:
-    """Hold the lock of a folder: a process that changes what stands in a file of it waits for the one before.
+    """Hold the lock of a folder, so that only one process at a time changes a file in it.
 
-    A disk that knows no locks is taken as it is.
+    Left out: file systems without locks.
     """
     with contextlib.ExitStack() as held:
         with contextlib.suppress(OSError):
@@ -181,7 +181,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
 
 
 def make_folder(folder: Path) -> Path:
-    """Make a folder that files are to be written to, with those above it. Raises :class:`WriteError` where it cannot be made or written."""
+    """Make a folder for output files, with its parents, and return it. Raises :class:`WriteError` if it cannot be made or written."""
     check_folder(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -191,7 +191,7 @@ def make_folder(folder: Path) -> Path:
 
 
 def check_output(path: Path) -> Path:
-    """Return the path of an output file whose folder may still be made, checked before the work begins. Raises :class:`WriteError`."""
+    """Check an output file before the work begins, and return its path; its folder may be missing. Raises :class:`WriteError`."""
     check_folder(path.parent)
     if path.parent.exists():
         check_place(path)
@@ -199,7 +199,7 @@ def check_output(path: Path) -> Path:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise :class:`WriteError` where no folder can be made, or one that is there cannot be written."""
+    """Raise :class:`WriteError` if the folder cannot be made, or exists and cannot be written."""
     there = next((one for one in (folder, *folder.parents) if os.path.lexists(one)), folder)
     if not there.is_dir():
         raise WriteError(f"'{there}' is no folder.", place=str(folder), remedy="Choose another place.")
@@ -208,7 +208,7 @@ def check_folder(folder: Path) -> None:
 
 
 def check_place(path: Path) -> None:
-    """Raise :class:`WriteError` where no file can be put: without a folder, or on a folder, a device, a pipe or a link."""
+    """Raise :class:`WriteError` if no file can be put there: without a folder, or on a folder, a device, a pipe or a link."""
     place = str(path)
     try:
         mode = path.lstat().st_mode
@@ -230,7 +230,7 @@ def check_place(path: Path) -> None:
 
 
 def refusal(path: Path, error: BaseException) -> WriteError:
-    """Return the sentence for a file that the disk refused."""
+    """Return the error for a file that could not be written."""
     if isinstance(error, OSError) and error.errno in _FULL:
         return WriteError("the disk is full.", place=str(path), remedy="Make room, or choose another folder; nothing was replaced.")
     return WriteError(f"the file cannot be written: {_reason(error)}.", place=str(path), remedy="Choose another; nothing was replaced.")
@@ -242,7 +242,7 @@ def _reason(error: BaseException) -> str:
 
 @functools.lru_cache(maxsize=64)
 def remove_dead_parts(folder: Path) -> None:
-    """Remove what processes that were killed left half-written in a folder; each process looks once."""
+    """Remove the incomplete files of killed processes from a folder; each process looks once."""
     with contextlib.suppress(OSError):
         names = [entry.name for entry in os.scandir(folder) if entry.name.endswith(".part")]
         for name in names:
@@ -252,7 +252,7 @@ def remove_dead_parts(folder: Path) -> None:
 
 
 def _remove_unlocked(part: Path) -> None:
-    """Remove a part nobody holds: on a folder that several computers share, a process of another one may be writing it."""
+    """Remove an incomplete file unless it is locked: a process of another computer may be writing it in a shared folder."""
     with contextlib.suppress(OSError):
         file = os.open(part, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
         try:
@@ -265,7 +265,7 @@ def _remove_unlocked(part: Path) -> None:
 if os.name == "nt":
 
     def is_alive(process: int) -> bool:
-        """Return whether a process runs; here what it has open cannot be removed, so that any may be tried."""
+        """Return whether a process is this one; on Windows an open file cannot be removed, so any other may be tried."""
         return process == os.getpid()
 
     def _lock(file: int) -> None:
@@ -288,7 +288,7 @@ else:
         return True
 
     def _lock(file: int) -> None:
-        """Lock a file, or raise OSError where another process has it; a disk that knows no locks is taken as it is."""
+        """Lock a file, or raise OSError if another process holds it; file systems without locks are accepted."""
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

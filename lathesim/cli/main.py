@@ -162,7 +162,7 @@ def _start_lightly() -> None:
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a sign that the terminal's encoding lacks is no fault
+            stream.reconfigure(errors="replace")  # characters outside the terminal's encoding are replaced
     gc.set_threshold(50_000, 20, 20)  # what is imported stays; searching it for garbage again and again finds none
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else all installed packages are searched for them
 
@@ -177,7 +177,7 @@ def run_command_line(arguments: Sequence[str] | None = None) -> int:
         error.show()
         return error.exit_code
     except (click.Abort, KeyboardInterrupt) as stopping:
-        if isinstance(stopping.__cause__, EOFError):  # which click takes for a person's Ctrl-D: here it comes from a file that ends early
+        if isinstance(stopping.__cause__, EOFError):  # click takes it for Ctrl-D, but it comes from a file that ends early
             return _program_fault(stopping.__cause__)
         click.echo("Stopped.", err=True)
         return STOPPED

@@ -1,4 +1,4 @@
-"""The type of every option that names an output: a place that cannot be written is refused before the work begins."""
+"""The type of every option that names an output: a path that cannot be written is refused before the work begins."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import click
 
 
 class OutputPath(click.Path):
-    """A file to be written, or a ``folder``; with ``makes_folder`` the folders above a file need not be there.
+    """A file to be written, or a ``folder``; with ``makes_folder`` missing folders above a file are made.
 
-    Raises :class:`lathesim.errors.WriteError` where it cannot be written, see :func:`lathesim.whole_file.check_place`.
+    Raises :class:`lathesim.errors.WriteError` if it cannot be written, see :func:`lathesim.whole_file.check_place`.
     """
 
     def __init__(self, *, folder: bool = False, makes_folder: bool = False, allow_dash: bool = False) -> None:
@@ -20,7 +20,7 @@ class OutputPath(click.Path):
         self._makes_folder = makes_folder
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the path, checked."""
+        """Return the path once it is known that it can be written."""
         from lathesim.whole_file import check_folder, check_output, check_place
 
         path: Any = super().convert(value, param, ctx)

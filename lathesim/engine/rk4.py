@@ -1,11 +1,11 @@
-"""The tableaux of the explicit integrators that a fused machine can step with.
+"""The Butcher tableaux of the explicit integrators that a fused machine can step with.
 
-Every stage has the rate k_i = f(t + r h, x + r h k_(i-1)) with the reach r that the stage before gives, and a step ends with
+Every stage has the rate k_i = f(t + r h, x + r h k_(i-1)) with the reach r of the previous stage, and a step ends with
 
     x <- x + h / total * (w_1 k_1 + ... + w_n k_n).
 
-Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.1. Left out: tableaux whose stages build on more than
-the stage before.
+Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.1. Left out: tableaux whose stages use more than
+the previous stage.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class Tableau:
     total: float
 
     def lines(self) -> list[str]:
-        """Return the lines that define ``stages`` (weight, reach [s]) and ``share``, by which the sum of rates is multiplied [s]."""
+        """Return the lines that define ``stages`` (weight, reach [s]) and ``share`` [s], the factor of the weighted sum of rates."""
         pairs = ", ".join(f"({weight!r}, {reach!r} * step)" for weight, reach in self.stages)
         return [f"stages = ({pairs})", f"share = step / {self.total!r}"]
 

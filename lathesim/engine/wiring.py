@@ -27,8 +27,8 @@ class Plan:
     ``order`` is the order of the output and update laws at a sample instant, ``stage`` that of the outputs every stage of a step needs.
     ``parameters``, ``states``, ``discrete``, ``memories``, ``tables`` and ``noises`` give the position of each ``part.name`` in the arrays
     a run is given; ``start_*`` their values. ``feeds`` tells for each input or replaced parameter what feeds it: ``("output", name)``,
-    ``("parameter", name)``. ``tableau`` is the integrator between two instants. ``kept`` holds what was made of the plan and is used again
-    (its fused module).
+    ``("parameter", name)``. ``tableau`` is the integrator between two instants. ``kept`` holds results made from the plan
+    for later use (its fused module).
     """
 
     assembly: Assembly
@@ -76,7 +76,7 @@ class Plan:
 
 
 def wire(assembly: Assembly, tableau: Tableau = RK4) -> Plan:
-    """Return the plan of an assembly that steps with a tableau, or refuse it by name (:class:`WiringError`)."""
+    """Return the plan of an assembly that steps with a tableau. Raises :class:`WiringError` with the name of the fault."""
     parts = _named_parts(assembly.parts)
     feeds, constants = _feeds(parts, assembly.wires)
     steps = _steps_per_sample(assembly)

@@ -46,7 +46,7 @@ def answer_place(folder: Path, wanted: Path | None) -> Path:
 
 
 def publish(lesson: Lesson, concealed: Concealed, folder: Path, answer_file: Path, *, seed: int, noise: float) -> Published:
-    """Write the folder for the class and the answer; :class:`WriteError` where they cannot be written, and then none is."""
+    """Write the folder for the class and the answer, all files or none. Raises :class:`WriteError` if one cannot be written."""
     make_folder(folder)
     make_folder(answer_file.parent)
     contents: dict[Path, bytes] = {}
@@ -58,7 +58,7 @@ def publish(lesson: Lesson, concealed: Concealed, folder: Path, answer_file: Pat
     digests = {file.name: hashlib.sha256(content).hexdigest() for file, content in contents.items()}
     answer = answer_of(concealed, lesson.name, digests, seed=seed, noise=noise)
     with WholeFiles() as whole:
-        whole.write_text(answer_file, json.dumps(answer, indent=2) + "\n")  # first: a sealed case without it is lost
+        whole.write_text(answer_file, json.dumps(answer, indent=2) + "\n")  # first: a sealed case without its answer is lost
         for file, content in contents.items():
             whole.place(file).write_bytes(content)
         whole.write_text(folder / "seal.json", json.dumps(seal_of(answer), indent=2) + "\n")

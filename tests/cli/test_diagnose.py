@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from lathesim.cli.diagnosis.diagnose import told_at_times
+from lathesim.cli.diagnosis.diagnose import progress_lines
 from lathesim.cli.main import run_command_line
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
@@ -186,7 +186,7 @@ def test_without_a_terminal_a_line_every_ten_seconds_tells_the_last_step(capsys:
         waits.append(seconds)
         return passed.pop(0)
 
-    with told_at_times(waited) as tell:
+    with progress_lines(waited) as tell:
         tell("screening 34 candidates")
         tell("  CoulombFriction at x_axis: 12 nats")
         begun.set()

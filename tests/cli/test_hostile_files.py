@@ -124,4 +124,4 @@ def test_a_folder_with_plug_ins_of_its_own_is_no_workspace_unasked(
 def test_check_says_that_it_runs_a_plug_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     monkeypatch.chdir(tmp_path)
     Path("part.py").write_text("import sys\nprint('mine', file=sys.stderr)\n", encoding="utf-8")
-    assert call(capsys, "check", "part.py").err.splitlines()[:2] == ["part.py: a plug-in is code; it is run now.", "mine"]
+    assert call(capsys, "check", "part.py").err.splitlines()[:2] == ["part.py: a plug-in is code and is run now.", "mine"]

@@ -159,7 +159,7 @@ def test_check_tells_every_file_at_fault(capsys: Capture) -> None:
     )
     said = call(capsys, "check", "turn.nc", "part.py", "machine.yaml", "none.nc", ROOT / "lesson_configs/01_contour_error.yaml")
     assert said.code == 1
-    lines = [line for line in said.err.splitlines() if line != "part.py: a plug-in is code; it is run now."]
+    lines = [line for line in said.err.splitlines() if line != "part.py: a plug-in is code and is run now."]
     assert lines[0].startswith("turn.nc:2: ")
     assert lines[1] == "part.py:1: the plug-in cannot be imported: ModuleNotFoundError: No module named 'nothing_here'"
     assert lines[2] == "machine.yaml:5:22: '1 m' is given in m, but N is wanted. Use a unit like N."

@@ -76,7 +76,7 @@ def test_no_hint_advises_a_higher_gain_where_the_loop_is_unstable(registry: Regi
     kept = run_and_keep(prepare(runaway, registry), registry, tmp_path / "a.h5")
     assert kept.failure.startswith("the following error of x_controller")
     assert not kept.nothing_cut
-    assert [goal.hint for goal in kept.goals] == ["The loop is unstable, see the alarm: mend that first."]
+    assert [goal.hint for goal in kept.goals] == ["The loop is unstable, see the alarm: correct that first."]
     stiff = lesson(f"duration: 1 s\nset: {{x_controller.proportional: 50 V/mm}}\n{goals}")
     swinging = run_and_keep(prepare(stiff, registry), registry, tmp_path / "b.h5")
     assert [goal.hint for goal in swinging.goals] == [
@@ -92,7 +92,7 @@ def test_grade_tells_the_alarm_and_not_the_hint(registry: Registry) -> None:
     assert isinstance(caught.value.record, Record)
     found = grade(caught.value.record, "a.h5", yardstick("01_contour_error", registry), registry)
     assert found.result == UNFINISHED
-    assert found.hints == ("The loop is unstable, see the alarm: mend that first.",)
+    assert found.hints == ("The loop is unstable, see the alarm: correct that first.",)
 
 
 def test_a_sweep_tells_the_alarm_of_the_values_it_tries(registry: Registry) -> None:

@@ -1,4 +1,4 @@
-"""A picture of lines, as it stands on a screen, drawn as a figure."""
+"""Draw the lines of a plot on the screen as a figure."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from lathesim.analysis.figures.figure_style import INK, QUIET, dress, legend, ne
 from lathesim.record import FloatArray
 
 _TITLE, _NAMES = 100, 110
-"""Letters of the title that stand in a row, and those of the names."""
+"""Characters in a row of the title, and in a row of the legend."""
 
 
 @dataclass(frozen=True)
 class DrawnLine:
-    """Points in the units of the axes, and how they look; ``dash`` are dots set and dots left out in turn."""
+    """Points in the units of the axes, with their style; ``dash`` is the length of a dash and of a gap [points], no gap means solid."""
 
     x: FloatArray
     y: FloatArray
@@ -27,7 +27,7 @@ class DrawnLine:
 
 @dataclass(frozen=True)
 class Picture:
-    """Lines with the labels and limits of both axes, and the place of a cursor along, if there is one."""
+    """Lines with the labels and limits of both axes, and the x value of the cursor, if there is one."""
 
     lines: tuple[DrawnLine, ...]
     x_label: str
@@ -38,7 +38,7 @@ class Picture:
 
 
 def picture_figure(picture: Picture, title: str = "") -> Any:
-    """Draw a picture: all of its lines, within its limits."""
+    """Return a figure with all lines of a picture, within its limits."""
     figure = new_figure(8.0, 4.4)
     panel = figure.subplots()
     for line in picture.lines:
@@ -57,5 +57,5 @@ def picture_figure(picture: Picture, title: str = "") -> Any:
 
 
 def _signed(text: str) -> str:
-    """Return words with the proper sign in their units: ``um`` becomes ``µm``."""
+    """Return a text with the micro sign in its units: ``um`` becomes ``µm``."""
     return re.sub(r"\bu(?=[msA]\b)", "µ", text)

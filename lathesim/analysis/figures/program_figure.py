@@ -19,7 +19,7 @@ Line = tuple["array[float]", "array[float]"]
 _MARGIN = 0.12
 """Share of the cut's size that is shown around it."""
 _LONGEST = 10_000
-"""Points of one drawn line, assumed: the renderer gives up on a line that crosses too many of its cells."""
+"""Largest number of points of one line (assumed): the renderer of matplotlib fails on lines that cross too many cells."""
 _STYLES = {"rapid": ("C7", "--", 0.8), "thread": ("C3", "-", 2.0)}
 _FEED = ("C0", "-", 1.4)
 
@@ -27,8 +27,8 @@ _FEED = ("C0", "-", 1.4)
 def program_figure(title: str, pieces: Iterable[Piece]) -> Any:
     """Draw the moves of a program in the plane of Z and X (a radius): rapid moves dashed, cuts solid, threads thick.
 
-    Moves of one kind are one line with gaps, so that a long program is drawn at once. The view is that of the cuts; rapid moves that come
-    from further away run out of it.
+    Moves of one kind are one line with gaps, so that long programs are drawn quickly. The view shows the cuts; rapid moves from further
+    away leave it.
     """
     figure = new_figure(8.0, 4.5)
     panel = figure.subplots()
@@ -50,7 +50,7 @@ def program_figure(title: str, pieces: Iterable[Piece]) -> Any:
 
 
 def _lines(pieces: Iterable[Piece]) -> dict[str, Line]:
-    """Return z and x of the moves of each kind one behind the other, with a gap where one does not go on from the one before."""
+    """Return z and x [mm] of all moves of each kind, with NaN as a gap if a move does not begin at the end of the previous one."""
     lines: dict[str, Line] = {}
     for kind, z, x in pieces:
         if kind == "dwell":
@@ -65,7 +65,7 @@ def _lines(pieces: Iterable[Piece]) -> dict[str, Line]:
 
 
 def _show_cuts(panel: Any, lines: list[Line]) -> None:
-    """Set the view around some lines; it may still grow along one axis, as both have one scale."""
+    """Set the view around the given lines; it may still grow along one axis, because both axes have the same scale."""
     if not lines:
         return
     z, x = (np.concatenate([np.asarray(line[axis]) for line in lines]) for axis in (0, 1))

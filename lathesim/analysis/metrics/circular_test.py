@@ -15,7 +15,7 @@ _TURN = 2.0 * math.pi
 _GRID = 720
 """Angles at which the directions are compared, and points that the two concentric circles are laid around."""
 _NEAR = math.radians(30.0)
-"""Angle from +-X and +-Z [rad] within which what a reversal leaves is looked for (assumed)."""
+"""Angle from +-X and +-Z [rad] within which spikes of reversals are looked for (assumed)."""
 _WHOLE = 1e-3
 """Share of a turn that may be missing from a whole one: a sample at either end."""
 
@@ -119,10 +119,10 @@ def hysteresis(forward: Circle, backward: Circle) -> float:
 
 @dataclass(frozen=True)
 class Ellipse:
-    """An ellipse in a path: its longest radius less its shortest ``size`` [m], and where it is longest [rad], -pi/2 to pi/2 from +X to +Z.
+    """An ellipse in a path: ``size`` is its longest less its shortest radius [m], ``longest`` the angle of the longest [rad].
 
-    Along the diagonals and turned over by the direction it comes of axes that follow with unequal gains; where it stays, of axes that are
-    not square. Along X or Z it comes of scales (ISO 230-4, annex B).
+    The angle runs from +X to +Z, between -pi/2 and pi/2. Unequal gains of the axes cause an ellipse along a diagonal that changes with the
+    direction. Axes that are not square cause one that stays. Scales cause one along X or Z (ISO 230-4, annex B).
     """
 
     size: float
@@ -130,14 +130,14 @@ class Ellipse:
 
 
 def ellipse(circle: Circle) -> Ellipse:
-    """Return the ellipse in a path, from the second harmonic of the radial deviation away from where axes turn round."""
+    """Return the ellipse in a path, from the second harmonic of the radial deviation away from the quadrants."""
     shape = _smooth(circle)
     size = _carried(2.0 * float(np.hypot(shape[3], shape[4])), circle)
     return Ellipse(size, 0.5 * math.atan2(shape[4], shape[3]) if size > 0.0 else 0.0)
 
 
 def _smooth(circle: Circle) -> FloatArray:
-    """Return constant, cosine and sine of once and of twice the angle that fit the radial deviation away from the quadrants."""
+    """Return the least-squares coefficients [m] of 1, cos a, sin a, cos 2a, sin 2a in the radial deviation away from the quadrants."""
     even = np.arange(_GRID) * _TURN / _GRID
     away = np.abs((even + 0.25 * math.pi) % (0.5 * math.pi) - 0.25 * math.pi) > _NEAR
     return np.asarray(np.linalg.lstsq(_harmonics(even[away]), circle.on_grid[away], rcond=None)[0])
@@ -150,7 +150,7 @@ def _harmonics(angle: FloatArray) -> FloatArray:
 def quadrant_peaks(circle: Circle) -> tuple[float, float, float, float]:
     """Return the spread of the radial deviation within 30 degrees of +X, +Z, -X, -Z [m], where an axis turns round.
 
-    Its mean, a centre that is off, and an ellipse are no reversal, and are taken away first.
+    Its mean, an offset of the centre and an ellipse are no reversals and are subtracted first.
     """
     even = np.arange(_GRID) * _TURN / _GRID
     radial = circle.on_grid - _harmonics(even) @ _smooth(circle)

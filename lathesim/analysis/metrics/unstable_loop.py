@@ -1,4 +1,4 @@
-"""Whether a loop of a run was unstable, by what was recorded: an alarm that says so, or a voltage that goes from limit to limit."""
+"""Find out from a record whether a loop was unstable: an alarm says so, or a voltage swings between its limits."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ import numpy as np
 from lathesim.record import FloatArray, Record
 
 UNSTABLE = "the loop is unstable"
-"""Words of an alarm that stopped a run because of its loop."""
+"""Words in the status of a run that an alarm stopped because of an unstable loop."""
 COMMANDS = "loop_commands"
-"""Entry of a record's ``meta``: the channels with which controllers drive, a space between two."""
+"""Entry of a record's ``meta``: the command channels of the controllers, separated by spaces."""
 _SAME = 1e-6
-"""Share of the largest command by which two samples in a row at a limit may miss it: the peaks of a command that only swings do not."""
+"""Share of the largest command by which two successive samples may miss its limit (assumed); peaks of a swing differ by more."""
 _LEVELS = 20
-"""Values of a command up to which it goes to and fro by steps of a converter, as that of an axis that stands does (assumed)."""
+"""Number of different values up to which a command only toggles by converter steps, as for an axis at rest (assumed)."""
 _TIMES, _WITHIN = 20, 0.2
-"""Times in a row that the command goes to the other limit, each within so many seconds [s], in a loop that swings (assumed)."""
+"""Changes to the other limit in a row, and the mean time of each [s], that count as a swinging loop (assumed)."""
 
 
 def unstable_loop(record: Record) -> str:
-    """Return what a hint says of a run with an unstable loop: that this comes first; empty where no loop was unstable.
+    """Return the hint for a run with an unstable loop, or an empty text if no loop was unstable.
 
-    A loop that is unstable in the small swings between the limits of its voltage (K. J. Astrom, R. M. Murray, Feedback Systems, section
-    10.5: limit cycle with saturation). One that swings within them is not seen here.
+    A loop that is unstable for small errors swings between the limits of its voltage (K. J. Astrom, R. M. Murray, Feedback Systems, section
+    10.5: limit cycle with saturation). Left out: loops that swing within these limits.
     """
     if UNSTABLE in record.status:
-        return "The loop is unstable, see the alarm: mend that first."
+        return "The loop is unstable, see the alarm: correct that first."
     for name in str(record.meta.get(COMMANDS, "")).split():
         part, _, item = name.partition(".")
         if name in record and _bounces(record[name], record.sample_period):

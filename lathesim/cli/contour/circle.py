@@ -30,12 +30,12 @@ def circle(
     settings: tuple[str, ...],
     plugin_folders: tuple[Path, ...],
 ) -> None:
-    """Run the circle of LESSON in both directions and tell how round it is, and what each effect of the lesson adds.
+    """Run the circle of LESSON in both directions and report its roundness, and the share of each effect of the lesson.
 
-    Told are the circular deviation G (two concentric circles hold the path), the hysteresis H (largest difference between the directions),
-    the radial deviation F from the programmed circle, the ellipse, and the spikes at the quadrants, where an axis turns round. An ellipse
-    that slants and turns with the direction comes of unequal gains of the axes; one that stays, of axes that are not square; one
-    along an axis, of its scale.
+    The report gives the circular deviation G (two concentric circles hold the path), the hysteresis H (largest difference between the
+    directions), the radial deviation F from the programmed circle, the ellipse, and the spikes at the quadrants, where an axis reverses.
+    Unequal gains of the axes cause a slanted ellipse that turns with the direction. Axes that are not square cause a slanted ellipse that
+    stays. A wrong scale causes an ellipse along its axis.
     """
     from lathesim.analysis.display_unit import shown_with_unit
     from lathesim.analysis.metrics.circular_test import ellipse, quadrant_peaks

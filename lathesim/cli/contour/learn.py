@@ -17,12 +17,10 @@ from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
     from lathesim.compensation.learning.learn import Learning
-
-if TYPE_CHECKING:
     from lathesim.compensation.learning.recorded_lap import Outlook
 
 NO_BETTER = 0.97
-"""Share of a lap's error to which learning must still bring it to be worth a lap."""
+"""Largest ratio of the floor to the error of a lap at which a further lap is worth its time (assumed)."""
 
 
 @click.command()
@@ -77,7 +75,7 @@ def learn(
     registry = open_registry(plugin_folders)
     overrides = read_settings(settings)
     prepared = prepare(loaded, registry, variant, overrides)
-    # a program changes what is asked for, and no voltage
+    # a part program changes the reference and cannot change a voltage
     what = "reference" if recording is not None else what
     began = time.perf_counter()
     with working(shown=not as_json) as tell:
@@ -99,7 +97,7 @@ def learn(
     written, refused = [], None
     try:
         written = write_learned(prepared, course, learning, out) if out is not None else []
-    except WriteError as error:  # what was learned is told first
+    except WriteError as error:  # the result is printed first
         refused = error
     if as_json:
         click.echo(json.dumps(_as_json(lesson, learning, lasted, [str(file) for file in written]), indent=2))
@@ -132,11 +130,11 @@ def _tell(learning: Learning, lasted: float, written: list[Path]) -> None:
 
 
 def _promised(outlook: Outlook) -> str:
-    """Return what a recorded lap was off, what the simulation predicts of the next one, and where the learning ends."""
+    """Return the error of a recorded lap, the predicted error of the next lap and the floor, as sentences."""
     now, following, floor = (f"{1e3 * value:.4g} mm" for value in (outlook.now, outlook.following, outlook.floor))
-    told = f"The tracking error of this lap is {now} rms; the next one's is predicted to be {following}, "
-    told += f"{outlook.following / outlook.now:.2f} of it. No lap is predicted to come below {floor}: that is the floor."
-    return told if outlook.floor < NO_BETTER * outlook.now else f"{told} This lap has reached it: nothing is left to learn."
+    text = f"The tracking error of this lap is {now} rms; the next one's is predicted to be {following}, "
+    text += f"{outlook.following / outlook.now:.2f} of it. No lap is predicted to come below {floor}: that is the floor."
+    return text if outlook.floor < NO_BETTER * outlook.now else f"{text} This lap has reached it: nothing is left to learn."
 
 
 def _as_json(lesson: str, learning: Learning, lasted: float, files: list[str]) -> dict[str, object]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 STOPPED = 130
 _EVERY = 10.0
-"""Time between two lines of progress where there is no terminal [s]."""
+"""Time between two lines of progress without a terminal [s]."""
 
 
 @click.command()
@@ -40,7 +40,9 @@ _EVERY = 10.0
 @click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where report and lesson go [default: lathesim_runs/LESSON/].")
 @click.option("--json", "json_file", type=OutputPath(allow_dash=True), metavar="FILE", help="Write JSON ('-': print it).")
 @click.option("--effect", "only", multiple=True, metavar="NAME", help="Try only these effects.")
-@click.option("--at-most", metavar="TIME", help="Answer within so long, as '2 min', with what is known by then [default: when done].")
+@click.option(
+    "--at-most", metavar="TIME", help="Longest time of the whole answer, as '2 min'; it then holds what is known so far [default: none]."
+)
 @click.option(
     "--with",
     "others",
@@ -128,18 +130,20 @@ def diagnose(
             diagnosis = with_designed_program(
                 diagnosis, loaded, registry, folder / "next", variant, lambda text: click.echo(text, err=True), stop
             )
-    told = json.dumps({**as_json(diagnosis), "report": None if no_report else str(report_place(folder))}, indent=2)
-    click.echo(told if quiet else "\n".join([*answer_lines(diagnosis), ""]))  # before anything is written: a disk may be full
+    answer_json = json.dumps({**as_json(diagnosis), "report": None if no_report else str(report_place(folder))}, indent=2)
+    click.echo(
+        answer_json if quiet else "\n".join([*answer_lines(diagnosis), ""])
+    )  # printed before files are written: the disk may be full
     files = [] if no_report else write_answer(diagnosis, case.lesson, folder)
     if not quiet:
-        files += [write_text(json_file, told + "\n")] if json_file is not None else []
+        files += [write_text(json_file, answer_json + "\n")] if json_file is not None else []
         see = f" See {', '.join(map(str, files))}." if files else ""
         click.echo(f"{diagnosis.wall_time:.1f} s.{see}")
     return 0 if diagnosis.complete or at_most is not None else STOPPED
 
 
 def _deadline(at_most: str | None) -> Deadline:
-    """Return the moment by which the answer is wanted, from now on: reading, compiling and reporting count too."""
+    """Return the deadline of the answer, counted from now: reading, compiling and reporting are included."""
     from lathesim.identification.execution.budget import Deadline
     from lathesim.units import quantity
 
@@ -161,12 +165,12 @@ def _terminated_as_interrupted() -> Iterator[None]:
 
 @contextmanager
 def _progress(*, shown: bool) -> Iterator[Callable[[str], None]]:
-    """Return what is told each step; on a terminal the last step stands in one line, elsewhere it is written every ten seconds."""
+    """Yield a function that takes the text of each step: a terminal shows the last one, elsewhere it is printed every ten seconds."""
     if not shown:
         yield lambda text: None
         return
     if not sys.stderr.isatty():
-        with told_at_times() as tell:
+        with progress_lines() as tell:
             yield tell
         return
     from rich.console import Console
@@ -176,10 +180,10 @@ def _progress(*, shown: bool) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def told_at_times(waited: Callable[[float], bool] | None = None) -> Iterator[Callable[[str], None]]:
-    """Return what is told each step, of which every ten seconds the last one is written in a line.
+def progress_lines(waited: Callable[[float], bool] | None = None) -> Iterator[Callable[[str], None]]:
+    """Yield a function that takes the text of each step, and print the last text every ten seconds.
 
-    ``waited`` returns whether the work was done before so many seconds had passed.
+    ``waited`` replaces the wait: it takes seconds and returns whether the work was done before they had passed.
     """
     done, last, began = threading.Event(), [""], time.monotonic()
 

@@ -79,7 +79,7 @@ def machine(
 
 
 class Records:
-    """Opens a record for each stream: R.h5, then R_2.h5 and so on, without those that are there already."""
+    """Opens a record for each stream: R.h5, then R_2.h5 and so on; existing records are not replaced."""
 
     def __init__(self, out: Path | None) -> None:
         self._out = out
@@ -102,7 +102,7 @@ class Records:
         if self._count > 1:
             names = (first.with_name(f"{first.stem}_{number}{first.suffix}") for number in itertools.count(self._count))
             empty = Record(np.empty(0), {channel.name: channel for channel in channels}, {"status": "begun"})
-            place = write_new(names, lambda part: save(empty, part))  # what another machine recorded under the name stays
+            place = write_new(names, lambda part: save(empty, part))  # the record of another machine under this name stays
         return RecordWriter(place, channels, growing=True)
 
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 def check(files: tuple[Path, ...], dialect: str, plugin_folders: tuple[Path, ...]) -> int:
     """Check lessons and machine templates (.yaml), plug-ins (.py, folders) and part programs (any other ending).
 
-    One line for each file: what it is, or what is wrong with it. Leaves with 1 where something is wrong. A plug-in is code, and checking it
-    runs the file with all rights of yours: read a stranger's first.
+    One line for each file: its kind, or its fault. Exits with 1 if something is wrong. A plug-in is code, and checking it runs the file
+    with all your rights: read the plug-ins of others first.
     """
     from lathesim.errors import LatheSimError
 
@@ -48,7 +48,7 @@ def _checked(path: Path, dialect: str, registry: Registry) -> str:
         from lathesim.manual.plugin_list import checked_plugin
 
         if path.exists():
-            click.echo(f"{path}: a plug-in is code; it is run now.", err=True)
+            click.echo(f"{path}: a plug-in is code and is run now.", err=True)
         return checked_plugin(path)
     if not path.exists():
         raise LatheSimError("there is no such file.", place=str(path))

@@ -13,11 +13,11 @@ from lathesim.whole_file import make_folder, write_bytes
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path, file_okay=False))
 @click.option("--teacher", is_flag=True, help="Copy the solutions of the lessons too.")
-@click.option("--yes", is_flag=True, help="Take plug-ins that are in FOLDER already without asking.")
+@click.option("--yes", is_flag=True, help="Accept the plug-ins that FOLDER already has, without a question.")
 def init(folder: Path, teacher: bool, yes: bool) -> None:
     """Copy the lessons, part programs and sample plug-ins to FOLDER, to work on. Nothing that is there is overwritten.
 
-    Every command that is run in FOLDER loads the plug-ins there, which are code. So it asks first where FOLDER has some of its own.
+    Every command in FOLDER loads the plug-ins there, which are code. So ``init`` asks first if FOLDER has plug-ins of its own.
     """
     from lathesim.shipped import FOLDERS, SOLUTIONS, shipped_folder
     from lathesim.workspace import mark_workspace
@@ -44,7 +44,10 @@ def init(folder: Path, teacher: bool, yes: bool) -> None:
 
 
 def _ask_for_plugins(folder: Path) -> None:
-    """Ask whether plug-ins that no lathesim put into a folder are to be loaded from now on; without a terminal they are not."""
+    """Ask whether the commands in a folder shall load plug-ins that are not shipped with lathesim.
+
+    Raises :class:`LatheSimError` without a terminal, and :class:`click.Abort` if the answer is no.
+    """
     import sys
 
     from lathesim.shipped import shipped_folder

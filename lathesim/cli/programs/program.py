@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--dialect", default="auto", show_default=True, help="paper, linuxcnc, grbl, fanuc or fanuc-b; else found out, and said.")
+@click.option(
+    "--dialect", default="auto", show_default=True, help="paper, linuxcnc, grbl, fanuc or fanuc-b; auto recognises it and says why."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print canonical moves, schema lathe-canon/1.")
 @click.option("--explain", "as_words", is_flag=True, help="Say in a sentence what each block does.")
 @click.option("--check", "as_check", is_flag=True, help="Only say what is odd or wrong; leaves with 1 where something is.")
@@ -147,7 +149,7 @@ def _points(move: Move) -> tuple[str, list[float], list[float]]:
 
 
 def _print(parts: Iterable[str], between: str = "\n") -> None:
-    """Print many parts, a thousand at once, and end the line."""
+    """Print many parts, a thousand at a time, and end the line."""
     left = iter(parts)
     while some := list(itertools.islice(left, 1000)):
         click.echo(between.join(some), nl=between == "\n")
@@ -174,7 +176,7 @@ def _table(interpreted: Program) -> Iterator[str]:
 
 
 def _taken_as(interpreted: Program) -> str:
-    """Return what the program leaves open and how it was taken."""
+    """Return the values that the program leaves open and how they were taken."""
     return "taken as: " + "; ".join(f"{name.replace('_', ' ')}: {value}" for name, value in interpreted.assumed.items())
 
 

@@ -105,10 +105,12 @@ def _tell(found: FoundModes, response: FrequencyResponse) -> None:
     click.echo(f"\nThe number of modes was decided on {found.decided_on}.")
     if found.outside:
         places = ", ".join(f"{mode.frequency.value:.0f}" for mode in found.outside)
-        click.echo(f"What lies outside {response.frequency[0]:.3g} to {response.highest:.0f} Hz is a residual term: near {places} Hz.")
+        click.echo(f"Modes outside {response.frequency[0]:.3g} to {response.highest:.0f} Hz are a residual term: near {places} Hz.")
     usable = [mode for mode in found.modes if mode.stiffness.value > 0.0]
     if len(usable) < len(found.modes):
-        click.echo("A negative stiffness is none of a tool point: force and response point against each other, or are apart.")
+        click.echo(
+            "A tool point has no negative stiffness: force and response have opposite directions, or are measured at different points."
+        )
     if usable:
         click.echo("\ntool_point:\n  modes:")
     for mode in usable:

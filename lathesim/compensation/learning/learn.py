@@ -40,9 +40,9 @@ class Learning:
 
     @property
     def predicted(self) -> list[float]:
-        """The most that each lap's error may be [m]:  bound times that of the lap before, what is never learned, and twice the floor.
+        """The upper bound of each lap's error [m]:  bound * error of the previous lap + error that is never learned + 2 floor.
 
-        Rounding acts twice: in the lap, and in what the lap before has taught.
+        The floor counts twice: rounding acts in the lap itself and in the errors of the previous lap.
         """
         return [self.filter.bound * lap.rms + self.never + 2.0 * self.floor for lap in self.laps[:-1]]
 

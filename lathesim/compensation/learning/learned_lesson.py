@@ -13,7 +13,7 @@ from lathesim.whole_file import WholeFiles, make_folder
 
 
 def write_learned(prepared: Prepared, course: Course, learning: Learning, folder: Path) -> list[Path]:
-    """Write the lesson that runs with what was learned, and its tables; all or none; return the files."""
+    """Write the lesson with the learned corrections and its tables, all or none, and return the files."""
     make_folder(folder)
     contents: dict[Path, str] = {}
     tables, insert = {}, []

@@ -22,14 +22,14 @@ from lathesim.whole_file import make_folder, write_text
 
 NEXT_LAP, LESSON = "next_lap.nc", "lesson.yaml"
 _LAPS_AHEAD = 12
-"""Laps that are simulated ahead to find where the learning ends."""
+"""Further laps that are simulated to find the floor (assumed)."""
 _OFF = 2
 """Samples by which a recorded lap may be shorter or longer: where the logger was started and stopped (assumed)."""
 
 
 @dataclass(frozen=True)
 class Outlook:
-    """Root mean squares of tracking errors [m]: of the recorded lap, predicted of the next one, and the least of those that come."""
+    """Root mean squares of tracking errors [m]: of the recorded lap, of the next lap (predicted), and the smallest of all laps to come."""
 
     now: float
     following: float
@@ -39,7 +39,7 @@ class Outlook:
 def next_lap(
     prepared: Prepared, course: Course, chosen: Filter, recording: Path, registry: Registry, folder: Path
 ) -> tuple[tuple[Path, Path], Outlook]:
-    """Write the program of the next lap from a recorded one, and the lesson that runs it; return both and what comes of it.
+    """Write the program of the next lap from a recorded one, and the lesson that runs it; return both files and the predicted errors.
 
     The lap's reference is that of the recording where it holds one, else the lesson's; by what it differs from the lesson's is what was
     learned before. Raises :class:`RecordingError` where the lap has another length, :class:`LessonError` where the lesson maps no reading.
@@ -71,14 +71,14 @@ def next_lap(
 
 
 def _following(chosen: Filter, before: FloatArray, errors: FloatArray) -> FloatArray:
-    """Return the next corrections of a program, which begins where the tool stands."""
+    """Return the next corrections of a program [m]; the first one is zero, because a program begins at the position of the tool."""
     following = chosen.applied(before, errors)
     following[:, 0] = 0.0
     return following
 
 
 def _outlook(course: Course, chosen: Filter, before: FloatArray, errors: FloatArray) -> Outlook:
-    """Return what the simulation predicts of the laps to come: its own laps, and what the recorded lap was off its simulation."""
+    """Return the predicted errors: those of simulated laps plus the difference between the recorded lap and its simulation."""
     off = errors - course.lap(before).errors
     reached = [_rms(errors)]
     for _ in range(_LAPS_AHEAD):

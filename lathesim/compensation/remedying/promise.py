@@ -93,9 +93,9 @@ def promised(bench: Bench, members: Sequence[Mapping[str, float]], *, seed: int 
     """Return the promised sizes, and the share of the draws in which the remedy makes the tables deviate less.
 
     Each draw is a machine with noise of its own, and its deviation is that from itself without effects. The interval reaches from the least
-    to the largest result of all draws, each off by as much as a diagnosis lets the form of an effect be wrong: what a model leaves that is
-    right in its values (M. C. Kennedy, A. O'Hagan, J. R. Stat. Soc. B 63 (2001), 425-464). What a recording shows is promised besides:
-    there the sound machine is that of the estimates, and its sensors have no noise.
+    to the largest result of all draws. Each result is scaled by the error that a diagnosis accepts in the form of an effect (model
+    discrepancy: M. C. Kennedy, A. O'Hagan, J. R. Stat. Soc. B 63 (2001), 425-464). The result that a recording shows is promised too;
+    its sound machine has the estimated values and sensors without noise.
     """
     nominal = bench.runs([bench.sound])[0]
     firsts, lasts = [], []

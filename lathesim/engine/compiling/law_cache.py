@@ -1,4 +1,4 @@
-"""Where numba keeps the machine code of laws: files of the cache under its seal, as numba's own can be torn and are loaded as they are."""
+"""Keep the machine code of laws as sealed files of the cache; numba's own cache loads torn files as they are."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from lathesim.cache_folder import keep_sealed, kept_sealed
 
 
 class LawCache(NullCache):  # type: ignore[misc]
-    """The kept machine code of one law by signature; ``digest`` is that of its text and of those it calls."""
+    """The cached machine code of one law by signature; ``digest`` covers its text and the texts of the laws it calls."""
 
     def __init__(self, digest: str) -> None:
         self._digest = digest
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what was compiled for a signature, none where it is not kept or cannot be loaded."""
+        """Return the compiled law for a signature, or none if it is missing or cannot be loaded."""
         target_context.refresh()
         kept = kept_sealed(self._name(sig, target_context.codegen()))
         try:
-            return None if kept is None else CompileResult._rebuild(target_context, *pickle.loads(kept))  # noqa: S301 - sealed, and ours
-        except Exception:  # whatever it is, the law is compiled anew
+            return None if kept is None else CompileResult._rebuild(target_context, *pickle.loads(kept))  # noqa: S301 - sealed, and written by us
+        except Exception:  # after any fault the law is compiled again
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep what was compiled for a signature, unless it holds addresses of this process."""
+        """Write the compiled law for a signature, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals and not any(not lifted.can_cache for lifted in data.lifted):
             keep_sealed(self._name(sig, data.codegen), dumps(data._reduce()))
 

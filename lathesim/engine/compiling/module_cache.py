@@ -57,10 +57,10 @@ def _lines(fused: FusedModule) -> int:
 
 
 class _Loader(SourceFileLoader):
-    """Loads a module of the cache by byte code under its seal; a torn file of Python's own would end each later start."""
+    """Loads a module of the cache from sealed byte code; a torn .pyc file of Python itself would end every later start."""
 
     def get_code(self, fullname: str) -> types.CodeType:
-        """Return the byte code of the module, from the cache where it was made from this text."""
+        """Return the byte code of the module, from the cache if it was made from this text."""
         text = Path(self.path).read_bytes()
         made_from = hashlib.sha256(text).digest()
         name = f"{Path(self.path).stem}.{sys.implementation.cache_tag}.bytecode"

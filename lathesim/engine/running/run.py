@@ -53,10 +53,10 @@ class Sink(Protocol):
 
 
 class Guard(Protocol):
-    """Stops a run where a value leaves the limits of the machine."""
+    """Stops a run if a value leaves the limits of the machine."""
 
     def look(self, first: int, values: FloatArray) -> tuple[int, str] | None:
-        """Return the first sample of a block (channels, samples) that is outside, and the alarm as a sentence; none where all is inside."""
+        """Return the first sample of a block (channels, samples) outside the limits and the alarm as a sentence, or none."""
 
 
 @dataclass
@@ -117,7 +117,7 @@ def run(
     ``part.parameter`` and ``part.state`` to other values [SI]. ``progress`` is told the simulated time after each block; ``stop`` ends the
     run after the current block, or out of a law that does not end, and Ctrl-C does the same. With a ``sink`` the values go there and the
     Record holds none. An ``onlooker`` sees each block as well, which the Record keeps all the same; ``largest_block`` [samples] sets how
-    often. An onlooker that takes its time slows the run. A ``guard`` ends the run with the first sample that it finds outside its limits.
+    often. An onlooker that takes its time slows the run. A ``guard`` ends the run at the first sample outside its limits.
 
     ``engine`` "auto" takes machine code where it is at hand, and compiles only where the rest of the run, judged by ``expected_time`` [s],
     would take longer plain; sooner where the machine is to be run ``often``. A machine that cannot be compiled runs plain, and whoever
