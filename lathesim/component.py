@@ -49,6 +49,8 @@ BUILT_IN_ARGUMENTS = {
 GROUPS = ("interpolator", "controllers", "converters", "axes", "spindle", "process", "tool and part")
 """The groups of a machine's parts, in the order of the shop: from what is asked for to what is cut."""
 LAW_NAMES = ("derivative", "output", "update")
+_BESIDE = 5
+"""Samples that a ring holds beside its delay: what is read lies between up to four of them."""
 _PLACEHOLDER = re.compile(r"\{(\w+)\}")
 
 
@@ -151,6 +153,10 @@ class Memory(Declaration):
         self.start = float(start)
         self.holds = holds
         self.held_by = tuple(inspect.signature(holds).parameters) if holds is not None else ()
+
+    def samples(self, given: Mapping[str, float], period: float) -> float:
+        """Return how many samples of a period [s] it must hold with the values of ``held_by``; 0 where it says none."""
+        return self.holds(**{name: given[name] for name in self.held_by}) / period + _BESIDE if self.holds is not None else 0.0
 
 
 class Table(Declaration):

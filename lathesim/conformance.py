@@ -141,7 +141,7 @@ def _case(component: type[Component], label: str, changed: dict[str, float], siz
     tables = {
         name: examples.get(name, [[float(row)] * len(item.columns) for row in range(3)]) for name, item in component.declared(Table).items()
     }
-    memories = {name: [item.start] * min(item.length, LONGEST_MEMORY) for name, item in component.declared(Memory).items()}
+    memories = _memories(component, values)
     return _Case(label, values, {name: item.start for name, item in component.declared(DiscreteState).items()}, memories, tables)
 
 
@@ -204,8 +204,16 @@ def _bits(answers: Iterable[Any]) -> list[str]:
 
 
 def _case_again(component: type[Component], case: _Case) -> _Case:
-    memories = {name: [item.start] * min(item.length, LONGEST_MEMORY) for name, item in component.declared(Memory).items()}
-    return _Case(case.label, case.values, case.discrete, memories, case.tables)
+    return _Case(case.label, case.values, case.discrete, _memories(component, case.values), case.tables)
+
+
+def _memories(component: type[Component], values: dict[str, float]) -> dict[str, list[float]]:
+    """Return memories at the start: short ones, but as long as what they have to hold with these values."""
+    given = {"duration": SAMPLES * SAMPLE_PERIOD} | values
+    return {
+        name: [item.start] * max(min(item.length, LONGEST_MEMORY), math.ceil(item.samples(given, SAMPLE_PERIOD)))
+        for name, item in component.declared(Memory).items()
+    }
 
 
 def _wrong_answer(component: type[Component], law: str, answer: Any, given: dict[str, float], label: str) -> ComponentError | None:

@@ -14,8 +14,6 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan
 from lathesim.errors import SimulationError
 
-_BESIDE = 5
-"""Samples that a ring holds beside its delay: what is read lies between up to four of them."""
 _MOST_CELLS = 2**22
 """Samples that a ring holds at most, 32 MB."""
 
@@ -101,8 +99,6 @@ def _memory(plan: Plan, full: str, parameters: FloatArray, duration: float) -> F
     item = part.component.declarations[name]
     assert isinstance(item, Memory)
     length = int(part.memory_lengths.get(name, item.length))
-    if item.holds is None:
-        return np.full(length, item.start)
     given = {"duration": duration}
     for argument in set(item.held_by) - {"duration"}:
         kind, source = plan.feeds.get(f"{part_name}.{argument}", ("parameter", f"{part_name}.{argument}"))
@@ -110,7 +106,7 @@ def _memory(plan: Plan, full: str, parameters: FloatArray, duration: float) -> F
             return np.full(length, item.start)
         given[argument] = float(parameters[plan.parameters[source]])
     period = plan.assembly.sample_period * part.every
-    needed = item.holds(**{argument: given[argument] for argument in item.held_by}) / period + _BESIDE
+    needed = item.samples(given, period)
     if not needed <= _MOST_CELLS:
         values = " and ".join(f"{argument} = {given[argument]:g}" for argument in item.held_by)
         raise SimulationError(
