@@ -18,12 +18,12 @@ from lathesim.program.reading.codes_elsewhere import CODES_ELSEWHERE, SINUMERIK
 from lathesim.program.reading.foreign_controls import foreign_program
 from lathesim.program.words import Block, Blocks, Word
 
-_BUILDERS = ((10, 69), (80, 96), (100, 199))
+_BUILDERS = ((10, 69), (80, 96), (100, 999))
 """M codes that builders of machines give to chucks, tailstocks, catchers and doors.
 
 Source: Haas lathe operator's manual, list of M codes."""
-_NAMES_AN_END = (Meaning.TURNING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE_SIMPLE, Meaning.FACING_CYCLE_SIMPLE)
-"""Cycles whose block names an end point; without one, G90, G92 and G94 are codes of another dialect."""
+_NAMES_A_PLACE = (Meaning.TURNING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE_SIMPLE, Meaning.FACING_CYCLE_SIMPLE, Meaning.SHIFT)
+"""Codes whose block names a place; without one, G90, G92 and G94 are codes of another dialect."""
 _FOREIGN_AXES = "YABCV"
 """Axes that a two-axis lathe does not have, unless the dialect has the letter for something else."""
 
@@ -92,7 +92,7 @@ def has_shape(block: Block, dialect: Dialect) -> bool:
             meaning = dialect.codes.get(word.code)
             if meaning is None or not_interpreted(meaning, dialect):
                 return False
-            if meaning in _NAMES_AN_END and not any(other.letter in "XZUW" for other in block.words):
+            if meaning in _NAMES_A_PLACE and not any(other.letter in "XZUW" for other in block.words):
                 return False
             motions += GROUP_OF[meaning] is Group.MOTION and not (dialect.cancels_beside_motion and meaning is Meaning.MOTION_OFF)
     return motions <= 1

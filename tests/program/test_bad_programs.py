@@ -233,7 +233,8 @@ def test_refused_with_place_fact_and_remedy(name: str) -> None:
         ),
         (
             "G90 G54 F0.2\nM2", "fanuc",
-            "turn.nc:1: G90 names no end point; in the dialects 'paper' and 'linuxcnc' it means absolute positions. Add X and Z words.",
+            "turn.nc:1: G90 is a cycle here and names no end point; in the dialects 'paper' and 'linuxcnc' it means absolute positions. "
+            "Add X and Z words, or take it out.",
         ),
         ("G0 X1 U2\nM2", "fanuc", "turn.nc:1: X1 and U2 both move X. Keep the absolute or the incremental one."),
         ("G0 X1", "papre", "There is no dialect 'papre'; there are paper, linuxcnc, fanuc, grbl, fanuc-b. Did you mean 'paper'?"),

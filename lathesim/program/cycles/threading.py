@@ -37,6 +37,13 @@ class Threading:
     taper: float = 0.0
     chamfer: float = 0.0
 
+    @property
+    def begins_inside(self) -> bool:
+        """Whether the start lies deeper than the crest at one end of the thread, where the tool comes back in rapid."""
+        outside = 1.0 if self.start[0] >= self.end[0] else -1.0
+        crest = max(outside * self.end[0], outside * (self.end[0] + self.taper)) + self.height
+        return outside * self.start[0] < crest - _EPSILON
+
     def depths(self) -> list[float]:
         """Return the depth of each pass below the crest [m], the last ones at full height."""
         rough = self.height - self.allowance

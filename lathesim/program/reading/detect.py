@@ -37,7 +37,7 @@ def detect_dialect(blocks: Blocks) -> Detected:
             header = _HEADER.search(comment)
             if header is not None:
                 return Detected(_named(header[1].lower(), blocks.place(block.line)), f"line {block.line} says so")
-    ranked = sorted(DIALECTS.values(), key=lambda dialect: (_missing(blocks, dialect), -_signs(blocks, dialect)))
+    ranked = sorted(DIALECTS.values(), key=lambda dialect: (_missing(blocks, dialect), -_signs(blocks, dialect), _unknown(blocks, dialect)))
     best = ranked[0]
     missing, signs = _missing(blocks, best), _signs(blocks, best)
     rivals = [other for other in ranked[1:] if _missing(blocks, other) == missing]
@@ -59,6 +59,12 @@ def _missing(blocks: Blocks, dialect: Dialect) -> int:
     common = DIALECTS.get(dialect.variant_of)
     missing = words_missing(blocks, dialect)
     return missing + (common is not None and words_missing(blocks, common) <= missing)
+
+
+def _unknown(blocks: Blocks, dialect: Dialect) -> int:
+    """Return how many codes of the program the dialect does not even have a name for."""
+    codes = {word.code for block in blocks.shapes.values() for word in block.words if word.letter == "G" and word.expression is None}
+    return len(codes - dialect.codes.keys())
 
 
 def _named(name: str, place: str) -> Dialect:
@@ -84,7 +90,9 @@ def _is_sign(block: Block, dialect: Dialect) -> bool:
         cycle = bool(codes & {"G70", "G71", "G72", "G73", "G75"}) and bool(letters.keys() & {"P", "U", "R"})
         simple = bool(codes & {"G90", "G92", "G94"}) and moves and "F" in letters and not codes & {"G0", "G1", "G2", "G3"}
         own = bool(letters.keys() & {"U", "W", "O"}) or bool(codes & {"G32", "G50", "G99", "G65", "M97", "M98"})
+        own = own or ("G33" in codes and "F" in letters and "K" not in letters)
         return long_tool or cycle or simple or own
     if dialect.o_words:
-        return bool(codes & {"G7", "G8", "G33", "G64", "G41.1", "G42.1"}) or (bool(codes & {"G76"}) and "J" in letters)
+        thread = ("G76" in codes and "J" in letters) or ("G33" in codes and "K" in letters)
+        return thread or bool(codes & {"G7", "G8", "G64", "G41.1", "G42.1"})
     return bool(codes & {"G70", "G71"}) and not letters.keys() & {"P", "U", "R", "Q"}

@@ -23,7 +23,7 @@ _CONTROLS = (
         "Sinumerik",
         re.compile(
             r"\b(CYCLE\d{2,3}|MCALL|DIAM(?:ON|OF|90)|LIMS\s*=|CR\s*=|RND\s*=|CHF\s*=|CHR\s*=|AC\s*\(|IC\s*\(|TRANS\b|ATRANS\b|G500\b|GOTO[BFC]\b|SUPA\b|STOPRE\b|SPOS\s*=|T\s*=\s*\"|^[A-Z_]{2}\w*:|"
-            r"SETMS|WORKPIECE\s*\(|MSG\s*\(|\$[A-Z]+_|R\d+\s*=|[XZ]\d*\s*=\s*[-+.\dA-Z])"
+            r"SETMS|\bSF\s*=|\b[SM]\d\s*=|WORKPIECE\s*\(|MSG\s*\(|\$[A-Z]+_|R\d+\s*=|[XZ]\d*\s*=\s*[-+.\dA-Z])"
         ),
     ),
     _Control(

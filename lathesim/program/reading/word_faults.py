@@ -20,6 +20,9 @@ def no_word(code: str, position: int, before: str, place: str) -> ProgramError:
     if character == ",":
         remedy = "Write numbers with a decimal point, as in X0.5."
         return ProgramError(f"A comma stands behind {before}." if before else "A comma stands in the block.", place=place, remedy=remedy)
+    if code[position : position + 7] == "[BILLET":
+        fact = "[BILLET is the bar of a training simulator (Denford), and no part of a program."
+        return ProgramError(fact, place=place, remedy="Take it out; --stock gives the bar.")
     if character in "[]=<>":
         fact = f"'{code[position : position + 10]}' has no letter in front of it."
         return ProgramError(fact, place=place, remedy="Write an expression behind the letter of its word, as in X[#1+2].")

@@ -27,8 +27,10 @@ RETRACT = 0.5e-3
 _MICRON = 1e-6
 _TENTH = 2.54e-6
 """[m] one unit of a number without a decimal point, in millimetres and in inches. Source: Fanuc 0i-T, least input increment."""
-_STEPS = 100.0
-"""From so many units on a depth of a cycle without a decimal point is one in smallest units, assumed: nobody cuts 100 mm deep."""
+_DEEPEST = 0.1
+"""[m] from this on, a depth of a cycle without a decimal point is one in smallest units, assumed: nobody cuts 100 mm deep."""
+_SLIGHT = 10e-6
+"""[m] below this, a step that a number without a decimal point gives is a slip, assumed: no tool cuts so little."""
 _MOST_STEPS = 200_000
 
 
@@ -55,17 +57,17 @@ class ContourCycles(Motions):
         if not {"P", "Q"} & set(self.block.words):
             depth, retract = self.take("W" if across else "U"), self.take("R")
             modal.cycle_depth = self._told_length(depth) if depth is not None else modal.cycle_depth
-            modal.cycle_retract = self._told_length(retract) if retract is not None else modal.cycle_retract
+            modal.cycle_retract = self._told_retract(retract, code) if retract is not None else modal.cycle_retract
             return
         first, last = self._contour_ends(code)
         word = self.take("D")
         if word is not None:
-            modal.cycle_depth = self._length(word)
+            modal.cycle_depth = self._told_length(word)
             retract = self.take("R")
             for letter in "IKR" if retract is None or retract.value == 1.0 else "IK":
                 self._ignored_word(letter, code)
             if retract is not None and retract.value != 1.0:
-                modal.cycle_retract = modal.metres(retract.value)
+                modal.cycle_retract = self._told_retract(retract, code)
         if modal.cycle_depth is None or modal.cycle_depth <= 0.0:
             raise self.error(
                 f"{code} needs a depth of cut above 0 and has none.",
@@ -107,7 +109,7 @@ class ContourCycles(Motions):
     def _without_nose(self, contour: Iterable[Move] = ()) -> None:
         """Note that a cycle does not follow the nose compensation in force or in its contour."""
         if self.modal.nose is not None or any(move.nose is not None for move in contour):
-            self.assumed["nose_in_cycles"] = "G70 and single passes follow it; roughing, pecking and threading cycles run without it"
+            self.assumed["nose_in_cycles"] = "G70 and single passes follow it; roughing, pecking, drilling and threading cycles run without it"
 
     def _pass_over(self, first: int, last: int, code: str) -> None:
         """Leave the contour behind a roughing cycle out of what runs next; blocks in front of it run, and that is said."""
@@ -212,6 +214,8 @@ class ContourCycles(Motions):
                 f"{p.text} of {code} names the block it stands in.", "P names the first block of the contour, behind the cycle."
             )
         first = self._numbered(p, range(self.position + 1, len(self.blocks.blocks)), range(self.position), code)
+        if q.value != p.value and self.numbered(q.value) and max(self.numbered(q.value)) < first:
+            raise self.error(f"The last block of the contour, {q.text} of {code}, stands before the first, {p.text}.", "Swap P and Q.")
         last = self._numbered(q, range(first, len(self.blocks.blocks)), range(0), code)
         return first, last
 
@@ -245,20 +249,24 @@ class ContourCycles(Motions):
             self.modal, self.moves, self.events, self.block, self.used, self.position, self.block_number, self.passed = kept
 
     def _check_start(self, contour: list[Move], code: str, across: bool, side: float) -> None:
-        """Warn of a cycle that begins beside the depths of its contour, and of an allowance that is taken off the part."""
+        """Warn of a cycle that begins beside the depths of its contour, or whose allowance is taken off the part."""
         depths = [depth for move in contour for depth in ((move.start_z, move.end_z) if across else (move.start_x, move.end_x))]
         start = self.modal.z if across else self.modal.x
-        allowance = self.block.words.get("W" if across else "U")
-        if allowance is not None and allowance.value * side < 0.0:
-            self.warn(
-                f"{allowance.text} of {code} cuts into the contour, because the tool works towards {'+' if side < 0.0 else '-'}"
-                f"{'Z' if across else 'X'}. Change its sign."
-            )
+        self._check_allowance(code, across, side)
         if min(depths) + _MICRON < start < max(depths) - _MICRON:
             axis, double = ("Z", 1.0) if across else ("X", 2.0 if self.modal.diameter else 1.0)
             self.warn(
                 f"{code} begins at {axis} {1e3 * double * start:.6g} mm, inside its contour from {1e3 * double * min(depths):.6g} to "
                 f"{1e3 * double * max(depths):.6g} mm. Begin it outside; its rapid moves return there."
+            )
+
+    def _check_allowance(self, code: str, across: bool, side: float) -> None:
+        """Warn of an allowance that is taken off the part."""
+        allowance = self.block.words.get("W" if across else "U")
+        if allowance is not None and allowance.value * side < 0.0:
+            self.warn(
+                f"{allowance.text} of {code} cuts into the contour, because the tool works towards {'+' if side < 0.0 else '-'}"
+                f"{'Z' if across else 'X'}. Change its sign."
             )
 
     @property
@@ -293,15 +301,30 @@ class ContourCycles(Motions):
         return word.value * (_TENTH if self.modal.inch else _MICRON)
 
     def _told_length(self, word: Word) -> float:
-        """Return a length of the first block of a cycle [m]: without a decimal point a large one counts in the smallest unit."""
-        if "." in word.text or abs(word.value) < _STEPS:
-            return self.modal.metres(word.value)
-        self.assumed["numbers_without_point"] = f"{word.text} of a cycle counts in the smallest unit of the control"
+        """Return a length of a cycle that is written with and without a point [m]: a large one without counts in the smallest unit."""
+        whole = self.modal.metres(word.value)
+        if "." in word.text or abs(whole) < _DEEPEST:
+            return whole
+        told = self.assumed.get("numbers_without_point", "").split(" of ")[0].split(", ")
+        words = ", ".join(dict.fromkeys([*filter(None, told), word.text]))
+        self.assumed["numbers_without_point"] = f"{words} of a cycle, in the smallest unit of the control"
         return self._length(word)
 
-    def _check_turning(self) -> None:
-        if not self.modal.turning:
-            raise self.error("A thread follows the spindle, and the spindle stands still.", "Turn it on with M3 and an S word.")
+    def _told_retract(self, word: Word, code: str) -> float:
+        """Return how far a cycle withdraws [m], which has no sign."""
+        length = self._told_length(word)
+        if length < 0.0:
+            raise self.error(f"{word.text} of {code} is a retract below 0, which goes into the part.", "Give it without a sign.")
+        return length
+
+    def _step(self, word: Word, code: str) -> float:
+        """Return a step of a cycle [m], in the smallest unit without a point; one that is too small to be meant is warned of."""
+        length = self._length(word)
+        if "." not in word.text and 0.0 < length < _SLIGHT:
+            units = 1.0 / (_TENTH / 0.0254 if self.modal.inch else _MICRON / 1e-3)
+            meant = f"{word.letter}{word.value * units:.0f} for {word.value:g} {'inch' if self.modal.inch else 'mm'}"
+            self.warn(f"{word.text} of {code} is a step of {1e3 * length:g} mm, as it has no point. Write {meant}.")
+        return length
 
     def _check_count(self, count: float, code: str) -> None:
         if not count < _MOST_STEPS:

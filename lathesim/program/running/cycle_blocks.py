@@ -62,19 +62,25 @@ class Cycles(HoleCycles, ProfileCycles):
             modal.motion, modal.motion_code = meaning, self.block.codes[meaning].code
             modal.taper, modal.cycle_end = 0.0, start
         if not {"X", "Z", "U", "W"} & set(self.block.words):
-            raise self.error(f"{modal.motion_code} names no end point{self._other_readings()}.", "Add X and Z words.")
+            raise self.error(
+                f"{modal.motion_code} is a cycle here and names no end point{self._other_readings()}.", "Add X and Z words, or take it out."
+            )
         word = self.take("R") or self.take("K" if meaning is Meaning.FACING_CYCLE_SIMPLE else "I")
-        modal.taper = modal.metres(word.value) if word is not None else modal.taper
+        modal.taper = self._told_length(word) if word is not None else modal.taper
         here = (modal.x, modal.z)
         modal.x, modal.z = modal.cycle_end if modal.cycle_end is not None else here
-        named = {letter for letter in ("X", "Z", "U", "W") if letter in self.block.words}
-        modal.x = here[0] if "U" in named else modal.x
-        modal.z = here[1] if "W" in named else modal.z
+        from_start = {letter for letter in ("UW" if modal.absolute else "UWXZ") if letter in self.block.words}
+        modal.x = here[0] if from_start & {"U", "X"} else modal.x
+        modal.z = here[1] if from_start & {"W", "Z"} else modal.z
         end = self.target()
         modal.x, modal.z = here
         modal.cycle_end = end
+        cut = start[0] - end[0] if meaning is Meaning.FACING_CYCLE_SIMPLE else start[1] - end[1]
+        if cut == 0.0 and modal.taper == 0.0:
+            axis = "X" if meaning is Meaning.FACING_CYCLE_SIMPLE else "Z"
+            self.warn(f"{modal.motion_code} ends at the {axis} where it begins, and cuts nothing. Add {axis}.")
         if meaning is Meaning.THREADING_CYCLE_SIMPLE:
-            self._check_turning()
+            self.check_thread(modal.motion_code)
             lead = self._lead()
             if modal.thread_chamfer == 0.0:
                 self.assumed["thread_run_out"] = f"none at the end of {modal.motion_code}, as no block of G76 sets one"
@@ -96,7 +102,7 @@ class Cycles(HoleCycles, ProfileCycles):
         if word is not None:
             if word.value <= 0.0:
                 raise self.error(f"{word.text} is no lead.", "Give the lead of the thread above 0, for example F1.5.")
-            modal.lead = modal.metres(word.value)
+            modal.lead = self.told_lead(word)
         if modal.lead is None:
             raise self.error(f"{self._code()} needs a lead and has none.", "Add an F word, for example F1.5.")
         return modal.lead
@@ -106,7 +112,7 @@ class Cycles(HoleCycles, ProfileCycles):
         modal = self.modal
         if Meaning.THREAD_BY_FEED in self.block.codes:
             modal.motion, modal.motion_code = Meaning.THREAD_BY_FEED, self.block.codes[Meaning.THREAD_BY_FEED].code
-        self._check_turning()
+        self.check_thread(modal.motion_code)
         lead, angle = self._lead(), self.start_angle()
         begin = (modal.x, modal.z)
         end = self.target()
@@ -121,11 +127,11 @@ class Cycles(HoleCycles, ProfileCycles):
         modal, code, across = self.modal, self.block.codes[meaning].code, meaning is Meaning.GROOVING_CYCLE
         if not any(letter in self.block.words for letter in ("X", "Z", "U", "W")):
             word = self.take("R")
-            modal.peck_retract = self._told_length(word) if word is not None else modal.peck_retract
+            modal.peck_retract = self._told_retract(word, code) if word is not None else modal.peck_retract
             return
         p, q, i, k = (self.take(letter) for letter in "PQIK")
-        step_x = self._length(p) if p is not None else modal.metres(i.value) if i is not None else 0.0
-        step_z = self._length(q) if q is not None else modal.metres(k.value) if k is not None else 0.0
+        step_x = self._step(p, code) if p is not None else modal.metres(i.value) if i is not None else 0.0
+        step_z = self._step(q, code) if q is not None else modal.metres(k.value) if k is not None else 0.0
         self._ignored_word("R", code)
         start, end = (modal.x, modal.z), self.target()
         if (step_x if across else step_z) < 0.0 or (step_z if across else step_x) < 0.0:
@@ -150,6 +156,8 @@ class Cycles(HoleCycles, ProfileCycles):
         if not any(letter in self.block.words for letter in ("X", "Z", "U", "W")):
             p, q, r = (self.take(letter) for letter in "PQR")
             if p is not None:
+                if "." in p.text or p.value < 0.0:
+                    raise self.error(f"{p.text} of {code} is no number of six digits.", "Write passes, run-out and angle: P010060.")
                 digits = int(p.value)
                 modal.thread_finishing, modal.thread_angle = max(1, digits // 10000), math.radians(digits % 100)
                 modal.thread_chamfer = 0.1 * (digits // 100 % 100)
@@ -157,7 +165,7 @@ class Cycles(HoleCycles, ProfileCycles):
             modal.thread_smallest = self._length(q) if q is not None else modal.thread_smallest
             modal.thread_allowance = self._length(r) if r is not None else modal.thread_allowance
             return
-        self._check_turning()
+        self.check_thread(code)
         one_block = "K" in self.block.words
         if one_block:  # P is the way of feeding in
             self.take("P")
@@ -185,13 +193,15 @@ class Cycles(HoleCycles, ProfileCycles):
             finishing=0 if one_block else modal.thread_finishing,
             chamfer=0.0 if one_block else modal.thread_chamfer * lead,
             angle=math.radians(angle.value) if angle is not None else modal.thread_angle,
-            taper=modal.metres(taper.value) if taper is not None else 0.0,
+            taper=self._told_length(taper) if taper is not None else 0.0,
         )
         if not 0.0 < threading.first_depth <= threading.height:
             raise self.error(f"The first depth of {code} must be above 0 and at most the height of the thread.", "Correct P and Q.")
         if not 0.0 <= threading.allowance < threading.height:
             fact = f"The finishing allowance of {code} must be below the height of the thread."
             raise self.error(fact, f"Correct R of the first {code}.")
+        if threading.begins_inside:
+            self.warn(f"{code} begins below the crest of its thread; its rapid moves cross the thread. Begin it further out.")
         self._check_passes(2.0 * math.log(threading.height / threading.first_depth), threading.finishing, code)
         angle_of_start = self.start_angle() if one_block else 0.0
         self._carry_out(threading.steps(), code, compensated=False, start_angle=angle_of_start)
@@ -208,7 +218,7 @@ class Cycles(HoleCycles, ProfileCycles):
         """
         modal, code = self.modal, self.block.codes[Meaning.THREADING_CYCLE].code
         self.check_plane(code)
-        self._check_turning()
+        self.check_thread(code)
         words = {letter: self.take(letter) for letter in "PIJKRQHEL"}
         missing = [letter for letter in "PIJK" if words[letter] is None]
         if missing or "Z" not in self.block.words:
@@ -223,6 +233,8 @@ class Cycles(HoleCycles, ProfileCycles):
             raise self.error(f"{code} needs P and J above 0 and K above J.", "Correct P, J and K.")
         if words["R"] is not None and values["R"] < 1.0:
             raise self.error(f"R of {code} is below 1.", "Write R1 for passes of equal depth, R2 for passes of equal area.")
+        if values["I"] == 0.0:
+            raise self.error(f"I of {code} is 0 and says no side.", "Write it below 0 for an outer thread, above 0 for an inner one.")
         if "X" in self.block.words:
             fact = f"{code} cuts along the X where it begins, and names another."
             raise self.error(fact, "Take the X word out; I says where the crest is.")

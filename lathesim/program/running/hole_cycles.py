@@ -39,19 +39,22 @@ class HoleCycles(ContourCycles):
             modal.cycle_words, modal.level = {}, modal.z
         letters = "R" if meaning is Meaning.TAPPING else "RQP"
         words = {letter: word for letter in letters if (word := self.take(letter)) is not None}
-        values = {letter: self._length(word) if letter == "Q" else word.value for letter, word in words.items()}
+        values = {letter: self._told_length(word) if letter == "Q" else word.value for letter, word in words.items()}
         if "P" in words:
             values["P"] = words["P"].value * (1.0 if "." in words["P"].text else 1e-3)
         start, level = (modal.x, modal.z), modal.z if modal.level is None else modal.level
-        depth_named = "Z" in self.block.words or "W" in self.block.words
+        below = "W" in self.block.words or ("Z" in self.block.words and not modal.absolute)
         place = self.target()
-        if depth_named:
-            values["Z"] = place[1]
         modal.cycle_words.update(values)
         given = modal.cycle_words
+        plane = self._plane(given.get("R"), level)
+        if below:
+            given["Z"] = plane + place[1] - start[1]
+            self.assumed["drilling_depth"] = "an incremental depth is counted from the R plane, as on Fanuc"
+        elif "Z" in self.block.words:
+            given["Z"] = place[1]
         if "Z" not in given:
             raise self.error(f"{modal.motion_code} names no bottom of the hole.", f"Write it as {modal.motion_code} Z-20. R2. F0.1.")
-        plane = self._plane(given.get("R"), level)
         if meaning is Meaning.TAPPING:
             self._tapping(start, (place[0], given["Z"]), plane, plane if self._returns_to_plane() else level)
             return
@@ -70,7 +73,7 @@ class HoleCycles(ContourCycles):
             dwell=given.get("P", 0.0),
             feed_out=meaning is Meaning.BORING,
         )
-        self._carry_out(steps, modal.motion_code)
+        self._carry_out(steps, modal.motion_code, compensated=False)
 
     def _returns_to_plane(self) -> bool:
         """Return whether holes end at the R plane; a dialect that begins so without a code is an assumption."""
@@ -85,6 +88,7 @@ class HoleCycles(ContourCycles):
         if r < 0.0:
             self.assumed["drilling_plane"] = "R below 0 is counted from where the cycle began"
             return level + self.modal.metres(r)
+        self.assumed["drilling_plane"] = "R from 0 up is a position, as on Haas; Fanuc counts it from where the cycle began"
         return self.modal.zero[1] + self.modal.metres(r)
 
     def _tapping(self, start: Point, place: Point, plane: float, back: float) -> None:
@@ -95,6 +99,8 @@ class HoleCycles(ContourCycles):
             fact = "constant surface speed is in force" if modal.surface else "no speed is set"
             raise self.error(f"{code} follows the spindle, and {fact}.", "Write G97 and an S word before it.")
         self.assumed["tapping_depth"] = "deeper than Z by what the spindle turns on until it has reversed"
+        if modal.direction < 0:
+            self.warn(f"{code} cuts a left-hand thread, because M4 turns the spindle. Write M3 for a right-hand one.")
         standing = modal.direction == 0
         if standing:
             modal.direction = 1
@@ -102,7 +108,7 @@ class HoleCycles(ContourCycles):
             self.event("spindle", direction=1)
         self.check_feed()
         lead = (modal.feed or 0.0) if modal.per_revolution else (modal.feed or 0.0) * 2.0 * math.pi / modal.speed
-        self._carry_out(tapping(start, place, plane=plane, back=back, lead=lead), code)
+        self._carry_out(tapping(start, place, plane=plane, back=back, lead=lead), code, compensated=False)
         if standing:
             modal.direction = 0
             self.event("spindle")

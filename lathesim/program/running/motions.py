@@ -24,6 +24,8 @@ _ARCS = (Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE)
 _PLAIN = frozenset({Meaning.RAPID, Meaning.LINE, *_ARCS})
 """Motions that are no cycle."""
 _TURN = 360.0
+_LONG_LEAD = 0.05
+"""[m] a lead above it is rather a feed per minute or a number of threads per inch, assumed: threads with many starts stay below."""
 
 
 class Motions:
@@ -241,12 +243,28 @@ class Motions:
         if word is not None:
             if word.value <= 0.0:
                 raise self.error(f"{word.text} is no lead.", "Give the lead of the thread above 0, for example K1.5.")
-            modal.lead = modal.metres(word.value)
+            modal.lead = self.told_lead(word)
         if modal.lead is None or (word is None and self.has(meaning)):
             raise self.error(f"{code} needs a lead and has none.", "Add a K word, for example K1.5.")
-        if not modal.turning:
-            raise self.error(f"{code} follows the spindle, and the spindle stands still.", "Turn it on with M3 and an S word.")
+        self.check_thread(code)
         return modal.lead
+
+    def told_lead(self, word: Word) -> float:
+        """Return the lead of a thread [m] that a word gives; one that looks like a feed per minute is warned of."""
+        lead = self.modal.metres(word.value)
+        if lead > _LONG_LEAD:
+            self.warn(f"{word.text} is a lead of {1e3 * lead:.6g} mm per revolution here. Check that it is no feed per minute.")
+        return lead
+
+    def check_thread(self, code: str) -> None:
+        """A thread needs a turning spindle, and one of constant speed.
+
+        Source: Fanuc 0i-T operator's manual, constant lead threading: G97 for scroll and taper threads.
+        """
+        if not self.modal.turning:
+            raise self.error(f"{code} follows the spindle, and the spindle stands still.", "Turn it on with M3 and an S word.")
+        if self.modal.surface:
+            self.warn(f"{code} threads at constant surface speed, so the spindle changes its speed with X. Write G97 with S before it.")
 
     def start_angle(self) -> float:
         """Return how far behind the index of the spindle a thread begins [rad]; it holds for its block alone."""

@@ -37,6 +37,8 @@ class ProfileCycles(ContourCycles):
         """
         modal, code = self.modal, self.block.codes[meaning].code
         self.check_plane(code)
+        if not modal.absolute:
+            raise self.error(f"{code} does not go with incremental positions.", f"Write {self.code_for(Meaning.ABSOLUTE)} before it.")
         words = {letter: self.take(letter) for letter in "QDEIPRUW"}
         value = {letter: modal.metres(word.value) for letter, word in words.items() if word is not None}
         if modal.nose is not None and meaning is not Meaning.FINISHING_CYCLE:
@@ -61,8 +63,14 @@ class ProfileCycles(ContourCycles):
         shifted = beside(contour, _left_or_right(start, contour), value.get("D", 0.0), self.blocks.name)
         side = air_side(start, contour, allowed, across=across)
         self._check_one_way(shifted, code, across)
+        self._check_allowance(code, across, side)
         self._carry_out([Step("rapid", start)], code)
-        retract = value.get("R", modal.metres(0.5))
+        retract = self._told_retract(words["R"], code) if words["R"] is not None else modal.metres(0.5)
+        for letter, told in (("I", depth), ("R", retract)):
+            if words[letter] is None:
+                self.assumed[f"{letter} of {code}"] = f"{1e3 * told:g} mm, as in LinuxCNC"
+        if value.get("D", 0.0) < 0.0:
+            self.warn(f"D of {code} is below 0 and cuts beyond the contour. Change its sign.")
         cuts = _CUTS.get(meaning, "all")
         allow_x, allow_z = value.get("U", 0.0), value.get("W", 0.0)
         self._rough(Roughing(start, tuple(shifted), allow_x, allow_z, depth, retract, side, across, cuts=cuts, returns=False), code)
