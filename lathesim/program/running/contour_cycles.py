@@ -109,7 +109,7 @@ class ContourCycles(Motions):
     def _without_nose(self, contour: Iterable[Move] = ()) -> None:
         """Note that a cycle does not follow the nose compensation in force or in its contour."""
         if self.modal.nose is not None or any(move.nose is not None for move in contour):
-            self.assumed["nose_in_cycles"] = "G70 and single passes follow it; roughing, pecking, drilling and threading cycles run without it"
+            self.assumed["nose_in_cycles"] = "G70 and single passes follow it; all other cycles run without it"
 
     def _pass_over(self, first: int, last: int, code: str) -> None:
         """Leave the contour behind a roughing cycle out of what runs next; blocks in front of it run, and that is said."""
