@@ -8,7 +8,7 @@ from lathesim.component import DiscreteState, Input, Memory, Output, Parameter, 
 from lathesim.effects.effect import Effect
 from lathesim.effects.identification import Identification
 
-_CELLS = 1024
+_CELLS = 2048
 _SOFT_EDGE = 0.02
 
 
@@ -135,8 +135,10 @@ class RegenerativeChatter(Effect):
     x'' + 2 damping w x' + w^2 x = w^2 compliance F - (process damping),   w = 2 pi frequency
     F_out = F_in (1 + engagement (x(t - T) - x(t)) / feed), not below zero;   process damping: w^2 compliance coefficient depth x' / V
 
-    T is a turn of the spindle. The start value of ``swing`` is the seed. Needs samples of a fifth of the period of the mode or finer.
-    Left out: waves of more than one turn before, which count when the tool leaves the cut.
+    T is a turn of the spindle. The wave is kept in cells over two turns, written by cubic Hermite between samples and read by cubic
+    interpolation at each stage of a step. Where a turn takes less than a sample, the swing is no number, and the run names it. The start
+    value of ``swing`` is the seed. Needs samples of a fifth of the period of the mode or finer. Left out: waves of more than one turn
+    before, which count when the tool leaves the cut.
     """
 
     catalogue, family, site = 45, "spindle-synchronous", "force"
@@ -163,9 +165,11 @@ class RegenerativeChatter(Effect):
     outgoing = Output("{signal}", doc="force of the chip the swinging tool takes")
     swing = State("m", 1e-9, doc="tool tip, positive away from the cut")
     swing_rate = State("m/s", doc="its rate")
-    wave = DiscreteState("m", doc="what the tool left a turn before")
-    last_cell = DiscreteState("1", doc="cell of the last sample")
-    surface = Memory("m", _CELLS, doc="tool tip over the turn")
+    cell = DiscreteState("1", doc="number of the last cell written, counted from the angle 0")
+    last_angle = DiscreteState("rad", doc="angle of the last sample")
+    last_swing = DiscreteState("m", doc="tool tip at the last sample")
+    last_rate = DiscreteState("m/s", doc="its rate then")
+    surface = Memory("m", _CELLS, doc="tool tip over two turns")
     engagement = Parameter("1", 0.0, low=0.0, high=1.0, doc="1 with the chip modulated, 0 without")
     compliance = Parameter("m/({signal})", 5e-8, low=0.0, doc="static compliance of the tool in the direction of the chip")
     frequency = Parameter("Hz", 150.0, low=1.0, high=20000.0, doc="natural frequency")
@@ -173,38 +177,54 @@ class RegenerativeChatter(Effect):
     process_damping = Parameter("({signal})/m", 0.0, low=0.0, doc="process damping coefficient")
 
     @staticmethod
-    def update(angle: float, swing: float, wave: float, last_cell: float, surface: list[float], time: float) -> tuple[float, float]:
-        length = len(surface)
-        turns = angle / (2.0 * math.pi)
-        cell = int((turns - math.floor(turns)) * length)
-        if cell >= length:
-            cell = 0
-        before = surface[cell]
-        place = int(last_cell)
+    def update(
+        angle: float,
+        swing: float,
+        swing_rate: float,
+        cell: float,
+        last_angle: float,
+        last_swing: float,
+        last_rate: float,
+        surface: list[float],
+        time: float,
+        sample_period: float,
+    ) -> tuple[float, float, float, float]:
+        total = len(surface)
+        per_cell = 4.0 * math.pi / total
+        last = math.floor(angle / per_cell)
+        passed = angle - last_angle
         if time <= 0.0:
-            place = cell
-        # fill the cells passed since the last sample; none is passed while the spindle stands
-        passed = cell - place
-        if passed < 0:
-            passed += length
-        if passed > length // 2:
-            passed = 0
-        for _ in range(passed):
+            return last * 1.0, angle, swing, swing_rate
+        if passed <= 0.0:
+            return cell, last_angle, last_swing, last_rate
+        if passed > 2.0 * math.pi - 3.0 * per_cell:
+            # the wave is read before it is written
+            for place in range(total):
+                surface[place] = math.nan
+            return last * 1.0, angle, swing, swing_rate
+        place = int(cell)
+        while place < last:
             place += 1
-            if place >= length:
-                place = 0
-            surface[place] = swing
-        return before, float(cell)
+            s = (place * per_cell - last_angle) / passed
+            r = 1.0 - s
+            surface[place % total] = (
+                (1.0 + 2.0 * s) * r * r * last_swing
+                + s * r * r * sample_period * last_rate
+                + s * s * (3.0 - 2.0 * s) * swing
+                - s * s * r * sample_period * swing_rate
+            )
+        return last * 1.0, angle, swing, swing_rate
 
     @staticmethod
     def derivative(
         incoming: float,
+        angle: float,
         feed: float,
         depth: float,
         speed: float,
         swing: float,
         swing_rate: float,
-        wave: float,
+        surface: list[float],
         engagement: float,
         compliance: float,
         frequency: float,
@@ -212,14 +232,26 @@ class RegenerativeChatter(Effect):
         process_damping: float,
     ) -> tuple[float, float]:
         angular = 2.0 * math.pi * frequency
-        force = _chip_force(incoming, feed, swing, wave, engagement)
+        force = _chip_force(incoming, feed, swing, _wave(surface, angle), engagement)
         if incoming != 0.0 and abs(speed) > 1e-6:
             force -= process_damping * depth * swing_rate / abs(speed)
         return swing_rate, angular * (angular * (compliance * force - swing) - 2.0 * damping * swing_rate)
 
     @staticmethod
-    def output(incoming: float, feed: float, swing: float, wave: float, engagement: float) -> float:
-        return _chip_force(incoming, feed, swing, wave, engagement)
+    def output(incoming: float, angle: float, feed: float, swing: float, surface: list[float], engagement: float) -> float:
+        return _chip_force(incoming, feed, swing, _wave(surface, angle), engagement)
+
+
+def _wave(surface: list[float], angle: float) -> float:
+    """Return what the tool left a turn before an angle, on the cubic through the two cells on either side."""
+    total = len(surface)
+    place = (angle / (4.0 * math.pi) - 0.5) * total
+    below = math.floor(place)
+    s = place - below
+    before, here = surface[(below - 1) % total], surface[below % total]
+    after, beyond = surface[(below + 1) % total], surface[(below + 2) % total]
+    inner = (s + 1.0) * (s - 2.0) * ((s - 1.0) * here - s * after) / 2.0
+    return s * (s - 1.0) * ((s + 1.0) * beyond - (s - 2.0) * before) / 6.0 + inner
 
 
 def _chip_force(incoming: float, feed: float, swing: float, wave: float, engagement: float) -> float:

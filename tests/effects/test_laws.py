@@ -93,7 +93,7 @@ NUMBERS: list[tuple[str, dict[str, float], float]] = [
     ("InterruptedCut", {"incoming": 100.0, "angle": 7.0 * math.pi, "missing": 1.0, "width": 0.2, "middle": 0.0}, 100.0),
     ("HardSpot", {"incoming": 100.0, "angle": 1.0, "rise": 0.3, "width": 0.05, "middle": 1.0}, 130.0),
     ("ChipSegmentation", {"incoming": 100.0, "slid": 0.0125, "share": 0.1, "length": 0.05, "phase": 0.0}, 110.0),
-    ("RegenerativeChatter", {"incoming": 100.0, "feed": 2e-4, "swing": 1e-5, "wave": 0.0, "engagement": 1.0}, 95.0),
+    ("RegenerativeChatter", {"incoming": 100.0, "angle": 1.0, "feed": 2e-4, "swing": 1e-5, "surface": [0.0] * 8, "engagement": 1.0}, 95.0),
     ("WorkpieceDeflection", {"incoming": 0.01, "bent": 2e-5, "compliance": 2e-7}, 0.01002),
     ("DynamometerDrift", {"incoming": 100.0, "leaked": 10.0, "time": 5.0, "leak": 0.1, "drift": 1.0, "offset": 2.0}, 97.0),
     ("DynamometerCrosstalk", {"incoming": 100.0, "other_force": 50.0, "share": 0.02}, 101.0),
